@@ -93,6 +93,7 @@ def compare(name, play, record_property, capsys):
     assert largest < 1e-6 * CLEARANCE
 
 
+@pytest.mark.host("node", "node", platform="WebAssembly", fmus="three of a scenario", what="this master's run")
 @pytest.mark.parametrize("name", ["fig4_9", "fig5_6"])
 def test_a_scenario_in_node_is_that_of_the_orchestrator(name, in_node, record_property, capsys):
     compare(name, in_node, record_property, capsys)

@@ -1,4 +1,4 @@
-"""Sweeps whose client, worker or scheduler is killed: those that go on equal those that were not disturbed."""
+"""Sweeps whose client or worker is killed: those that go on equal those that were not disturbed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,6 @@ from command_line import COMMAND
 from killer import Killer
 
 import amb_cosim
-from amb_sweeps.engine import ClusterFailed
 from amb_sweeps.store import open_sweep
 from tests.amb_sweeps.conftest import same
 
@@ -157,19 +155,6 @@ def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, sce
         done = subprocess.run([sys.executable, "-c", KILLED_CLIENT, *arguments], env=environment, check=False)
         assert done.returncode == -signal.SIGKILL, moment
         go_on(scenario, folder, processes.address, undisturbed, moment)
-
-
-def test_a_sweep_goes_on_after_its_scheduler_was_killed(undisturbed, scenario, tmp_path, moments):
-    with ExitStack() as stack:
-        before = stack.enter_context(closing(Processes(tmp_path / "cluster")))
-        for k, moment in enumerate(moments):
-            folder, killer = tmp_path / f"swept_{k}", Killer(before.scheduler.pid, *moment)
-            with pytest.raises(ClusterFailed):
-                amb_cosim.sweep(scenario, VARY, until=UNTIL, scheduler=before.address, output=folder, progress=killer)
-            assert before.scheduler.wait() == -signal.SIGKILL, moment
-            before.close()
-            before = stack.enter_context(closing(Processes(tmp_path / f"cluster_{k}")))
-            go_on(scenario, folder, before.address, undisturbed, moment)
 
 
 def go_on(scenario: str, folder: Path, scheduler: str, expected, moment: tuple[int, float]) -> None:

@@ -1,11 +1,10 @@
-"""Processes killed at any moment, folders that cannot be written, caches that are shared."""
+"""Processes killed at any moment, folders that cannot be written, caches that are absent."""
 
 from __future__ import annotations
 
 import json
 import os
 import resource
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,7 +19,6 @@ from waiting import let_compute, processor_time
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
 
 RUN = ["run", "fig4_9", "--until", "0.05", "--no-plots", "-o", "out"]
-MADE_OF_CODE = ("engines", "kernels-*", "loops")  # what takes long to compile
 
 
 @pytest.fixture
@@ -158,29 +156,3 @@ def test_without_home_and_cache_a_run_is_the_same(folder, tmp_path):
     assert done.returncode == 0, done.stderr
     check_result(folder)
     assert not list(temporary.glob(".amb-cosim-*"))
-
-
-def test_processes_that_share_a_new_cache_do_not_disturb_each_other(folder, tmp_path, cache, duration, chance, rounds):
-    working = [tmp_path / name for name in "abc"]
-    for path in working:
-        path.mkdir()
-    for k in range(rounds):
-        shared = tmp_path / f"cache{k}"
-        for pattern in MADE_OF_CODE:
-            for path in (cache / "amb-cosim").glob(pattern):
-                shutil.copytree(path, shared / "amb-cosim" / path.name)
-        environment = os.environ | {"XDG_CACHE_HOME": str(shared)}
-        processes = []
-        for path in working:
-            processes.append(start(path, env=environment))
-            time.sleep(chance.uniform(0.0, 0.3))
-        if k % 2:  # while it fills the cache: a run that finds it filled is shorter
-            let_compute(processes[0], chance.uniform(0.5, 1.0) * duration)
-            processes[0].kill()
-        for number, (process, path) in enumerate(zip(processes, working, strict=True)):
-            _, errors = process.communicate(timeout=120)
-            if number or not k % 2:
-                assert process.returncode == 0, errors
-                check_result(path)
-        assert not list((shared / "amb-cosim").glob(".amb-cosim-*")) or k % 2
-        shutil.rmtree(shared)
