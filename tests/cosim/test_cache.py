@@ -32,7 +32,7 @@ def filled(tmp_path, monkeypatch):
 
 
 def names(folder):
-    return sorted(path.name.partition("-")[0] for path in folder.iterdir())
+    return sorted(path.name.partition("-")[0] for path in folder.iterdir() if path.name != cache.MEASURED)
 
 
 def archive(folder, count=1):
@@ -66,6 +66,18 @@ def test_what_was_used_today_stays_above_the_bound(filled, monkeypatch):
     monkeypatch.setattr(cache, "LIMIT", 1)
     cache.unpacked(archive(filled), "an FMU")
     assert names(filled) == ["engines", "mine", "model3", "new", "notes.txt"]
+
+
+def test_the_cache_is_measured_once_an_hour(filled, monkeypatch):
+    """Thousands of entries take a second, which each new FMU would cost."""
+    measured = []
+    monkeypatch.setattr(cache, "remove_entries", lambda **_: measured.append(time.time()))
+    for _ in range(3):
+        cache.note_use(filled / f"model0-{0:032x}", is_new=True)
+    assert len(measured) == 1
+    os.utime(filled / cache.MEASURED, (time.time() - 3700.0,) * 2)
+    cache.note_use(filled / f"model0-{0:032x}", is_new=True)
+    assert len(measured) == 2
 
 
 def test_the_command_shows_and_clears(filled, runner):

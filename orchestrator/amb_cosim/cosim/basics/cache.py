@@ -1,7 +1,8 @@
 """The cache of built and unpacked FMUs: the user's folder, or one of this process if that is not writable.
 
 Entries that were not used for a day may occupy at most `LIMIT` bytes; new entries displace the least recently used.
-Only folders with names of this cache are removed.
+The cache is measured once an hour at most, since that takes a second for thousands of entries. Only folders with names
+of this cache are removed.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from amb_files.user_cache import user_cache
 LONGEST_NAME = 60  # characters of a file's name that the name of its folder takes over
 
 LIMIT = 2 * 2**30  # bytes
+MEASURED = ".measured"  # file of the cache: its time is that of the last measurement
+BETWEEN_MEASUREMENTS = 3600.0  # s
 IN_USE = 24 * 3600.0  # s since its last use, within which a process may have something of the cache loaded
 COMPILED = ("engines", "loops")  # small, and minutes to make: they go only where everything does, with `over` = 0
 ENCODED = re.compile(r"[^A-Za-z0-9._-]")  # what a URI has as %20 or the like, which some FMUs do not decode
@@ -68,7 +71,7 @@ def note_use(home: Path, is_new: bool) -> None:
     """Mark a folder of the cache as used; a new one may displace others."""
     with suppress(OSError):  # another user's cache, or a folder that has gone since
         os.utime(home)
-        if is_new:
+        if is_new and _is_due(cache_folder() / MEASURED):
             remove_entries(over=LIMIT, unused_for=IN_USE)
 
 
@@ -94,6 +97,15 @@ def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
             removed.append(entry)
         size -= entry.size
     return removed
+
+
+def _is_due(measured: Path) -> bool:
+    """Return whether the last measurement is too old, and begin a new period if so."""
+    with suppress(OSError):  # never measured
+        if abs(time.time() - measured.stat().st_mtime) < BETWEEN_MEASUREMENTS:
+            return False
+    measured.touch()
+    return True
 
 
 def _entry(path: Path) -> CacheEntry:
