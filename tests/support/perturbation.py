@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -64,109 +63,40 @@ def another_value(v: Variable, given: float, rng: np.random.Generator) -> float:
     return random_value(v, rng)
 
 
-class Edge(NamedTuple):
-    """Where a discrete output switches: all values, the known that was changed, and its value on the other side."""
+def observed_dependencies(
+    model: Model, constants: Array, scenes: Iterable[Mapping[str, float]], rng: np.random.Generator
+) -> dict[str, set[str]]:
+    """For each output the parameters and inputs that change its initial value, from any of some base points, `scenes`.
 
-    values: Array
-    known: int
-    outside: float
+    At every base point other values of all of them are tried, one after the other.
+    """
+    table, instance = model.interface, Instance(model, constants)
+    knowns, outputs = table.variables[: table.n_parameters + table.n_inputs], table.of("output")
+    tolerance = np.array([0.0 if v.type != "Real" else ROUNDING.get(v.unit, 0.0) for v in outputs])
+    changed = np.zeros((len(outputs), len(knowns)), dtype=bool)
 
-
-class Trials:
-    """A model that is initialised again and again, and which of its knowns have changed which of its outputs."""
-
-    def __init__(self, model: Model, constants: Array, rng: np.random.Generator) -> None:
-        self.table, self.rng, self.instance = model.interface, rng, Instance(model, constants)
-        self.n_known = self.table.n_parameters + self.table.n_inputs
-        self.outputs = self.table.of("output")
-        self.tolerance = np.array([0.0 if v.type != "Real" else ROUNDING.get(v.unit, 0.0) for v in self.outputs])
-        self.changed = np.zeros((len(self.outputs), self.n_known), dtype=bool)
-        self.edges: dict[int, list[Edge]] = {k: [] for k, v in enumerate(self.outputs) if v.type != "Real"}
-
-    def start(self, scene: Mapping[str, float]) -> Array | None:
-        """Set a base point, values that differ from the start values, and return its outputs."""
-        self.instance.values[:] = self.table.start
-        for name, value in scene.items():
-            self.instance[name] = value
-        return self.initial_outputs()
-
-    def initial_outputs(self) -> Array | None:
+    def initial_outputs() -> Array | None:
         try:
-            self.instance.initialise()
+            instance.initialise()
         except Fault:
             return None
-        return self.instance.outputs.copy()
+        return instance.outputs.copy()
 
-    def outputs_with(self, known: int, value: float) -> Array | None:
-        values, self.instance.values[known] = self.instance.values[known], value
-        after = self.initial_outputs()
-        self.instance.values[known] = values
-        return after
-
-    def perturb(self, before: Array, knowns: Iterable[int], times: int = 2) -> None:
-        """Try other values of some knowns, one after the other, at the present base point."""
-        for i in knowns:
-            v = self.table.variables[i]
-            for _ in range(times):
-                value = another_value(v, self.instance.values[i], self.rng)
-                after = self.outputs_with(i, value)
-                if after is None:
-                    continue
-                rounding = np.maximum(self.tolerance, 1e-9 * np.maximum(np.abs(before), np.abs(after)))
-                self.changed[:, i] |= np.abs(after - before) > rounding
-                for output, edges in self.edges.items():
-                    if v.type == "Real" and after[output] != before[output]:
-                        edges.append(Edge(self.instance.values.copy(), i, value))
-
-    def go_to(self, edge: Edge, output: int) -> Array | None:
-        """Move the base point to an edge, so near that any other change switches the output too; return the outputs."""
-        self.instance.values[:] = edge.values
-        inside, outside = edge.values[edge.known], edge.outside
-        before = self.initial_outputs()
-        for _ in range(20):
-            middle = 0.5 * (inside + outside)
-            after = self.outputs_with(edge.known, middle)
-            if before is not None and after is not None and after[output] == before[output]:
-                inside = middle
-            else:
-                outside = middle
-        self.instance.values[edge.known] = self.rng.choice([inside, outside])
-        return self.initial_outputs()
-
-
-def observed_dependencies(
-    model: Model, constants: Array, scenes: Iterable[Mapping[str, float]], rng: np.random.Generator, n_edges: int = 300
-) -> dict[str, set[str]]:
-    """For each output the parameters and inputs that change its initial value, from any of some base points.
-
-    At every base point, a scene, all knowns are tried. A discrete output changes only near an edge, so base points on
-    edges found so, up to `n_edges` for each output, follow; what should change it there and has not yet is tried.
-    """
-    trials = Trials(model, constants, rng)
     for scene in scenes:
-        before = trials.start(scene)
-        if before is not None:
-            trials.perturb(before, range(trials.n_known))
-    position = model.interface.position
-    for output, edges in trials.edges.items():
-        declared = [position[name] for name in model.interface.initial_dependencies[trials.outputs[output].name]]
-        for edge in _in_turn(edges, rng)[:n_edges]:
-            unseen = [i for i in declared if not trials.changed[output, i]]
-            at_edge = trials.go_to(edge, output) if unseen else None
-            if at_edge is not None:
-                trials.perturb(at_edge, unseen)
-    names = [v.name for v in model.interface.variables[: trials.n_known]]
+        instance.values[:] = table.start
+        for name, value in scene.items():
+            instance[name] = value
+        before = initial_outputs()
+        for i, v in enumerate(knowns if before is not None else ()):
+            present = instance.values[i]
+            for _ in range(2):
+                instance.values[i] = another_value(v, present, rng)
+                after = initial_outputs()
+                if after is not None:
+                    rounding = np.maximum(tolerance, 1e-9 * np.maximum(np.abs(before), np.abs(after)))
+                    changed[:, i] |= np.abs(after - before) > rounding
+            instance.values[i] = present
     return {
-        v.name: {name for name, change in zip(names, row, strict=True) if change}
-        for v, row in zip(trials.outputs, trials.changed, strict=True)
+        v.name: {known.name for known, change in zip(knowns, row, strict=True) if change}
+        for v, row in zip(outputs, changed, strict=True)
     }
-
-
-def _in_turn(edges: Sequence[Edge], rng: np.random.Generator) -> list[Edge]:
-    """Edges in random order, those of each known in turn: most are of the few that change everything."""
-    rounds: dict[int, int] = {}
-    ordered = []
-    for k in rng.permutation(len(edges)):
-        rounds[edges[k].known] = rounds.get(edges[k].known, 0) + 1
-        ordered.append((rounds[edges[k].known], edges[k].known, k))
-    return [edges[k] for _, _, k in sorted(ordered)]
