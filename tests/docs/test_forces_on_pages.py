@@ -1,16 +1,13 @@
 """Contact forces that the page of scenarios quotes are those of the table that a command writes."""
 
 import re
-import sys
 from pathlib import Path
 
 import pytest
 
+from tools.contact_forces import read_page
+
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "system"))
-
-from contact_forces import read_page  # noqa: E402
-
 PAGE = ROOT / "docs" / "validation" / "scenarios.md"
 ROWS = re.compile(r"^\|(?P<names>[^|]*)\|.*\|(?P<here>[^|]*)\|$", re.MULTILINE)
 NAMES = re.compile(r"`(\w+)`|Fig\. (\d)\.(\d+)")

@@ -3,11 +3,11 @@
 import re
 
 import pytest
-from contact_forces import PAGE, SCENARIOS, forces_of, read_page
 
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import run_planned
+from tools.contact_forces import PAGE, SCENARIOS, forces_of, read_page
 
 pytestmark = pytest.mark.slow
 
@@ -47,4 +47,4 @@ def test_forces_on_the_page_are_those_of_runs(name):
 
 def test_page_lists_every_scenario_in_which_forces_are_told():
     assert set(read_page()) == set(SCENARIOS)
-    assert re.search(r"python -m tests\.system\.contact_forces", PAGE.read_text(encoding="utf-8"))
+    assert re.search(r"python -m tools\.contact_forces", PAGE.read_text(encoding="utf-8"))

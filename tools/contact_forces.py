@@ -1,4 +1,4 @@
-"""`python -m tests.system.contact_forces` writes the table of contact forces in docs/validation/contact_forces.md anew.
+"""`python -m tools.contact_forces` writes the table of contact forces in docs/validation/contact_forces.md anew.
 
 With names of scenarios after it, it writes the rows of these. Pages quote peaks from this table alone;
 `tests/docs/test_forces_on_pages.py` compares, slow tests run the scenarios.
@@ -10,7 +10,7 @@ import re
 import sys
 from pathlib import Path
 
-PAGE = Path(__file__).parents[2] / "docs" / "validation" / "contact_forces.md"
+PAGE = Path(__file__).parents[1] / "docs" / "validation" / "contact_forces.md"
 SCENARIOS = (
     "fig4_5",
     "fig4_7",
@@ -56,7 +56,8 @@ def forces_of(name: str) -> Forces:
 
     summary = run_planned(plan_run(load_scenario(name))).summary
     averaged, impulse = summary.averaged_contact_force, summary.peak_impulse
-    result = {s: (peak, averaged[s], impulse[s]) for s, peak in summary.peak_contact_force.items()}
+    peaks = summary.peak_contact_force
+    result = {s: (peaks[s] or 0.0, averaged[s] or 0.0, impulse[s] or 0.0) for s in peaks}
     return {site: values for site, values in result.items() if any(values)}
 
 
