@@ -21,7 +21,7 @@ PAGES = [
 ]
 RUNNING = [page for page in PAGES if any(not (block.needs or block.part_of) for block in blocks_of(page))]
 FAST = ("README", "run_any_fmus")
-GATE = ("first_run", "own_scenario", "own_rotor")
+GATE = ("first_run", "own_scenario")
 NEEDING = [(page, block) for page in PAGES for block in blocks_of(page) if block.needs]
 
 # What blocks need, and whether it is here; what is None cannot be had in a test.

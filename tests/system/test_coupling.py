@@ -16,8 +16,6 @@ from slow import slow_but_first
 
 from bath_thesis.studies.monolithic import Levitation, free_orbit
 
-pytestmark = pytest.mark.gate
-
 SCENARIO = """
 description = "An unbalanced rotor from rest"
 Omega = "{Omega} rad/s"
@@ -178,7 +176,7 @@ def rubbing() -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("step", [250, 125])
+@pytest.mark.parametrize("step", [pytest.param(250, marks=pytest.mark.gate), 125])
 def test_contact_phases_agree_with_the_whole_system(
     cosimulate: Any, rubbing: tuple[np.ndarray, np.ndarray], step: float
 ) -> None:
