@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -122,39 +118,6 @@ def test_no_starts_say_nothing_of_chaos(study):
     result = study(lambda case: 1000.0, starts=0)
     assert (result.scatter, result.chaotic) == (None, None)
     assert "chaotic" not in str(result)
-
-
-@pytest.mark.slow
-def test_run_that_fails_is_a_row_and_the_scenarios_own_failure_an_error(study, monkeypatch):
-    result = study(lambda case: 1000.0)
-
-    def failing(label):
-        def simulated(_, cases, progress):
-            failed = CaseResult({}, None, None, "rotor_contact failed")
-            return [failed if case.label == label else replace(failed, failure="") for case in cases]
-
-        monkeypatch.setattr(contact_convergence, "simulate_in_processes", simulated)
-        return studies.convergence("fig4_9", starts=0, progress=False)
-
-    assert "rotor_contact failed" in str(failing("2 modes"))
-    with pytest.raises(ValueError, match="scenario fig4_9: rotor_contact failed"):
-        failing("scenario")
-    assert all(row.failure == "" for row in result.rows)
-
-
-@pytest.mark.slow
-def test_study_writes_table_data_and_figure(study, tmp_path):
-    result = study(lambda case: 1000.0 + case.value)
-    folder = studies.save(result, tmp_path / "out")
-    assert {file.name for file in folder.iterdir()} == {"convergence.csv", "convergence.json", "convergence.png"}
-    with (folder / "convergence.csv").open(encoding="utf-8") as file:
-        lines = list(csv.DictReader(file))
-    assert len(lines) == len(result.rows)
-    assert float(lines[0]["peak_force_N"]) == 1001.0
-    assert {line["varied"] for line in lines} == {"scenario", "modes", "mesh", "substep", "step"}
-    data = json.loads((folder / "convergence.json").read_text(), parse_constant=pytest.fail)
-    assert data["rotor"] == "bath_rig"
-    assert data["scatter_percent"] == 0.0
 
 
 @pytest.mark.slow
