@@ -62,3 +62,9 @@ def test_what_is_missed_says_why(judged):
 def test_every_source_could_be_run(judged):
     failed = {key: item.reason for key, item in judged.items() if item.verdict is Verdict.NOT_COMPUTED}
     assert [key for key in failed if not judged[key].statement.missing] == []
+
+
+@pytest.mark.slow
+def test_each_statement_has_the_verdict_that_it_had(judged, regression):
+    """By their places among the verdicts that there are."""
+    regression("verdicts", {key: [*Verdict].index(item.verdict) for key, item in judged.items()}, abs=0.0)
