@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 import tomllib
 
 import pytest
@@ -113,25 +111,3 @@ def test_bad_input_is_told_in_the_words_of_the_machine(folder, monkeypatch, comm
     assert all(line.startswith("amb-cosim: ") for line in ended.output.splitlines())
     assert not OF_THE_RIG.search(ended.output)
     assert sorted(folder.iterdir()) == before
-
-
-def test_help_of_commands_of_any_machine_has_no_word_of_the_rig():
-    displayed = """
-import click
-from amb_cosim.commands.cli import main
-from amb_files import packs
-packs.packs = dict  # none is installed
-def show(command, path):
-    if isinstance(command, click.Group):
-        context = click.Context(command)
-        for name in command.list_commands(context):
-            show(command.get_command(context, name), f"{path} {name}")
-    else:
-        print(path, command.get_help(click.Context(command, info_name=path)).replace(chr(10), " "))
-show(main, "amb-cosim")
-"""
-    message = subprocess.run(
-        [sys.executable, "-c", displayed], capture_output=True, text=True, check=True
-    ).stdout.splitlines()
-    assert len(message) > 30
-    assert [line for line in message if OF_THE_RIG.search(line)] == []

@@ -35,16 +35,6 @@ def under_pid():
     return amb_cosim.run("compressor_levitated", until=0.1, progress=False)
 
 
-@pytest.mark.parametrize("flavour", ["native", "python"])
-def test_pid_as_matrices_gives_the_results_of_the_pid(under_pid, flavour):
-    run = amb_cosim.run(
-        "compressor_levitated", fmu={"rolac_controller": as_pid()}, until=0.1, progress=False, flavour=flavour
-    )
-    assert run.outcome == under_pid.outcome
-    assert np.abs(displacements(under_pid)).max() > 1e-2 * CLEARANCE
-    np.testing.assert_allclose(displacements(run), displacements(under_pid), rtol=0.0, atol=1e-12 * CLEARANCE)
-
-
 def test_pid_of_a_rig_written_as_data_gives_its_results_in_contact_too():
     """Sensors, gains and derivative as the linear model has them, over a rub: 1e-14 of the clearance."""
     (part,) = linearisable("fig4_7").parts(["rolac_controller"])
