@@ -1,7 +1,5 @@
 """Actuators of other rotors than the rig: any number of bearings, of any name."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Ball bearings: Hertz contacts and loads of the balls against tables, catalogues and closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Controllers of blocks in a file: each block against its formula, coordinates, speeds, and what is refused."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The commands about controller files."""
 
-from __future__ import annotations
-
 import json
 import tracemalloc
 

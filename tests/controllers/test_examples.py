@@ -1,7 +1,5 @@
 """The controllers of the examples hold the compressor, keep their margins, and are the same in another tool."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import control

@@ -1,7 +1,5 @@
 """What is wrong with a law, its names or its file is told in one sentence that names it."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The page on compatibility says of each tool what its tests came to, and a failure before anything else."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

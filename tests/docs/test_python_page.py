@@ -1,7 +1,5 @@
 """The reference page on Python: each parameter has the type and the default of the signature."""
 
-from __future__ import annotations
-
 import inspect
 import sys
 from importlib import import_module

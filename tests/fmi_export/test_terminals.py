@@ -1,7 +1,5 @@
 """terminalsAndIcons.xml of FMI 3.0: FMUs that go together are connected by one terminal of each."""
 
-from __future__ import annotations
-
 import itertools
 from pathlib import Path
 from xml.etree import ElementTree

@@ -1,7 +1,5 @@
 """Components that cannot become parts of an assembly are refused with the cause."""
 
-from __future__ import annotations
-
 from amb_cosim.cosim.system.system import Component, System
 from amb_cosim.export.planned import made_for
 from tests.support.messages import raises_naming

@@ -1,7 +1,5 @@
 """What the assembly shows of its parts, and what can be assembled."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

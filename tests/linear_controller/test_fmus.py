@@ -1,7 +1,5 @@
 """The FMU of a linear controller: its native flavours equal to the core to the last bit, in other tools too."""
 
-from __future__ import annotations
-
 import re
 from importlib import util
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The law itself: samples as python-control has them, the order of states, gains and sums, sizes from 0 to many."""
 
-from __future__ import annotations
-
 import warnings
 
 import control

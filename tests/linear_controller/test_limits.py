@@ -1,7 +1,5 @@
 """Limited demands, and what integrators learn of it; switching on, resetting; delays."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

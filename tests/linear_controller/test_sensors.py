@@ -1,7 +1,5 @@
 """The signal chain and the faults of sensors in front of a linear law."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from linear_bench import Bench, T

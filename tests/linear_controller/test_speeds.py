@@ -1,7 +1,5 @@
 """Matrices that depend on the speed."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Directional and adjoint derivatives of outputs by inputs over a step, against what is known of the models."""
 
-from __future__ import annotations
-
 import math
 from ctypes import c_double, c_size_t, c_uint
 from xml.etree import ElementTree

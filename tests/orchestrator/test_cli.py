@@ -1,7 +1,5 @@
 """The command line: what it says about bad input, and what it leaves behind."""
 
-from __future__ import annotations
-
 import io
 import json
 import subprocess

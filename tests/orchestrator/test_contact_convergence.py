@@ -1,7 +1,5 @@
 """The study of convergence: what it varies, how it measures contact, and what it says of runs that are known."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

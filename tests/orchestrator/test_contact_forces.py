@@ -1,7 +1,5 @@
 """What is read of a machine whose retainers are not in its bearings, and of forces between samples."""
 
-from __future__ import annotations
-
 import json
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Numbers, units and files beyond all measure end with one message, quickly."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """What a notebook shows of a result and of the live rig."""
 
-from __future__ import annotations
-
 import json
 import re
 from html import unescape

@@ -1,7 +1,5 @@
 """Where results go: devices, pipes, links, full disks."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

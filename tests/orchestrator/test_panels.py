@@ -1,7 +1,5 @@
 """Plots as data for pages: what JSON can hold."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From a scenario to numbers: values, rates, and the communication points of events."""
 
-from __future__ import annotations
-
 import math
 import os
 import signal

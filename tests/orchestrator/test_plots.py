@@ -1,7 +1,5 @@
 """Pictures of a synthetic run: which are drawn, and what they show."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

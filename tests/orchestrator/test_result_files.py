@@ -1,7 +1,5 @@
 """Files of results: what is read is what was written, and damage is found."""
 
-from __future__ import annotations
-
 import json
 import random
 

@@ -1,7 +1,5 @@
 """Figures of a synthetic run for which they are known."""
 
-from __future__ import annotations
-
 import itertools
 import json
 

@@ -1,7 +1,5 @@
 """`amb-cosim rotor`: files from ROSS, and what a rotor file holds."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Sense of the whirl that unbalance excites, and rotors that their bearings do not hold."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

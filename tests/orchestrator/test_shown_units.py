@@ -1,7 +1,5 @@
 """Units of figures: asked for, or by the size of what is shown."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

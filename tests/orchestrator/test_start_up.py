@@ -1,7 +1,5 @@
 """What imports and commands load: the import of one heavy package takes longer than a run."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Studies answer for the machine that they are given, not for the rig: its names, clearances, currents and sensors."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A table of receptances made in Python in the place of its file: the same controller, and no file between them."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 

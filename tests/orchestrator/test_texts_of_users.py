@@ -1,7 +1,5 @@
 """Files as editors save them, and names as users write them: read and printed as they are."""
 
-from __future__ import annotations
-
 import codecs
 import re
 import subprocess

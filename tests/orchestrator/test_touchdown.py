@@ -1,7 +1,5 @@
 """Touchdown summaries of a synthetic fall for which they are known."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

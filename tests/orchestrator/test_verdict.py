@@ -1,7 +1,5 @@
 """The verdict on a run: its word, its sentence and what decides it, for each ending."""
 
-from __future__ import annotations
-
 import json
 from io import StringIO
 

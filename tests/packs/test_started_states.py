@@ -1,7 +1,5 @@
 """Co-simulations of the thesis's rig that begin in a steady rub: they stay, or leave as the eigenvalue says."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from growing_vibration import growth_of

@@ -1,7 +1,5 @@
 """The statements of the thesis: complete, well formed, computable."""
 
-from __future__ import annotations
-
 import inspect
 import re
 

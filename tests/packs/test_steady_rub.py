@@ -1,7 +1,5 @@
 """Steady rub of the thesis's rig: states by the continuous loop, and forces of the sampled one in co-simulation."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

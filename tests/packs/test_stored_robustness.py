@@ -1,7 +1,5 @@
 """What packs keep of the robustness of their outcomes: complete, right, and told wherever an outcome is."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

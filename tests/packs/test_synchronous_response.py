@@ -1,7 +1,5 @@
 """Norm of the synchronous response, H beside the printed matrix, response to the test force: the thesis's numbers."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

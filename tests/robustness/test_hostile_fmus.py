@@ -1,7 +1,5 @@
 """FMUs that crash, hang, fork, speak or close what is not theirs, at any of their calls."""
 
-from __future__ import annotations
-
 import sys
 import time
 

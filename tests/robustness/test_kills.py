@@ -1,7 +1,5 @@
 """Processes killed at any moment, folders that cannot be written, caches that are absent."""
 
-from __future__ import annotations
-
 import json
 import os
 import resource

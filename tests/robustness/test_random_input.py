@@ -1,7 +1,5 @@
 """Files with random mistakes, and random command lines: exit code 0, 1 or 2, a message, nothing half-written, soon."""
 
-from __future__ import annotations
-
 import random
 import shutil
 

@@ -1,7 +1,5 @@
 """Ctrl-C and SIGTERM in a run whose steps have become slow: a contact that is nearly too stiff to follow."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Controllers of other rotors than the rig: one bearing in one sensor plane, three bearings among five planes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

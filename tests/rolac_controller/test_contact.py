@@ -1,7 +1,5 @@
 """Contact: its sources, its share of a revolution, and the adaptation that takes it into account."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The assembled controller: sampling, refusals, defaults, state, robustness."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Test forces: the thesis's numbers, power and peaks of the multi-sine."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

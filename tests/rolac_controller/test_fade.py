@@ -1,7 +1,5 @@
 """ROLAC's force fades where it was cut off before: when ROLAC is switched off, and when it leaves the PID alone."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Recursive Fourier transform: exactness, leakage, rejection, drift, validity of the window."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

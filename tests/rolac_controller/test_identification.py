@@ -1,7 +1,5 @@
 """Identification inside the controller: what it finds, how long it takes, when it gives up, what it leaves."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Generalised notch and synchronous force rejection on a levitated rotor."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

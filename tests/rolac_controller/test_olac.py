@@ -1,7 +1,5 @@
 """OLAC: one update to the optimum, only when steady, as often as allowed."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from controller_bench import SAMPLES

@@ -1,7 +1,5 @@
 """PID: signs, equivalence with a spring and a damper, limits, start, setpoint, what the DAC makes of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rig import LOOP, SENSOR_NAMES, given_parameters

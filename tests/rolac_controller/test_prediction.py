@@ -1,7 +1,5 @@
 """Displacements and angle that the controller looks ahead to, for a master that passes them on late."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

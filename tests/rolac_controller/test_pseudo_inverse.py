@@ -1,7 +1,5 @@
 """H of a receptance in the controller itself, against NumPy's pseudo-inverse."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

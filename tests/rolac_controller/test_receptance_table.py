@@ -1,7 +1,5 @@
 """The table in the controller: interpolation, renewal, order, room."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """ROLAC: optimum, rate, sign, switching, limit, harmonics, changing speed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """When the controller samples, whatever the communication step."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

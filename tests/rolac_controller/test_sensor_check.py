@@ -1,7 +1,5 @@
 """Sensors that do not change: found, named, and ROLAC switched off."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from controller_bench import SAMPLES

@@ -1,7 +1,5 @@
 """From displacements to readings: position, scale, noise, quantisation, and every fault."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The reduced harmonic response against all elements, and its signs in closed form."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

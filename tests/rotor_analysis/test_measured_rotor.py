@@ -1,7 +1,5 @@
 """The free modes of a laboratory rotor as its drawing has them, beside those of an impact test."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

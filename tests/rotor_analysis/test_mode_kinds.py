@@ -1,7 +1,5 @@
 """Kinds of mode shapes: of a rigid body, of the rig, of a free shaft."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 

@@ -5,8 +5,6 @@ Magnetic bearings become magnets and a controller file, whose sampled closed loo
 `tools/ross/ross31_rotors.py` renews the files and ROSS's numbers.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,7 +1,5 @@
 """Rotor files: what is wrong in them is named with file, key, value and what is allowed."""
 
-from __future__ import annotations
-
 import pytest
 
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site

@@ -1,7 +1,5 @@
 """How the bearings share the weight of a rotor: by levers where there are two, by bending where there are more."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from analysis_cases import MASS, NOTHING, STEEL, L, disc_between

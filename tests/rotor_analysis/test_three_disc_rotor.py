@@ -3,8 +3,6 @@
 Its numbers are quoted from memory, and were not compared with the book.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """ADC and DAC: steps, rounding, range."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

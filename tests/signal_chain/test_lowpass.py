@@ -1,7 +1,5 @@
 """Anti-aliasing filter: exact between samples, at rest at the start, its response."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

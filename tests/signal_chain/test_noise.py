@@ -1,7 +1,5 @@
 """Random numbers: the published generator, its statistics, its seeds."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

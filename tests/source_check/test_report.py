@@ -1,7 +1,5 @@
 """The report of a few statements: kept answers, failures, page, table and command."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """Quantities of a run, against a run for which they are known."""
 
-from __future__ import annotations
-
 import pytest
 
 from amb_assessment.reporting.panels import MOST_POINTS, curve, panel_of, run_panels

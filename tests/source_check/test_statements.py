@@ -1,7 +1,5 @@
 """The form of statements: what is wrong is refused."""
 
-from __future__ import annotations
-
 import pytest
 
 from source_check.statements import load_statements, parse_statements

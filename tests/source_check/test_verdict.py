@@ -1,7 +1,5 @@
 """Verdicts: from value, tolerance and reading alone."""
 
-from __future__ import annotations
-
 import pytest
 
 from source_check.verdict import Verdict, judge, meets, ratios

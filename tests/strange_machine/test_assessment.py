@@ -1,7 +1,5 @@
 """The same assessment for a rotor with three bearings and a gland and for the rig, each by its own names."""
 
-from __future__ import annotations
-
 import json
 import re
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Points of a sweep of the expander that share what comes before an event."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from strange_machine import RUB

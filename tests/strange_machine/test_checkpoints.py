@@ -1,7 +1,5 @@
 """Runs of the expander that go on from a saved state, and what such a state is refused for."""
 
-from __future__ import annotations
-
 import re
 import signal
 import subprocess

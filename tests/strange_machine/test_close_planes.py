@@ -1,7 +1,5 @@
 """A gland close to the labyrinth: planes so close have modes too fast for the series of a step, but not for pieces."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from rotor_cases import run

@@ -1,7 +1,5 @@
 """Bad input for a machine without a name of the rig's: one sentence with the value and what is allowed."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import shutil

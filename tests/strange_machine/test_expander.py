@@ -1,7 +1,5 @@
 """The expander is unlike the rig of the packs, and does what its scenarios say."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from strange_machine import RUB, TOUCHDOWN

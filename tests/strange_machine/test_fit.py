@@ -1,7 +1,5 @@
 """The expander's file fitted to measurements of a rotor that differs from it."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """FMUs with Python inside: continued runs and branched points of the expander are plain runs."""
 
-from __future__ import annotations
-
 import pytest
 from shared_past import assert_shared_past_changes_nothing
 from strange_machine import RUB

@@ -1,7 +1,5 @@
 """Components of FMI 3.0 in the expander, some or all: the same bits as those of FMI 2.0."""
 
-from __future__ import annotations
-
 import pytest
 import xarray as xr
 from strange_machine import LEVITATION, RUB

@@ -1,7 +1,5 @@
 """The expander under a linear controller: in runs, sweeps, archives and assemblies it is a component as any other."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from strange_machine import LEVITATION

@@ -1,7 +1,5 @@
 """The live rig draws magnets where they pull the rotor, and nowhere else."""
 
-from __future__ import annotations
-
 from strange_machine import LEVITATION
 
 from amb_cosim.results.places import places_of

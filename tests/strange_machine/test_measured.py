@@ -1,7 +1,5 @@
 """A measurement of a heavier expander, with noise, over the model of its drawing; records of its runs."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

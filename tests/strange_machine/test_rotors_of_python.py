@@ -1,7 +1,5 @@
 """A rotor made in Python in the place of a rotor file: the same runs, and no file between them."""
 
-from __future__ import annotations
-
 import json
 import pickle
 from dataclasses import replace

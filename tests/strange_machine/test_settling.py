@@ -1,7 +1,5 @@
 """The settled motion of the expander is solved for, and is what settling leads to."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

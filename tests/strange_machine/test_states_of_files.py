@@ -1,7 +1,5 @@
 """States of FMUs that are given as files: of one that serialises, and of one that keeps them in its memory alone."""
 
-from __future__ import annotations
-
 import zipfile
 
 import pytest

@@ -1,7 +1,5 @@
 """Steady rub of the expander: receptances against co-simulation, and states of four sites."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import SimpleNamespace
 

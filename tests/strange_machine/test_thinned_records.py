@@ -1,7 +1,5 @@
 """What a run says of contact does not depend on how often it records."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import pytest

@@ -1,7 +1,5 @@
 """Verdicts on the axial axis of the strange machine, and machines without thrust bearing."""
 
-from __future__ import annotations
-
 import json
 import math
 

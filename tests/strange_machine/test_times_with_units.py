@@ -1,7 +1,5 @@
 """The end of a run is a number of seconds or a time with its unit, wherever it is given."""
 
-from __future__ import annotations
-
 import pytest
 from strange_machine import LEVITATION
 

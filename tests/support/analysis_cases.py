@@ -1,7 +1,5 @@
 """Rotors simple enough for closed forms, exactly so: their shafts weigh nothing, or do not bend."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rotor_analysis.assembly import Matrices

@@ -1,7 +1,5 @@
 """A component whose C functions are a few lines of Python, for loops that call such functions."""
 
-from __future__ import annotations
-
 from ctypes import CFUNCTYPE, POINTER, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 
 import numpy as np

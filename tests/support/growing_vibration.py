@@ -1,7 +1,5 @@
 """How a signal leaves a state: its growth rate, and the frequency of its vibration, without any model of the cause."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

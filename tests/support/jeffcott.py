@@ -1,7 +1,5 @@
 """A disc on a massless shaft in one circular clearance: m q'' + d q' + k q = u Omega^2 e^(i theta) + F."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from amb_analysis.steady_contact.forward_loop import ComplexLaw, ForwardLoop

@@ -1,7 +1,5 @@
 """Controller and actuator of the rig, and functions of the libraries with its names."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

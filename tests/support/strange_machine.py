@@ -4,8 +4,6 @@ Two magnetic bearings and a passive one between them, sensors and retainers away
 that can touch, other names, a tenth of the usual clearances, 20 kHz sampling.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 FOLDER = Path(__file__).parents[1] / "strange_machine"

@@ -1,7 +1,5 @@
 """A friction law that is changed in a copy of the plant, as the page says, is the law of runs and of steady rub."""
 
-from __future__ import annotations
-
 import math
 import re
 

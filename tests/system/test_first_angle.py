@@ -1,7 +1,5 @@
 """The rotor angle at cycle 0 is the stated one, whatever the step and however it is written."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The levitated rotor with a free spin: its controller sees the speed that the plant has, not the one demanded."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Gravity in a scenario: the static currents carry the rotor's weight, each bearing its share, in any direction."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

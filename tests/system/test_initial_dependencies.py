@@ -1,7 +1,5 @@
 """The initial unknowns depend on what they are declared to depend on, and on nothing else."""
 
-from __future__ import annotations
-
 from graphlib import TopologicalSorter
 from xml.etree import ElementTree
 

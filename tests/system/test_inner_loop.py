@@ -1,7 +1,5 @@
 """ROLAC and its relatives on top of a linear controller: a compressor under lead with two notches."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

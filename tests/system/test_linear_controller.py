@@ -1,7 +1,5 @@
 """A controller of one's own levitates a compressor: as a PID, as a file, from python-control in a few lines."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

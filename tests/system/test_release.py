@@ -1,7 +1,5 @@
 """The release command: what it says, checks and writes is the same each time."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -3,8 +3,6 @@
 tests/packs/test_stored_robustness.py sees how they end, and `amb-cosim report` what the thesis states of them.
 """
 
-from __future__ import annotations
-
 import math
 from functools import cache
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Scenarios that solve for their settled motion have that to which they would settle."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The whole loop, with nonlinear magnets and a landing: turned by 90 degrees, and with the rotor's ends exchanged."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Production code passes values as objects; temporary files are for other programs, archives and atomic writing."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

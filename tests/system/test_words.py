@@ -1,7 +1,5 @@
 """Words that say nothing about rotors, contact, control or FMI are rare in names, comments and docstrings."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

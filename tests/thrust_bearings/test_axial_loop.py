@@ -1,7 +1,5 @@
 """The sampled axial loop against python-control, and its signs."""
 
-from __future__ import annotations
-
 import math
 
 import control

@@ -1,7 +1,5 @@
 """Force of a two-sided thrust disc: its slopes, signs, limits, and its moment under tilt, against closed forms."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

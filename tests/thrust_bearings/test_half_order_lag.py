@@ -1,7 +1,5 @@
 """The lag of solid iron: asymptotes, and its sum of first-order lags against Mittag-Leffler's function."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

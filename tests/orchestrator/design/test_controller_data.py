@@ -1,7 +1,5 @@
 """The matrix H, and the constants of an FMU with a table of it."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Actuator and controller of a rotor: names and places of its file, and a table of its model."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

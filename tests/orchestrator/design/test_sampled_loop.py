@@ -1,7 +1,5 @@
 """The model of the sampled loop: its parts in closed form. The whole is held against identification elsewhere."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
