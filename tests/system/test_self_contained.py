@@ -24,7 +24,7 @@ START: dict[str, dict[str, float]] = {
 def fmus(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     from amb_cosim import build
 
-    return {path.stem: path for path in build(tmp_path_factory.mktemp("fmus"))}
+    return {path.stem: path for path in build(tmp_path_factory.mktemp("fmus"), "python")}
 
 
 def simulated(path: str, start: dict[str, float], hidden: list[str]) -> list[list[float]]:
