@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from amb_analysis.studies.coefficient_limits import CoefficientLimits, limit_notes, limits_of
 from amb_assessment.assessment.machine_file import CompressorStage
 from amb_assessment.assessment.subject import Subject
 from amb_cosim.scenario.scenario import Scenario
@@ -45,6 +46,18 @@ def with_tables(subject: Subject, speeds: Array) -> Array:
     tables = [item.at_speed for item in (*subject.rotor.seals, *real_coefficients(subject))]
     stated = [*subject.linear_components.table_speeds(), *(float(entry.speed) for of in tables for entry in of)]
     return np.unique([*speeds, *(Omega for Omega in stated if speeds[0] < Omega < speeds[-1])])
+
+
+def table_notes(subject: Subject, highest: float) -> list[str]:
+    """Return sentences on tables of seals, stages and controller that end between 0 and the highest speed (rad/s).
+
+    Coefficients that were frozen at a whirl frequency are named, too.
+    """
+    limits = limits_of((*subject.rotor.seals, *real_coefficients(subject)))
+    laws = subject.linear_components.table_speeds()
+    if len(laws) > 1:
+        limits = (*limits, CoefficientLimits(("controller",), laws[0], laws[-1], None))
+    return [f"{note}." for note in limit_notes(limits, (0.0, highest))]
 
 
 def cross_coupling(name: str, node: int, Q: float) -> Bearing:

@@ -20,7 +20,7 @@ from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, judge
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.stability import least_stable
-from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.stages import real_coefficients, table_notes
 from amb_assessment.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import current_amplitude
@@ -225,6 +225,22 @@ def test_a_gain_that_is_low_between_two_entries_of_its_table_is_judged(tmp_path)
     assert verdicts(found)["stable"].verdict is Judgement.MISSED
     assert verdicts(found)["stable"].measured.facts["N"] == pytest.approx(5100.0, abs=60.0)
     assert set(found.unanswered) == {"envelope"}
+
+
+def test_tables_that_end_before_the_trip_speed_are_named(tmp_path):
+    """A stage up to 2000 rad/s and gains up to 20,000 1/min (2094 rad/s), judged up to 26,400 1/min (2765 rad/s)."""
+    text = (BLOWER / "controller.toml").read_text(encoding="utf-8")
+    gains = '[["0 rpm", -1.0], ["20000 rpm", -1.0]]'
+    (tmp_path / "scheduled.toml").write_text(text.replace("gain = -1\n", f"gain = {gains}\n", 1), encoding="utf-8")
+    file = load_machine(BLOWER / "machine.toml")
+    (stage,) = file.stages
+    rows = [{"speed": Omega, "stiffness": 1e5} for Omega in (0.0, 2000.0)]
+    tabled = type(stage).model_validate(stage.model_dump(mode="json", exclude_none=True) | {"real": rows})
+    changed = {"stages": (tabled,), "controller": str(tmp_path / "scheduled.toml")}
+    first, second = table_notes(subject_of(file.model_copy(update=changed)), file.speed.tripping)
+    assert_names(first, "impeller", "2000", "nearest speed")
+    assert_names(second, "controller", "2094", "nearest speed")
+    assert table_notes(subject_of(file), file.speed.tripping) == []
 
 
 def test_the_least_stable_speed_is_found_between_those_of_a_grid(expander):

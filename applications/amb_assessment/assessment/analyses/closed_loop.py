@@ -15,12 +15,11 @@ from amb_analysis.studies.damping_zones import ZONES
 from amb_analysis.studies.loop_vibrations import Vibrations, followed, vibrations
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stability import described, least_stable, spectral_radius
-from amb_assessment.assessment.stages import real_coefficients, with_tables
+from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm, subject_of
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from amb_cosim.scenario.plan_warnings import viscous_losses
 from array_types import Array
-from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import elastic_shapes
 from rotor_analysis.refinement import refined
 
@@ -48,8 +47,7 @@ def answer(subject: Subject) -> AnalysisResult:
         for s, decrement, sense in zip(result[at].poles, result[at].decrements(), result[at].senses, strict=True)
     )
     table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
-    ends = [f"{s.name} from {s.at_speed[0].speed:g} to {s.at_speed[-1].speed:g} rad/s" for s in _not_covering(subject)]
-    notes = [f"Coefficients of seals are constant outside their tables: {', '.join(ends)}."] if ends else []
+    notes = table_notes(subject, speed.tripping)
     notes += [f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T)."]
     if hertz(limit) > 0.5 / loop.sample_time:
         half = f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz"
@@ -80,13 +78,6 @@ def _with_all_modes(subject: Subject) -> list[Quantity]:
     result = least_decrement_over("decrement_all_modes", lambda Omega: vibrations(loop, Omega), speeds)
     note = f"with {min(MODES, most)} modes in a plane of motion, {retained} in co-simulation"
     return [replace(result, note=note)]
-
-
-def _not_covering(subject: Subject) -> list[Bearing]:
-    """Return the seals whose tables do not cover the smallest to the trip speed."""
-    low, high = subject.file.speed.lowest, subject.file.speed.tripping
-    tabled = [seal for seal in subject.rotor.seals if seal.at_speed]
-    return [seal for seal in tabled if seal.at_speed[0].speed > low or seal.at_speed[-1].speed < high]
 
 
 def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]]) -> Quantity:

@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_analysis.machine.response import refined_response
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stages import real_coefficients, with_tables
+from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
 from amb_assessment.assessment.subject import NEARER, Subject, rpm
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
@@ -67,6 +67,7 @@ def answer(subject: Subject) -> AnalysisResult:
         "A_vl/A_max, probe limit over largest displacement at the probes in operation, from 1 to 6. The published text "
         "gives the 6 alone; the scale stands for vibration that rises to the limit, so it never makes a share smaller.",
         NEARER,
+        *table_notes(subject, float(speeds[-1])),
     )
     return AnalysisResult(
         tuple(measured), tuple(panels), (ResultTable("Critical speeds", heads, tuple(rows)), placed), notes
