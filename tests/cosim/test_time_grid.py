@@ -1,0 +1,35 @@
+"""Times as users spell them fall on the point of exact arithmetic, for any step."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+
+from amb_cosim.cosim.basics.time_grid import TimeGrid, whole_steps
+from amb_cosim.cosim.system.values import quantity
+
+UNITS = {"s": 0, "ms": -3, "us": -6, "ns": -9}
+STEPS = ("50 us", "0.05 ms", "5e-5", "7 us", "0.125 ms", "33.3 us", "2.5E-4 s")
+
+
+def spellings(time: Fraction) -> list[str]:
+    """Return a time (s) that has finitely many digits in all units, with a fixed point and with an exponent."""
+    seconds = Decimal(time.numerator) / Decimal(time.denominator)
+    numbers = {unit: seconds.scaleb(-power) for unit, power in UNITS.items()}
+    return [format(number, form) + f" {unit}" for unit, number in numbers.items() for form in "fE"]
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_time_is_the_same_point_in_every_spelling(step):
+    h = quantity(step, "s", "step")
+    exact = Fraction(str(h))
+    for steps in (1, 3, 60, 999, 12_345, 720_000, 10_000_001):
+        for part in (Fraction(0), Fraction(1, 2), Fraction(-1, 10), Fraction(49, 100)):
+            time = (steps + part) * exact
+            for text in spellings(time):
+                seconds = quantity(text, "s", "time")
+                assert TimeGrid(h).nearest("time", seconds) == round(time / exact), (step, text)
+                if part == 0:
+                    assert whole_steps("time", seconds, h) == steps, (step, text)
