@@ -103,8 +103,9 @@ def test_a_step_that_is_discarded_without_an_end_fails(verified):
 def simulated(fmu_from_c, tmp_path):
     """`simulated(ends, version, order, **options)`: a run of 0.4 s in steps of 0.1 s, of FMUs that end it at `ends`."""
 
-    def simulate(ends, version=2, order="gauss_seidel", h=0.1, kind=0, **options):
-        fmu = fmu_from_c(SOURCE, DESCRIPTIONS[version], version)
+    def simulate(ends, version=2, order="gauss_seidel", h=0.1, kind=0, flags="", **options):
+        described = DESCRIPTIONS[version].replace("<CoSimulation ", f"<CoSimulation {flags} ")
+        fmu = fmu_from_c(SOURCE, described, version)
         text = f'coupling = "{order}"\n' + system_text(dict.fromkeys(ends, fmu), end="0.4 s")
         (tmp_path / "system.toml").write_text(text.replace('"1 ms"', f'"{h} s"'), encoding="utf-8")
         settings = {f"{name}.end": end for name, end in ends.items()} | {f"{name}.kind": kind for name in ends}
@@ -153,6 +154,13 @@ def test_an_end_within_a_step_of_several_leaves_that_step_out(simulated, order):
     assert (result.outcome.status, result.outcome.time) == ("stopped", 0.25)
     for name in ("one", "two", "three"):
         assert times_and_values(result, name) == ([0.0, 0.1, 0.2],) * 2
+
+
+def test_an_fmu_in_a_process_of_its_own_ends_the_run_as_well(simulated):
+    result = simulated({"one": 9.0, "two": 0.3}, flags='canBeInstantiatedOnlyOncePerProcess="true"')
+    assert (result.outcome.status, result.outcome.component) == ("stopped", "two")
+    for name in ("one", "two"):
+        assert times_and_values(result, name) == (pytest.approx([0.0, 0.1, 0.2, 0.3]),) * 2
 
 
 def test_an_end_where_a_step_begins_is_that_of_the_step_before(simulated):

@@ -86,9 +86,9 @@ def test_errors_and_progress_come_back(system):
 
 
 def test_an_error_of_an_fmu_is_the_same_in_another_process():
-    error = FmuError("fmi2DoStep", "Error", ["it is late", "it is dark"])
+    error = FmuError("fmi2DoStep", "Error", ["it is late", "it is dark"], 0.25)
     other = pickle.loads(pickle.dumps(error))
-    assert (str(other), other.status, other.log) == (str(error), error.status, error.log)
+    assert (str(other), other.status, other.log, other.end) == (str(error), error.status, error.log, 0.25)
 
 
 @pytest.mark.parametrize(("given", "foreign", "expected"), [
