@@ -24,7 +24,6 @@ IN_GATE = (
     *("fig6_13", "fig6_13_pid", "fig6_18_pid", "rolling_90"),
 )
 LATER = sorted(name for name in stored_outcomes() if re.match("fig|rol|run", name) and name not in IN_GATE)
-LATER = [name for name in LATER if not name.endswith("planes13")]  # with modes faster than the steps
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +59,8 @@ def test_a_run_ends_as_its_pack_says_and_balances_its_energy(cases, name):
     assert ended(result.outcome, result.summary) == {*re.findall(r"\w+", stored_outcomes()[name].outcome)} - {
         "touching"
     }
-    assert result.summary.energy_balance < (1e-5 if name.startswith("fig4_20") else 1e-6), "it rolls under 1000 kN"
+    limit = 1e-5 if name.startswith("fig4_20") else 1e-4 if name.endswith("planes13") else 1e-6
+    assert result.summary.energy_balance < limit, "it rolls under 1000 kN, or has modes faster than the steps"
 
 
 @pytest.mark.slow
