@@ -142,8 +142,8 @@ def test_sanitizers_find_nothing_in_the_plant(sanitized, plant, plant_constants,
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["amb_actuator", "rolac_controller", "levitated_rotor"])
-def test_sanitizers_find_nothing_in_calls_of_actuator_controller_and_assembly(sanitized, name):
+@pytest.mark.parametrize("name", ["amb_actuator", "rolac_controller"])
+def test_sanitizers_find_nothing_in_calls_of_actuator_and_controller(sanitized, name):
     from amb_cosim.cosim.fmu.fmus import model_source
 
     host, *fmu = sanitized(*model_source(name))
