@@ -141,7 +141,7 @@ def test_a_damaged_entry_of_the_cache_is_made_anew(tmp_path, monkeypatch, whole,
             file.unlink()
         assert get() == fmu
         assert file.read_bytes() == before
-    assert not list((tmp_path / "amb-cosim").glob(".*"))
+    assert not list((tmp_path / "amb-cosim").glob(".amb-cosim-*"))
 
 
 def test_a_cache_that_cannot_be_written_is_one_of_this_process(run_python, tmp_path):
