@@ -9,7 +9,6 @@ from amb_cosim.scenario.scenario import Scenario
 
 SHORT = Scenario.load(RUB).changed(end_cycle=6, settle_cycles=2)
 SIZE = "step.rotor_contact.turbine.u"
-PLACES = [f"rotor_contact.{place}.{axis}" for place in ("north", "south", "labyrinth") for axis in "xy"]
 
 pytestmark = pytest.mark.slow  # without compiled kernels it takes minutes
 
