@@ -100,8 +100,11 @@ def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float
 
 
 @kernel
-def observe(w: Workspace, matrices: StepMatrices, A: float, B: float) -> None:
-    """Compute the observations at the ports under node forces and an unbalance in the direction A + i B."""
+def observe(w: Workspace, matrices: StepMatrices, of_forces: Array, A: float, B: float) -> None:
+    """Compute the observations at the ports under node forces and an unbalance in the direction A + i B.
+
+    `of_forces` are those due to unit forces, here and below.
+    """
     piece = piece_of(matrices)
     observed, axes = piece.observed, piece.known.shape[0] // N_LOBATTO
     first, columns = columns_in_use(w, matrices)
@@ -109,9 +112,9 @@ def observe(w: Workspace, matrices: StepMatrices, A: float, B: float) -> None:
     of_bearings, of_contact, of_all = observed[4, first:], observed[5, first:], observed[6, first:]
     add_multiples(of_state, A, of_A, B, of_B, of_bearings, columns)
     of_contact[:columns] = 0.0
-    add_combination(piece.known, piece.of_forces, of_bearings, first, columns)
-    add_combination(piece.contact[:axes], piece.of_forces, of_bearings, first, columns)
-    add_combination(piece.contact[axes:], piece.of_forces[axes:], of_contact, first, columns)
+    add_combination(piece.known, of_forces, of_bearings, first, columns)
+    add_combination(piece.contact[:axes], of_forces, of_bearings, first, columns)
+    add_combination(piece.contact[axes:], of_forces[axes:], of_contact, first, columns)
     add_multiples(of_bearings, 1.0, of_contact, 0.0, of_contact, of_all, columns)
 
 
@@ -180,7 +183,9 @@ def set_contact_forces(w: Workspace, matrices: StepMatrices) -> None:
 
 
 @kernel
-def solve_nodes(w: Workspace, matrices: StepMatrices, size: int, h: float) -> tuple[bool, float, float]:
+def solve_nodes(
+    w: Workspace, matrices: StepMatrices, of_forces: Array, size: int, h: float
+) -> tuple[bool, float, float]:
     """Solve the forces at all points after the first in their directions; `size` is the number of unknowns per point.
 
     Returns whether the equations are solvable, the largest change of a force, and the largest force (N).
@@ -188,7 +193,7 @@ def solve_nodes(w: Workspace, matrices: StepMatrices, size: int, h: float) -> tu
     for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
             for point in range(1, N_LOBATTO):
-                _write_equations(w, matrices, k, point, size, h)
+                _write_equations(w, matrices, of_forces, k, point, size, h)
     if not solve(matrices.equations, (N_LOBATTO - 1) * size):
         return False, 0.0, 0.0
     b = matrices.equations.right_side
@@ -206,7 +211,9 @@ def solve_nodes(w: Workspace, matrices: StepMatrices, size: int, h: float) -> tu
 
 
 @kernel
-def _write_equations(w: Workspace, matrices: StepMatrices, k: int, point: int, size: int, h: float) -> None:
+def _write_equations(
+    w: Workspace, matrices: StepMatrices, of_forces: Array, k: int, point: int, size: int, h: float
+) -> None:
     """Write the equations of site k at a Lobatto point after the first."""
     piece = piece_of(matrices)
     A, b = matrices.equations
@@ -231,12 +238,12 @@ def _write_equations(w: Workspace, matrices: StepMatrices, k: int, point: int, s
         for source in range(1, N_LOBATTO):
             cause, column = matrices.nodes[other, source], (source - 1) * size + w.sites[other].unknown
             unit = 2 * n_ports * source + other_port
-            of_x = _observed_from(piece.of_forces[unit], n_ports, point, port, housing)
-            of_y = _observed_from(piece.of_forces[unit + 1], n_ports, point, port, housing)
+            of_x = _observed_from(of_forces[unit], n_ports, point, port, housing)
+            of_y = _observed_from(of_forces[unit + 1], n_ports, point, port, housing)
             if other_housing >= 0:
                 unit = 2 * n_ports * source + other_housing
-                x = _observed_from(piece.of_forces[unit], n_ports, point, port, housing)
-                y = _observed_from(piece.of_forces[unit + 1], n_ports, point, port, housing)
+                x = _observed_from(of_forces[unit], n_ports, point, port, housing)
+                y = _observed_from(of_forces[unit + 1], n_ports, point, port, housing)
                 of_x = Point(of_x.x - x.x, of_x.y - x.y, of_x.v_x - x.v_x, of_x.v_y - x.v_y)
                 of_y = Point(of_y.x - y.x, of_y.y - y.y, of_y.v_x - y.v_x, of_y.v_y - y.v_y)
             f_x, f_y, f_t = -cause.n_x - cause.ratio * cause.n_y, -cause.n_y + cause.ratio * cause.n_x, cause.ratio

@@ -48,7 +48,7 @@ class Piece(NamedTuple):
         these with magnets and contact at the first point; contact at the other points; everything. Columns of bearings
         without force are omitted.
     of_forces
-        Observations (S) of unit forces at the ports, ordered as in x, shape (8 n_ports, n_columns).
+        Interpolated observations (S) of unit forces at the ports, ordered as in x, shape (8 n_ports, n_columns).
     known, contact
         Forces at the ports (N), of magnets and of contacts, shape (8 n_ports,) each.
     spin

@@ -180,7 +180,7 @@ def advance_by_pieces(
             note_use(matrices, level, index)
             begin_piece(w, matrices, level, index)
             share, roughness = 1.0, TOO_ROUGH
-            if solve_piece(w, matrices, h, theta, Omega, damping.torque):
+            if solve_piece(w, matrices, level, index, h, theta, Omega, damping.torque):
                 share, roughness = smooth_share(w, matrices, h)
             done = share == 1.0 and roughness <= 1.0 and end_piece(w, matrices, level, index, h)
             if share < 1.0:

@@ -7,6 +7,7 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from fmi_export.parts import part
 from rotor_contact.bodies import couple_spin, drive_torque, race_drag
 from rotor_contact.contact import find_multipliers, is_any_constrained, number_unknowns, put_on_circles
 from rotor_contact.dynamics import spin_coupling, unbalance_direction
@@ -40,6 +41,7 @@ from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
 from rotor_contact.site_in_piece import clear_share, close_margin, off_circle, share_in_mode
 from rotor_contact.step_matrices import LevelsAround, StepMatrices, grid_speed, levels_around
+from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
 
 MAX_SWEEPS = 8
@@ -165,6 +167,8 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
         row = 2 * n + 2 + direction
         low, high, seen = S[row, first:], S_high[row, first:], observed[2 + direction, first:]
         interpolate(low, high, share, seen, columns)
+    if share == 0.0:
+        return
     for k in range(w.sites.shape[0]):
         if is_constrained(w.sites[k]):
             _observe_units(matrices, around, port_of_site(matrices, k), first, columns)
@@ -189,12 +193,24 @@ def _observe_units(matrices: StepMatrices, around: LevelsAround, port: int, firs
 
 
 @kernel
-def solve_piece(w: Workspace, matrices: StepMatrices, h: float, theta: float, Omega: float, torque: float) -> bool:
+def solve_piece(
+    w: Workspace,
+    matrices: StepMatrices,
+    level: int,
+    index: float,
+    h: float,
+    theta: float,
+    Omega: float,
+    torque: float,
+) -> bool:
     """Find all node forces, with spin and races; return False if they do not converge.
 
     Requires the contact forces at z in the sites.
     """
     piece, in_contact = piece_of(matrices), is_any_constrained(w.sites)
+    around, of_forces = levels_around(matrices, level, index), piece.of_forces
+    if around.share == 0.0:  # rows of S; else `_observe_units` has interpolated them
+        of_forces = part(around.low.S, around.low.S.size - of_forces.size, REAL, of_forces.shape)
     size = number_unknowns(w.sites) if in_contact else 0
     v = stages_of(w.stages).z[w.n : 2 * w.n]
     for k in range(w.sites.shape[0]):
@@ -220,7 +236,7 @@ def solve_piece(w: Workspace, matrices: StepMatrices, h: float, theta: float, Om
         direction = _direction(w, matrices, h, theta)
         piece.x[piece.x.shape[0] - piece.known.shape[0] - 2] = direction.real
         piece.x[piece.x.shape[0] - piece.known.shape[0] - 1] = direction.imag
-        observe(w, matrices, direction.real, direction.imag)
+        observe(w, matrices, of_forces, direction.real, direction.imag)
         if sweep > 0 and change <= SETTLED * largest + 1e-300:
             locate_nodes(w, matrices)
             return True
@@ -232,7 +248,7 @@ def solve_piece(w: Workspace, matrices: StepMatrices, h: float, theta: float, Om
                 largest = max(largest, abs(piece.known[unit]))
         if in_contact:
             locate_nodes(w, matrices)
-            solved, of_contact, force = solve_nodes(w, matrices, size, h)
+            solved, of_contact, force = solve_nodes(w, matrices, of_forces, size, h)
             if not solved or not force > 0.0:
                 return False
             change, largest = max(change, of_contact), max(largest, force)
