@@ -10,16 +10,20 @@ import pytest
 from machine_variants import halved, in_other_units, mirrored, read, toml_text
 from slow import slow_but_first
 
-from amb_assessment.assessment import stability
+from amb_assessment.assessment import runs, stability
 from amb_assessment.assessment.analyses import (
     closed_loop,
     cross_coupling,
     envelope,
+    faults,
+    landing,
+    recovery,
     robustness,
     sensitivity,
     unbalance,
 )
 from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.findings import Judgement
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.unbalance_cases import response_speeds
 from rotor_analysis.packaged_rotors import rotor_path
@@ -27,7 +31,18 @@ from rotor_analysis.packaged_rotors import rotor_path
 BLOWER = Path(__file__).parent / "blower"
 LINEAR = ("closed_loop", "cross_coupling", "unbalance", "envelope")
 MARGINS = ("sensitivity", "robustness")
+RUNS = ("vibration", "faults", "landing", "recovery")
+ORBITS = {"clearance_used": 0.25, "clearance_used_running": 0.25, "clearance_used_fault": 2.5}
+"""Displacements in co-simulation (%), with the scatter of noise, and of a motion against the retainers."""
 ACCURACY = 2e-3  # of two values with 0.1 % each, docs/how-to/assess.md
+DURATIONS = (
+    (runs, "CYCLES"),
+    (faults, "FAULT"),
+    (landing, "FIRST"),
+    (landing, "LONGEST"),
+    (recovery, "WITHOUT_POWER"),
+    (recovery, "BACK"),
+)
 OF_UNBALANCE = ("probe_displacement", "current_demand", "slew_demand")
 SAMPLES = (
     (stability, "SPEEDS"),
@@ -186,6 +201,46 @@ def test_a_mirrored_machine_has_the_same_margins(machine, margins, tmp_path):
 def test_twice_the_samples_change_no_margin(machine, margins, monkeypatch):
     doubled_samples(monkeypatch)
     assert_alike(values(machine, MARGINS), margins)
+
+
+@pytest.fixture(scope="module")
+def simulated(machine):
+    return values(machine, RUNS)
+
+
+def assert_same_runs(found, reference):
+    """Assert the same verdicts, and the same orbits but for noise.
+
+    Which of eight landings whirls backward depends on last bits, and with it whether the criterion is missed or, with
+    others that have not ended, not answered. Met and missed exclude each other.
+    """
+    assert found.keys() == reference.keys()
+    for key, expected in reference.items():
+        pairs = [{first, other} for (_, first), (_, other) in zip(found[key], expected, strict=True)]
+        if key[1].startswith("landing_"):
+            assert {Judgement.MET, Judgement.MISSED} not in pairs, key
+        else:
+            assert all(len(pair) == 1 for pair in pairs), key
+        if key[1] in ORBITS:
+            numbers = [value for value, _ in expected]
+            assert [value for value, _ in found[key]] == pytest.approx(numbers, rel=0.03, abs=ORBITS[key[1]]), key
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", ["blower"], indirect=True)
+@pytest.mark.parametrize("description", DESCRIPTIONS)
+def test_another_description_changes_no_verdict_on_runs(description, machine, simulated, tmp_path):
+    assert_same_runs(values(DESCRIPTIONS[description](machine, tmp_path), RUNS), simulated)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("machine", ["blower"], indirect=True)
+def test_runs_of_twice_the_duration_change_no_verdict(machine, simulated, monkeypatch):
+    for module, name in DURATIONS:
+        monkeypatch.setattr(module, name, 2.0 * getattr(module, name))
+    monkeypatch.setattr(landing, "MOST_STEPS", 2 * landing.MOST_STEPS)
+    monkeypatch.setattr(runs, "SPEEDS", 2 * runs.SPEEDS - 1)
+    assert_same_runs(values(machine, RUNS), simulated)
 
 
 def test_a_resonance_within_the_range_is_missed():
