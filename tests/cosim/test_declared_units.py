@@ -11,6 +11,7 @@ from fmu_systems import system_text
 import amb_cosim
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.system.values import convert
+from fmi_export.building.number_texts import plain_forms
 from tests.support.messages import raises_naming
 
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
@@ -78,6 +79,12 @@ def test_a_value_may_be_in_any_unit_that_the_fmu_declares(port_in, unit, value, 
             convert(value, port_in(unit), "one.u")
     else:
         assert convert(value, port_in(unit), "one.u") == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("value", ["12,000 count", "1,5 counts", "12 000"])
+def test_a_number_with_separators_is_refused_in_any_unit(port_in, value):
+    with raises_naming(ValueError, "one.u", repr(value), plain_forms(value)[0], "separators"):
+        convert(value, port_in("count"), "one.u")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")

@@ -6,6 +6,7 @@ import math
 import re
 
 from amb_cosim.cosim.fmu.fmu_interface import Port, UnitDefinition
+from fmi_export.building.number_texts import plain_forms
 from fmi_export.building.units import COMMON, SI, parse_unit, to_unit
 
 Raw = bool | int | float | str
@@ -61,8 +62,8 @@ def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
     With the FMU's definitions of both units, b = F v + O in the same base units, the number is (F v + O - O') / F'.
     """
     port_unit, match = port.unit or "1", _QUANTITY.fullmatch(raw) if isinstance(raw, str) else None
-    if match is None or match[2] == port_unit or (match[2], port_unit) in COMMON:
-        return quantity(raw, port_unit, name)
+    if match is None or match[2] == port_unit or (match[2], port_unit) in COMMON or plain_forms(match[0]):
+        return quantity(raw, port_unit, name)  # or the refusal of a number with separators
     number, unit = float(match[1]), match[2]
     scale, declared = port.units.get(unit), port.definition
     if scale is not None and declared is not None and scale[:-2] == declared[:-2] and declared[-2]:
