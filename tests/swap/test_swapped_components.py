@@ -8,7 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 
+import amb_cosim
+from amb_cosim.results.result import Result
 from rotor_analysis.response import unbalance_response
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_plant, supported_rotor
@@ -16,43 +19,31 @@ from rotor_analysis.supported_rotor import supported_plant, supported_rotor
 pytestmark = pytest.mark.gate
 
 
-def simulated(scenario: dict[str, Any], folder: str) -> dict[str, Any]:
-    import json
-    from pathlib import Path
-
-    import tomli_w
-
-    import amb_cosim
-
-    path = Path(folder) / "swapped.toml"
-    path.write_text(tomli_w.dumps(scenario), encoding="utf-8")
-    result = amb_cosim.run(path, progress=False)
-    assert result.outcome.failure is None, result.outcome.failure
-    names = [f"rotor_contact.{b}.{a}" for b in ("mb1", "mb2") for a in "xy"]
-    return {
-        "cycle": result.dataset.cycle.values.tolist(),
-        "motion": [result.dataset[name].values.tolist() for name in names],
-        "units": result.dataset["rotor_contact.mb1.x"].attrs["units"],
-        "summary": json.loads(result.summary.to_json()),
-    }
-
-
 @pytest.fixture(scope="module")
-def run(run_once, tmp_path_factory):
-    """`run(fmu=.., ...)`: `fig4_9` with replaced components, whose paths are relative to the scenario's file."""
-    folder = tmp_path_factory.mktemp("scenarios")
+def run(tmp_path_factory):
+    """`run(fmu=.., ...)`: `fig4_9` with replaced components, once each; paths are relative to the scenario's file."""
+    folder, results = tmp_path_factory.mktemp("scenarios"), {}
 
-    def run_it(fmu: dict[str, Path] | None = None, **changes: Any) -> dict[str, Any]:
+    def run_it(fmu: dict[str, Path] | None = None, **changes: Any) -> Result:
         files = {component: os.path.relpath(path, folder) for component, path in (fmu or {}).items()}
-        return run_once(
-            simulated, scenario={"base": "fig4_9", "settling": "simulated", "fmu": files, **changes}, folder=str(folder)
-        )
+        scenario = {"base": "fig4_9", "settling": "simulated", "fmu": files, **changes}
+        if (text := tomli_w.dumps(scenario)) not in results:
+            path = folder / "swapped.toml"
+            path.write_text(text, encoding="utf-8")
+            results[text] = amb_cosim.run(path, progress=False)
+            assert results[text].outcome.failure is None, results[text].outcome.failure
+        return results[text]
 
     return run_it
 
 
-def before_the_step(found: dict[str, Any]) -> np.ndarray:
-    return np.array(found["motion"])[:, np.array(found["cycle"]) < 5.0]
+def motion(result: Result) -> np.ndarray:
+    names = [f"rotor_contact.{b}.{a}" for b in ("mb1", "mb2") for a in "xy"]
+    return np.array([result.dataset[name].values for name in names])
+
+
+def before_the_step(result: Result) -> np.ndarray:
+    return motion(result)[:, result.dataset["cycle"].values < 5.0]
 
 
 @pytest.mark.slow
@@ -60,8 +51,8 @@ def test_a_c_controller_of_four_inputs_does_what_the_pid_does(run, c_controller)
     pid, swapped = run(), run({"rolac_controller": c_controller})
     expected = before_the_step(pid)
     np.testing.assert_allclose(before_the_step(swapped), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
-    assert swapped["summary"]["recovery"] == "recovered"
-    assert swapped["summary"]["notices"] == [
+    assert swapped.summary.recovery == "recovered"
+    assert swapped.summary.as_dict()["notices"] == [
         "rolac_controller: pd_controller.fmu has no rolac_enable; its settings are ignored"
     ]
 
@@ -69,7 +60,7 @@ def test_a_c_controller_of_four_inputs_does_what_the_pid_does(run, c_controller)
 @pytest.mark.slow
 def test_a_python_controller_gives_the_same_bits_as_the_c_one(run, c_controller, python_fmus):
     swapped = [run({"rolac_controller": fmu}) for fmu in (c_controller, python_fmus / "PdController.fmu")]
-    assert swapped[0]["motion"] == swapped[1]["motion"]
+    np.testing.assert_array_equal(*map(motion, swapped))
 
 
 @pytest.mark.slow
@@ -78,7 +69,7 @@ def test_linear_bearings_are_the_linear_law_with_held_forces(run, python_fmus):
     swapped = run({"amb_actuator": python_fmus / "LinearActuator.fmu"})
     expected = before_the_step(held)
     np.testing.assert_allclose(before_the_step(swapped), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
-    assert swapped["summary"]["recovery"] == "recovered"
+    assert swapped.summary.recovery == "recovered"
 
 
 @pytest.mark.slow
@@ -93,14 +84,16 @@ def test_the_whole_rotor_differs_from_the_reduced_one_as_its_response_does(run, 
         for model in (supported_rotor(rotor), supported_plant(rotor))
     ]
     orbits = [
-        [result["summary"]["settled_amplitude_mm"]["end"][bearing] for bearing in ("mb1", "mb2")]
+        [result.summary.as_dict()["settled_amplitude_mm"]["end"][bearing] for bearing in ("mb1", "mb2")]
         for result in (swapped, reduced)
     ]
     expected = responses[0] / responses[1]
     np.testing.assert_allclose(np.divide(*orbits), expected, rtol=2e-4)
     assert abs(expected[0] - 1.0) > 2e-3, "a difference that shows"
-    assert swapped["summary"]["site_share"] == {}, "it has nothing to touch"
-    assert swapped["units"] == "m", "a variable without a unit has that of the variable it replaces"
-    dropped, unfed = swapped["summary"]["notices"]
+    assert swapped.summary.as_dict()["site_share"] == {}, "it has nothing to touch"
+    assert swapped.dataset["rotor_contact.mb1.x"].attrs["units"] == "m", (
+        "a variable without a unit has that of the variable it replaces"
+    )
+    dropped, unfed = swapped.summary.as_dict()["notices"]
     assert "has no solver.tolerance, contact.impact_law" in dropped
     assert "nothing feeds d2.u, d3.u, d4.u" in unfed
