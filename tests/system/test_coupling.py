@@ -7,6 +7,7 @@ gradient the linear law is followed exactly, and what remains is the rotor's own
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,10 @@ import pytest
 from monolithic import CLEARANCE, orbit_with_contact
 from slow import slow_but_first
 
+from amb_cosim.cosim.system.system_tables import Record
+from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.scenario import load_scenario, parse_scenario
+from amb_cosim.scenario.simulation import run_planned
 from bath_thesis.studies.monolithic import Levitation, free_orbit
 
 SCENARIO = """
@@ -53,20 +58,17 @@ FIXED = """
 """
 
 
-def recorded(text: str, stride: int) -> dict[str, list[float]]:
-    """Displacements and contact forces of a scenario, every `stride` points; runs in a process of its own."""
-    from amb_cosim.scenario.plan_run import plan_run
-    from amb_cosim.scenario.scenario import parse_scenario
-    from amb_cosim.scenario.simulation import run_planned
-
+@cache
+def recorded(text: str, stride: int) -> dict[str, np.ndarray]:
+    """Displacements and contact forces of a scenario, every `stride` points."""
     result = run_planned(plan_run(parse_scenario(text, "coupling")))
     assert result.outcome.failure is None, result.outcome.failure
     names = ["mb1.x", "mb1.y", "mb2.x", "mb2.y", "rb1.f_n", "rb2.f_n"]
-    return {name: result.dataset[f"rotor_contact.{name}"].values[::stride].tolist() for name in names}
+    return {name: result.dataset[f"rotor_contact.{name}"].values[::stride] for name in names}
 
 
 @pytest.fixture(scope="session")
-def cosimulate(run_once: Callable[..., Any]) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+def cosimulate() -> Callable[..., tuple[np.ndarray, np.ndarray]]:
     """Complex displacements at MB1 and MB2 and contact forces at each sample of the controller."""
 
     def run(
@@ -74,23 +76,18 @@ def cosimulate(run_once: Callable[..., Any]) -> Callable[..., tuple[np.ndarray, 
     ) -> tuple[np.ndarray, np.ndarray]:
         solver = TIGHT if substep is None else FIXED.format(substep)
         text = SCENARIO.format(**vars(case), cycles=cycles, gradient=str(gradient).lower(), step=step, solver=solver)
-        data = run_once(recorded, text=text, stride=round(250 / step), timeout=300)
-        x_1, y_1, x_2, y_2, f_1, f_2 = (np.array(column) for column in data.values())
+        x_1, y_1, x_2, y_2, f_1, f_2 = recorded(text, round(250 / step)).values()
         return np.array([x_1 + 1j * y_1, x_2 + 1j * y_2]).T, np.array([f_1, f_2]).T
 
     return run
 
 
-def orders() -> list[dict[str, Any]]:
+@pytest.fixture(scope="module")
+def in_orders() -> list[dict[str, Any]]:
     """Runs of fig4_9: in Gauss-Seidel order, and in Jacobi order by default, at 50 us, and at 250 us.
 
     At 50 and 250 us the controller does not predict, at last it does.
     """
-    from amb_cosim.cosim.system.system_tables import Record
-    from amb_cosim.scenario.plan_run import plan_run
-    from amb_cosim.scenario.scenario import load_scenario
-    from amb_cosim.scenario.simulation import run_planned
-
     matches = []
     plain = {"rolac_controller.prediction_time": 0.0}
     for change, settings in [
@@ -106,12 +103,6 @@ def orders() -> list[dict[str, Any]]:
         warnings = [text for text in summary.warnings if "Jacobi" in text]
         matches.append({"orbit": summary.orbit_before, "recovery": summary.recovery, "warnings": warnings})
     return matches
-
-
-@pytest.fixture(scope="module")
-def in_orders(run_once: Callable[..., Any]) -> list[dict[str, Any]]:
-    result: list[dict[str, Any]] = run_once(orders, timeout=300)
-    return result
 
 
 def deviation(found: dict[str, Any], reference: dict[str, Any]) -> float:
