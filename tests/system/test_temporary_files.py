@@ -9,13 +9,11 @@ ALLOWED = {
     "libraries/amb_files/temporary_folders.py": "makes them",
     "libraries/amb_files/atomic.py": "a file appears complete or not at all",
     "libraries/amb_files/user_cache.py": "a cache where the user's folder cannot be written",
-    "libraries/amb_files/array_files.py": "a process of its own reads .mat files, which may crash it",
     "libraries/fmi_export/building/experiment.py": "FMPy simulates an FMU",
     "libraries/fmi_export/building/native/compiler.py": "zig compiles sources",
     "libraries/fmi_export/building/native/lowering.py": "numba compiles in a process of its own",
     "orchestrator/amb_cosim/cosim/basics/cache.py": "FMUs are unpacked for the dynamic loader",
     "applications/amb_sweeps/store.py": "a group of a store appears complete or not at all",
-    "applications/amb_sweeps/robustness.py": "processes of a sweep read an identified table",
 }
 
 
