@@ -27,6 +27,7 @@ from array_types import Array, Indices
 ACCURACY = 1e-3  # of a maximum, relative to it or to its height above its neighbours
 ROUNDS = 16  # in which samples are added; the distance shrinks by a factor of ten or more in each
 FAN = np.tan(np.linspace(-1.45, 1.45, 17))  # about a peak, in half widths
+ROUND = np.tan(np.linspace(-1.45, 1.45, 33))  # about a known resonance, whose circle is drawn
 FEW = np.array([-1.0, 0.0, 1.0])  # about the top of a smooth curve
 NEAR, WIDER = 0.2, 5.0  # distance and width of a peak, in half widths of another, up to which samples serve both
 FINE = 0.25  # half widths, the largest distance of samples at a maximum
@@ -80,7 +81,7 @@ def refined(
 def about_resonances(x: Array, resonances: Sequence[tuple[float, float]]) -> Array:
     """Return x, and samples about resonances x_0 with half widths sigma that are between its ends."""
     limits = [(at, width, -np.inf, np.inf) for at, width in resonances]
-    return np.sort(np.concatenate([x, _between(_fans(limits), x)]))
+    return np.sort(np.concatenate([x, _between(_fans(limits, ROUND), x)]))
 
 
 def _closer(x: Array, h: Array, accuracy: float, may_resonate: bool) -> Array:
