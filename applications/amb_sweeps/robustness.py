@@ -20,6 +20,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.scenario.plan_run import PlannedRun
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
@@ -156,8 +157,7 @@ def robustness(
     try:
         with progress_bar(progress) as report:
             planned = runner.plan({})
-            identified = partial(_identified, scenario, settings, identification_speeds(planned), flavour)
-            result = variations(planned, settings, change, identified)
+            result = variations(planned, settings, change, partial(_identified, scenario, settings, planned, flavour))
             cases = [Variation(AS_IT_IS, {}), *result.made]
             rows = []
             for k, case in enumerate(cases):
@@ -171,9 +171,10 @@ def robustness(
 
 
 def _identified(
-    scenario: Scenario, settings: Mapping[str, Raw], speeds: list[float], flavour: Flavour
+    scenario: Scenario, settings: Mapping[str, Raw], planned: PlannedRun, flavour: Flavour
 ) -> ReceptanceTable:
-    """Return the receptances identified in a scenario's sampled loop at these speeds (rad/s)."""
+    """Return the receptances identified in a scenario's sampled loop at the speeds of its adaptation."""
+    speeds = identification_speeds(planned)
     identification = identify(speeds, scenario=scenario, set=settings, flavour=flavour, progress=False)
     for result in identification.results:
         if result.reason:

@@ -12,7 +12,7 @@ from tools.contact_forces import PAGE, SCENARIOS, forces_of, read_page
 pytestmark = pytest.mark.slow
 
 NEWTON = {"rotor_contact.contact.impact_law": 1}
-CHAOTIC = {"fig4_20": 0.08}  # relative scatter of peaks: with the arithmetic of an older processor they differ by 6 %
+CHAOTIC = {"fig4_20": 0.16}  # relative scatter: on an older processor peaks differ by 6 %, impulses by 13 %
 RUNS = {"drop": ({}, {}, 0.3), "fig4_12": ({"rotor": "bath_rig"}, NEWTON, 0.2)}
 SHORT = {"drop": 0.6, "fig4_12": 0.9}  # the largest sample at RB2, over its peak
 
