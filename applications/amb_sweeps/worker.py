@@ -169,8 +169,6 @@ def varied(scenario: Scenario, values: Mapping[str, Setting]) -> tuple[Scenario,
     if "scenario" in settings:
         scenario = load_scenario(str(settings.pop("scenario")))
     changes: dict[str, Any] = {name: settings.pop(name) for name in FIELDS if name in settings}
-    if "end_cycle" in changes or "end_time" in changes:
-        changes = {"end_cycle": None, "end_time": None} | changes
     fmus = {name: settings.pop(name) for name in list(settings) if name.startswith("fmu.")}
     if fmus:
         changes["fmu"] = {name.removeprefix("fmu."): str(fmu) for name, fmu in fmus.items()}

@@ -247,6 +247,28 @@ def test_a_scenario_with_a_base_says_only_what_differs(tmp_path):
     assert scenario.event == base.event
 
 
+@pytest.mark.parametrize(
+    ("base", "end", "expected"),
+    [("fig4_9", 'end_time = "0.2 s"', (None, "0.2 s")), ("drop", "end_cycle = 3", (3.0, None))],
+)
+def test_an_end_replaces_that_of_the_base_in_another_unit(tmp_path, base, end, expected):
+    (tmp_path / "mine.toml").write_text(f'base = "{base}"\n{end}\n', encoding="utf-8")
+    mine = load_scenario(str(tmp_path / "mine.toml"))
+    assert (mine.end_cycle, mine.end_time) == expected
+
+
+def test_two_ends_of_one_scenario_exclude_each_other(tmp_path):
+    (tmp_path / "mine.toml").write_text('base = "fig4_9"\nend_cycle = 3\nend_time = "0.2 s"\n', encoding="utf-8")
+    with raises_naming(ValueError, "end_cycle = 3", "end_time = '0.2 s'"):
+        load_scenario(str(tmp_path / "mine.toml"))
+
+
+def test_a_changed_scenario_ends_where_its_last_change_says():
+    changed = load_scenario("fig4_9").changed(end_time=0.2)
+    assert (changed.end_cycle, changed.end_time) == (None, 0.2)
+    assert changed.machine(end_cycle=2).end_cycle == 2.0
+
+
 def test_a_scenario_removes_what_its_base_says(tmp_path):
     removed = ["event", "rotor_contact.d1.u", "rotor_contact.contact.*", "rolac_controller.rolac_enable"]
     (tmp_path / "mine.toml").write_text(f'base = "fig4_9"\nremove = {removed}\n', encoding="utf-8")

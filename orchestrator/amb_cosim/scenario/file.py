@@ -1,9 +1,9 @@
 """Reads the TOML of a scenario, merged with that of its base; paths in a file are relative to it.
 
 A file with a `base`, the name or path of another one, contains only the differences from it: tables are merged,
-everything else is replaced. `remove` removes entries of the base: keys of a scenario (`gravity`, `event`), entries of a
-table (`plot.cycles`, `fmu.rotor_contact`), and parameters and initial inputs of components
-(`rotor_contact.contact.law`); `*` and `?` are wildcards.
+everything else is replaced, and its end replaces that of the base, in cycles or as a time. `remove` removes entries of
+the base: keys of a scenario (`gravity`, `event`), entries of a table (`plot.cycles`, `fmu.rotor_contact`), and
+parameters and initial inputs of components (`rotor_contact.contact.law`); `*` and `?` are wildcards.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ PATHS = (
     "system",
 )  # keys of a scenario that may hold a path; `fmu` holds one for each component
 OF_COMPONENTS = ("parameters", "inputs")
+ENDS = frozenset(("end_cycle", "end_time"))  # keys that exclude each other
 
 
 def packaged_scenarios() -> dict[str, Path]:
@@ -126,9 +127,16 @@ def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
 
 
 def overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
-    """`below` overridden by `above`; tables are merged, everything else is replaced."""
+    """Return a scenario's data `below`, overridden by `above`: tables are merged, everything else is replaced.
+
+    An end in `above`, in cycles or as a time, replaces both in `below`.
+    """
+    return _merged({key: value for key, value in below.items() if key not in ENDS or not ENDS & {*above}}, above)
+
+
+def _merged(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
     merged = dict(below)
     for key, value in above.items():
         both = isinstance(value, dict) and isinstance(merged.get(key), dict)
-        merged[key] = overlaid(merged[key], value) if both else value
+        merged[key] = _merged(merged[key], value) if both else value
     return merged

@@ -89,7 +89,8 @@ class Scenario(Table):
     converters, adaptive control, identification or contact are on before cycle 0, where the loop is not stable,
     forces are not linear, or housings, races or the speed move."""
     end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
-    """End of the run in cycles; either this or `end_time`. A `stop` may end it earlier."""
+    """End of the run in cycles; either this or `end_time`, and either replaces the end of a base. A `stop` may end the
+    run earlier."""
     end_time: Value | None = None
     """End of the run in seconds."""
     unbalance_factor: float = Field(default=1.0, gt=0.0, le=1e9)
@@ -132,7 +133,7 @@ class Scenario(Table):
         It lasts a second without settling unless they set something else.
         """
         retained = {key: value for key, value in self._data().items() if key in _MACHINE}
-        return make_scenario(overlaid(retained, {"settle_cycles": 0, "end_time": 1.0} | fields), self.name)
+        return make_scenario(overlaid(retained | {"settle_cycles": 0, "end_time": 1.0}, fields), self.name)
 
     def save(self, path: str | Path) -> Path:
         """Write the scenario as a TOML file that `load` reads, paths in it relative to the file; return its path.
@@ -176,8 +177,10 @@ class Scenario(Table):
 
     def end(self, period: float) -> float:
         """End of the run in s, for cycles of `period` s."""
-        if (self.end_cycle is None) == (self.end_time is None):
-            raise ValueError("a scenario needs either end_cycle or end_time")
+        if self.end_cycle is not None and self.end_time is not None:
+            raise ValueError(f"end_cycle = {self.end_cycle:g} and end_time = {self.end_time!r} exclude each other")
+        if self.end_cycle is None and self.end_time is None:
+            raise ValueError("a scenario needs an end, end_cycle or end_time")
         return time_of(self.end_time or 0.0, "end_time") if self.end_cycle is None else self.end_cycle * period
 
     @property
