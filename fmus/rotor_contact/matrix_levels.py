@@ -14,6 +14,7 @@ from rotor_contact.passive_bearings import add_bearings
 from rotor_contact.products import row_combination
 from rotor_contact.seals import add_seals, seals_are_isotropic
 from rotor_contact.site import Sites
+from rotor_contact.speed_grid import spacing_for
 from rotor_contact.step_matrices import (
     MAX_COORDINATES,
     MAX_LEVELS,
@@ -22,7 +23,6 @@ from rotor_contact.step_matrices import (
     StepMatrices,
     coefficients_at,
     is_for,
-    spacing_for,
 )
 from rotor_contact.structure import Structure
 

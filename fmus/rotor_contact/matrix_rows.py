@@ -22,16 +22,15 @@ from rotor_contact.matrix_dampers import double_heat_row, integrate_heat_row
 from rotor_contact.matrix_levels import write_coefficients
 from rotor_contact.products import rotate_row, row_combination
 from rotor_contact.site import Sites
+from rotor_contact.speed_grid import grid_speed, slot_of
 from rotor_contact.step_matrices import (
     PORT_COLUMNS,
     StepMatrices,
     coefficients_at,
-    grid_speed,
     inner_motion,
     level_of,
     n_rows,
     place_index,
-    slot_of,
     velocity_index,
 )
 from rotor_contact.structure import Structure

@@ -39,7 +39,8 @@ from rotor_contact.propagator import N_GAUSS, Propagator
 from rotor_contact.seals import seal_power, slopes_of_seal_power, stored_by_seals
 from rotor_contact.series import n_axes, row_of_axis
 from rotor_contact.site import is_constrained
-from rotor_contact.step_matrices import StepMatrices, coefficients_at, levels_around, slot_of
+from rotor_contact.speed_grid import levels_around, slot_of
+from rotor_contact.step_matrices import StepMatrices, coefficients_at
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
 
 GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)

@@ -34,7 +34,8 @@ from rotor_contact.piece_energy import (
 from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD
 from rotor_contact.site import Sites
 from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, smooth_share, solve_piece
-from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for, note_use, place_on_grid, spacing_for
+from rotor_contact.speed_grid import note_use, place_on_grid, spacing_for
+from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for
 from rotor_contact.structure import Structure
 from rotor_contact.workspace import Workspace, stages_of
 

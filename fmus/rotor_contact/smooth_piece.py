@@ -40,7 +40,8 @@ from rotor_contact.products import (
 from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
 from rotor_contact.site_in_piece import clear_share, close_margin, off_circle, share_in_mode
-from rotor_contact.step_matrices import LevelsAround, StepMatrices, grid_speed, levels_around
+from rotor_contact.speed_grid import LevelsAround, grid_speed, levels_around
+from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
 

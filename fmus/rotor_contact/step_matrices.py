@@ -12,41 +12,30 @@ cosine . q and sine . q, which give the unbalance's work and its torque on a fre
 `matrix_rows` builds the levels, starting from a piece so short that the series converges fast. Levels shorter than
 h/2^(MAX_LEVELS - 1) are not stored.
 
-P and S depend on the speed through gyroscopic terms, rotating damping and the rotation of the unbalance. They are
-interpolated between speeds on a grid of spacing d, with a relative error of (g d h)^2/8, where g <= 2 is the rate of
-gyroscopic rotation of the velocity per speed (2 for a thin disc). A constant prescribed speed is on the grid. Other
-speeds are rounded to d/2048, an error of g d h/4096, so that a level in use is interpolated once for many pieces; it
-gives the bits of an interpolation in each product.
+P and S depend on the speed: they are built for speeds on a grid (`speed_grid`), each in a slot of memory.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from fmi_export.flat import same_bits
-from fmi_export.jit import kernel, noinline_kernel, views
+from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.passive_bearings import BEARING, Bearings, bearings_size
-from rotor_contact.products import interpolate
 from rotor_contact.propagator import NODE, Nodes
 from rotor_contact.structure import REAL
 
-INTERPOLATION_ERROR = 1e-6  # of the velocities, by speeds between those on the grid
-GYROSCOPIC = 2.0  # largest g, see above
 MAX_LEVELS = 6  # that are stored
 MOST_LEVELS = 14  # that are built: beyond it rounding would count
 MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their square and cube
 N_SLOTS = 3  # of speeds: those around the present one, and the next
-BLENDS = N_SLOTS  # slot of the levels that are interpolated
-QUANTUM = 2.0**-11  # of the spacing, to which speeds are rounded
-USES_BEFORE_BLEND = 3.0  # pieces of a level at a speed before it is interpolated, which costs as much as some pieces
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 
 # Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
@@ -138,17 +127,6 @@ class Level(NamedTuple):
     P: Array
     S: Array
     H: Array
-
-
-class LevelsAround(NamedTuple):
-    """The matrices of a level at the speeds of the grid below and above a speed, at the fraction `share`.
-
-    If the fraction is 0, `low` is for the speed itself, on the grid or between.
-    """
-
-    low: Level
-    high: Level
-    share: float
 
 
 class SlotCoefficients(NamedTuple):
@@ -317,69 +295,6 @@ def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int
         part(work, nodes, NODE, (n_sites, N_LOBATTO)),
         equations_of(work, equations, n_equations),
     )
-
-
-@kernel
-def spacing_for(step_size: float) -> float:
-    """Return the spacing of the speeds (rad/s) for steps of this length (s)."""
-    return math.sqrt(8.0 * INTERPOLATION_ERROR) / (GYROSCOPIC * step_size)
-
-
-@kernel
-def grid_speed(matrices: StepMatrices, index: float) -> float:
-    """Return a speed (rad/s) of the grid."""
-    speed: float = matrices.key.origin[0] + index * matrices.sizes[0].spacing
-    return speed
-
-
-@kernel
-def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
-    """Return the position of a speed (rad/s) on the grid, rounded to a multiple of `QUANTUM`."""
-    place: float = (Omega - matrices.key.origin[0]) / matrices.sizes[0].spacing
-    return math.floor(place / QUANTUM + 0.5) * QUANTUM
-
-
-@views
-def levels_around(matrices: StepMatrices, level: int, index: float) -> LevelsAround:
-    """Return the matrices of a level around a point of the grid."""
-    low, blend = math.floor(index), matrices.blends[level]
-    if index == low or (blend.index == index and blend.n_uses >= USES_BEFORE_BLEND):
-        of_speed = level_of(matrices, slot_of(low) if index == low else BLENDS, level)
-        return LevelsAround(of_speed, of_speed, 0.0)
-    return LevelsAround(
-        level_of(matrices, slot_of(low), level), level_of(matrices, slot_of(low + 1.0), level), index - low
-    )
-
-
-@kernel
-def note_use(matrices: StepMatrices, level: int, index: float) -> None:
-    """Count a piece of a level at a point of the grid; interpolate the level if there have been several."""
-    if index == math.floor(index):
-        return
-    blend = matrices.blends[level]
-    if blend.index != index:
-        blend.index, blend.n_uses = index, 0.0
-    blend.n_uses += 1.0
-    if blend.n_uses == USES_BEFORE_BLEND:
-        _interpolate(matrices, level, index)
-
-
-@noinline_kernel
-def _interpolate(matrices: StepMatrices, level: int, index: float) -> None:
-    """Write a level between the speeds around a point of the grid to the blends."""
-    n, n_ports, low = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), math.floor(index)
-    size, slot = level_size(n, n_ports), slot_size(n, n_ports)
-    at = 2 * n * n + level * size
-    target = part(matrices.memory, BLENDS * slot + at, REAL, size)
-    below = part(matrices.memory, slot_of(low) * slot + at, REAL, size)
-    above = part(matrices.memory, slot_of(low + 1.0) * slot + at, REAL, size)
-    interpolate(below, above, index - low, target, size)
-
-
-@kernel
-def slot_of(index: float) -> int:
-    """Return the slot of a point of the grid."""
-    return int(index - N_SLOTS * math.floor(index / N_SLOTS))
 
 
 @kernel
