@@ -78,14 +78,12 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
     with refusing(), bars(plain_console(stderr=True)) as displayed:
         require_extra("report", "a report", "plotly")
         task = displayed.add_task("computing (a first run compiles the models)", total=None)
-        result = assess(
-            statements,
-            folder,
-            only,
-            jobs,
-            lambda done, total: displayed.update(task, description="runs and studies", completed=done, total=total),
-            load_robustness(pack),
-        )
+
+        def progress(done: int, total: int) -> None:
+            text = f"{done} of {total} runs and studies"
+            displayed.update(task, description=text, completed=done, total=total)
+
+        result = assess(statements, folder, only, jobs, progress, load_robustness(pack))
         result.save_data(folder)
         write_table(result, folder / TABLE)
         write_page(result, folder / PAGE)

@@ -46,7 +46,8 @@ def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict
             results = {case.name: item for case, item in zip(batch, result, strict=True) if not isinstance(item, str)}
             failures |= {case.name: item for case, item in zip(batch, result, strict=True) if isinstance(item, str)}
             file, retained = write_robustness(pack, results), retained + len(results)
-            displayed.update(task, completed=begin + len(batch))
+            done = begin + len(batch)
+            displayed.update(task, description=f"{done} of {len(cases)} scenarios", completed=done)
     click.echo(f"{retained} outcomes in {file}")
     return failures
 

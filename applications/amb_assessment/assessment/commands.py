@@ -56,8 +56,7 @@ def assess(
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
 
-    console = plain_console(stderr=True)
-    with refusing(), bars(console) as displayed:
+    with refusing(), bars(plain_console(stderr=True), interval=0.0) as displayed:
         require_extra("report", "an assessment", "plotly")
         read = load_machine(file)
         folder = output or Path("results") / f"assess_{read.name}"
@@ -65,9 +64,7 @@ def assess(
         task = displayed.add_task("preparing (a first run compiles the models)", total=None)
 
         def report(title: str, done: int, total: int) -> None:
-            displayed.update(task, description=title, completed=done, total=total)
-            if displayed.disable:  # no bar
-                console.print(f"{done + 1} of {total}: {title}", markup=False, highlight=False)
+            displayed.update(task, description=f"{done + 1} of {total}: {title}", completed=done, total=total)
 
         result = answer(
             read,

@@ -70,6 +70,8 @@ def new(
     """
     from amb_assessment.first_design.files import new_machine
     from amb_cosim.cosim.system.values import quantity
+    from amb_cosim.presentation.plain_console import plain_console
+    from amb_cosim.presentation.progress import STARTING, bars
 
     with refusing():
         magnet = _magnet(k_i, k_s, gap, bias, drive)
@@ -78,7 +80,14 @@ def new(
         places = None if bearings is None else [quantity(z, "m", "bearings") for z in _positions(bearings)]
         if places is not None and len(places) != 2:
             raise ValueError(f"bearings = {bearings!r} is not allowed; it must be two positions, such as '0.2 m 1.0 m'")
-        made = new_machine(folder, text, Omega, None if places is None else (places[0], places[1]), magnet, flavour)
+        positions = None if places is None else (places[0], places[1])
+        with bars(plain_console(stderr=True)) as displayed:
+            task = displayed.add_task(STARTING, total=None)
+
+            def report(sample_time: float, tried: int) -> None:
+                displayed.update(task, description=f"samples of {1e6 * sample_time:g} us, {tried} gains tried")
+
+            made = new_machine(folder, text, Omega, positions, magnet, flavour, report)
     for bearing, point in made.points.items():
         click.echo(
             f"bearing {bearing}, each axis: {made.sizes.loads[bearing]:.4g} N of the weight by "

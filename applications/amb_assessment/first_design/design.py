@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 from amb_analysis.machine.machine import Machine
 from amb_assessment.first_design.levitation import (
@@ -50,7 +51,15 @@ class Design:
         return self.levitation
 
 
-def first_design(sizes: MachineSizes, scenario: Callable[[Design], Scenario], flavour: Flavour) -> Design:
+Progress = Callable[[float, int], None]  # sample time (s), number of gains tried at it
+
+
+def first_design(
+    sizes: MachineSizes,
+    scenario: Callable[[Design], Scenario],
+    flavour: Flavour,
+    progress: Progress = lambda sample_time, tried: None,
+) -> Design:
     """Return the design whose loop lacks least, at the first sample time that lacks nothing or at the best of all.
 
     Parameters
@@ -61,6 +70,8 @@ def first_design(sizes: MachineSizes, scenario: Callable[[Design], Scenario], fl
         Returns the scenario of the machine with a controller.
     flavour
         Of the FMUs to linearise.
+    progress
+        Called with the sample time and the number of gains tried at it.
 
     Raises
     ------
@@ -71,7 +82,7 @@ def first_design(sizes: MachineSizes, scenario: Callable[[Design], Scenario], fl
     found = []
     for sample_time in SAMPLE_TIMES:
         start = pid_of(k_s, [*START[:2] * len(k_s), START[2]], sample_time)
-        designer = Designer(scenario(Design(sample_time, start)), sizes, flavour)
+        designer = Designer(scenario(Design(sample_time, start)), sizes, flavour, partial(progress, sample_time))
         pid = designer.best()
         machine = designer.machine(pid)
         levitation = levitation_of(machine.loop, sizes.speed, pid, designer.wanted)

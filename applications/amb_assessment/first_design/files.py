@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from string import Template
 
-from amb_assessment.first_design.design import Design, first_design
+from amb_assessment.first_design.design import Design, Progress, first_design
 from amb_assessment.first_design.levitation import OperatingPoint, operating_points
 from amb_assessment.first_design.rotor_text import damping, require_name, supports
 from amb_assessment.first_design.sizing import BANDWIDTH, MachineSizes, MagnetData, machine_sizes
@@ -52,6 +52,7 @@ def new_machine(
     bearings: tuple[float, float] | None = None,
     magnet: MagnetData | None = None,
     flavour: Flavour = "native",
+    progress: Progress = lambda sample_time, tried: None,
 ) -> NewMachine:
     """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate it.
 
@@ -71,6 +72,8 @@ def new_machine(
         K_i and K_s of the axes by a data sheet; by default those of the first design.
     flavour
         Flavour of the FMUs to linearise.
+    progress
+        Called with the sample time and the number of gains tried at it.
 
     Raises
     ------
@@ -101,7 +104,7 @@ def new_machine(
         what = f"scenario {folder / LEVITATION}"
         return make_scenario(parse_toml(texts(design)[LEVITATION], what) | {"rotor": supported}, LEVITATION)
 
-    design = first_design(sizes, scenario, flavour)
+    design = first_design(sizes, scenario, flavour, progress)
     if not bare.bearings:
         rotor += supports(bare, bearings, design.pid.k_b, design.pid.c_b)
     files = {ROTOR: rotor, **texts(design)}

@@ -15,7 +15,7 @@ Computer Journal 7 (1965) 308-313). It has no random numbers: a drawing always g
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -232,10 +232,15 @@ class Designer:
         Of the magnets.
     flavour
         Of the FMUs to linearise.
+    progress
+        Called with the number of gains tried.
     """
 
-    def __init__(self, scenario: Scenario, sizes: MachineSizes, flavour: Flavour) -> None:
+    def __init__(
+        self, scenario: Scenario, sizes: MachineSizes, flavour: Flavour, progress: Callable[[int], None]
+    ) -> None:
         self._scenario, self._flavour, self.speed = scenario, flavour, sizes.speed
+        self._progress, self._tried = progress, 0
         self._k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
         self.wanted = wanted_ratios(sizes.rotor)
 
@@ -285,6 +290,8 @@ class Designer:
 
     def lack(self, ratios: Sequence[float] | Array) -> float:
         """Return the sum (1) for ratios (`pid_of`), or how fast the loop grows beyond `UNSTABLE`."""
+        self._tried += 1
+        self._progress(self._tried)
         pid, search = self.pid(ratios), self._search
         law = search.law(pid.parameters)
         poles = search.poles(law)

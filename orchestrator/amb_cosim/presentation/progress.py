@@ -1,27 +1,53 @@
-"""Progress bars."""
+"""Progress of long computations: bars in a terminal or a notebook, lines elsewhere."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
+import click
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from amb_cosim.cosim.run.options import Progress as Report
 from amb_cosim.presentation.plain_console import plain_console
 
 STARTING = "starting (a first run compiles the models)"
+INTERVAL = 10.0  # s between two lines
 
 
-def bars(console: Console, visible: bool | None = None) -> Progress:
+class Bars(Progress):
+    """Progress bars that print lines where they are hidden.
+
+    lines
+        Whether to print the description of a bar that is hidden.
+    interval
+        Least time (s) before the first line, and between two.
+    """
+
+    def __init__(self, *columns: Any, lines: bool, interval: float, **options: Any) -> None:
+        super().__init__(*columns, **options)
+        self._lines, self._interval, self._last = lines and self.disable, interval, time.monotonic()
+
+    def update(self, task_id: TaskID, **changes: Any) -> None:
+        """Update a bar, or print its description as a line if the interval has passed."""
+        super().update(task_id, **changes)
+        if self._lines and time.monotonic() >= self._last + self._interval:
+            self._last = time.monotonic()
+            self.console.print(self._tasks[task_id].description, highlight=False, soft_wrap=True)
+
+
+def bars(console: Console, visible: bool | None = None, interval: float = INTERVAL) -> Bars:
     """Return progress bars with a description, elapsed and remaining time, which vanish at the end.
 
-    By default there are none if standard error is neither a terminal nor a notebook.
+    By default there are none if standard error is neither a terminal nor a notebook; a command then prints lines.
     """
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), TimeRemainingColumn())
     hidden = not (console.is_terminal or console.is_jupyter) if visible is None else not visible
-    return Progress(*columns, console=console, transient=True, disable=hidden)
+    lines = visible is None and click.get_current_context(silent=True) is not None
+    return Bars(*columns, console=console, transient=True, disable=hidden, lines=lines, interval=interval)
 
 
 @contextmanager
@@ -32,4 +58,9 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
         return
     with bars(plain_console(stderr=True), progress) as displayed:
         task = displayed.add_task(STARTING, total=None)
-        yield lambda done, total: displayed.update(task, description="simulating", completed=done, total=total)
+
+        def report(done: int, total: int) -> None:
+            text = f"simulating, {100.0 * done / max(total, 1):.0f} %"
+            displayed.update(task, description=text, completed=done, total=total)
+
+        yield report

@@ -43,7 +43,7 @@ def test_a_machine_is_designed_before_its_files_exist(tmp_path, monkeypatch):
     """The design has the rotor with its bearings as such, and a machine that cannot be designed leaves no file."""
     designed = []
 
-    def refuse(sizes, scenario, flavour):
+    def refuse(sizes, scenario, flavour, progress):
         k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
         designed.append(scenario(Design(1e-4, pid_of(k_s, [1.0, 1.0] * len(k_s) + [0.2], 1e-4))).rotor)
         raise ValueError("no gains")

@@ -1,0 +1,103 @@
+"""Progress of commands: a bar in a terminal, lines elsewhere."""
+
+from __future__ import annotations
+
+from itertools import count
+from types import SimpleNamespace
+
+import click
+from click.testing import CliRunner
+
+import source_check.evaluation
+from amb_assessment.assessment import assess
+from amb_assessment.first_design import files
+from amb_cosim.commands.cli import main
+from amb_cosim.presentation import progress
+from amb_sweeps.sweep_bar import sweep_bar
+
+
+def clock(monkeypatch, times):
+    """Replace the clock of progress by a series of times (s)."""
+    monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=iter(times).__next__))
+
+
+def lines_of(*arguments):
+    """Return the lines on standard error of a command that ends early."""
+    ended = CliRunner().invoke(main, arguments)
+    assert "ended here" in ended.stderr
+    return [line.strip() for line in ended.stderr.splitlines() if "ended here" not in line]
+
+
+@click.command()
+def simulating():
+    """Report each tenth of ten runs."""
+    with progress.progress_bar() as report:
+        for done in range(1, 6):
+            report(done, 10)
+
+
+def test_each_part_is_a_line_where_there_is_no_terminal(monkeypatch, tmp_path):
+    def answer(machine, *, progress, **_):
+        progress("Free modes", 0, 2)
+        progress("Critical speeds", 1, 2)
+        raise ValueError("ended here")
+
+    monkeypatch.setattr(assess, "assess", answer)
+    lines = lines_of("assess", "compressor", "-o", str(tmp_path / "page"))
+    assert lines == ["1 of 2: Free modes", "2 of 2: Critical speeds"]
+
+
+def test_a_piped_command_prints_at_most_a_line_in_ten_seconds(monkeypatch):
+    """Reports at 4, 11, 15, 20 and 21 s, of which those at 11 and 21 s come ten seconds after another."""
+    clock(monkeypatch, [0.0, 4.0, 11.0, 11.0, 15.0, 20.0, 21.0, 21.0])
+    ended = CliRunner().invoke(simulating)
+    assert ended.stdout == ""
+    assert ended.stderr.splitlines() == ["simulating, 20 %", "simulating, 50 %"]
+
+
+def test_a_run_from_python_prints_no_line(monkeypatch, capfd):
+    clock(monkeypatch, count(step=20.0))
+    simulating.callback()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_command_whose_progress_is_off_prints_no_line(monkeypatch):
+    @click.command()
+    def silent():
+        with progress.progress_bar(False) as report:
+            report(1, 10)
+
+    clock(monkeypatch, count(step=20.0))
+    assert CliRunner().invoke(silent).stderr == ""
+
+
+def test_a_piped_sweep_prints_how_many_runs_have_ended(monkeypatch):
+    @click.command()
+    def sweeping():
+        with sweep_bar() as report:
+            report(3, 12, "")
+
+    clock(monkeypatch, count(step=20.0))
+    assert "3 of 12 runs" in CliRunner().invoke(sweeping).stderr
+
+
+def test_a_piped_first_design_prints_how_many_gains_it_has_tried(monkeypatch, tmp_path):
+    def design(sizes, scenario, flavour, progress):
+        progress(50e-6, 24)
+        raise ValueError("ended here")
+
+    monkeypatch.setattr(files, "first_design", design)
+    clock(monkeypatch, count(step=20.0))
+    shaft = ("--mass", "60 kg", "--length", "1.2 m", "--speed", "12000 rpm")
+    assert lines_of("new", str(tmp_path / "pump"), *shaft) == ["samples of 50 us, 24 gains tried"]
+
+
+def test_a_piped_report_prints_how_many_runs_have_ended(monkeypatch, tmp_path):
+    def answer(statements, folder, only, jobs, progress, *_):
+        progress(7, 80)
+        raise ValueError("ended here")
+
+    monkeypatch.setattr(source_check.evaluation, "assess", answer)
+    clock(monkeypatch, count(step=20.0))
+    lines = lines_of("report", "--pack", "bath_thesis", "-o", str(tmp_path / "report"))
+    assert lines == ["7 of 80 runs and studies"]
