@@ -199,10 +199,10 @@ def test_rotor_rubs_forward_on_its_bush_after_the_loss_of_a_blade(run: Run) -> N
 
 @pytest.mark.slow
 def test_spin_becomes_heat_until_the_rotor_comes_to_rest(run: Run) -> None:
-    """J Omega^2/2 = 13.9 kJ."""
+    """J Omega^2/2 = 13.9 kJ; changes of 1 % of gains, clearances, unbalances and friction give 35.5 to 36.7 s."""
     result = run("drop_run_down", 40.0)
     assert result.outcome.status == "stopped"
-    assert result.outcome.time == pytest.approx(36.1, abs=0.5)
+    assert result.outcome.time == pytest.approx(36.1, abs=0.8)
     heat = result.summary.energy
     assert heat is not None
     assert heat["friction"] + heat["impact"] + heat["damping"] == pytest.approx(0.5 * INERTIA * 260.0**2, rel=1e-3)
