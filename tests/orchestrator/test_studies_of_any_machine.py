@@ -29,6 +29,15 @@ def test_unbalance_is_compared_with_the_clearance_of_each_place():
     assert studies.unbalance_response(machine(), clearance="1 mm").places["mb2"].clearance == 1e-3
 
 
+def test_orbits_of_a_micrometre_and_less_are_printed_with_their_digits():
+    """1 mg mm moves a rotor by a millionth of what 1 g m does; its largest amplitude is printed in mm."""
+    rotor = machine().on_equal_bearings(2e7, 2e4)
+    result = studies.unbalance_response(rotor, unbalance="1 mg.mm")
+    peak = 1e3 * max(place.amplitude.max() for place in result.places.values())
+    printed = [float(word) for word in str(result).split() if word.replace(".", "").replace("e-", "").isdigit()]
+    assert any(value == pytest.approx(peak, rel=1e-3) for value in printed)
+
+
 def test_axis_has_the_currents_and_the_clearance_of_its_machine():
     """Each axis has its own static current, and moves as far as the retainer of its own bearing."""
     changes = {"amb_actuator.mb2.static_current_y": "2 A", "rotor_contact.td2.clearance": "0.1 mm"}

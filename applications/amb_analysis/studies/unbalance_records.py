@@ -9,7 +9,7 @@ import numpy as np
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
 from amb_analysis.studies.result import DrawnResult
-from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.presentation.units import speed_unit
 from array_types import Array
 from rotor_analysis.peaks import UNDAMPED
@@ -156,7 +156,7 @@ class UnbalanceResponse(DrawnResult):
                 table.add_row(name, "no bound", "-", f"{self.speeds[top]:.1f}{mark}")
                 continue
             share = "-" if place.clearance is None else f"{peak / place.clearance:.3f}"
-            table.add_row(name, f"{1e3 * peak:.4f}", share, f"{self.speeds[top]:.1f}{mark}")
+            table.add_row(name, number(1e3 * peak), share, f"{self.speeds[top]:.1f}{mark}")
         unit, notes = speed_unit(), limit_notes(self.limits, self.speeds)
         if self.stable_up_to is not None:
             notes = [f"the loop is not stable above {unit.text(self.stable_up_to, 5)}", *notes]
@@ -168,7 +168,7 @@ class UnbalanceResponse(DrawnResult):
         criticals = labelled_table("Critical speeds", *heads)
         for item in self.critical_speeds:
             speed = unit.number(item.speed) + (f" {EXTRAPOLATED}" if item.extrapolated else "")
-            amplitude = f"{1e3 * item.amplitude:.4f}" if item.is_bounded else "no bound"
+            amplitude = number(1e3 * item.amplitude) if item.is_bounded else "no bound"
             row = (speed, item.place, amplitude, amplification_text(item))
             criticals.add_row(*row, *(() if item.margin is None else (f"{item.margin:.1f}",)))
         undamped = ", ".join(unit.text(item.speed) for item in self._unbounded)
