@@ -16,7 +16,7 @@ from amb_assessment.first_design.levitation import (
     operating_points,
     pid_of,
 )
-from amb_assessment.first_design.shortfalls import hindering_positions, shortfalls
+from amb_assessment.first_design.shortfalls import hindering_positions, shortfalls, soft_bearings
 from amb_assessment.first_design.sizing import SAMPLE_TIMES, MachineSizes
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
@@ -92,7 +92,8 @@ def first_design(
     best, machine = min(found, key=lambda item: item[0].loop.lack)
     if not best.loop.is_stable:
         raise ValueError(_refusal(sizes, best, machine))
-    return replace(best, shortfalls=shortfalls(machine, best.loop, sizes.speed))
+    lacks = (*shortfalls(machine, best.loop, sizes.speed), *soft_bearings(best.pid, k_s))
+    return replace(best, shortfalls=lacks)
 
 
 def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:

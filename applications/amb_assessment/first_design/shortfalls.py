@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from amb_analysis.machine.feedback import demanded_currents
 from amb_analysis.machine.machine import Machine
 from amb_analysis.machine.response import synchronous_response
 from amb_analysis.studies.stability_margin import ZONES
-from amb_assessment.first_design.levitation import BANDS, BEYOND, LEFT, TRIP, Levitation
+from amb_assessment.first_design.levitation import BANDS, BEYOND, LEFT, STIFFNESS, TRIP, Levitation, Pid
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import current_amplitude
 from rotor_analysis.mode_reach import REACHED, ModeReach, mode_reaches
@@ -52,6 +52,27 @@ def _of_loop(loop: Levitation) -> Iterator[str]:
     short = [f"{zeta:.3g} {where} ({wanted:.3g} is wanted)" for where, zeta, wanted in bands if zeta < wanted]
     if short:
         yield f"damping ratio {', '.join(short)}: {loop.least_damped} lacks most"
+
+
+def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
+    """Yield the bearings whose stiffness is below the wanted share of their K_s, and how to lower K_s.
+
+        |S| = K_s/K_b at low frequency,   K_s ~ I_0^2/s_0^3                                            (1)
+
+    Parameters
+    ----------
+    pid
+        The gains.
+    k_s
+        Of the bearings (N/m).
+    """
+    short = {bearing: k / k_s[bearing] for bearing, k in pid.k_b.items() if k < 0.99 * STIFFNESS * k_s[bearing]}
+    if short:
+        shares = ", ".join(f"{bearing} {share:.2g}" for bearing, share in short.items())
+        yield (
+            f"stiffness K_b over K_s: {shares} ({STIFFNESS:g} is wanted), where sensitivity is at least K_s/K_b at low "
+            "frequency; a smaller bias current or a wider gap lowers K_s"
+        )
 
 
 def _of_damping(rotor: Rotor, loop: Levitation) -> Iterator[str]:

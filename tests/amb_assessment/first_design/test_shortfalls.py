@@ -1,11 +1,12 @@
-"""Reasons of a first design: coils that the unbalance drives to their limits."""
+"""Reasons of a first design: coils that the unbalance drives to their limits, and magnets with much K_s."""
 
 from __future__ import annotations
 
 import pytest
 
 from amb_analysis.machine.machine import Machine
-from amb_assessment.first_design.shortfalls import saturating_axes
+from amb_assessment.first_design.levitation import Pid
+from amb_assessment.first_design.shortfalls import saturating_axes, soft_bearings
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names
@@ -30,3 +31,14 @@ def test_unbalance_beyond_the_coils_is_a_reason(share, saturating):
     for axis, reason in zip(saturating, reasons, strict=True):
         demand = BIAS * share * abs(levers[axis[:3]]) / levers["mb1"]
         assert_names(reason, axis, f"{demand:.3g} A", "4.43 A", "1 rpm")
+
+
+def test_bearings_softer_than_their_magnets_require_are_a_reason():
+    """Three bearings with 0.58, 0.72 and 0.53 of their K_s, of which 0.7 is wanted."""
+    k_s = {"top": 5e6, "mid": 7e6, "low": 6e6}
+    shares = {"top": 0.58, "mid": 0.72, "low": 0.53}
+    pid = Pid({name: shares[name] * k_s[name] for name in k_s}, dict.fromkeys(k_s, 5e3), 1e-5)
+    (reason,) = soft_bearings(pid, k_s)
+    assert_names(reason, "top 0.58", "low 0.53", "0.7", "bias current", "gap")
+    assert "mid" not in reason
+    assert not list(soft_bearings(Pid(k_s, pid.c_b, 1e-5), k_s))
