@@ -2,6 +2,12 @@
 
 import os
 import signal
+import sys
+
+if "multiprocessing.spawn" in sys.modules:  # a process of a sweep or a study, which imports the script it comes from
+    from amb_cosim.cosim.basics.descendants import continue_without_parent
+
+    continue_without_parent()  # before the rest is imported, which takes seconds
 
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
 

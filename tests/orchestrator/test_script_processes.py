@@ -12,14 +12,16 @@ from pathlib import Path
 
 import pytest
 
+from amb_cosim.cosim.basics.descendants import descendants
 from tests.support.messages import assert_names
 
 CHECK = "from amb_cosim.cosim.basics.spawned_processes import check_script; check_script()"
 SWEEP = """
 import sys, time
-from amb_sweeps.engine import local_cluster
 
 if __name__ == "__main__":
+    from amb_sweeps.engine import local_cluster
+
     with local_cluster(1) as cluster:
         print(*(nanny.pid for nanny in cluster.workers.values()), flush=True)
         time.sleep(600)
@@ -74,15 +76,45 @@ def test_a_stopped_process_ends_with_its_killed_parent(script, tmp_path):
         worker = int(parent.stdout.readline())
         os.kill(worker, signal.SIGSTOP)
         parent.kill()
+    wait_until(lambda: not is_running(worker))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="a stopped process continues by a signal of Linux")
+def test_a_process_stopped_as_it_starts_ends_with_its_parent(tmp_path):
+    """It is stopped while it imports Dask, which then cannot end it; no shell is there to continue it."""
+    (tmp_path / "script.py").write_text(f"import amb_cosim.start\n{SWEEP}", encoding="utf-8")  # as the command does
+    command = [sys.executable, "script.py"]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=tmp_path, start_new_session=True) as parent:
+        wait_until(lambda: any("numpy" in of_process(child, "maps") for child in spawned(parent.pid)))
+        workers = spawned(parent.pid)
+        for worker in workers:
+            os.kill(worker, signal.SIGSTOP)
+        parent.kill()
+    wait_until(lambda: not any(map(is_running, workers)))
+
+
+def wait_until(condition):
     until = time.monotonic() + 60.0
-    while is_running(worker):
-        assert time.monotonic() < until, "the process is still stopped"
-        time.sleep(0.1)
+    while not condition():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+
+
+def spawned(process):
+    """Return the processes that multiprocessing has started for another."""
+    return [child for child in descendants(process) if "spawn_main" in of_process(child, "cmdline")]
+
+
+def of_process(process, file):
+    """Return a file of a process; empty if it has ended."""
+    try:
+        return Path(f"/proc/{process}/{file}").read_text(encoding="utf-8")
+    except OSError:
+        return ""
 
 
 def is_running(process: int) -> bool:
     """Return whether a process exists and is no zombie, which an init that adopts orphans may leave."""
-    try:
-        return "State:\tZ" not in Path(f"/proc/{process}/status").read_text(encoding="utf-8")
-    except OSError:
-        return False
+    status = of_process(process, "status")
+    return bool(status) and "State:\tZ" not in status

@@ -306,3 +306,23 @@ def test_the_command_refuses_what_an_archive_has_no_use_for(archive):
         refused = CliRunner().invoke(main, ["run", str(path), *options])
         assert refused.exit_code == 2
         assert message in refused.output
+
+
+@pytest.mark.parametrize("command", ["run", "simulate"])
+def test_the_advised_options_let_an_archive_run(archive, command, tmp_path):
+    arguments = [command, str(archive(structure(experiment=""))), "-o", str(tmp_path / "out")]
+    for option, value in (("--step", "1ms"), ("--until", "10 ms")):
+        refused = CliRunner().invoke(main, arguments)
+        assert refused.exit_code == 2
+        assert option in refused.output
+        arguments += [option, value]
+    done = CliRunner().invoke(main, arguments)
+    assert done.exit_code == 0, done.output
+    assert "completed at t = 0.01 s" in done.output
+
+
+def test_a_system_file_has_its_times_in_its_experiment(tmp_path):
+    (tmp_path / "any.toml").write_text("", encoding="utf-8")
+    refused = CliRunner().invoke(main, ["simulate", str(tmp_path / "any.toml"), "--until", "1 s"])
+    assert refused.exit_code == 2
+    assert_names(refused.output, "--until", "experiment")

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 FOLDER = output("Folder for the results; default: results/NAME.")
 AUTOSAVE = """Time between automatic checkpoints; 0 for none."""
 AUTOSAVED = "autosave.npz"
+STEP = click.option("--step", metavar="TIME", help="Communication step of an SSP archive without one (1ms).")
 
 
 @click.command()
@@ -38,7 +39,7 @@ AUTOSAVED = "autosave.npz"
 @SETTINGS
 @FOLDER
 @UNTIL
-@click.option("--step", metavar="TIME", help="Communication step of an SSP archive without one (1ms).")
+@STEP
 @ROTOR
 @RECEPTANCES
 @FLAVOUR
@@ -65,9 +66,6 @@ def run(
 ) -> None:
     """Run a scenario, its TOML file or an SSP archive."""
     if Path(name).suffix == ".ssp":
-        from amb_cosim.cosim.system.tables import time_of
-        from amb_cosim.cosim.system.values import quantity
-
         fixed = {f"--{option}": options.pop(option) for option in ("rotor", "receptances")}
         fixed |= {"--save-at": options.pop("save_at") or None, "--from": options.pop("start")}
         values = fixed | {"--summary-json": summary_json}
@@ -75,10 +73,7 @@ def run(
             unused = [option for option, value in values.items() if value is not None]
             if unused:
                 raise ValueError(f"{' and '.join(unused)} cannot be used with an SSP archive, which contains its FMUs")
-            step_size = None if step is None else time_of(step, "--step")
-            until = options.pop("until")
-            stop_time = None if until is None else quantity(until, "s", "--until")
-        _simulate(Path(name), output, show_all, stop_time=stop_time, step_size=step_size, **options)
+        _simulate(Path(name), output, show_all, step=step, **options)
         return
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.text_tables import show_notices
@@ -129,6 +124,8 @@ def _save(result: Result, moment: str, folder: Path) -> str:
 @click.argument("system_file", type=click.Path(path_type=Path))
 @SETTINGS
 @FOLDER
+@click.option("--until", metavar="TIME", help="End time of an SSP archive, 0.3 (s) or 300ms.")
+@STEP
 @ROTOR
 @FLAVOUR
 @LOOP
@@ -142,15 +139,23 @@ def simulate(system_file: Path, output: Path | None, show_all: bool, **options: 
     _simulate(system_file, output, show_all, **options)
 
 
-def _simulate(system_file: Path, output: Path | None, show_all: bool, **options: Any) -> None:
+def _simulate(
+    system_file: Path, output: Path | None, show_all: bool, step: str | None, until: str | None, **options: Any
+) -> None:
     """Run a system file or an SSP archive, save the record, and print the outcome."""
     from amb_cosim.cosim.record.warnings import sentences, warnings_of
     from amb_cosim.cosim.run import simulate as simulation
+    from amb_cosim.cosim.system.tables import time_of
+    from amb_cosim.cosim.system.values import quantity
     from amb_cosim.presentation.progress import progress_bar
     from amb_cosim.presentation.text_tables import show_notices, show_warnings
 
     folder = output or Path("results") / system_file.stem
     with refusing():
+        if system_file.suffix != ".ssp" and (step, until) != (None, None):
+            raise ValueError("--step and --until are for SSP archives; set them in the system file's experiment")
+        options["step_size"] = None if step is None else time_of(step, "--step")
+        options["stop_time"] = None if until is None else quantity(until, "s", "--until")
         check_writable(folder, is_folder=True)
         with progress_bar() as report:
             result = simulation.simulate(system_file, progress=report, **options)

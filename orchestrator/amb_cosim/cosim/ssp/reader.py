@@ -87,8 +87,8 @@ def _experiment(
     step = step_size or _step(root, fmu_steps)
     end = stop if stop_time is None else stop_time
     if step is None or end is None:
-        missing = "communication step; set --step" if step is None else "stop time; set --until"
-        raise ValueError(f"{what} defines no {missing} of amb-cosim run")
+        missing = "communication step; set --step (step_size" if step is None else "stop time; set --until (stop_time"
+        raise ValueError(f"{what} defines no {missing} in Python)")
     return Experiment(step_size=step, stop_time=end, start_time=start or 0.0, settles=False, record_settling=True)
 
 
