@@ -109,12 +109,12 @@ def read_toml(source: Path | Traversable, name: str) -> dict[str, Any]:
     return parse_toml(read_text(source, name), name)
 
 
-def read_text(source: Path | Traversable, name: str) -> str:
-    """Return the text of a file without its byte order mark; arguments and errors as for `read_toml`.
+def read_text(source: Path | Traversable, name: str, largest: int = LARGEST) -> str:
+    """Return the text of a file without its byte order mark; arguments and errors as for `read_bytes`.
 
     It is UTF-8, or UTF-16 with a byte order mark, as editors and shells of Windows save it.
     """
-    content = read_bytes(source, name)
+    content = read_bytes(source, name, largest)
     encoding = "utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig"
     try:
         text = content.decode(encoding)
@@ -128,15 +128,15 @@ def read_text(source: Path | Traversable, name: str) -> str:
     return text
 
 
-def read_bytes(source: Path | Traversable, name: str) -> bytes:
-    """Return the content of a file; arguments and errors as for `read_text`."""
+def read_bytes(source: Path | Traversable, name: str, largest: int = LARGEST) -> bytes:
+    """Return the content of a file of at most `largest` bytes; other arguments and errors as for `read_toml`."""
     try:
         if isinstance(source, Path):
             if is_special(source):
                 raise ValueError(f"{name} cannot be read: it is not a regular file")
             size = source.stat().st_size
-            if size > LARGEST:
-                raise ValueError(f"{name} cannot be read: it has {size >> 20} MB; it must have <= {LARGEST >> 20} MB")
+            if size > largest:
+                raise ValueError(f"{name} cannot be read: it has {size >> 20} MB; it must have <= {largest >> 20} MB")
         return source.read_bytes()
     except OSError as error:
         raise ValueError(f"{name} cannot be read: {error.strerror or error}") from error

@@ -159,7 +159,7 @@ def test_a_fault_in_the_experiment_is_told_as_the_fmu_has_it(changed, native, mo
         ("smoke_test.exp", 'stopTime="', 'stopTime="x', ("stopTime", "'x0.0025'")),
         ("references.csv", "time,", "moment,", ("references.csv", "'time'")),
         ("references.csv", "level", "lvel", ("lvel",)),
-        ("references.csv", "\n0.0,", "\n0.0,zero,", ("references.csv", "'time'")),
+        ("references.csv", "\n0.0,", "\n0.0,zero,", ("references.csv", "row 2", "7", "it has 8")),
         ("references.csv", "level", "time", ("references.csv", "two columns 'time'")),
     ],
 )

@@ -3,7 +3,7 @@
 records      a channel, a frequency response, a list of modes, a record over time
 estimates    frequency responses and coherence from records of inputs and outputs
 units        SI units of measured channels
-files        reads a file of any form: `.uff`, `.unv`, `.mat`, `.npz`, `.csv`, and results of runs
+files        reads a file of any form: `.uff`, `.unv`, `.mat`, `.npz`, tables, and results of runs
 modal_fit    natural frequencies, damping and shapes from frequency responses
 deviation    how far two frequency responses differ: FRAC, MAC, pairs of modes
 least_squares  parameters with confidence intervals, or a refusal where data do not contain them

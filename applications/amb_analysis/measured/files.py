@@ -16,6 +16,7 @@ from amb_files.array_files import SUFFIXES as ARRAYS
 from amb_files.suggestions import suggest
 
 UFF = (".uff", ".unv", ".uf", ".58")
+TABLES = (".csv", ".tsv", ".txt")
 RUN = "result.nc"
 
 
@@ -51,7 +52,8 @@ def read_measured(
     Parameters
     ----------
     path
-        UFF (`.uff`, `.unv`; sets 58 and 55), arrays (`.mat`, `.npz`), a table (`.csv`), or the result of a run.
+        UFF (`.uff`, `.unv`; sets 58 and 55), arrays (`.mat`, `.npz`), a table (`.csv`, `.tsv`, `.txt`), or the
+        result of a run.
     estimation
         How responses are estimated, if the file is a record over time; it must name the inputs.
     names
@@ -82,9 +84,9 @@ def _content(path: Path) -> Measurement | TimeRecord:
         return read_uff(path)
     if suffix in ARRAYS:
         return read_array_data(path)
-    if suffix == ".csv":
+    if suffix in TABLES:
         return read_table(path)
-    allowed = ", ".join((*UFF, *ARRAYS, ".csv", RUN))
+    allowed = ", ".join((*UFF, *ARRAYS, *TABLES, RUN))
     raise ValueError(f"its suffix {path.suffix!r} is not allowed; it must be one of {allowed}")
 
 

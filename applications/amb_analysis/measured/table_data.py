@@ -1,4 +1,4 @@
-"""Measured data from tables, `.csv`, whose first row has names and units.
+"""Measured data from tables, `.csv`, `.tsv` or `.txt`, whose first row has names and units.
 
 time [s], fan.x [mm], fan.f_x [N]                                   a record over time
 frequency [Hz], y/u amplitude [m/N], y/u phase [deg]                responses; also y/u real and y/u imag,
@@ -8,7 +8,6 @@ frequency [Hz], damping ratio                                       modes
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, Modes, TimeRecord
 from amb_analysis.measured.run_data import even_step
 from amb_analysis.measured.units import si_unit, split_quotient
+from amb_files.csv_files import read_csv
 from array_types import Array
 from fmi_export.building.units import to_unit
 
@@ -51,26 +51,15 @@ def read_table(path: Path) -> Measurement | TimeRecord:
 
 
 def _columns(path: Path) -> dict[str, Column]:
-    if path.stat().st_size > MOST_BYTES:
-        raise ValueError(f"it has {path.stat().st_size} bytes; it must have <= {MOST_BYTES}")
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"it cannot be read as a table: {error}") from error
-    if len(rows) < 2:
-        raise ValueError("it must have a row of headings and a row of numbers")
-    heads = [HEADING.fullmatch(cell) for cell in rows[0]]
+    names_and_units, rows = read_csv(path, "it", MOST_BYTES)
+    heads = [HEADING.fullmatch(cell) for cell in names_and_units]
     if None in heads:
-        raise ValueError(f"heading {rows[0][heads.index(None)]!r} is not allowed; it must be 'name [unit]'")
+        raise ValueError(f"heading {names_and_units[heads.index(None)]!r} is not allowed; it must be 'name [unit]'")
     names = [head["name"] for head in heads if head]
     if len(set(names)) < len(names):
         raise ValueError("two columns have the same name")
-    for k, row in enumerate(rows[1:], 2):
-        if len(row) != len(names):
-            raise ValueError(f"row {k} has {len(row)} numbers; it must have {len(names)}")
     try:
-        numbers = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows[1:]])
+        numbers = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows])
     except ValueError as error:
         raise ValueError(f"a cell is no number: {error}") from None
     units = [(head["unit"] or "1").strip() for head in heads if head]

@@ -90,6 +90,18 @@ def test_a_record_of_matlab_has_the_units_of_its_structure(tmp_path):
     np.testing.assert_allclose(curve.values, 5e-9, rtol=1e-6)
 
 
+@pytest.mark.parametrize("name", ["m.csv", "m.tsv", "m.txt"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+@pytest.mark.parametrize("separator", ["\t", ";"])
+def test_modes_of_a_spreadsheet_with_decimal_commas(tmp_path, name, encoding, separator):
+    rows = (("frequency [Hz]", "damping ratio [%]"), ("31,5", "0,4"), ("140", "1,25"))
+    (tmp_path / name).write_text("\r\n".join(map(separator.join, rows)), encoding=encoding, newline="")
+    modes = read_measured(tmp_path / name).modes
+    assert modes is not None
+    np.testing.assert_array_equal(modes.frequencies, [31.5, 140.0])
+    np.testing.assert_allclose(modes.damping_ratios, [0.004, 0.0125], rtol=1e-15)
+
+
 def test_a_list_of_modes(tmp_path):
     (tmp_path / "m.csv").write_text("frequency [Hz],damping ratio [%]\n31.5,0.4\n140,\n")
     modes = read_measured(tmp_path / "m.csv").modes
@@ -107,10 +119,12 @@ def test_a_list_of_modes(tmp_path):
         ("frequency [Hz],y/u real [m],y/u imag [m]\n1,2,3\n2,2,3\n", ("output over input",)),
         ("frequency [Hz],y/u real [K/N],y/u imag [K/N]\n1,2,3\n2,2,3\n", ("unit", "'K'")),
         ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n2,2,3\n1,2,3\n", ("ascend",)),
-        ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,2\n2,2,3\n", ("row 2", "2 numbers")),
+        ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,2\n2,2,3\n", ("row 2", "3 values", "it has 2")),
         ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,a,3\n2,2,3\n", ("cell", "number")),
         ("frequency [Hz],y/u real [m/N],y/u imag [m/N]\n1,,3\n2,2,3\n", ("finite",)),
         ("time [s],u [N]\n0,1\n1,2\n3,4\n", ("evenly spaced",)),
+        ("time [s],u [N]\n0,0,1,5\n0,5,2,5\n", ("row 2", "decimal commas", "semicolons")),
+        ("frequency [Hz];damping ratio\n10,0;0.01\n", ("10,0", "0.01")),
     ],
 )
 def test_mistakes_in_tables_are_named(tmp_path, text, facts):

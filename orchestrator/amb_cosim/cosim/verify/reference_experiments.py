@@ -8,13 +8,14 @@ experiment, files with role `result` are the results of the FMU's default experi
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 from xml.etree.ElementTree import Element, ParseError, parse
+
+from amb_files.csv_files import read_csv
 
 MANIFEST = Path("extra", "org.fmi-standard.fmi-ls-ref", "fmi-ls-manifest.xml")
 
@@ -135,13 +136,7 @@ def _parameters(file: Path) -> Iterator[tuple[str, str]]:
 
 
 def _table(file: Path) -> Table:
-    try:
-        header, *rows = list(csv.reader(file.read_text(encoding="utf-8-sig").splitlines()))
-    except (ValueError, csv.Error) as error:
-        raise ValueError(f"{file.name} is no table: {error}") from error
-    header = [name.strip() for name in header]
-    if "time" not in header or not rows or any(len(row) != len(header) for row in rows):
-        raise ValueError(f"{file.name} is not a table with a column 'time' and rows of {len(header)} values")
-    if twice := sorted({name for name in header if header.count(name) > 1}):
-        raise ValueError(f"{file.name} has two columns {twice[0]!r}; column names must be unique")
-    return {name: [row[k] for row in rows] for k, name in enumerate(header)}
+    heads, rows = read_csv(file, file.name)
+    if "time" not in heads:
+        raise ValueError(f"{file.name} is not a table with a column 'time'")
+    return {name: [row[k] for row in rows] for k, name in enumerate(heads)}

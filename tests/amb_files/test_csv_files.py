@@ -1,0 +1,84 @@
+"""Tables that tools and spreadsheets of other countries write."""
+
+from __future__ import annotations
+
+import pytest
+
+from amb_files.csv_files import read_csv
+from tests.support.messages import raises_naming
+
+TABLE = (["time", "y"], [["0", "-1.5e-3"], ["0.25", "20"]])
+
+
+@pytest.fixture
+def read(tmp_path):
+    """`read(text, encoding)`: headings and rows of a file with that text."""
+
+    def write_and_read(text, encoding="utf-8"):
+        (tmp_path / "a.csv").write_text(text, encoding=encoding, newline="")
+        return read_csv(tmp_path / "a.csv", "table a.csv")
+
+    return write_and_read
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time,y\n0,-1.5e-3\n0.25,20\n",
+        "time;y\r\n0;-1,5e-3\r\n0,25;20\r\n",
+        "time;y\n0;-1.5e-3\n0.25;20\n",
+        "time\ty\n0\t-1,5e-3\n0,25\t20\n",
+        "time\ty\n0\t-1.5e-3\n0.25\t20\n",
+        '"time","y"\n"0","-1,5e-3"\n"0,25","20"\n',
+        "sep=;\r\ntime;y\r\n0;-1,5e-3\r\n0,25;20\r\n",
+        "sep=|\ntime|y\n0|-1,5e-3\n0,25|20\n",
+        "time;y;\n0;-1,5e-3;\n0,25;20;\n",
+        " time ; y\n\n0;-1,5e-3\n;\n0,25;20\n\n",
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_a_table_is_the_same_in_every_form(read, text, encoding):
+    assert read(text, encoding) == TABLE
+
+
+def test_columns_are_those_of_the_separator_and_not_of_names(read):
+    assert read("time;u[1,2]\n0;1,5\n") == (["time", "u[1,2]"], [["0", "1.5"]])
+    assert read('time,"u[1,2]"\n0,1.5\n') == (["time", "u[1,2]"], [["0", "1.5"]])
+    assert read("time,a;b\n0,1.5\n") == (["time", "a;b"], [["0", "1.5"]])
+
+
+def test_arrays_and_texts_keep_their_form(read):
+    assert read("time;u;s\n0,5;1,5 -2 ,25;a, b\n")[1] == [["0.5", "1.5 -2 .25", "a, b"]]
+    assert read('time,s\n0.5,"a, b"\n')[1] == [["0.5", "a, b"]]
+
+
+def test_three_decimals_are_read_where_another_number_shows_the_comma(read):
+    assert read("time;y\n0,5;1,500\n")[1] == [["0.5", "1.500"]]
+    assert read("time;y\n0,125;1\n")[1] == [["0.125", "1"]]
+
+
+@pytest.mark.parametrize(
+    ("text", "facts"),
+    [
+        ("time;y\n0;1,500\n1;2,250\n", ("1,500", "1500", "1.500")),
+        ("time;y\n0,5;1.5\n", ("1.5", "0,5")),
+        ("time;y\n0,5;1.234,5\n", ("1.234,5", "thousands")),
+        ("time;y\n0;1,234,567\n", ("1,234,567", "thousands")),
+        ("time;y\n0,5;1'234,5\n", ("1'234,5", "thousands")),
+        ("time,y\n0,5,1,5\n", ("row 2", "it has 4", "decimal commas", "semicolons")),
+        ("time\n0,5\n", ("row 2", "it has 2", "decimal commas")),
+        ("time;y\n0;1\n1\n", ("row 3", "it has 1", "semicolons", "2 values")),
+        ("time;y;y\n0;1;2\n", ("two columns", "'y'")),
+        ("time;y\n", ("row",)),
+        ("", ("row",)),
+    ],
+)
+def test_what_may_mean_two_tables_is_refused_with_its_cause(read, text, facts):
+    with raises_naming(ValueError, "table a.csv", *facts):
+        read(text)
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "utf-16-le"])
+def test_another_encoding_is_refused_with_what_to_do(read, encoding):
+    with raises_naming(ValueError, "table a.csv", "save", "UTF-8"):
+        read("time;\u00b5m\n0;1\n", encoding)
