@@ -1,7 +1,7 @@
 """Reads tables of texts, `.csv`, as tools and spreadsheets of any country save them.
 
 Columns are separated by commas, semicolons or tabs. Numbers have decimal points, or decimal commas throughout, as in
-a German spreadsheet. What a number means must follow from the file: `1,500` alone may be 1500 or 1.5, and is refused.
+a German spreadsheet. A number that may mean two numbers is refused: `1,500` alone may be 1500 or 1.5.
 """
 
 from __future__ import annotations

@@ -216,6 +216,62 @@ def test_a_kilogram_is_no_force():
             to_unit(text, unit, "v")
 
 
+@pytest.mark.parametrize("case", [str.lower, str.title, str.upper])
+@pytest.mark.parametrize(
+    ("name", "unit", "value"),
+    [
+        *(("newton", "N", 1.0), ("kilonewtons", "N", 1e3), ("lbf", "N", 4.4482216152605), ("newton metre", "N.m", 1.0)),
+        *(
+            ("volt", "V", 1.0),
+            ("ampere", "A", 1.0),
+            ("milliamps", "A", 1e-3),
+            ("ohms", "Ohm", 1.0),
+            ("tesla", "T", 1.0),
+        ),
+        *(("meter", "m", 1.0), ("millimetres", "m", 1e-3), ("inches", "m", 0.0254), ("mils", "m", 25.4e-6)),
+        *(("second", "s", 1.0), ("hertz", "Hz", 1.0), ("kilohertz", "Hz", 1e3), ("minutes", "s", 60.0)),
+        *(
+            ("pascal", "N/m2", 1.0),
+            ("psi", "N/m2", 6894.757293168361),
+            ("kilogramme", "kg", 1.0),
+            ("lb", "kg", 0.45359237),
+        ),
+        *(("rpm", "rad/s", math.pi / 30.0), ("radians/second", "rad/s", 1.0), ("rev/min", "rad/s", math.pi / 30.0)),
+        *(
+            ("newton/metre", "N/m", 1.0),
+            ("degrees", "rad", math.pi / 180.0),
+            ("henries", "H", 1.0),
+            ("percent", "1", 0.01),
+        ),
+    ],
+)
+def test_names_of_units_are_read_in_any_case(name, unit, value, case):
+    assert to_unit(f"3 {case(name)}", unit, "x") == pytest.approx(3.0 * value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "symbols"),
+    [
+        ("KN", "N", "kN"),
+        ("MM", "m", "mm"),
+        ("HZ", "Hz", "Hz"),
+        ("Kg", "kg", "kg"),
+        ("N/MM", "N/m", "mm"),
+        ("a", "A", "A"),
+    ],
+)
+def test_a_symbol_in_another_case_is_refused_with_its_symbol(text, unit, symbols):
+    with raises_naming(ValueError, f"'3 {text}'", "case", symbols):
+        to_unit(f"3 {text}", unit, "x")
+
+
+def test_the_case_of_a_prefix_is_not_guessed():
+    assert to_unit("3 mN", "N", "x") == pytest.approx(0.003)
+    assert to_unit("3 MN", "N", "x") == pytest.approx(3e6)
+    with raises_naming(ValueError, "Mw", "MW or mW"):
+        to_unit("3 Mw", "W", "x")
+
+
 @pytest.mark.parametrize("unit", ["count", "counts", "bit"])
 def test_counts_are_units_without_dimension(unit):
     assert to_unit(f"3 {unit}", unit, "level") == 3.0

@@ -18,6 +18,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from fmi_export.building.number_texts import plain_forms
+from fmi_export.building.unit_names import case_advice, lower_case
 
 if TYPE_CHECKING:
     import pint
@@ -84,10 +85,9 @@ COMMON = {
 # Units of the trade that pint does not know, or takes for others (Nm for the fineness of yarn, mil for an angle, U for
 # the activity of an enzyme). An exponent belongs to the last factor of a product: kgm2 is kg m2.
 TRADE = {
-    **dict.fromkeys(("RPM", "Rpm"), "rpm"),
     "kRPM": "krpm",
     **dict.fromkeys(("U", "r", "rev", "revs", "tr"), "turn"),
-    **dict.fromkeys(("cpm", "CPM"), "(turn/minute)"),
+    "cpm": "(turn/minute)",
     "cps": "(turn/second)",
     "rph": "(turn/hour)",
     "ips": "(inch/second)",
@@ -96,7 +96,7 @@ TRADE = {
     "gn": "standard_gravity",
     "PS": "metric_horsepower",
     **dict.fromkeys(("mil", "mils"), "thou"),
-    **dict.fromkeys(("amp", "Amp", "amps", "Amps"), "ampere"),
+    **dict.fromkeys(("amp", "amps"), "ampere"),
 }
 PRODUCTS = {
     **{f"{prefix}Nm": f"{prefix}N*m" for prefix in ("", "m", "k", "M")},
@@ -174,7 +174,7 @@ def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
     except Exception as error:  # errors of pint, and of the calculator that reads its texts
         displayed = unit if len(unit) <= LONGEST_UNIT else f"{unit[:LONGEST_UNIT]}..."
         raise ValueError(
-            f"unknown unit {displayed!r}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz"
+            f"unknown unit {displayed!r}{case_advice(displayed)}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz"
         ) from error
 
 
@@ -187,7 +187,7 @@ def _plain(unit: str) -> str:
 
 def _spelled(match: re.Match[str]) -> str:
     """Return a name with its exponent as pint knows it."""
-    name, exponent = match[1], match[2] or ""
+    name, exponent = lower_case(match[1]), match[2] or ""
     return f"({PRODUCTS[name]}{exponent})" if name in PRODUCTS else TRADE.get(name, name) + exponent
 
 
@@ -310,7 +310,7 @@ def _by_pint(number: float, exact: Fraction | None, values: str, unit: str, what
                 return float(converted(exact) * _revolution(values, unit))
         return float(converted(number))
     except pint.DimensionalityError as error:
-        weighed, hint = _as_weights(values, POUNDS), ""
+        weighed, hint = _as_weights(values, POUNDS), case_advice(values)
         if weighed != values:
             with suppress(ValueError):
                 return _by_pint(number, exact, weighed, unit, what)
