@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.fmu.fmus import model_source
+from amb_cosim.cosim.fmu.fmus import fmu_name, model_source
 from amb_cosim.export.assembled import assembled
 from amb_cosim.export.models import Made
 from amb_cosim.export.planned import made_for
@@ -66,7 +66,7 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
     components = [
         {
             "name": c.name,
-            "model": c.fmu,
+            "model": fmu_name(c.fmu),
             "guid": planned.interfaces[c.name].guid,
             "variables": [_variable(port) for port in planned.interfaces[c.name].ports.values()],
             "parameters": dict(plan.parameters[c.name]),

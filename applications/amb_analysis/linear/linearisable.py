@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from amb_analysis.linear.foreign import foreign_component
 from amb_analysis.linear.rotor_and_magnets import actuator_component, rotor_component
 from amb_cosim.controllers.laws import Law
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu, model_of, model_source
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.assembly import Assembly, assemble
 from amb_cosim.cosim.system.assignments import Assignments
@@ -96,7 +96,7 @@ class LinearSource:
     def _kind(self, name: str) -> str:
         """Return the model that a component is, or the path of its FMU."""
         fmu = self.assembly.system.component(name).fmu
-        return MADE_FROM_FILE.get(Path(fmu).suffix, fmu)
+        return model_of(fmu) or str(fmu)
 
     def layout(self, name: str) -> dict[str, Any]:
         """Return the parts that the FMU of a component declares; none without a layout."""
@@ -135,7 +135,7 @@ class LinearSource:
     def constants(self, name: str) -> Array:
         """Return the constants of a component that is a model of this project."""
         fmu = self.assembly.system.component(name).fmu
-        constants: Array = self.retained(f"constants {fmu}", lambda: model_source(fmu, **self.assembly.options)[1])
+        constants: Array = self.retained(f"constants {fmu!r}", lambda: model_source(fmu, **self.assembly.options)[1])
         return constants
 
     def table_speeds(self) -> list[float]:
@@ -171,7 +171,7 @@ def linearisable(
     at: Raw | Mapping[str, Raw] | None = None,
     *,
     rotor: RotorSource = None,
-    fmu: Mapping[str, str | PathLike[str]] | None = None,
+    fmu: Mapping[str, FmuSource | PathLike[str]] | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> LinearSource:
@@ -191,14 +191,14 @@ def of_planned(planned: PlannedRun, at: Mapping[str, Raw] | None = None) -> Line
 
 def _of_system(
     source: str | Path | System,
-    fmu: Mapping[str, str | PathLike[str]],
+    fmu: Mapping[str, FmuSource | PathLike[str]],
     rotor: RotorSource,
     set: Mapping[str, Raw],
     options: RunOptions,
 ) -> tuple[Assembly, Plan]:
     system = source if isinstance(source, System) else load_system(source)
     for component, file in fmu.items():
-        system = system.with_fmu(component, fspath(file))
+        system = system.with_fmu(component, as_fmu(file))
     assembly = assemble(system, options.flavour, **({} if rotor is None else {"rotor": rotor}))
     values = assembly.assignments()
     for name, raw in set.items():

@@ -10,6 +10,7 @@ from amb_analysis.linear.components import LinearComponent, delayed_by_a_step, l
 from amb_analysis.linear.linearisable import LinearSource, linearisable
 from amb_analysis.linear.model import LinearModel, linear_model
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan import SPEED
@@ -28,7 +29,7 @@ def linearise(
     components: Sequence[str] | None = None,
     opened: Sequence[str] = (),
     rotor: RotorSource = None,
-    fmu: Mapping[str, str | PathLike[str]] | None = None,
+    fmu: Mapping[str, FmuSource | PathLike[str]] | None = None,
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> LinearModel:

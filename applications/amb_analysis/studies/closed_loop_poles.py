@@ -18,6 +18,7 @@ from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, speed
 from amb_analysis.studies.loop_vibrations import LeastDamped, Vibrations, followed, least_damped, vibrations_over
 from amb_analysis.studies.result import MachineResult
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.text_tables import TextBlock, text_table
@@ -161,7 +162,7 @@ def poles(
     scenario: str | Path | None = None,
     *,
     rotor: str | Path | None = None,
-    controller: str | PathLike[str] | None = None,
+    controller: FmuSource | PathLike[str] | None = None,
     up_to: Number | None = None,
     count: int = 8,
     set: Mapping[str, Raw] | None = None,

@@ -41,6 +41,7 @@ from amb_analysis.studies.trap_states import (
     report_state,
 )
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
@@ -213,7 +214,7 @@ def traps(
     scenario: str | Path | None = None,
     *,
     rotor: str | Path | None = None,
-    controller: str | PathLike[str] | None = None,
+    controller: FmuSource | PathLike[str] | None = None,
     speed: Number | None = None,
     unbalance: Number | None = None,
     place: str | None = None,

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario, as_scenario
@@ -26,7 +27,7 @@ Number = float | str
 
 
 def controlled(
-    scenario: str | Path | Scenario | None, rotor: RotorSource, controller: str | PathLike[str] | None
+    scenario: str | Path | Scenario | None, rotor: RotorSource, controller: FmuSource | PathLike[str] | None
 ) -> Scenario:
     """Return the scenario for a study of a controlled machine.
 

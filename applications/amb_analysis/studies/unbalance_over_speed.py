@@ -20,6 +20,7 @@ from amb_analysis.studies.coefficient_limits import Limits, is_extrapolated, lim
 from amb_analysis.studies.inputs import DEFAULT_RANGE, GRADE, Number, controlled, node_numbers, positive, speed_range
 from amb_analysis.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan_run import plan_run
@@ -47,7 +48,7 @@ def unbalance_response(
     rotor: RotorSource = None,
     *,
     scenario: str | Path | Scenario | None = None,
-    controller: str | PathLike[str] | None = None,
+    controller: FmuSource | PathLike[str] | None = None,
     mass: MassModel | None = None,
     up_to: Number | None = None,
     unbalance: Number | None = None,

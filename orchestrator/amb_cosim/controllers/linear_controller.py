@@ -9,7 +9,7 @@ from functools import cached_property
 from itertools import pairwise
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -23,7 +23,6 @@ from linear_controller.ports import Ports
 if TYPE_CHECKING:
     from fmi_export.model import Model
 
-MODEL = "linear_controller"
 SLOW_TIME = 0.1  # s
 STABLE = 1.0 + 1e-9  # largest pole magnitude of a law that counts as stable: integrators are at 1
 WEIGHTS = (0.25, 0.5, 0.75)  # number of interpolated matrices whose poles are checked
@@ -32,6 +31,8 @@ WEIGHTS = (0.25, 0.5, 0.75)  # number of interpolated matrices whose poles are c
 @dataclass(frozen=True, eq=False)
 class LinearController:
     """A sampled law, or one per speed, with the data of its FMU; created by `linear_controller`.
+
+    It stands for an FMU in scenarios and systems: `amb_cosim.run(scenario, fmu={"rolac_controller": controller})`.
 
     Parameters
     ----------
@@ -48,6 +49,8 @@ class LinearController:
     allow_unstable
         Whether poles outside the unit circle are allowed.
     """
+
+    model: ClassVar[str] = "linear_controller"  # that it is a component of
 
     laws: Mapping[float, Law]
     ports: Ports
@@ -96,14 +99,11 @@ class LinearController:
         }
         return write_arrays(Path(path), self.laws, facts)
 
-    def __fspath__(self) -> str:
-        """Return the path of its file in the user's cache, which a scenario can use in place of the FMU."""
-        from amb_cosim.cosim.basics.cache import cache_folder
-
+    def __repr__(self) -> str:
+        """Return a text that identifies it by a digest of its FMU's interface and constants."""
         model, constants = self.model_and_constants
         digest = hashlib.sha256(model.interface.canonical() + constants.tobytes()).hexdigest()[:32]
-        path = cache_folder() / f"controller-{digest}.npz"
-        return str(path if path.is_file() else self.save(path))
+        return f"{type(self).__name__}({digest})"
 
     def state_space(self, speed: float | None = None) -> Any:
         """Return the sampled law, for several the one at a speed (rad/s), as control.StateSpace; dots in names become

@@ -13,6 +13,7 @@ from amb_files.pack_file import rotor_path
 from array_types import Array
 
 if TYPE_CHECKING:
+    from amb_cosim.controllers.linear_controller import LinearController
     from amb_cosim.design.receptance_file import ReceptanceTable
     from fmi_export.model import Model
 
@@ -59,12 +60,12 @@ def rolac_controller(rotor: RotorSource = None, receptances: Path | ReceptanceTa
 
 
 @made_from("linear_controller", "signal_chain", "amb_cosim.controllers")
-def linear_controller(file: Path | None = None, **_: Any) -> Made:
-    """Return the linear controller of a file: arrays (`.npz`, `.mat`) or blocks (TOML)."""
+def linear_controller(file: Path | LinearController | None = None, **_: Any) -> Made:
+    """Return the linear controller of a file, arrays (`.npz`, `.mat`) or blocks (TOML), or of Python."""
     from amb_cosim.controllers.linear_controller import linear_controller as made_of
 
     if file is None:
         raise ValueError(
             "linear_controller is made from a file; name the file instead, such as fmu.linear_controller = 'lead.mat'"
         )
-    return made_of(file).model_and_constants
+    return (made_of(file) if isinstance(file, Path) else file).model_and_constants

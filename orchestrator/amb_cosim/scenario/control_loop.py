@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
-from amb_cosim.cosim.fmu.fmus import MADE_FROM_FILE, model_source
+from amb_cosim.cosim.fmu.fmus import is_made_from_file, model_source
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
@@ -63,7 +62,7 @@ def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, 
     """
     result: dict[str, float] = {}
     for component in system.components:
-        if Path(component.fmu).suffix not in MADE_FROM_FILE:
+        if not is_made_from_file(component.fmu):
             continue
         values = parameters[component.name]
         names = [name for name in values if name in _PARAMETERS or name.endswith(_ENDINGS)]

@@ -1,4 +1,4 @@
-"""Rotor and table of receptances of a scenario: a name, a file, or an object made in Python."""
+"""Rotor, table of receptances and controllers of a scenario: names, files, or objects made in Python."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ from pydantic import WrapValidator as Checked
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
 
+    from amb_cosim.controllers.linear_controller import LinearController
     from amb_cosim.design.receptance_file import ReceptanceTable
     from rotor_analysis.rotor import Rotor
     from rotor_analysis.rotor_file import RotorSource as RotorSource
 
     RotorField = Rotor | str
     TableField = ReceptanceTable | str
+    FmuField = LinearController | str
     TableSource = ReceptanceTable | str | Path | None
 
 
@@ -33,13 +35,20 @@ def is_table(value: object) -> TypeIs[ReceptanceTable]:
     return _is(value, "amb_cosim.design.receptance_file", "ReceptanceTable")
 
 
+def is_controller(value: object) -> TypeIs[LinearController]:
+    """Return whether a value is a linear controller, without importing its class."""
+    return _is(value, "amb_cosim.controllers.linear_controller", "LinearController")
+
+
 def _is(value: object, module: str, name: str) -> bool:
     loaded = sys.modules.get(module)
     return loaded is not None and isinstance(value, getattr(loaded, name))
 
 
 def named(value: object) -> object:
-    """Return the name of a rotor, or of the rotor of a table; names and paths unchanged."""
+    """Return the name of a rotor, of the rotor of a table, or of a controller's model; names and paths unchanged."""
+    if is_controller(value):
+        return value.model
     return value.name if is_rotor(value) else value.rotor if is_table(value) else value
 
 
@@ -54,7 +63,7 @@ def _unless(is_made: Callable[[object], bool]) -> Callable[[object, ValidatorFun
 
 
 def _as_data(value: object, of_text: SerializerFunctionWrapHandler) -> Any:
-    if is_table(value):
+    if is_table(value) or is_controller(value):
         return repr(value)
     return TypeAdapter(type(value)).dump_python(value, mode="json", exclude_none=True) if is_rotor(value) else value
 
@@ -63,3 +72,4 @@ if not TYPE_CHECKING:
     RotorSource = TableSource = Any
     RotorField = Annotated[str, Checked(_unless(is_rotor)), Serialised(_as_data)]
     TableField = Annotated[str, Checked(_unless(is_table)), Serialised(_as_data)]
+    FmuField = Annotated[str, Checked(_unless(is_controller)), Serialised(_as_data)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +12,23 @@ import tomli_w
 from pydantic import Field
 
 from amb_cosim.cosim.basics.choices import Coupling, Role, Settling
+from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
-from amb_cosim.scenario.rotors import RotorField, RotorSource, TableField, TableSource, is_rotor, is_table, named
+from amb_cosim.scenario.rotors import (
+    FmuField,
+    RotorField,
+    RotorSource,
+    TableField,
+    TableSource,
+    is_controller,
+    is_rotor,
+    is_table,
+    named,
+)
 from amb_cosim.scenario.scenario_tables import Event, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_atomically
 from amb_files.checks import errors_in
@@ -109,8 +120,8 @@ class Scenario(Table):
     """Recorded variables."""
     plot: Plot = Plot()
     """Figures."""
-    fmu: dict[str, str] = Field(default={})
-    """FMUs or controller files that replace components."""
+    fmu: dict[str, FmuField] = Field(default={})
+    """FMUs or controller files that replace components; in Python also a `LinearController`."""
 
     @classmethod
     def load(cls, name: str | Path) -> Scenario:
@@ -141,9 +152,10 @@ class Scenario(Table):
         Raises
         ------
         ValueError
-            If its rotor or its table of receptances was made in Python: a scenario file names them.
+            If its rotor, table of receptances or a controller was made in Python: a scenario file names them.
         """
-        if made := self._made():
+        controllers = {f"fmu.{name}": fmu for name, fmu in self.fmu.items() if is_controller(fmu)}
+        if made := self._made() | controllers:
             what = " and ".join(f"{kind} {named(value)!r}" for kind, value in made.items())
             raise ValueError(f"scenario {self.name} has {what} of Python; its file must name files")
         text = tomli_w.dumps(with_paths(self._data(), relative_to(Path(path).parent)))
@@ -152,7 +164,7 @@ class Scenario(Table):
 
     def _data(self) -> dict[str, Any]:
         data = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, exclude={"name"})
-        return data | self._made()
+        return data | self._made() | ({"fmu": dict(self.fmu)} if "fmu" in data else {})
 
     def _made(self) -> dict[str, Any]:
         """Return the fields that hold an object made in Python."""
@@ -235,7 +247,7 @@ def as_scenario(
     source: str | Path | Scenario | None,
     rotor: RotorSource = None,
     receptances: TableSource = None,
-    fmu: Mapping[str, str | PathLike[str]] | None = None,
+    fmu: Mapping[str, FmuSource | PathLike[str]] | None = None,
 ) -> Scenario:
     """Return a scenario (see `load_scenario`) with another rotor, table and FMUs.
 
@@ -248,7 +260,7 @@ def as_scenario(
     others = {"rotor": rotor, "receptances": receptances}
     changes = {key: str(item) if isinstance(item, Path) else item for key, item in others.items() if item is not None}
     scenario = scenario.model_copy(update=changes)
-    return scenario.changed(fmu={component: fspath(file) for component, file in fmu.items()}) if fmu else scenario
+    return scenario.changed(fmu={component: as_fmu(item) for component, item in fmu.items()}) if fmu else scenario
 
 
 def parse_scenario(text: str, name: str) -> Scenario:

@@ -7,6 +7,7 @@ from os import PathLike
 from pathlib import Path
 
 from amb_cosim.cosim.basics.choices import Flavour, Loop
+from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.options import AUTOSAVE_TIME, DEFAULTS, Progress, RunOptions, Saves
 from amb_cosim.cosim.run.run_plan import run_plan
@@ -26,7 +27,7 @@ def run(
     until: Raw | None = None,
     rotor: RotorSource = None,
     receptances: TableSource = None,
-    fmu: Mapping[str, str | PathLike[str]] | None = None,
+    fmu: Mapping[str, FmuSource | PathLike[str]] | None = None,
     flavour: Flavour = "native",
     loop: Loop = "compiled",
     progress: bool | Progress | None = None,

@@ -172,7 +172,7 @@ def test_share_of_a_sample_of_delay_is_exact_where_steps_meet_it():
         inputs=none,
         event=[{"time": 0.0, "set": blow}, {"time": H, "set": none}],
         record={"variables": SHOWN},
-        fmu={"rolac_controller": controller.__fspath__()},
+        fmu={"rolac_controller": controller},
     )
     result = amb_cosim.run(scenario, rotor=rotor, progress=False)
     motion = np.array([result.signals[name].values for name in SHOWN]).T[::10][60:]

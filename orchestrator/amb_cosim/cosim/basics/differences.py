@@ -9,9 +9,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from amb_files.toml import read_toml
 
 MOST = 10  # differences that are reported
+LARGEST = 10_000  # numbers of an array that are listed
 LONGEST = 160  # characters of a value
 
 
@@ -24,13 +27,20 @@ def list_differences(stored: Any, now: Any) -> str:
 def described(item: Any) -> tuple[str, Any]:
     """Return name and content of a file or a dataclass as JSON data; of a file other than TOML, its digest."""
     if not isinstance(item, str | Path):
-        content = json.dumps(asdict(item), default=lambda value: getattr(value, "tolist", lambda: repr(value))())
+        content = json.dumps(asdict(item), default=_as_data)
         return f"{type(item).__name__} of Python", json.loads(content)
     file = Path(item)
     if file.suffix == ".toml":
         return file.name, json.loads(json.dumps(read_toml(file, f"file {file}"), default=str))
     with file.open("rb") as opened:
         return file.name, hashlib.file_digest(opened, "sha256").hexdigest()
+
+
+def _as_data(value: Any) -> Any:
+    """Return an array as lists, a large one as its digest, and other objects as text."""
+    if isinstance(value, np.ndarray):
+        return value.tolist() if value.size <= LARGEST else hashlib.sha256(value.tobytes()).hexdigest()
+    return repr(value)
 
 
 def list_other_sources(stored: Mapping[str, Any], now: Mapping[str, Any]) -> str:

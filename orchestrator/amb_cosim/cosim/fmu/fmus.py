@@ -23,8 +23,9 @@ from dataclasses import dataclass, is_dataclass
 from functools import cache, cached_property
 from importlib.metadata import EntryPoint, entry_points, version
 from importlib.util import find_spec
+from os import PathLike, fspath
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from amb_cosim.cosim.basics.build_target import BuildTarget
 from amb_cosim.cosim.basics.cache import cache_folder, note_use, unpacked
@@ -48,6 +49,21 @@ MADE_FROM_FILE = {".toml": "linear_controller", ".npz": "linear_controller", ".m
 
 # Files of a package that decide what is made from it.
 CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
+
+
+class MadeModel(Protocol):
+    """An object of Python that stands for an FMU in a system; its `repr` identifies it."""
+
+    @property
+    def model(self) -> str:
+        """Name of the model, whose source takes the object as its `file`."""
+
+    def __hash__(self) -> int:
+        """Return its hash: models made from it may be cached."""
+
+
+FmuSource = str | MadeModel
+"""The name of a model, the file that a model is made from, the path of an FMU, or an object that stands for it."""
 
 Source = Callable[..., "tuple[Model, Array]"]
 S = TypeVar("S", bound=Source)
@@ -94,33 +110,56 @@ def models() -> Mapping[str, EntryPoint]:
     return {point.name: point for point in sorted(entry_points(group=GROUP))}
 
 
-def is_model(fmu: str) -> bool:
-    """Return whether a component of a system is a model, by name or as the file that a model is made from."""
-    return fmu in models() or Path(fmu).suffix in MADE_FROM_FILE
+def as_fmu(fmu: FmuSource | PathLike[str]) -> FmuSource:
+    """Return what stands for an FMU, a path as text."""
+    return fspath(fmu) if isinstance(fmu, PathLike) else fmu
 
 
-def is_placeholder(fmu: str) -> bool:
+def fmu_name(fmu: FmuSource) -> str:
+    """Return the name of a model or of a file, for messages."""
+    return Path(fmu).name if isinstance(fmu, str) else fmu.model
+
+
+def model_of(fmu: FmuSource) -> str | None:
+    """Return the name of the model that a component is, or is made by from a file; None for the path of an FMU."""
+    if not isinstance(fmu, str):
+        return fmu.model
+    return fmu if fmu in models() else MADE_FROM_FILE.get(Path(fmu).suffix)
+
+
+def is_model(fmu: FmuSource) -> bool:
+    """Return whether a component of a system is a model: by name, as the file that it is made from, or as an object."""
+    return model_of(fmu) is not None
+
+
+def is_placeholder(fmu: FmuSource) -> bool:
     """Return whether a component's model requires a file that it is made from."""
     return fmu in MADE_FROM_FILE.values()
 
 
-def _resolved(fmu: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the name of a model and its options, with the file that it is made from."""
-    if fmu not in models() and Path(fmu).suffix in MADE_FROM_FILE:
-        return MADE_FROM_FILE[Path(fmu).suffix], {**options, "file": Path(fmu)}
-    return fmu, dict(options)
+def is_made_from_file(fmu: FmuSource) -> bool:
+    """Return whether a component is a model that is made from a separate file, or from an object like it."""
+    return model_of(fmu) in MADE_FROM_FILE.values()
 
 
-def model_source(name: str, **options: Any) -> tuple[Model, Array]:
-    """Return a model, by its name or the file that it is made from, and its constants for these options.
+def _resolved(fmu: FmuSource, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Return the name of a model and its options, with the file or object that it is made from."""
+    name = model_of(fmu)
+    if name is None or name == fmu:
+        return str(fmu), dict(options)
+    return name, {**options, "file": Path(fmu) if isinstance(fmu, str) else fmu}
+
+
+def model_source(name: FmuSource, **options: Any) -> tuple[Model, Array]:
+    """Return a model, by its name or by what it is made from, and its constants for these options.
 
     Raises
     ------
     ValueError
         If no such model exists, or it cannot be made with these options.
     """
-    name, options = _resolved(name, options)
-    made: tuple[Model, Array] = _source(name)(**options)
+    model, options = _resolved(name, options)
+    made: tuple[Model, Array] = _source(model)(**options)
     return made
 
 
@@ -138,7 +177,7 @@ def build_models(
     return [target.build(model, constants, folder) for model, constants in made]
 
 
-def fmu_with_starts(name: str, target: BuildTarget, starts: Mapping[str, float], **options: Any) -> bytes:
+def fmu_with_starts(name: FmuSource, target: BuildTarget, starts: Mapping[str, float], **options: Any) -> bytes:
     """Return the FMU of a model whose parameters and inputs have these start values.
 
     Raises
@@ -152,10 +191,10 @@ def fmu_with_starts(name: str, target: BuildTarget, starts: Mapping[str, float],
     return target.fmu(with_starts(model, starts), constants)
 
 
-def ingredients(fmu: str, **options: Any) -> dict[str, Any]:
+def ingredients(fmu: FmuSource, **options: Any) -> dict[str, Any]:
     """Return what the FMU of a component is made from: files and objects by the options of its model, or the FMU."""
     if not is_model(fmu):
-        return {"FMU": Path(fmu)}
+        return {"FMU": Path(str(fmu))}
     name, options = _resolved(fmu, options)
     source, result = _source(name), {}
     for option in inspect.signature(source).parameters:
@@ -166,7 +205,7 @@ def ingredients(fmu: str, **options: Any) -> dict[str, Any]:
     return result
 
 
-def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
+def provide(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model (by name or file), built if needed, or the FMU file at a path.
 
     Raises
@@ -176,7 +215,7 @@ def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     """
     if is_model(fmu):
         return ensure_built(fmu, flavour, **options)
-    path = Path(fmu)
+    path = Path(str(fmu))
     if not path.is_file():
         raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(models())}")
     folder, is_new = unpacked(path, f"FMU {fmu}")
@@ -185,7 +224,7 @@ def provide(fmu: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     return Fmu(path, folder, "file")
 
 
-def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
+def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
     """Return the FMU of a model, built and extracted into the user's cache if it is not completely there.
 
     It is built for this machine. Its folder is named by its sources and changes with interface, code and constants.
@@ -195,7 +234,7 @@ def ensure_built(name: str, flavour: Flavour = "native", **options: Any) -> Fmu:
     ValueError
         If no such model exists, or it cannot be made with these options.
     """
-    name, options = _resolved(name, options)
+    name, options = _resolved(fmu, options)
     home = cache_folder() / f"{name}-{_key(_source(name), BuildTarget(flavour), options)}"
 
     def fill(stage: Path) -> None:

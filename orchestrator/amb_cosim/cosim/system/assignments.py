@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
+from amb_cosim.cosim.fmu.fmus import fmu_name
 from amb_cosim.cosim.system.system import UNCHANGED, Signal, System
 from amb_cosim.cosim.system.values import Raw, convert, is_zero
 from amb_files.suggestions import suggest
@@ -119,7 +119,7 @@ class Assignments:
     def missing(self, name: str) -> str:
         """Return what the FMU of a component lacks, and similar names that it has."""
         component, pattern = self.system.divide(name)
-        file = Path(self.system.component(component).fmu).name
+        file = fmu_name(self.system.component(component).fmu)
         return f"{component} ({file}) has no {pattern}, {suggest(pattern, self._settable_names(component))}"
 
     def _settable_names(self, component: str, only: str | None = None) -> list[str]:

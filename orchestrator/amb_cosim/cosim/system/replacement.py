@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.fmu.fmus import is_model
+from amb_cosim.cosim.fmu.fmus import fmu_name, is_model
 from amb_cosim.cosim.system.patterns import expand
 from amb_cosim.cosim.system.system import Component, Connection, System
 from amb_files.wildcards import is_pattern
@@ -121,7 +120,7 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
         result = {"outputs": outputs, "inputs": inputs}
         ports = [f"the {kind} {', '.join(names)}" for kind, names in result.items() if names]
         if ports:
-            file = Path(component.fmu).name
+            file = fmu_name(component.fmu)
             lines.append(f"{component.name}: {file} must have {' and '.join(ports)}, which other components need")
     lines += _silent_signals(system, before)
     return lines
@@ -149,7 +148,7 @@ def notices(system: System, interfaces: Interfaces, assigned: Iterable[str], dro
         name = component.name
         lacks = [end.removeprefix(f"{name}.") for end in dropped if system.divide(end)[0] == name]
         if lacks:
-            result.append(f"{name}: {Path(component.fmu).name} has no {', '.join(lacks)}; its settings are ignored")
+            result.append(f"{name}: {fmu_name(component.fmu)} has no {', '.join(lacks)}; its settings are ignored")
         if component.replaces is None:
             continue
         unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in available]

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
-from amb_cosim.cosim.fmu.fmus import is_placeholder
+from amb_cosim.cosim.fmu.fmus import FmuSource, is_placeholder
 from amb_cosim.cosim.system.values import Raw
 from amb_files.suggestions import suggest
 
@@ -24,10 +24,10 @@ class Component:
     """
 
     name: str
-    fmu: str
+    fmu: FmuSource
     every: int = 1
     mandatory: tuple[str, ...] = ()
-    replaces: str | None = None
+    replaces: FmuSource | None = None
 
 
 @dataclass(frozen=True)
@@ -138,8 +138,8 @@ class System:
     def _by_name(self) -> Mapping[str, Component]:
         return {component.name: component for component in self.components}
 
-    def with_fmu(self, name: str, fmu: str) -> System:
-        """Return the system with another model or FMU file for a component."""
+    def with_fmu(self, name: str, fmu: FmuSource) -> System:
+        """Return the system with another model or FMU file for a component, or an object that stands for it."""
         old = self.component(name)
         if fmu == old.fmu:
             return self
