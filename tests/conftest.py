@@ -63,6 +63,14 @@ def signals() -> Iterator[None]:
         signal.signal(number, handler)
 
 
+@pytest.fixture
+def receptance() -> Any:
+    """A random receptance, shape (8, 4)."""
+    from rig import random_receptance
+
+    return random_receptance()
+
+
 @pytest.fixture(scope="session")
 def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of this test run that all workers share."""

@@ -22,8 +22,8 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from amb_analysis.studies.spawned_processes import check_script, main_guard_advice
 from amb_cosim.cosim.basics.interruption import Interruption, deferred
-from amb_cosim.cosim.basics.spawned_processes import check_script, main_guard_advice
 from amb_sweeps.branching import branching_order
 from amb_sweeps.sweep_bar import Report
 from amb_sweeps.worker import PointResult, Task, run_batch

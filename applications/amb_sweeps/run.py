@@ -16,8 +16,8 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from amb_analysis.studies.spawned_processes import end_if_imported_anew
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.basics.spawned_processes import end_if_imported_anew
 from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity

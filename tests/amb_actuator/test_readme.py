@@ -10,14 +10,14 @@ import pytest
 from matplotlib.image import imread
 from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
-from amb_cosim.design.magnetic_bearing import (
-    axis_parameters,
+from amb_analysis.machine.axis_capability import (
     current_amplitude,
     force_slew_rate,
     full_swing_bandwidth,
     linear_range,
     load_capacity,
 )
+from amb_cosim.design.magnetic_bearing import axis_parameters
 
 README = Path(util.find_spec("amb_actuator").origin).parent / "README.md"
 TEXT = README.read_text(encoding="utf-8")

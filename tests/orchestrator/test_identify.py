@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from rig import AXES, DONE, FAILED, SENSOR_NAMES
+from rig import AXES, DONE, FAILED, SENSOR_NAMES, random_receptance
 from rig import LOOP as RIG_LOOP
 
 from amb_analysis.studies import receptance_measurement
@@ -27,15 +27,14 @@ from rotor_analysis.packaged_rotors import rotor_path
 LOOP = {f"{b}.{name}_{a}": value for b, a in AXES for name, value in (("k_s", 2e6), ("k_i", 563.0))}
 
 
-def receptance(seed: int = 3) -> np.ndarray:
-    rng = np.random.default_rng(seed)
-    return 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))
-
-
 @pytest.fixture
 def table():
     """A table of the rig in the loop of the levitated system."""
-    return empty_table("bath_rig_thesis", RIG_LOOP, LOOP).updated(60.0, receptance(3)).updated(100.0, receptance(4))
+    return (
+        empty_table("bath_rig_thesis", RIG_LOOP, LOOP)
+        .updated(60.0, random_receptance(3))
+        .updated(100.0, random_receptance(4))
+    )
 
 
 def outputs(R: np.ndarray, state: int = DONE, error: int = NO_ERROR) -> xr.Dataset:
@@ -66,12 +65,12 @@ def runs(monkeypatch):
 @pytest.mark.slow
 def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
     ends = [
-        completed(outputs(receptance(1))),
-        completed(outputs(receptance(2), FAILED, CONTACT_OCCURRED)),
-        completed(outputs(receptance(2), WAITING)),
+        completed(outputs(random_receptance(1))),
+        completed(outputs(random_receptance(2), FAILED, CONTACT_OCCURRED)),
+        completed(outputs(random_receptance(2), WAITING)),
         completed(outputs(np.zeros((8, 4)))),
         Result(xr.Dataset(), Outcome("failed", 1.0, "amb_actuator")),
-        completed(outputs(receptance(6))),
+        completed(outputs(random_receptance(6))),
     ]
     runs(*ends)
     result = runner("identify", "--speeds", "10 Hz,12 Hz,13 Hz,14 Hz,15 Hz,100 rad/s", "-o", "t.toml")
@@ -83,23 +82,23 @@ def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
         assert word in line
     retained = read_table(tmp_path / "t.toml", "bath_rig_thesis", RIG_LOOP, loop_parameters(RIG_LOOP, LOOP))
     assert [entry.speed for entry in retained.entries] == [2.0 * math.pi * 10.0, 100.0]
-    np.testing.assert_array_equal(retained.entries[0].receptance, receptance(1))
-    np.testing.assert_array_equal(retained.entries[1].receptance, receptance(6))
+    np.testing.assert_array_equal(retained.entries[0].receptance, random_receptance(1))
+    np.testing.assert_array_equal(retained.entries[1].receptance, random_receptance(6))
 
 
 def test_a_new_identification_replaces_its_speed_and_leaves_the_others(runner, runs, table, tmp_path):
     table.write(tmp_path / "t.toml")
-    runs(completed(outputs(receptance(8))))
+    runs(completed(outputs(random_receptance(8))))
     result = runner("identify", "--speeds", "100 rad/s", "-o", "t.toml")
     assert result.exit_code == 0, result.stderr
     retained = read_table(tmp_path / "t.toml").entries
     assert [entry.speed for entry in retained] == [60.0, 100.0]
-    np.testing.assert_array_equal(retained[0].receptance, receptance(3))
-    np.testing.assert_array_equal(retained[1].receptance, receptance(8))
+    np.testing.assert_array_equal(retained[0].receptance, random_receptance(3))
+    np.testing.assert_array_equal(retained[1].receptance, random_receptance(8))
 
 
 def test_an_interrupt_keeps_the_speeds_before_it(runner, runs, tmp_path):
-    runs(completed(outputs(receptance())), Result(xr.Dataset(), Outcome("interrupted", 2.0)))
+    runs(completed(outputs(random_receptance())), Result(xr.Dataset(), Outcome("interrupted", 2.0)))
     result = runner("identify", "--speeds", "10 Hz,20 Hz,30 Hz", "-o", "t.toml")
     assert result.exit_code == 130
     assert "amb-cosim: interrupted at t = 2 s; t.toml has the 1 done" in result.stderr

@@ -15,7 +15,7 @@ import pytest
 from amb_cosim.cosim.basics.descendants import descendants
 from tests.support.messages import assert_names
 
-CHECK = "from amb_cosim.cosim.basics.spawned_processes import check_script; check_script()"
+CHECK = "from amb_analysis.studies.spawned_processes import check_script; check_script()"
 SWEEP = """
 import sys, time
 

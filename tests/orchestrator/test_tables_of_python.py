@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from rig import random_receptance
 
 import amb_cosim
 from amb_cosim.design.receptance_file import empty_table
@@ -21,12 +22,9 @@ RIG = Scenario.load("fig5_6")
 @pytest.fixture(scope="module")
 def table():
     """A table of the rig in the loop of the scenario, with receptances that no rotor has."""
-    rng = np.random.default_rng(3)
     rotor, planned = load_rotor(RIG.rotor), plan_models(RIG)
     table = empty_table(rotor.name, control_loop(rotor), planned.plan.parameters[CONTROLLER])
-    for speed in (60.0, 100.0):
-        table = table.updated(speed, 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4))))
-    return table
+    return table.updated(60.0, random_receptance(3)).updated(100.0, random_receptance(4))
 
 
 def constants_of(**fields):

@@ -3,7 +3,6 @@
 import random
 import shutil
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 from commands import TIME, run
@@ -56,7 +55,7 @@ def loaded(tmp_path_factory):
 @pytest.fixture(scope="module")
 def prepared(loaded, tmp_path_factory):
     """Files to change."""
-    from rig import LOOP
+    from rig import LOOP, random_receptance
 
     from amb_cosim.commands.cli import main
     from amb_cosim.cosim.basics.build_target import BuildTarget
@@ -70,8 +69,7 @@ def prepared(loaded, tmp_path_factory):
     ):
         done = CliRunner().invoke(main, command)
         assert done.exit_code == 0, done.output
-    rng = np.random.default_rng(7)
-    receptance = 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))
+    receptance = random_receptance()
     values = {"k_s": 2e6, "k_i": 563.0}  # the scenarios'
     constants = {f"{b}.{name}_{axis}": values[name] for b in ("mb1", "mb2") for name in values for axis in "xy"}
     table = empty_table("bath_rig_thesis", LOOP, loop_parameters(LOOP, constants))

@@ -1,4 +1,4 @@
-"""Random receptances and plants, and controllers on them."""
+"""Random plants, and controllers on them."""
 
 from __future__ import annotations
 
@@ -37,13 +37,6 @@ def discrete_plant() -> Callable[..., Plant]:
 def speed_of() -> Callable[[float], float]:
     """Speed (rad/s) at which a revolution takes so many samples at 4 kHz."""
     return lambda samples: 2.0 * math.pi / (samples * 250e-6)
-
-
-@pytest.fixture
-def receptance() -> Complex:
-    """A random, well-conditioned 8 x 4 receptance of the size of the rig's (m/N)."""
-    rng = np.random.default_rng(7)
-    return 1e-6 * (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)))
 
 
 @pytest.fixture

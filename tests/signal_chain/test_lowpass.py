@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from amb_cosim.design.sampled_loop import filter_response
+from amb_analysis.linear.sampled_loop import filter_response
 from signal_chain.lowpass import FILTER, coefficients, filter_sample, start_at_rest
 
 H = 250e-6

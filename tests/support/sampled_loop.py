@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import expm
 
-from amb_cosim.design.sampled_loop import parameters_of_loop, sensor_response
+from amb_analysis.linear.sampled_loop import parameters_of_loop, sensor_response
 from array_types import Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.pid import response

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.linear.components import LinearComponent, names_of
+from amb_analysis.linear.sampled_loop import axis_matrix, parameters_of_loop
 from amb_cosim.controllers.laws import Law, in_series, side_by_side
-from amb_cosim.design.sampled_loop import axis_matrix, parameters_of_loop
 from array_types import Array
 from linear_controller.matrices import find_bracket, matrices_of, sizes_of
 from rolac_controller.control_loop import ControlLoop, SensorPlane

@@ -10,6 +10,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_actuator.force import pull
+from amb_analysis.machine import axis_capability
 from amb_analysis.machine.machine import machine_of
 from amb_analysis.studies.inputs import Number, positive
 from amb_analysis.studies.result import DrawnResult
@@ -217,16 +218,16 @@ def linearisation(
     if static_current is not None:
         currents["static_current"] = quantity(static_current, "A", "static-current")
     p = magnetic_bearing.axis_parameters(chosen.bearing, chosen.direction, **(local | currents))
-    largest = float(magnetic_bearing.current_amplitude(p, 0.0))
+    largest = float(axis_capability.current_amplitude(p, 0.0))
     if not largest > 0.0:
         raise ValueError(
             f"bias-current = {p.bias_current:g} A with static-current = {p.static_current:g} A is not allowed; coils "
             f"carry 0 to {p.current_limit:g} A and need control currents of both signs"
         )
     k_s, k_i = magnetic_bearing.linear_constants(p)
-    limits = magnetic_bearing.linear_range(p, TOLERANCE)
+    limits = axis_capability.linear_range(p, TOLERANCE)
     full_swing = tuple(
-        FullSwing(i, float(_force_amplitude(p, i)), magnetic_bearing.full_swing_bandwidth(p, i))
+        FullSwing(i, float(_force_amplitude(p, i)), axis_capability.full_swing_bandwidth(p, i))
         for i in (share * largest for share in AMPLITUDES)
     )
     return BearingAxis(
@@ -237,10 +238,10 @@ def linearisation(
         k_i=k_i,
         tolerance=TOLERANCE,
         linear_range=LinearLimits((limits.x_low, limits.x_high), (limits.i_low, limits.i_high)),
-        slew_rate=magnetic_bearing.force_slew_rate(p),
+        slew_rate=axis_capability.force_slew_rate(p),
         amplifier_bandwidth=float(p.bandwidth),
         full_swing=full_swing,
-        bandwidth=ForceBandwidth(FREQUENCIES, _force_amplitude(p, magnetic_bearing.current_amplitude(p, FREQUENCIES))),
+        bandwidth=ForceBandwidth(FREQUENCIES, _force_amplitude(p, axis_capability.current_amplitude(p, FREQUENCIES))),
         load=_load_capacity(p),
         map=_operating_map(p, clearance),
     )
@@ -290,7 +291,7 @@ def _load_capacity(p: np.record) -> LoadCurves:
         return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
 
     local, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
-    capacity, at_static = magnetic_bearing.load_capacity(p, loads), magnetic_bearing.load_capacity(p, np.array([local]))
+    capacity, at_static = axis_capability.load_capacity(p, loads), axis_capability.load_capacity(p, np.array([local]))
     return LoadCurves(
         loads,
         capacity.static_current,
@@ -304,5 +305,5 @@ def _operating_map(p: np.record, clearance: float) -> OperatingMap:
     """Return K_s, K_i and the error of the linear law over displacement, up to a clearance (m), and control current."""
     x, i_c = np.linspace(-clearance, clearance, POINTS), np.linspace(*magnetic_bearing.current_range(p), POINTS)
     slopes = magnetic_bearing.linearisation(p, x[None, :], i_c[:, None])
-    error = magnetic_bearing.linear_error(p, x[None, :], i_c[:, None])
+    error = axis_capability.linear_error(p, x[None, :], i_c[:, None])
     return OperatingMap(x, i_c, slopes.k_s, slopes.k_i, error)

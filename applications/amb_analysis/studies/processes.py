@@ -13,9 +13,9 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import TypeVar
 
+from amb_analysis.studies.spawned_processes import check_script, end_if_imported_anew, main_guard_advice
 from amb_cosim.cosim.basics.descendants import continue_without_parent
 from amb_cosim.cosim.basics.interruption import deferred
-from amb_cosim.cosim.basics.spawned_processes import check_script, end_if_imported_anew, main_guard_advice
 from amb_cosim.cosim.run.options import Progress
 
 Case = TypeVar("Case")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
+from amb_analysis.linear.sampled_loop import parameters_of_loop
 from amb_analysis.machine.machine import Machine, machine_of
 from amb_analysis.studies.sampled_receptance import inner_response, sampled_receptance
 from amb_cosim.cosim.basics.time_grid import in_steps
@@ -20,7 +21,6 @@ from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
-from amb_cosim.design.sampled_loop import parameters_of_loop
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.control_loop import inner_loop_parameters
 from amb_cosim.scenario.plan_run import plan_run

@@ -17,8 +17,8 @@ import numpy as np
 from amb_analysis.linear.components import frequency_response
 from amb_analysis.linear.linearisable import LinearSource
 from amb_analysis.linear.linearise import model_of
+from amb_analysis.linear.sampled_loop import parameters_of_loop, sensor_response
 from amb_analysis.machine.machine import Machine
-from amb_cosim.design.sampled_loop import parameters_of_loop, sensor_response
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from array_types import Array, Complex
 from signal_chain.presets import is_on

@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from amb_analysis.machine.axis_capability import current_amplitude
 from amb_analysis.machine.feedback import demanded_currents
 from amb_analysis.machine.machine import Machine
 from amb_analysis.machine.response import synchronous_response
 from amb_analysis.studies.stability_margin import ZONES
 from amb_assessment.first_design.levitation import BANDS, BEYOND, LEFT, STIFFNESS, TRIP, Levitation, Pid
 from amb_cosim.cosim.system.values import RPM
-from amb_cosim.design.magnetic_bearing import current_amplitude
 from rotor_analysis.mode_reach import REACHED, ModeReach, mode_reaches
 from rotor_analysis.rotor import Rotor
 

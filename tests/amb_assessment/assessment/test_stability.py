@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from amb_analysis.linear.stability import LoopStability
+from amb_analysis.machine.axis_capability import current_amplitude
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies import figure, poles
 from amb_analysis.studies.loop_vibrations import Vibrations
@@ -23,7 +24,6 @@ from amb_assessment.assessment.stability import least_stable
 from amb_assessment.assessment.stages import real_coefficients, table_notes
 from amb_assessment.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
-from amb_cosim.design.magnetic_bearing import current_amplitude
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names, raises_naming
 

@@ -11,6 +11,7 @@ from strange_machine import ROTOR as EXPANDER
 
 import amb_cosim
 from amb_analysis import studies
+from amb_analysis.machine.axis_capability import load_capacity
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.first_design import files
 from amb_assessment.first_design.design import Design
@@ -19,7 +20,7 @@ from amb_assessment.first_design.levitation import operating_points, pid_of
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
 from amb_assessment.first_design.sizing import CAPACITY, MagnetData, machine_sizes
 from amb_cosim.commands.cli import main
-from amb_cosim.design.magnetic_bearing import axis_parameters, load_capacity
+from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.packaged_rotors import rotor_path

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from amb_analysis.machine.axis_capability import current_amplitude, force_slew_rate
 from amb_analysis.machine.feedback import bearing_forces, demanded_currents
 from amb_analysis.machine.machine import AXES
 from amb_analysis.machine.response import stiffness_of, synchronous_response
@@ -12,7 +13,6 @@ from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm
 from amb_assessment.assessment.unbalance_cases import response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
-from amb_cosim.design.magnetic_bearing import current_amplitude, force_slew_rate
 from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances

@@ -7,7 +7,7 @@ import pytest
 from rig import given_parameters, identified_receptance
 from sampled_loop import controller_response, zoh_response
 
-from amb_cosim.design.sampled_loop import sensor_response
+from amb_analysis.linear.sampled_loop import sensor_response
 from rolac_controller.parameters import BEARING_K_S
 
 OMEGA, H = 2.0 * math.pi * 16.0, 250e-6

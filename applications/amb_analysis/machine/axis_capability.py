@@ -1,0 +1,148 @@
+"""Capability of an axis of a magnetic bearing without a simulation: linear range, slew rate, load capacity, bandwidth.
+
+The functions take the parameters of an axis as a record; see `axis_parameters`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from amb_actuator.force import pull
+from amb_cosim.design.magnetic_bearing import current_range, linear_constants, linearisation, static_current_for
+from array_types import Array
+
+
+class LinearRange(NamedTuple):
+    """Limits of the linear law: displacements at I_c = 0 (m) and control currents at x = 0 (A)."""
+
+    x_low: float
+    x_high: float
+    i_low: float
+    i_high: float
+
+
+class LoadCapacity(NamedTuple):
+    """Static current (A) that carries each load, and the remaining control force with and against it (N)."""
+
+    static_current: Array
+    up: Array
+    down: Array
+
+
+def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
+    """Return the error of F = K_s x + K_i I_c (2.7) against (2.6) with saturation, over |K_s x| + |K_i I_c|.
+
+    Relative to the sum of magnitudes, the error stays finite where the terms cancel. At the operating point it is 0.
+    Parameters and errors as in `linearisation`.
+    """
+    k_s, k_i = linear_constants(p)
+    exact = linearisation(p, x, i_c).force
+    stiff, driven = np.broadcast_arrays(k_s * np.asarray(x, dtype=float), k_i * np.asarray(i_c, dtype=float))
+    size = np.abs(stiff) + np.abs(driven)
+    return np.divide(np.abs(exact - stiff - driven), size, out=np.zeros(exact.shape), where=size > 0.0)
+
+
+def linear_range(p: np.record, tolerance: float = 0.05) -> LinearRange:
+    """Return the range in which the error of the linear law is at most `tolerance`, along x and along I_c.
+
+    If it holds everywhere, the limit is that of the gap or of the coils.
+
+    Raises
+    ------
+    ValueError
+        If the tolerance is not between 0 and 1.
+    """
+    if not 0.0 < tolerance < 1.0:
+        raise ValueError(f"tolerance = {tolerance:g} is not allowed; it must be between 0 and 1")
+    low, high = current_range(p)
+    gap = float(np.nextafter(p.gap, 0.0))
+    along_x = [_first_crossing(lambda x: float(linear_error(p, x, 0.0)) - tolerance, end) for end in (-gap, gap)]
+    along_i = [_first_crossing(lambda i: float(linear_error(p, 0.0, i)) - tolerance, end) for end in (low, high)]
+    return LinearRange(*along_x, *along_i)
+
+
+def _first_crossing(excess: Callable[[float], float], end: float) -> float:
+    """Return the first root of `excess` between 0 and `end`, or `end` if it stays negative."""
+    for inside, outside in pairwise(np.linspace(0.0, end, 401)):
+        if excess(outside) > 0.0:
+            return float(brentq(excess, inside, outside, xtol=1e-12 * abs(end)))
+    return end
+
+
+def force_slew_rate(p: np.record) -> tuple[float, float]:
+    """Return the fastest rise and fall (N/s) of the force, with both coils at the voltage limit.
+
+    dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L, with a = I_s + I_b and b = I_b; for a falling force, the signs of
+    R change.
+    """
+    a, b = p.static_current + p.bias_current, p.bias_current
+    k_upper, k_lower = pull(p, a, p.gap).per_current, pull(p, b, p.gap).per_current
+    v, r, inductance = p.voltage_limit, p.resistance, p.inductance
+    rise = (k_upper * (v - r * a) + k_lower * (v + r * b)) / inductance
+    fall = (k_upper * (v + r * a) + k_lower * (v - r * b)) / inductance
+    return float(rise), float(fall)
+
+
+def current_amplitude(p: np.record, frequency: Array | float) -> Array:
+    """Return the largest amplitude (A) of the control current within coil and voltage limits at a frequency (Hz).
+
+    R I_0 + I |R + j omega L| <= V for the coil pair with the larger current I_0 at rest.
+    """
+    low, high = current_range(p)
+    impedance = np.hypot(p.resistance, 2.0 * math.pi * p.inductance * np.asarray(frequency, dtype=np.float64))
+    return np.clip(_voltage_margin(p) / impedance, 0.0, min(-low, high))
+
+
+def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
+    """Return the frequency (Hz) up to which the coils follow a sine of the control current with this amplitude (A).
+
+    omega L = sqrt(((V - R I_0)/I)^2 - R^2); above it the voltage limit cuts the amplitude to `current_amplitude`.
+
+    Raises
+    ------
+    ValueError
+        If the amplitude is not positive, or above the static limit of coils and voltage.
+    """
+    largest = float(current_amplitude(p, 0.0))
+    if not 0.0 < amplitude <= largest:
+        raise ValueError(f"amplitude = {amplitude:g} A is not allowed; it must be > 0 A and <= {largest:g} A")
+    return float(math.sqrt((_voltage_margin(p) / amplitude) ** 2 - p.resistance**2) / (2.0 * math.pi * p.inductance))
+
+
+def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
+    """Return the remaining control force above static loads of the axis at its centre, with saturation.
+
+    Each load sets its static current (`static_current_for`). The remaining force is that at the largest and at the
+    smallest control current. Two axes at 45 degrees each carry 1/sqrt(2) of a vertical load.
+
+    Parameters
+    ----------
+    p
+        Parameters of the axis; its static current is ignored.
+    loads
+        Static loads of the axis (N), shape (n,).
+
+    Raises
+    ------
+    ValueError
+        If a load exceeds the capacity of the axis.
+    """
+    rows = []
+    for load in np.asarray(loads, dtype=np.float64):
+        q = p.copy()
+        q.static_current = static_current_for(float(load), p)
+        low, high = current_range(q)
+        rows.append(
+            (q.static_current, float(linearisation(q, 0.0, high).force), -float(linearisation(q, 0.0, low).force))
+        )
+    return LoadCapacity(*np.array(rows).reshape(-1, 3).T)
+
+
+def _voltage_margin(p: np.record) -> float:
+    return float(p.voltage_limit - p.resistance * (p.static_current + p.bias_current))
