@@ -5,29 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from array_types import Array
-from rotor_analysis.assembly import Matrices, assemble, on_bearings
+from rotor_analysis.assembly import Matrices
 from rotor_analysis.inertia import inertial
 from rotor_analysis.rotor import Rotor
 
 # Added to omega^2 (rad^2/s^2): M phi = mu (K + shift M) phi has its largest mu = 1 / (omega^2 + shift) where the lowest
 # modes are, and rounding on the scale of a short, stiff or weightless element does not touch them.
 SHIFTS = (1e4, 1e6, 1e8, 1e10)
-
-
-def natural_frequencies(rotor: Rotor, count: int) -> Array:
-    """Return the natural frequencies (rad/s) among the first `count` modes of the undamped rotor at rest, ascending.
-
-    Examples
-    --------
-    >>> from rotor_analysis.parts import Bearing, Disc
-    >>> from rotor_analysis.shaft import Shaft
-    >>> shaft = Shaft((0.0, 0.5, 1.0), (0.05,), youngs_modulus=210e9, density=7850.0, poissons_ratio=0.3)
-    >>> supports = (Bearing("left", 1, stiffness=1e7), Bearing("right", 3, stiffness=1e7))
-    >>> fan = Rotor("fan", shaft, (Disc("wheel", 2, 10.0, 0.1, 0.06),), supports)
-    >>> natural_frequencies(fan, 2).round(1)
-    array([ 386.3, 1597.1])
-    """
-    return undamped_modes(on_bearings(assemble(rotor), rotor), rotor, count)[0]
 
 
 def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array, Array]:

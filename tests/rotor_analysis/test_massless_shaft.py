@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from analysis_cases import natural_frequencies
 
 from amb_cosim.design.plant_data import plant
 from rotor_analysis.assembly import assemble
@@ -14,7 +15,6 @@ from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.rotor_file import rotor_from
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
-from rotor_analysis.undamped import natural_frequencies
 from tests.support.messages import raises_naming
 
 E, D, L = 2e11, 0.04, 1.2

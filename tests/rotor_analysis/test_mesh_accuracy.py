@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from analysis_cases import STEEL
+from analysis_cases import STEEL, natural_frequencies
 
 from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.packaged_rotors import rotor_path
@@ -14,7 +14,6 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.sections import ShaftSection
 from rotor_analysis.shaft import SectionedShaft
-from rotor_analysis.undamped import natural_frequencies
 from tests.support.messages import raises_naming
 
 SECTIONS = (

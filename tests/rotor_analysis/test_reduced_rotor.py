@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from analysis_cases import STEEL
+from analysis_cases import STEEL, natural_frequencies
 
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.damping import free_modes
@@ -18,7 +18,6 @@ from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.sections import ShaftSection
 from rotor_analysis.shaft import SectionedShaft
-from rotor_analysis.undamped import natural_frequencies
 from tests.support.messages import raises_naming
 
 RIG = load_rotor()

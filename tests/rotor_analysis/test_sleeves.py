@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from analysis_cases import STEEL
+from analysis_cases import STEEL, natural_frequencies
 
 from bath_thesis.meshes import coarsen
 from rotor_analysis.assembly import assemble
@@ -13,7 +13,6 @@ from rotor_analysis.mesh_accuracy import refine_to_accuracy
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.sections import Sleeve
 from rotor_analysis.shaft import Shaft
-from rotor_analysis.undamped import natural_frequencies
 from tests.support.messages import raises_naming
 
 NODES = (0.0, 0.2, 0.5, 0.9)

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from analysis_cases import I_D, MASS, L, disc_between, tensor
+from analysis_cases import I_D, MASS, L, disc_between, natural_frequencies, tensor
 
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
-from rotor_analysis.undamped import natural_frequencies
 
 
 def held(stiffness):

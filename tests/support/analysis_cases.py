@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from rotor_analysis.assembly import Matrices
+from rotor_analysis.assembly import Matrices, assemble, on_bearings
 from rotor_analysis.parts import Bearing, Body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
+from rotor_analysis.undamped import undamped_modes
 
 L, D, E = 0.8, 0.03, 2.1e11
 MASS, I_D, I_P = 12.0, 0.05, 0.09
@@ -57,3 +58,8 @@ def clamped(model):
     """`model` with its first node held, translations and slopes."""
     M, C, R, G, K = (matrix[4:, 4:] for matrix in (model.M, model.C, model.R, model.G, model.K))
     return Matrices(M, C, R, G, K, {node: (x - 4, y - 4) for node, (x, y) in model.translations.items() if node > 1})
+
+
+def natural_frequencies(rotor, count):
+    """Natural frequencies (rad/s) among the first `count` modes of the undamped rotor at rest, ascending."""
+    return undamped_modes(on_bearings(assemble(rotor), rotor), rotor, count)[0]
