@@ -8,18 +8,15 @@ from functools import cache
 from types import SimpleNamespace
 from typing import Any
 
-import control
 import numpy as np
 import pytest
-from rig import AXES
 
 from amb_analysis.linear.components import LinearComponent, loop_of
 from amb_analysis.linear.control import pid_component
-from amb_analysis.linear.loop import check_stable, diagonal_response, response
+from amb_analysis.linear.loop import check_stable, diagonal_response
 from amb_analysis.linear.model import LinearModel, linear_model
 from amb_analysis.linear.rotor_and_magnets import actuator_component, bearing_slopes, rotor_component
 from amb_analysis.studies import stability_margin
-from amb_analysis.studies.injection import multi_sines, schroeder_phases, settling_samples
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
 from amb_analysis.studies.stability_margin import AxisSensitivity, zone
 from amb_cosim.design.plant_data import plant
@@ -338,37 +335,6 @@ def test_zones_begin_at_their_limits() -> None:
     assert [zone(peak) for peak in (1.0, 2.999, 3.0, 3.999, 4.0, 4.999, 5.0, 40.0)] == list("AABBCCDD")
 
 
-def test_injected_lines_interleave_and_fill_the_range() -> None:
-    signals, lines = multi_sines(len(AXES), 16000, 250e-6)
-    assert sorted(lines.ravel()) == list(range(4, 8000))
-    spectra = np.abs(np.fft.rfft(signals, axis=1))
-    for local, spectrum in zip(lines, spectra, strict=True):
-        assert np.ptp(spectrum[local]) < 1e-9 * spectrum[local].max()
-        assert np.delete(spectrum, local).max() < 1e-9 * spectrum[local].max()
-    np.testing.assert_allclose(np.abs(signals).max(axis=1), 1.0)
-
-
-def test_schroeder_phases_keep_the_peak_low() -> None:
-    """The crest factor of a sine is 1.41; harmonics in phase have sqrt(2 n)."""
-    count = 500
-    harmonics = np.exp(1j * schroeder_phases(np.full(count, 1.0 / count)))
-    signal = np.fft.irfft(np.concatenate([[0.0], harmonics, np.zeros(3 * count)]))
-    assert np.abs(signal).max() / signal.std() < 1.8
-    aligned = np.fft.irfft(np.concatenate([[0.0], np.ones(count), np.zeros(3 * count)]))
-    assert np.abs(aligned).max() / aligned.std() > 0.9 * math.sqrt(2.0 * count)
-
-
-def test_schroeder_phases_of_equal_powers_are_quadratic() -> None:
-    i = np.arange(1, 9)
-    np.testing.assert_allclose(schroeder_phases(np.full(8, 0.125)), -np.pi * i * (i - 1) / 8)
-
-
-def test_measurement_waits_until_the_transient_is_gone() -> None:
-    assert 0.999 ** settling_samples(0.999, 250e-6) == pytest.approx(1e-6, rel=1e-3)
-    with raises_naming(ValueError, "0.999990", "<= 60 s"):
-        settling_samples(0.99999, 250e-6)
-
-
 def test_least_disk_margin_is_that_between_the_frequencies(monkeypatch):
     """alpha = 1/|S - 1/2| of a loop alone: 0.5 at 333 Hz, with frequencies that are 13 Hz apart there."""
 
@@ -383,26 +349,3 @@ def test_least_disk_margin_is_that_between_the_frequencies(monkeypatch):
     for margin in margins.values():
         assert len(margin.alpha) == len(frequencies)
         assert (margin.least, margin.frequency) == (pytest.approx(0.5, rel=1e-3), pytest.approx(333.0, abs=1.0))
-
-
-@pytest.mark.parametrize("pole", [0.0, 0.7])
-def test_a_response_of_equal_poles_is_that_of_its_chain(pole):
-    """1/(z - p)^4, whose eigenvectors are one; of a delay line for p = 0. Different poles are in the tests below."""
-    chain = control.ss(np.diag(np.full(4, pole)) + np.eye(4, k=1), np.eye(4)[:, 3:], np.eye(4)[:1], [[0.0]], 1e-3)
-    frequencies = np.geomspace(1.0, 499.0, 200)
-    z = np.exp(2j * np.pi * frequencies * 1e-3)
-    np.testing.assert_allclose(response(chain, frequencies)[0, 0], (z - pole) ** -4, rtol=1e-6)
-
-
-def test_a_response_by_eigenvectors_is_the_sum_of_its_poles():
-    poles, gains = np.array([0.9, -0.5, 0.99 * np.exp(0.3j), 0.99 * np.exp(-0.3j)]), np.array([1.0, 2.0, 1j, -1j])
-    A = np.zeros((4, 4))
-    A[[0, 1], [0, 1]], A[2:, 2:] = (
-        poles[:2].real,
-        0.99 * np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]]),
-    )
-    system = control.ss(A, [[1.0], [2.0], [1.0], [0.0]], [[1.0, 1.0, 0.0, -2.0]], [[0.25]], 1e-3)
-    frequencies = np.geomspace(1.0, 499.0, 200)
-    z = np.exp(2j * np.pi * frequencies * 1e-3)
-    expected = 0.25 + (gains[:, None] / (z - poles[:, None])).sum(axis=0)
-    np.testing.assert_allclose(response(system, frequencies)[0, 0], expected, rtol=1e-9)

@@ -1,0 +1,29 @@
+"""Currents that measure the loop: lines, phases, and the wait for the transient."""
+
+import numpy as np
+import pytest
+from rig import AXES
+
+from amb_analysis.studies.injection import multi_sines, schroeder_phases, settling_samples
+from tests.support.messages import raises_naming
+
+
+def test_injected_lines_interleave_and_fill_the_range():
+    signals, lines = multi_sines(len(AXES), 16000, 250e-6)
+    assert sorted(lines.ravel()) == list(range(4, 8000))
+    spectra = np.abs(np.fft.rfft(signals, axis=1))
+    for local, spectrum in zip(lines, spectra, strict=True):
+        assert np.ptp(spectrum[local]) < 1e-9 * spectrum[local].max()
+        assert np.delete(spectrum, local).max() < 1e-9 * spectrum[local].max()
+    np.testing.assert_allclose(np.abs(signals).max(axis=1), 1.0)
+
+
+def test_schroeder_phases_of_equal_powers_are_quadratic():
+    i = np.arange(1, 9)
+    np.testing.assert_allclose(schroeder_phases(np.full(8, 0.125)), -np.pi * i * (i - 1) / 8)
+
+
+def test_measurement_waits_until_the_transient_is_gone():
+    assert 0.999 ** settling_samples(0.999, 250e-6) == pytest.approx(1e-6, rel=1e-3)
+    with raises_naming(ValueError, "0.999990", "<= 60 s"):
+        settling_samples(0.99999, 250e-6)
