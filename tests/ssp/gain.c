@@ -3,8 +3,6 @@
 
 enum { INPUT, OUTPUT, GAIN, SIZE };
 
-const char *fmi2GetTypesPlatform(void) { return "default"; }
-const char *fmi2GetVersion(void) { return "2.0"; }
 void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const void *callbacks,
                       int visible, int logging)
 {
@@ -13,12 +11,6 @@ void *fmi2Instantiate(const char *name, int type, const char *guid, const char *
     self[GAIN] = 1.0;
     return self;
 }
-void fmi2FreeInstance(void *self) { free(self); }
-int fmi2SetDebugLogging(void) { return 0; }
-int fmi2SetupExperiment(void) { return 0; }
-int fmi2EnterInitializationMode(void) { return 0; }
-int fmi2ExitInitializationMode(void) { return 0; }
-int fmi2Terminate(void) { return 0; }
 int fmi2Reset(double *self)
 {
     self[INPUT] = self[GAIN] = 1.0;
@@ -37,28 +29,3 @@ int fmi2GetReal(double *self, const unsigned *references, size_t n, double *valu
         values[i] = self[references[i]];
     return 0;
 }
-int fmi2DoStep(void) { return 0; }
-
-#define ABSENT(name)                                                                                                   \
-    int fmi2##name(void) { return 3; }
-ABSENT(SetInteger)
-ABSENT(GetInteger)
-ABSENT(SetBoolean)
-ABSENT(GetBoolean)
-ABSENT(SetString)
-ABSENT(GetString)
-ABSENT(GetFMUstate)
-ABSENT(SetFMUstate)
-ABSENT(FreeFMUstate)
-ABSENT(SerializedFMUstateSize)
-ABSENT(SerializeFMUstate)
-ABSENT(DeSerializeFMUstate)
-ABSENT(GetDirectionalDerivative)
-ABSENT(SetRealInputDerivatives)
-ABSENT(GetRealOutputDerivatives)
-ABSENT(CancelStep)
-ABSENT(GetStatus)
-ABSENT(GetRealStatus)
-ABSENT(GetIntegerStatus)
-ABSENT(GetBooleanStatus)
-ABSENT(GetStringStatus)

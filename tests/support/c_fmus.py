@@ -10,15 +10,16 @@ from pathlib import Path
 
 import pytest
 
+DEFAULTS = Path(__file__).parent / "defaults.c"
 PLATFORMS = {2: "linux64", 3: f"{platform.machine().lower()}-linux"}
 
 
 def compile_fmu(folder: Path, source: Path, description: str, version: int = 2) -> None:
-    """Write `Name.fmu` of `name.c` into a folder; C has the version of FMI as FMI_VERSION."""
+    """Write `Name.fmu` of `name.c`, and functions of `defaults.c` that it lacks; C has the version as FMI_VERSION."""
     pytest.importorskip("ziglang", reason="the FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
     library = folder / f"{source.stem}.so"
-    options = ["-shared", "-fPIC", "-O2", "-fno-sanitize=all", f"-DFMI_VERSION={version}"]
-    command = [sys.executable, "-m", "ziglang", "cc", *options, "-o", library, source]
+    options = ["-shared", "-fPIC", "-O2", "-ffp-contract=off", "-fno-sanitize=all", f"-DFMI_VERSION={version}"]
+    command = [sys.executable, "-m", "ziglang", "cc", *options, "-o", library, source, DEFAULTS]
     subprocess.run(command, check=True, capture_output=True)
     with zipfile.ZipFile(folder / f"{source.stem.capitalize()}.fmu", "w") as archive:
         archive.writestr("modelDescription.xml", description)

@@ -139,7 +139,6 @@ static Instance *made(Logger log, void *environment)
     return called("Instantiate", self) ? NULL : self;
 }
 
-const char *FMI(GetVersion)(void) { return FMI_VERSION == 3 ? "3.0" : "2.0"; }
 #if FMI_VERSION == 3
 Instance *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible,
                                       bool logging, bool events, bool early, const unsigned *intermediate, size_t n,
@@ -156,7 +155,6 @@ typedef struct {
     Logger log;
     void *allocate, *release, *finished, *environment;
 } Callbacks;
-const char *fmi2GetTypesPlatform(void) { return "default"; }
 Instance *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const Callbacks *calls,
                           int visible, int logging)
 {
@@ -206,6 +204,9 @@ int FMI(FreeFMUState)(Instance *self, Instance **state)
 
 #define CALL(name)                                                                                                     \
     int FMI(name)(Instance * self) { return called(#name, self); }
+CALL(Terminate)
+CALL(Reset)
+CALL(SetDebugLogging)
 CALL(EnterInitializationMode)
 CALL(ExitInitializationMode)
 CALL(SerializedFMUStateSize)

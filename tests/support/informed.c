@@ -44,7 +44,6 @@ static int step(Instance *self, double time, double size)
     return v[STOP] >= v[START] && v[TIME] > v[STOP] + 1e-9 ? 3 : 0;
 }
 
-const char *FMI(GetVersion)(void) { return FMI_VERSION == 3 ? "3.0" : "2.0"; }
 #if FMI_VERSION == 3
 Instance *fmi3InstantiateCoSimulation(void) { return made(); }
 int fmi3EnterInitializationMode(Instance *self, bool has_tolerance, double tolerance, double start, bool has_stop,
@@ -59,15 +58,12 @@ int fmi3DoStep(Instance *self, double time, double size, bool no_way_back, bool 
     return step(self, time, size);
 }
 #else
-const char *fmi2GetTypesPlatform(void) { return "default"; }
 Instance *fmi2Instantiate(void) { return made(); }
 int fmi2SetupExperiment(Instance *self, int has_tolerance, double tolerance, double start, int has_stop, double stop)
 {
     return told(self, has_tolerance, tolerance, start, has_stop, stop);
 }
-int fmi2EnterInitializationMode(Instance *self) { return 0; }
 int fmi2DoStep(Instance *self, double time, double size, int no_way_back) { return step(self, time, size); }
-int fmi2GetRealStatus(Instance *self, int kind, double *value) { return 0; }
 #endif
 int FMI(ExitInitializationMode)(Instance *self)
 {
@@ -121,7 +117,3 @@ int FMI(DeserializeFMUState)(Instance *self, const char *bytes, size_t size, Ins
     memcpy(*state, bytes, size);
     return 0;
 }
-
-#define CALL(name)                                                                                                     \
-    int FMI(name)(Instance * self) { return 0; }
-#include "other_functions.h"

@@ -1,7 +1,6 @@
-/* Functions of FMI that an FMU of the tests must have, and that do nothing but what CALL(name) defines. */
+/* Functions of FMI that a library must have, and that no test needs: CALL(name) defines each. */
 #define CALL3(a, b, c) CALL(a) CALL(b) CALL(c)
 /* clang-format off */
-CALL3(Terminate, Reset, SetDebugLogging)
 CALL3(GetString, SetString, GetBoolean)
 CALL(SetBoolean) CALL(GetDirectionalDerivative)
 #if FMI_VERSION == 3

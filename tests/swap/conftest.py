@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
-import subprocess
-import sys
-import zipfile
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 
-import fmpy
 import pytest
 
 SUPPORT = Path(__file__).parent / "support"
@@ -29,22 +23,6 @@ def python_fmus(create_once: Callable[..., Path]) -> Path:
 
 
 @pytest.fixture(scope="session")
-def c_controller(create_once: Callable[..., Path]) -> Path:
-    """The controller in C, by the C compiler of this machine; its tests are skipped where there is none."""
-    zig = [sys.executable, "-m", "ziglang", "cc"] if find_spec("ziglang") is not None else None
-    result = next((path for path in map(shutil.which, ("cc", "gcc", "clang")) if path is not None), None)
-    compiler = zig or ([result] if result is not None else None)
-    if compiler is None:
-        pytest.skip("there is no C compiler: pip install ziglang")
-    platform = fmpy.platform
-    headers = Path(fmpy.__file__).parent / "c-code"
-
-    def fill(folder: Path) -> None:
-        library = folder / f"pd_controller{fmpy.sharedLibraryExtension}"
-        options = ["-shared", "-fPIC", "-O2", "-ffp-contract=off", f"-I{headers}", "-o", str(library)]
-        subprocess.run([*compiler, *options, str(SUPPORT / "pd_controller.c")], check=True, timeout=120)
-        with zipfile.ZipFile(folder / "pd_controller.fmu", "w") as archive:
-            archive.write(SUPPORT / "pd_controller.xml", "modelDescription.xml")
-            archive.write(library, f"binaries/{platform}/{library.name}")
-
-    return create_once("c_controller", fill) / "pd_controller.fmu"
+def c_controller(fmu_from_c: Callable[..., Path]) -> Path:
+    """The controller in C."""
+    return fmu_from_c(SUPPORT / "pd_controller.c", (SUPPORT / "pd_controller.xml").read_text(encoding="utf-8"))

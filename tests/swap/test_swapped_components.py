@@ -53,7 +53,7 @@ def test_a_c_controller_of_four_inputs_does_what_the_pid_does(run, c_controller)
     np.testing.assert_allclose(before_the_step(swapped), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
     assert swapped.summary.recovery == "recovered"
     assert swapped.summary.as_dict()["notices"] == [
-        "rolac_controller: pd_controller.fmu has no rolac_enable; its settings are ignored"
+        f"rolac_controller: {c_controller.name} has no rolac_enable; its settings are ignored"
     ]
 
 

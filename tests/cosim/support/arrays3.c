@@ -32,7 +32,6 @@ typedef struct {
 
 static const Values START = {.matrix = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0}, .choice = 1};
 
-const char *fmi3GetVersion(void) { return "3.0"; }
 void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible,
                                   bool logging, bool events, bool early, const uint32_t *intermediate, size_t n,
                                   void *environment, Logger log, void *update)
@@ -43,13 +42,6 @@ void *fmi3InstantiateCoSimulation(const char *name, const char *token, const cha
     *self = (Instance){START, log, environment};
     return self;
 }
-void *fmi3InstantiateModelExchange(void) { return NULL; }
-void *fmi3InstantiateScheduledExecution(void) { return NULL; }
-void fmi3FreeInstance(void *self) { free(self); }
-int fmi3SetDebugLogging(void) { return 0; }
-int fmi3EnterInitializationMode(void *self, bool t, double tolerance, double start, bool s, double stop) { return 0; }
-int fmi3ExitInitializationMode(void *self) { return 0; }
-int fmi3Terminate(void *self) { return 0; }
 int fmi3Reset(Instance *self)
 {
     self->now = START;
@@ -149,19 +141,3 @@ int fmi3DeserializeFMUState(Instance *self, const void *bytes, size_t size, Valu
     *state = memcpy(malloc(size), bytes, size);
     return 0;
 }
-
-#define ABSENT(name)                                                                                                   \
-    int fmi3##name(void) { return 3; }
-#define ABSENT3(a, b, c) ABSENT(a) ABSENT(b) ABSENT(c)
-ABSENT3(GetString, SetString, GetBinary)
-ABSENT3(SetBinary, GetClock, SetClock)
-ABSENT3(GetIntervalDecimal, GetIntervalFraction, GetShiftDecimal)
-ABSENT3(GetShiftFraction, SetIntervalDecimal, SetIntervalFraction)
-ABSENT3(SetShiftDecimal, SetShiftFraction, EnterEventMode)
-ABSENT3(EnterStepMode, EvaluateDiscreteStates, UpdateDiscreteStates)
-ABSENT3(EnterConfigurationMode, ExitConfigurationMode, GetNumberOfVariableDependencies)
-ABSENT3(GetVariableDependencies, GetDirectionalDerivative, GetAdjointDerivative)
-ABSENT3(GetOutputDerivatives, EnterContinuousTimeMode, CompletedIntegratorStep)
-ABSENT3(SetTime, SetContinuousStates, GetContinuousStateDerivatives)
-ABSENT3(GetEventIndicators, GetContinuousStates, ActivateModelPartition)
-ABSENT3(GetNominalsOfContinuousStates, GetNumberOfEventIndicators, GetNumberOfContinuousStates)

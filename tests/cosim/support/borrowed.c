@@ -3,8 +3,6 @@
  */
 #include <stddef.h>
 
-#include "../../support/fmi_names.h"
-
 typedef struct {
     void *log;
     void *(*allocate)(size_t count, size_t size);
@@ -15,8 +13,6 @@ typedef struct {
     double y;
 } Instance;
 
-const char *fmi2GetTypesPlatform(void) { return "default"; }
-const char *fmi2GetVersion(void) { return "2.0"; }
 Instance *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const Callbacks *calls,
                           int visible, int logging)
 {
@@ -35,18 +31,3 @@ int fmi2GetReal(Instance *self, const unsigned *references, size_t n, double *va
     values[0] = self->y;
     return 0;
 }
-
-#define CALL(name)                                                                                                     \
-    int FMI(name)(void) { return 0; }
-CALL(SetupExperiment)
-CALL(EnterInitializationMode)
-CALL(SetFloat64)
-CALL(DoStep)
-CALL(GetFMUState)
-CALL(SetFMUState)
-CALL(FreeFMUState)
-CALL(SerializedFMUStateSize)
-CALL(SerializeFMUState)
-CALL(DeserializeFMUState)
-CALL(GetRealStatus)
-#include "../../support/other_functions.h"

@@ -41,7 +41,6 @@ static int get_text(const Instance *self, const char **values)
     return OK;
 }
 
-const char *FMI(GetVersion)(void) { return FMI_VERSION == 3 ? "3.0" : "2.0"; }
 #if FMI_VERSION == 3
 Instance *fmi3InstantiateCoSimulation(void) { return create(); }
 int fmi3GetString(const Instance *self, const unsigned *references, size_t n, const char **values, size_t size)
@@ -55,9 +54,7 @@ int fmi3DoStep(Instance *self, double time, double size, bool no_way_back, bool 
     return OK;
 }
 #else
-const char *fmi2GetTypesPlatform(void) { return "default"; }
 Instance *fmi2Instantiate(void) { return create(); }
-int fmi2SetupExperiment(void) { return OK; }
 int fmi2GetString(const Instance *self, const unsigned *references, size_t n, const char **values)
 {
     return get_text(self, values);
@@ -77,7 +74,6 @@ int fmi2GetRealStatus(Instance *self, int kind, double *value)
     return kind == LAST_TIME && self->values[KIND] == 1.0 ? DISCARD : OK;
 }
 #endif
-void FMI(FreeInstance)(Instance *self) { free(self); }
 int FMI(SetFloat64)(Instance *self, const unsigned *references, size_t n, const double *values N_VALUES)
 {
     for (size_t k = 0; k < n; k++)
@@ -90,19 +86,3 @@ int FMI(GetFloat64)(Instance *self, const unsigned *references, size_t n, double
         values[k] = self->values[references[k]];
     return OK;
 }
-
-/* The other functions of FMI do nothing; those above are called otherwise there. */
-#define fmi2GetString other_text
-#define fmi3GetString other_text
-#define fmi2GetBooleanStatus other_status
-#define CALL(name)                                                                                                     \
-    int FMI(name)(void) { return OK; }
-CALL(EnterInitializationMode)
-CALL(ExitInitializationMode)
-CALL(GetFMUState)
-CALL(SetFMUState)
-CALL(FreeFMUState)
-CALL(SerializedFMUStateSize)
-CALL(SerializeFMUState)
-CALL(DeserializeFMUState)
-#include "../../support/other_functions.h"

@@ -41,11 +41,7 @@ static void *create(void)
 }
 
 #if FMI_VERSION == 3
-const char *fmi3GetVersion(void) { return "3.0"; }
 void *fmi3InstantiateCoSimulation(void) { return create(); }
-void *fmi3InstantiateModelExchange(void) { return NULL; }
-void *fmi3InstantiateScheduledExecution(void) { return NULL; }
-void fmi3FreeInstance(void *self) { free(self); }
 int fmi3Reset(Instance *self) { return reset(self); }
 int fmi3SetString(Instance *self, const uint32_t *references, size_t n, const char *const *values, size_t size)
 {
@@ -90,12 +86,8 @@ int fmi3DoStep(void *self, double time, double step, bool final, bool *event, bo
     *reached = time + step;
     return 0;
 }
-#define FMI(name) fmi3##name
 #else
-const char *fmi2GetTypesPlatform(void) { return "default"; }
-const char *fmi2GetVersion(void) { return "2.0"; }
 void *fmi2Instantiate(void) { return create(); }
-void fmi2FreeInstance(void *self) { free(self); }
 int fmi2Reset(Instance *self) { return reset(self); }
 int fmi2SetString(Instance *self, const unsigned *references, size_t n, const char *const *values)
 {
@@ -126,47 +118,4 @@ int fmi2GetInteger(Instance *self, const unsigned *references, size_t n, int *va
     values[0] = (int)self->choice;
     return 0;
 }
-int fmi2DoStep(void *self) { return 0; }
-int fmi2SetupExperiment(void *self) { return 0; }
-#define FMI(name) fmi2##name
-#endif
-
-#define DONE(name)                                                                                                     \
-    int FMI(name)(void) { return 0; }
-DONE(SetDebugLogging)
-DONE(EnterInitializationMode)
-DONE(ExitInitializationMode)
-DONE(Terminate)
-
-#define ABSENT(name)                                                                                                   \
-    int FMI(name)(void) { return 3; }
-#define ABSENT3(a, b, c) ABSENT(a) ABSENT(b) ABSENT(c)
-ABSENT(GetBoolean)
-ABSENT(GetDirectionalDerivative)
-#if FMI_VERSION == 3
-ABSENT3(GetFMUState, SetFMUState, FreeFMUState)
-ABSENT3(SerializedFMUStateSize, SerializeFMUState, DeserializeFMUState)
-ABSENT3(SetFloat64, GetFloat32, SetFloat32)
-ABSENT3(GetInt8, GetUInt8, GetInt16)
-ABSENT3(GetUInt16, GetUInt32, GetInt64)
-ABSENT3(GetUInt64, SetInt8, SetUInt8)
-ABSENT3(SetInt16, SetUInt16, SetInt32)
-ABSENT3(SetUInt32, SetUInt64, GetBinary)
-ABSENT3(GetClock, SetClock, GetIntervalDecimal)
-ABSENT3(GetIntervalFraction, GetShiftDecimal, GetShiftFraction)
-ABSENT3(SetIntervalDecimal, SetIntervalFraction, SetShiftDecimal)
-ABSENT3(SetShiftFraction, EnterEventMode, EnterStepMode)
-ABSENT3(EvaluateDiscreteStates, UpdateDiscreteStates, EnterConfigurationMode)
-ABSENT3(ExitConfigurationMode, GetNumberOfVariableDependencies, GetVariableDependencies)
-ABSENT3(GetAdjointDerivative, GetOutputDerivatives, EnterContinuousTimeMode)
-ABSENT3(CompletedIntegratorStep, SetTime, SetContinuousStates)
-ABSENT3(GetContinuousStateDerivatives, GetEventIndicators, GetContinuousStates)
-ABSENT3(ActivateModelPartition, GetNominalsOfContinuousStates, GetNumberOfEventIndicators)
-ABSENT(GetNumberOfContinuousStates)
-#else
-ABSENT3(GetFMUstate, SetFMUstate, FreeFMUstate)
-ABSENT3(SerializedFMUstateSize, SerializeFMUstate, DeSerializeFMUstate)
-ABSENT3(SetReal, SetRealInputDerivatives, GetRealOutputDerivatives)
-ABSENT3(CancelStep, GetStatus, GetRealStatus)
-ABSENT3(GetIntegerStatus, GetBooleanStatus, GetStringStatus)
 #endif

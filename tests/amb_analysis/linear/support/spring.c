@@ -2,7 +2,6 @@
  * derivatives.
  *
  *     m x'' = f - d x' - k x - c x^3,  lag f' = u - f;  with lag = 0 f = u. The state f is not listed.
- * /
  */
 #include <stdlib.h>
 
@@ -12,23 +11,16 @@ typedef struct {
     double value[SIZE], f;
 } Spring;
 
-const char *fmi2GetTypesPlatform(void) { return "default"; }
-const char *fmi2GetVersion(void) { return "2.0"; }
 void *fmi2Instantiate(const char *name, int type, const char *guid, const char *where, const void *calls, int visible,
                       int logging)
 {
     return calloc(1, sizeof(Spring));
 }
-int fmi2SetDebugLogging(void *s, int on, size_t n, const char *const *categories) { return 0; }
-void fmi2FreeInstance(void *s) { free(s); }
-int fmi2Terminate(void *s) { return 0; }
 int fmi2Reset(void *s)
 {
     *(Spring *)s = (Spring){{0.0}};
     return 0;
 }
-int fmi2SetupExperiment(void *s, int a, double b, double e, int g, double h) { return 0; }
-int fmi2EnterInitializationMode(void *s) { return 0; }
 int fmi2ExitInitializationMode(void *component)
 {
     Spring *s = component;
@@ -92,22 +84,3 @@ int fmi2GetDirectionalDerivative(void *component, const unsigned *unknown, size_
     }
     return 0;
 }
-#define NONE(name)                                                                                                     \
-    int name(void) { return 3; }
-NONE(fmi2GetInteger)
-NONE(fmi2SetInteger)
-NONE(fmi2GetBoolean)
-NONE(fmi2SetBoolean)
-NONE(fmi2GetString)
-NONE(fmi2SetString)
-NONE(fmi2GetFMUstate)
-NONE(fmi2SetFMUstate)
-NONE(fmi2FreeFMUstate)
-NONE(fmi2CancelStep)
-NONE(fmi2SerializedFMUstateSize)
-NONE(fmi2SerializeFMUstate)
-NONE(fmi2DeSerializeFMUstate)
-NONE(fmi2GetStatus)
-NONE(fmi2SetRealInputDerivatives)
-NONE(fmi2GetRealOutputDerivatives)
-NONE(fmi2GetRealStatus) NONE(fmi2GetIntegerStatus) NONE(fmi2GetBooleanStatus) NONE(fmi2GetStringStatus)

@@ -1,0 +1,36 @@
+/* Functions of FMI that the FMUs of the tests need not define: those of an FMU's own file take the place of these. */
+#include <stdlib.h>
+
+#include "fmi_names.h"
+
+#define WEAK __attribute__((weak))
+enum { OK = 0, ERROR = 3 };
+
+WEAK const char *FMI(GetVersion)(void) { return FMI_VERSION == 3 ? "3.0" : "2.0"; }
+WEAK void FMI(FreeInstance)(void *self) { free(self); }
+#if FMI_VERSION != 3
+WEAK const char *fmi2GetTypesPlatform(void) { return "default"; }
+#endif
+
+#define CALL(name)                                                                                                     \
+    WEAK int FMI(name)(void) { return OK; }
+CALL(SetupExperiment)
+CALL(EnterInitializationMode)
+CALL(ExitInitializationMode)
+CALL(Terminate)
+CALL(Reset)
+CALL(SetDebugLogging)
+CALL(DoStep)
+#undef CALL
+#define CALL(name)                                                                                                     \
+    WEAK int FMI(name)(void) { return ERROR; }
+CALL(SetFloat64)
+CALL(GetFloat64)
+CALL(GetFMUState)
+CALL(SetFMUState)
+CALL(FreeFMUState)
+CALL(SerializedFMUStateSize)
+CALL(SerializeFMUState)
+CALL(DeserializeFMUState)
+CALL(GetRealStatus)
+#include "other_functions.h"
