@@ -60,7 +60,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     at_end = {**plan.inputs, **_unbalance(replace(rotor, unbalance=0.0 * rotor.unbalance) if is_whirl else rotor)}
     missing = [name for name, value in at_end.items() if name not in plan.inputs and value != 0.0]
     if missing:
-        raise ValueError(f"the run has no {missing[0]}; it add it to the inputs, with any value")
+        raise ValueError(f"the run has no {missing[0]}; add it to the inputs of the scenario, with any value")
     if plan.begin > -(WARM_UP + 2):
         raise ValueError(f"{-plan.begin} steps before cycle 0 are not allowed; at least {WARM_UP + 2} are required")
     with closing(InstancePool()) as instances:

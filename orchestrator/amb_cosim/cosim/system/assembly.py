@@ -131,7 +131,7 @@ def _layout(
 ) -> MasterLayout:
     """Return the layout of a system's signals for a master; see `Assembly.wiring`."""
     wanted = {link.source for link in system.connections} | set(recorded)
-    # Reals first: they are then a block of the value array, which an FMU can write itsystem.
+    # Reals first: they are then a block of the value array, which an FMU can write itself.
     outputs = {
         name: [p.name for p in sorted(interfaces[name].of("output"), key=_not_real) if f"{name}.{p.name}" in wanted]
         for name in (c.name for c in system.components)
