@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,9 +15,8 @@ from amb_analysis.linear.control import pid_component
 from amb_analysis.linear.loop import check_stable, diagonal_response
 from amb_analysis.linear.model import LinearModel, linear_model
 from amb_analysis.linear.rotor_and_magnets import actuator_component, bearing_slopes, rotor_component
-from amb_analysis.studies import stability_margin
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
-from amb_analysis.studies.stability_margin import AxisSensitivity, zone
+from amb_analysis.studies.stability_margin import AxisSensitivity
 from amb_cosim.design.plant_data import plant
 from amb_cosim.design.rotor_models import actuator, control_loop, controller
 from rotor_analysis.assembly import assemble
@@ -329,23 +327,3 @@ def test_measured_law_takes_the_measured_constants() -> None:
     assert loop(force_law=1.0).slopes(2) == (2.156e6, 539.0)
     k_s, k_i = loop(force_law=2.0).slopes(0)
     assert (k_s / 1e3, k_i) == pytest.approx((2376.96, 563.15), rel=1e-5)
-
-
-def test_zones_begin_at_their_limits() -> None:
-    assert [zone(peak) for peak in (1.0, 2.999, 3.0, 3.999, 4.0, 4.999, 5.0, 40.0)] == list("AABBCCDD")
-
-
-def test_least_disk_margin_is_that_between_the_frequencies(monkeypatch):
-    """alpha = 1/|S - 1/2| of a loop alone: 0.5 at 333 Hz, with frequencies that are 13 Hz apart there."""
-
-    def closed(model, hertz):
-        S = 0.5 + 2.0 / (1.0 + 1j * (hertz - 333.0) / 10.0)
-        return np.stack([np.stack([S, S]), np.stack([S, S])])
-
-    monkeypatch.setattr(stability_margin, "response", closed)
-    frequencies = np.geomspace(1.0, 2000.0, 200)
-    gang, margins = stability_margin._all_loops(SimpleNamespace(demands=("i",), closed=None), frequencies)
-    assert len(gang.S) == len(frequencies)
-    for margin in margins.values():
-        assert len(margin.alpha) == len(frequencies)
-        assert (margin.least, margin.frequency) == (pytest.approx(0.5, rel=1e-3), pytest.approx(333.0, abs=1.0))
