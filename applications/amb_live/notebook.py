@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 
 HEIGHT = 900  # pixels
 
@@ -30,7 +30,7 @@ class LivePage:
     def save(self, path: str | Path) -> Path:
         """Write the page to a file for a browser, atomically."""
         file = Path(path)
-        write_atomically(file, lambda stage: stage.write_text(self.text, encoding="utf-8"))
+        write_file(file, self.text)
         return file
 
     def __repr__(self) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 from markupsafe import Markup
 
 from amb_cosim.presentation.templates import templates_of
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from amb_live.rig import Rig
 from amb_live.scripts import joined
 
@@ -24,8 +24,7 @@ WORKER = "worker.js"
 
 def write_page(rigs: Sequence[Rig], path: Path, documentation: str = "") -> Path:
     """Write the page atomically; see `page` for the arguments."""
-    text = page(rigs, documentation)
-    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+    write_file(path, page(rigs, documentation))
     return path
 
 

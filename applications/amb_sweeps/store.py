@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.differences import list_differences
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from amb_files.temporary_folders import temporary_folder
 from amb_sweeps.metrics import UNITS
 from amb_sweeps.sampling import SamplePlan
@@ -110,8 +110,7 @@ class SweepStore:
             if result.record is not None:
                 file = self.folder / RUNS / f"{self.group or 'grid'}_{result.point}.nc"
                 file.parent.mkdir(exist_ok=True)
-                content = result.record
-                write_atomically(file, lambda path, content=content: path.write_bytes(content))  # type: ignore[misc]
+                write_file(file, result.record)
             index = np.unravel_index(result.point, self.design.shape)
             for name, value in (*result.metrics.items(), ("seconds", result.seconds)):
                 self._values[name][index] = value

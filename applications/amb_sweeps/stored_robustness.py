@@ -10,7 +10,7 @@ import tomli_w
 from pydantic import Field
 
 from amb_cosim.cosim.system.tables import Table
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from amb_files.packs import packs
 from amb_files.toml import read_toml, validate
 
@@ -66,7 +66,6 @@ def write_robustness(pack: str, outcomes: Mapping[str, StoredOutcome]) -> Path:
     file = packs()[pack] / FILE
     available = {**load_robustness(pack), **outcomes}
     data = {name: available[name].model_dump(exclude_defaults=True) for name in sorted(available)}
-    text = HEAD.format(pack=pack) + tomli_w.dumps(data)
-    write_atomically(file, lambda path: path.write_text(text, encoding="utf-8"))
+    write_file(file, HEAD.format(pack=pack) + tomli_w.dumps(data))
     load_robustness.cache_clear()
     return file

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +83,7 @@ def forget_group(path: Path, group: str) -> None:
     available["metadata"] = {
         name: item for name, item in available["metadata"].items() if not name.startswith(f"{group}/")
     }
-    write_atomically(path / INDEX, lambda file: file.write_text(json.dumps(available), encoding="utf-8"))
+    write_file(path / INDEX, json.dumps(available))
 
 
 def _check_descriptions(path: Path) -> None:

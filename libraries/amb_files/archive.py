@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 
 NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
 MOST_UNPACKED = 256 * 2**20  # bytes
@@ -36,7 +36,7 @@ def archive_of(content: Mapping[str, bytes]) -> bytes:
 
 def write_archive(target: Path, archive: bytes) -> Path:
     """Write an archive to a file atomically, and return its path."""
-    write_atomically(target, lambda path: path.write_bytes(archive))
+    write_file(target, archive)
     return target
 
 

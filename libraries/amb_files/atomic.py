@@ -43,6 +43,14 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
             temporary.replace(path)
 
 
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write text as UTF-8, or bytes, to a file atomically; see `write_atomically`."""
+    if isinstance(content, str):
+        write_atomically(path, lambda file: file.write_text(content, encoding="utf-8"))
+    else:
+        write_atomically(path, lambda file: file.write_bytes(content))
+
+
 def create_atomically(
     folder: Path, fill: Callable[[Path], object], is_whole: Callable[[Path], bool] = Path.is_dir
 ) -> None:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.scenario.scenario import load_scenario
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from amb_sweeps.stored_robustness import StoredOutcome
 from source_check.requests import QuantityRequest
 from source_check.sources import Job, SourceResult, answers, code_digest, job_of
@@ -110,7 +110,7 @@ class Report:
         """Write `report.json`, and return its path."""
         text = json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n"
         path = folder / DATA
-        write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+        write_file(path, text)
         return path
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from amb_assessment.reporting.page_parts import asset, in_script, picture_url, plotly_script
 from amb_cosim.presentation.templates import templates_of
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from source_check.evaluation import Judged, Report
 from source_check.sources import SourceResult
 from source_check.statements import Chapter
@@ -48,8 +48,7 @@ class Section:
 
 def write_page(report: Report, path: Path) -> Path:
     """Write the page; it appears completely or not at all."""
-    text = page(report)
-    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+    write_file(path, page(report))
     return path
 
 

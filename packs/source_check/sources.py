@@ -18,7 +18,7 @@ from amb_cosim.cosim.run.options import Progress
 from amb_cosim.scenario.file import read_scenario
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import run_planned
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from amb_files.packs import files_of, packs
 from amb_files.toml import parse_toml, read_text
 from amb_sweeps.stored_robustness import FILE as ROBUSTNESS
@@ -153,7 +153,7 @@ def keep_answer(job: Job) -> None:
         facts = {"values": {}, "failures": {item.key: reason for item in job.requests}, "title": job.name, "text": ""}
         facts |= {"parameters": [], "panels": [], "picture": ""}
     text = json.dumps({"key": job.key, **facts, "wall": time.perf_counter() - begin}, allow_nan=False)
-    write_atomically(job.file, lambda path: path.write_text(text, encoding="utf-8"))
+    write_file(job.file, text)
 
 
 def _of_run(job: Job) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from source_check.evaluation import Judged, Report
 from source_check.statements import Chapter
 from source_check.texts import converged_text, ratio_text, remark_text, stated_text, value_text
@@ -21,8 +21,7 @@ def markdown(report: Report) -> str:
 
 def write_table(report: Report, path: Path) -> None:
     """Write the text of `markdown`."""
-    text = markdown(report)
-    write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+    write_file(path, markdown(report))
 
 
 def _counts(report: Report) -> Iterator[str]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import errno
 import os
 import stat
+import sys
 import threading
 from pathlib import Path
 
 import pytest
 
-from amb_files.atomic import check_writable, create_atomically, write_atomically
+from amb_files.atomic import check_writable, create_atomically, write_atomically, write_file
 from amb_files.temporary_folders import temporary_folder
 from tests.support.messages import raises_naming
 
@@ -29,6 +30,13 @@ def test_file_is_replaced_whole_or_stays(tmp_path):
     write_atomically(path, lambda p: p.write_text("new"))
     assert path.read_text() == "new"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize(("content", "stored"), [("Lüfter\n", b"L\xc3\xbcfter\n"), (b"\x00\xff", b"\x00\xff")])
+@pytest.mark.skipif(sys.platform == "win32", reason="lines end otherwise there")
+def test_text_is_utf_8_and_bytes_are_as_they_are(tmp_path, content, stored):
+    write_file(tmp_path / "file", content)
+    assert [path.read_bytes() for path in tmp_path.iterdir()] == [stored]
 
 
 def test_folder_is_created_whole_or_not_at_all(tmp_path):

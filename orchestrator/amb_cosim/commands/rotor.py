@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import click
@@ -10,7 +9,7 @@ import click
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FREQUENCY, output
 from amb_cosim.commands.packs import PackCommands
-from amb_files.atomic import check_writable
+from amb_files.atomic import check_writable, write_file
 
 
 @click.group(cls=PackCommands)
@@ -33,7 +32,6 @@ def import_model(model: Path, output: Path | None, frequency: str | None) -> Non
 
     from amb_cosim.controllers.ross_magnets import levitation_files
     from amb_cosim.cosim.system.values import quantity
-    from amb_files.atomic import write_atomically
     from rotor_analysis.ross_file import read_ross
 
     path = output or Path(f"{model.stem}_rotor.toml")
@@ -47,7 +45,7 @@ def import_model(model: Path, output: Path | None, frequency: str | None) -> Non
         head = "".join(f"# {line}\n" for line in (f"Imported from {model.name}, which ROSS saved. SI units.", *notes))
         texts = {path.name: head + "\n" + tomli_w.dumps(content)} | others
         for name, text in texts.items():
-            write_atomically(path.with_name(name), partial(Path.write_text, data=text, encoding="utf-8"))
+            write_file(path.with_name(name), text)
     for note in notes:
         click.echo(f"note: {note}", err=True)
     for name in texts:

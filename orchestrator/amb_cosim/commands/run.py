@@ -23,7 +23,7 @@ from amb_cosim.commands.options import (
     UNTIL,
     output,
 )
-from amb_files.atomic import check_writable
+from amb_files.atomic import check_writable, write_file
 
 if TYPE_CHECKING:
     from amb_cosim.results.result import Result
@@ -79,7 +79,6 @@ def run(
     from amb_cosim.presentation.text_tables import show_notices
     from amb_cosim.results.summary_table import print_summary
     from amb_cosim.scenario import simulation
-    from amb_files.atomic import write_atomically
 
     folder = output or Path("results") / Path(name).stem
     copy = Path(summary_json) if summary_json not in (None, "-") else None
@@ -99,7 +98,7 @@ def run(
         if result.outcome.status != "interrupted":
             file.unlink(missing_ok=True)
         if copy is not None:
-            write_atomically(copy, lambda path: path.write_text(text, encoding="utf-8"))
+            write_file(copy, text)
     if summary_json == "-":
         click.echo(text, nl=False)
     console = plain_console(stderr=summary_json == "-")

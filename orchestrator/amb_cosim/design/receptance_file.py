@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from pydantic import PlainValidator, StrictFloat, StrictInt, StrictStr
 
 from amb_cosim.design.controller_data import condition_number, inverse_receptance, pack_rows
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from amb_files.checks import errors_in
 from amb_files.toml import read_toml, table, validate
 from amb_files.validation_errors import Unit
@@ -125,7 +125,7 @@ class ReceptanceTable:
     def write(self, path: Path) -> None:
         """Write the table atomically: a failure or an interruption leaves the old file unchanged."""
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, lambda file: file.write_text(repr(self), encoding="utf-8"))
+        write_file(path, repr(self))
 
     def __repr__(self) -> str:
         """Return the text of its file, which identifies models made with the table."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from amb_cosim.cosim.run.dataset import Run, load
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.cosim.system.values import Raw
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 
 if TYPE_CHECKING:
     from amb_cosim.results.plots import Plots
@@ -94,8 +94,7 @@ class Result(Run):
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         self._save(folder / RESULT)
-        text = self.summary.to_json()
-        write_atomically(folder / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
+        write_file(folder / SUMMARY, self.summary.to_json())
         if plots:
             from amb_cosim.results.plots import draw_all
 

@@ -30,7 +30,7 @@ from amb_cosim.scenario.rotors import (
     named,
 )
 from amb_cosim.scenario.scenario_tables import Event, Plot, SpeedPoint, Stop
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from amb_files.checks import errors_in
 from amb_files.pack_file import default
 from amb_files.toml import parse_toml, validate
@@ -158,8 +158,7 @@ class Scenario(Table):
         if made := self._made() | controllers:
             what = " and ".join(f"{kind} {named(value)!r}" for kind, value in made.items())
             raise ValueError(f"scenario {self.name} has {what} of Python; its file must name files")
-        text = tomli_w.dumps(with_paths(self._data(), relative_to(Path(path).parent)))
-        write_atomically(Path(path), lambda file: file.write_text(text, encoding="utf-8"))
+        write_file(Path(path), tomli_w.dumps(with_paths(self._data(), relative_to(Path(path).parent))))
         return Path(path)
 
     def _data(self) -> dict[str, Any]:

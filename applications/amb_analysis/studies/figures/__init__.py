@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,6 +55,6 @@ def save(result: DrawnResult, folder: Path | str) -> Path:
     texts, folder = result.data_files(), Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
-        write_atomically(folder / name, partial(Path.write_text, data=text, encoding="utf-8"))
+        write_file(folder / name, text)
     write_png(figure(result), folder / f"{result.name}.png")
     return folder

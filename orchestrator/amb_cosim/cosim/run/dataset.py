@@ -25,7 +25,7 @@ from amb_cosim.cosim.system.experiment import port_of
 from amb_cosim.cosim.system.system import UNCHANGED, Output
 from amb_cosim.cosim.system.tables import moment_of
 from amb_cosim.cosim.system.values import Raw
-from amb_files.atomic import write_atomically
+from amb_files.atomic import write_file
 from array_types import Array
 
 if TYPE_CHECKING:
@@ -200,8 +200,7 @@ def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord
 
 def save(dataset: SignalTable | xr.Dataset, path: Path) -> None:
     """Write signals as NetCDF; the file appears complete or not at all."""
-    content = netcdf(dataset)
-    write_atomically(path, lambda file: file.write_bytes(content))
+    write_file(path, netcdf(dataset))
 
 
 def load(path: Path) -> xr.Dataset:
