@@ -11,6 +11,7 @@ import pytest
 from fmu_systems import system_text
 
 import amb_cosim
+from amb_cosim.cosim.basics.errors import StartFailed
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from tests.support.messages import assert_names, raises_naming
 
@@ -139,6 +140,16 @@ def test_an_fmu_that_breaks_rules_runs_with_a_notice(system):
     assert result.dataset["one.y"].values[-1] == 3.0
     (notice,) = json.loads(result.dataset.attrs["notices"])
     assert_names(notice, "one", "modelDescription.xml", '"state"', "Enumeration")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+def test_an_fmu_that_cannot_be_loaded_is_named(system):
+    path = system(VALID)
+    with zipfile.ZipFile(path.parent / "one.fmu", "w") as fmu:
+        fmu.writestr("modelDescription.xml", VALID)
+        fmu.writestr("binaries/linux64/gain.so", b"no library")
+    with raises_naming(StartFailed, "one", "loading", "gain.so"):
+        amb_cosim.simulate(path, isolated=False)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")

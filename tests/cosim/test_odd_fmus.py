@@ -14,6 +14,7 @@ from slow import slow_but_first
 from waiting import LONGEST, wait_until
 
 import amb_cosim
+from amb_cosim.cosim.basics.errors import StartFailed
 from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.cosim.run import isolation
 from tests.support.messages import assert_names
@@ -104,6 +105,21 @@ def test_a_process_that_an_fmu_starts_ends_with_the_run_and_does_not_hold_it(run
     result = run(deed)
     assert (result.outcome.status, result.dataset.sizes["time"]) == ("completed", 11)
     wait_until(lambda: not hostile.processes())
+
+
+@pytest.mark.parametrize("loop", ["compiled", "plain"])
+def test_an_fmu_that_answers_fatal_in_a_step_is_not_called_again(run, loop):
+    """It aborts at any further call, even at those that end it, as FMI allows none."""
+    result = run("fatal", loop=loop)
+    assert (result.outcome.status, result.outcome.time) == ("failed", 0.005)
+    assert "DoStep answered Fatal" in result.outcome.reason
+    assert not warnings_of(result.dataset)
+
+
+@pytest.mark.parametrize("function", ["EnterInitializationMode", "ExitInitializationMode"])
+def test_an_fmu_that_answers_fatal_as_it_starts_is_the_named_cause(run, function):
+    with pytest.raises(StartFailed, match=rf"^one: fmi\d{function} answered Fatal"):
+        run("fatal", function)
 
 
 @pytest.mark.parametrize("function", ["Terminate", "FreeInstance"])

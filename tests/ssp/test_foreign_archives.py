@@ -283,6 +283,29 @@ def test_a_run_of_an_archive_begins_and_is_recorded_at_its_start_time(archive, s
     assert time[[0, -1]] == pytest.approx([start, start + 0.005], abs=1e-12)
 
 
+DECLARED = '<!DOCTYPE ssd [<!ENTITY side "left"><!ENTITY file SYSTEM "file:///etc/hostname">{0}]>'
+EXPANDING = "".join(f'<!ENTITY e{k} "{f"&e{k - 1};" * 20}">' for k in range(1, 9))
+
+
+def declaring(text, more=""):
+    """The document with entities declared."""
+    end = text.index("?>") + 2 if text.startswith("<?xml") else 0
+    return text[:end] + DECLARED.format(more) + text[end:]
+
+
+def test_an_entity_stands_for_its_text_in_an_archive(archive):
+    system, _ = load_ssp(archive(declaring(structure().replace('name="left"', 'name="&side;"'))), STEP)
+    assert "left" in [component.name for component in system.components]
+
+
+@pytest.mark.parametrize(("more", "name"), [("", "&file;"), (f'<!ENTITY e0 "aaaaaaaaaa">{EXPANDING}', "&e8;")])
+def test_an_entity_of_a_file_or_of_great_length_is_refused(archive, more, name):
+    text = declaring(structure().replace('description="', f'description="{name}'), more)
+    assert name in text
+    with raises_naming(ValueError, "SystemStructure.ssd", "XML"):
+        load_ssp(archive(text), STEP)
+
+
 def test_a_step_must_be_known(archive):
     with raises_naming(ValueError, "communication step", "--step"):
         load_ssp(archive(structure()))

@@ -125,11 +125,15 @@ static int done(const char *deed, Instance *self)
 /* Counts a call; returns its status. */
 static int called(const char *function, Instance *self)
 {
-    static int count;
+    static int count, is_corrupted; /* after Fatal FMI allows no further call */
     const char *which = getenv("HOSTILE_CALL"), *deed = getenv("HOSTILE_DEED"), *only = getenv("HOSTILE_FUNCTION");
+    if (is_corrupted)
+        abort();
     if (!which || !deed || (only && strcmp(only, function)) || count++ != atoi(which))
         return OK;
-    return done(deed, self);
+    int status = done(deed, self);
+    is_corrupted = status == FATAL;
+    return status;
 }
 
 static Instance *made(Logger log, void *environment)

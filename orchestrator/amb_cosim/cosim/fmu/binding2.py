@@ -56,7 +56,7 @@ class Binding2(Binding):
         try:
             self.fmu.instantiate(callbacks=self._callbacks, loggingOn=True)
         except Exception:
-            self._forget()
+            self.abandon()
             raise
 
     @staticmethod
@@ -134,12 +134,8 @@ class Binding2(Binding):
         function = address(self.fmu, self.function(call + group.name))
         return Transfer(function, np.array(group.references, np.uint32), group.where, group.name == "Real")
 
-    def free(self) -> None:
-        """Free the instance and its library."""
-        self._forget()
-        super().free()
-
-    def _forget(self) -> None:
+    def abandon(self) -> None:
+        """Forget the instance without a call."""
         for name in self._names:
             _logs.pop(name, None)
 

@@ -11,7 +11,7 @@ from amb_cosim.cosim.fmu.exchange import Exchanging
 from amb_cosim.cosim.fmu.fmu_interface import TextVariable
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
-WARNING, DISCARD, ERROR = (STATUS.index(name) for name in ("Warning", "Discard", "Error"))
+WARNING, DISCARD, ERROR, FATAL = (STATUS.index(name) for name in ("Warning", "Discard", "Error", "Fatal"))
 MOST_WARNINGS = 100  # of an instance that are stored
 
 
@@ -105,7 +105,11 @@ class Binding(Exchanging):
 
     def free(self) -> None:
         """Free the instance and its library."""
+        self.abandon()
         self.fmu.freeInstance()
+
+    def abandon(self) -> None:
+        """Forget the instance without a call, as after the status Fatal."""
 
 
 def check_status(function: str, status: int | None) -> None:

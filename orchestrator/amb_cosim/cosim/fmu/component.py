@@ -15,7 +15,7 @@ from fmpy.fmi1 import FMICallException
 from amb_cosim.cosim.basics.errors import FmuError
 from amb_cosim.cosim.fmu.binding2 import Binding2
 from amb_cosim.cosim.fmu.binding3 import Binding3
-from amb_cosim.cosim.fmu.bindings import ERROR, STATUS, WARNING, Binding, Log
+from amb_cosim.cosim.fmu.bindings import ERROR, FATAL, STATUS, WARNING, Binding, Log
 from amb_cosim.cosim.fmu.exchange import Exchange, Transfer
 from amb_cosim.cosim.fmu.exit_order import release_before_static_destructors
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
@@ -23,6 +23,7 @@ from array_types import Array
 from fmi_export.variables import FAULT_CODE
 
 _serial = itertools.count()
+_corrupted: set[Path] = set()  # folders of FMUs that answered Fatal here: FMI allows no further call of any instance
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class FmuComponent:
         every: int = 1,
     ) -> None:
         self.name = name
-        self._interface = interface
+        self._interface, self._folder = interface, folder
         self._log = Log()
         self._fmu: Binding | None = None
         self._running = False  # between initialisation and an error, when the FMU may be terminated
@@ -254,9 +255,12 @@ class FmuComponent:
         return self._refusal(self._binding.function(call), status)
 
     def close(self) -> None:
-        """Terminate and free the instance; repeated calls do nothing, and it never raises."""
+        """Terminate and free the instance, unless it is corrupted; repeated calls do nothing, and it never raises."""
         fmu, self._fmu = self._fmu, None
         if fmu is None:
+            return
+        if self._folder in _corrupted:
+            fmu.abandon()
             return
         try:
             self._free_states(fmu)
@@ -318,6 +322,8 @@ class FmuComponent:
 
     def _refusal(self, function: str, status: int) -> FmuError:
         self._running = self._running and 0 <= status < ERROR
+        if status == FATAL:
+            _corrupted.add(self._folder)
         end = self._binding.end_of_run(function, status)
         said = [*self._log.said(), *self._binding.reasons(function, status)]
         available = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"

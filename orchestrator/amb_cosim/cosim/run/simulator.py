@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import Loop
-from amb_cosim.cosim.basics.errors import StepFailed
+from amb_cosim.cosim.basics.errors import FmuError, StartFailed, StepFailed
 from amb_cosim.cosim.basics.loop_library import load_loop
 from amb_cosim.cosim.basics.time_grid import NEAR_STEP
 from amb_cosim.cosim.fmu.component import FmuComponent, FmuState
@@ -26,7 +26,7 @@ from amb_cosim.cosim.run.state_fingerprint import name_of, state_fingerprint
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.stopping import StopObserver
-from amb_cosim.cosim.system.system import UNCHANGED
+from amb_cosim.cosim.system.system import UNCHANGED, Component
 from array_types import Array
 
 
@@ -48,7 +48,7 @@ class Simulator:
 
     Raises
     ------
-    FmuError
+    StartFailed
         If an FMU cannot be loaded or refuses a start value.
     ValueError
         If the coupling is iterative and an FMU cannot save its state.
@@ -77,19 +77,7 @@ class Simulator:
         wiring = self.layout.wiring
         self._instances = instances
         self._at = {name: position for position, name in enumerate(wiring.names)}
-        self.components = [
-            instances.acquire(
-                c.name,
-                assembly.fmus[c.name].folder,
-                assembly.interfaces[c.name],
-                self.layout.inputs[c.name],
-                self.layout.outputs[c.name],
-                {**plan.parameters[c.name], **plan.texts.get(c.name, {})},
-                c.every,
-                c.name in separate,
-            )
-            for c in plan.system.components
-        ]
+        self.components = [self._loaded(c, plan, c.name in separate) for c in plan.system.components]
         for component in self.components if transformed else ():
             names = [f"{component.name}.{v}" for v in self.layout.inputs[component.name]]
             if transformed.keys() & set(names):
@@ -122,6 +110,23 @@ class Simulator:
         self.schedules = plan.schedules(wiring.names)
         self._stops = StopObserver(plan.stops, [self._at[condition.signal] for condition in plan.stops])
         self.master.exogenous[:] = list(plan.inputs.values())
+
+    def _loaded(self, component: Component, plan: Plan, is_separate: bool) -> FmuComponent:
+        """Return the instance of a component; raises StartFailed, with its name, if the FMU refuses."""
+        name = component.name
+        try:
+            return self._instances.acquire(
+                name,
+                self.assembly.fmus[name].folder,
+                self.assembly.interfaces[name],
+                self.layout.inputs[name],
+                self.layout.outputs[name],
+                {**plan.parameters[name], **plan.texts.get(name, {})},
+                component.every,
+                is_separate,
+            )
+        except FmuError as error:
+            raise StartFailed(f"{name}: {error}") from error
 
     def initialise(self) -> int:
         """Initialise the FMUs, and return the point at which the run begins; raises StartFailed if one refuses."""

@@ -67,7 +67,7 @@ def parse(content: bytes, schema: str, what: str) -> Any:
     ValueError
         If it is not XML, or does not follow the schema; the message begins with `what` and contains the line.
     """
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, remove_comments=True, remove_pis=True)
+    parser = etree.XMLParser(resolve_entities="internal", no_network=True, remove_comments=True, remove_pis=True)
     try:
         root = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
@@ -80,11 +80,10 @@ def check(root: Any, schema: str, what: str) -> None:
     """Raise a ValueError, which begins with `what`, unless a document follows a schema of its version of SSP."""
     loaded, version = _schema(schema), root.get("version")
     checked = version_2.as_version_1(root) if version == version_2.VERSION else root
-    if not loaded.validate(checked):
+    if not loaded.validate(checked) and not loaded.validate(_tidied(checked)):
+        named = version if version == version_2.VERSION else VERSION
         first = loaded.error_log[0]
-        if not loaded.validate(_tidied(checked)):
-            named = version if version == version_2.VERSION else VERSION
-            raise ValueError(f"{what} does not follow SSP {named}, line {first.line}: {first.message}")
+        raise ValueError(f"{what} does not follow SSP {named}, line {first.line}: {first.message}")
 
 
 def _tidied(root: Any) -> Any:
