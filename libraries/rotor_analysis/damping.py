@@ -12,7 +12,7 @@ from amb_files.toml import table
 from amb_files.validation_errors import Unit
 from array_types import Array
 from rotor_analysis.checks import Moderate, as_tuple
-from rotor_analysis.inertia import inertial_modes, lacks_inertia
+from rotor_analysis.inertia import inertial_modes, inertias, lacks_inertia
 
 Rate = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("1/s")]
 Time = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("s")]
@@ -67,6 +67,8 @@ def free_modes(M: Array, K: Array) -> tuple[Array, Array]:
         phi^T M phi = 1.
     """
     if lacks_inertia(M, K):
+        if inertias(M, K) < N_RIGID:  # a mass at a point does not resist tilting, nor does the free shaft
+            return np.zeros(0), np.zeros((len(M), 0))
         squares, shapes = inertial_modes(M, K, SHIFT)
         return np.sqrt(np.maximum(squares[N_RIGID:], 0.0)), shapes[:, N_RIGID:]
     L = np.linalg.cholesky(M)

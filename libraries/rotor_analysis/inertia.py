@@ -29,6 +29,12 @@ def inertial(mu: Array) -> Bools:
     return np.asarray(mu > MASSLESS * np.max(mu, initial=0.0))
 
 
+def inertias(M: Array, K: Array) -> int:
+    """Return the number of independent motions that have inertia: the rank of M, scaled by the diagonal of K."""
+    size = np.sqrt(np.diag(K))
+    return int(np.count_nonzero(inertial(np.linalg.eigvalsh(M / np.outer(size, size)))))
+
+
 def inertial_modes(M: Array, K: Array, shift: float = 0.0) -> tuple[Array, Array]:
     """Return squares of the frequencies of all modes (rad^2/s^2), ascending, and phi in columns, phi^T M phi = 1.
 

@@ -1,6 +1,7 @@
 """`amb-cosim rotor`: files from ROSS, and what a rotor file holds."""
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -85,6 +86,19 @@ def test_inertias_are_those_of_the_parts():
     apart = sum(body.mass * (z[body.node - 1] - result.centre) ** 2 for body in rig.bodies)
     apart += shaft * (z[-1] / 2.0 - result.centre) ** 2
     assert result.diametral_inertia == pytest.approx(local + apart, rel=1e-6)
+
+
+@pytest.mark.parametrize("density", [0.0, 1e-30])
+@pytest.mark.parametrize("node", [1, 4, 7])
+def test_a_point_mass_on_a_massless_shaft_is_shown(density, node):
+    """It does not resist tilting, and neither does the free shaft: there is no elastic mode."""
+    shaft = Shaft(tuple(0.1 * k for k in range(7)), 0.02, 2e11, density, 0.3)
+    bearings = (Bearing("a", 1, stiffness=5e5), Bearing("b", 7, stiffness=5e5))
+    result = studies.layout(Rotor("jeffcott", shaft, (Body("m", node, 10.0, 0.0, 0.0),), bearings))
+    assert result.mass == pytest.approx(10.0)
+    assert result.fastest == 0.0
+    if node != 4:  # over a bearing
+        assert result.frequencies[0] == pytest.approx(math.sqrt(5e5 / 10.0), rel=1e-6)
 
 
 @pytest.mark.parametrize(("density", "masters"), [(0.0, ()), (7850.0, (1, 4))], ids=["massless", "two_planes"])
