@@ -16,6 +16,7 @@ from amb_cosim.cosim.basics.errors import ProcessFailed
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.separate_component import SeparateComponent
 from tests.ssp.gain_archives import SOURCE, description
+from tests.support.c_fmus import DEFAULTS
 from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
@@ -149,7 +150,9 @@ def linked(tmp_path):
             folder.mkdir()
             part = folder / "libpart.so"
             compile_to(part, f"double part(void) {{ return {gain}; }}", "-Wl,-soname,libpart.so")
-            compile_to(folder / "gain.so", text, "-Wl,-rpath,$ORIGIN", f"-L{folder}", "-lpart")
+            compile_to(
+                folder / "gain.so", text, DEFAULTS, "-DFMI_VERSION=2", "-Wl,-rpath,$ORIGIN", f"-L{folder}", "-lpart"
+            )
             with zipfile.ZipFile(tmp_path / f"{name}.fmu", "w") as fmu:
                 fmu.writestr("modelDescription.xml", description())
                 for library in (folder / "gain.so", part):
