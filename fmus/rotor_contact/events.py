@@ -36,8 +36,8 @@ FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF = 1, 8
 
 MAX_SUBSTEPS = 1e5  # of a communication step
 
-EVENT_LIMIT = 50  # events in a row; beyond it impacts do not rebound and flights shorter than a substep are skipped
-MIN_EVENT_DISTANCE = 1.0 / 200.0  # of all these substeps, between two events beyond that limit: bounds their number
+EVENT_LIMIT = 50  # events in `advance`; beyond it impacts do not rebound and flights shorter than a substep are skipped
+MIN_EVENT_DISTANCE = 1.0 / 200.0  # of the time to advance, between two events beyond that limit; bounds their number
 MAX_PENETRATION = 1e-2  # of the clearance, that a journal may pass its retainer because of that
 SHORTEST_FLIGHT = 1e-3  # of a substep; a shorter flight is sustained contact
 MAX_HALVINGS = 2.0  # of a substep for the sake of accuracy

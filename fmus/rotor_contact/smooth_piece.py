@@ -257,7 +257,7 @@ def solve_piece(
             change, largest = max(change, of_contact), max(largest, force)
             set_contact_forces(w, matrices)
         if not responds and change <= SETTLED * largest:
-            return True  # what is observed lags by this change, which gaps and work do not notice
+            return True  # the observations lag by this change, too little for gaps and work to depend on it
     return False
 
 

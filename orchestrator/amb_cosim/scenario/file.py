@@ -129,9 +129,11 @@ def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
 def overlaid(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
     """Return a scenario's data `below`, overridden by `above`: tables are merged, everything else is replaced.
 
-    An end in `above`, in cycles or as a time, replaces both in `below`.
+    If `above` states an end, in cycles or as a time, that of `below` does not apply.
     """
-    return _merged({key: value for key, value in below.items() if key not in ENDS or not ENDS & {*above}}, above)
+    if ENDS & {*above}:
+        below = {key: value for key, value in below.items() if key not in ENDS}
+    return _merged(below, above)
 
 
 def _merged(below: dict[str, Any], above: dict[str, Any]) -> dict[str, Any]:
