@@ -44,17 +44,6 @@ def test_two_masses_swing_against_each_other(system_file):
     np.testing.assert_allclose(left + right, 0.01, atol=1e-12)
 
 
-@pytest.mark.slow
-def test_the_error_of_the_coupling_falls_with_the_step(system_file):
-    text, errors = system_file.read_text(encoding="utf-8"), []
-    for step in ("1 ms", "0.5 ms"):
-        system_file.write_text(text.replace('"1 ms"', f'"{step}"'), encoding="utf-8")
-        _, result = run(system_file)
-        time, left = result["time"].values, result["left.x"].values
-        errors.append(np.max(np.abs(left - 0.005 - 0.005 * np.cos(OMEGA * time))))
-    assert 1.7 < errors[0] / errors[1] < 2.3
-
-
 def test_an_fmu_that_ends_the_simulation_is_named_with_its_reason(system_file):
     outcome, _ = run(system_file, **{"spring.k": -1.0})
     assert (outcome.status, outcome.time) == ("stopped", 0.0)

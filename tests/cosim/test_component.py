@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import pytest
 
 from amb_cosim.cosim.basics.choices import FLAVOURS
 from amb_cosim.cosim.fmu import binding2, fmus
 from amb_cosim.cosim.fmu.bindings import ERROR, MOST_WARNINGS, WARNING, Log
 from amb_cosim.cosim.fmu.fmu_description import read_interface
-from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_files.suggestions import suggest
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names, raises_naming
@@ -26,16 +23,6 @@ folder = Path({folder!r})
 interface = read_interface(folder, "actuator")
 def load(start={{}}, name="actuator"):
     return FmuComponent(name, folder, interface, ["mb1.x", "mb1.i_x"], ["mb1.clipped_x", "mb1.f_x"], start)
-"""
-
-PASSING = """
-c, result = load({"force_law": 1.0, "mb1.k_s_measured_x": 1e6, "mb1.k_i_measured_x": 100.0}), []
-c.enter(-1.0); c.write(); c.leave()
-for u in ((1e-4, 2.0), (1e-4, 50.0)):
-    c.inputs[:] = u
-    c.write(); c.step(0.0, 1e-3); c.read()
-    result.append(c.outputs.tolist())
-c.close(); c.close()
 """
 
 REFUSED = """
@@ -61,12 +48,6 @@ def actuator():
     return fmus.ensure_built("amb_actuator", "python").folder
 
 
-def test_values_pass_in_both_directions_whatever_their_type(run_python, actuator):
-    first, second = run_python(PREPARE.format(folder=str(actuator)) + PASSING)
-    assert first == pytest.approx([0.0, 100.0 + 200.0])
-    assert second[0] == 1.0
-
-
 @pytest.mark.parametrize("flavour", FLAVOURS)
 def test_a_refused_step_carries_status_and_log_of_its_own_component(run_python, flavour):
     folder = fmus.ensure_built("amb_actuator", flavour).folder
@@ -86,24 +67,6 @@ def test_the_interface_has_units_limits_and_dependencies(actuator):
     assert ports["mb1.gap_x"].minimum == 1e-6
     law = ports["force_law"]
     assert (law.type, law.maximum, law.items) == ("Integer", 2.0, {"linear": 0, "measured": 1, "nonlinear": 2})
-
-
-def test_what_is_no_fmu_is_refused(tmp_path):
-    with raises_naming(ValueError, "rotor", "readable FMU"):
-        read_interface(tmp_path, "rotor")
-
-
-@pytest.mark.parametrize("version", ["1.0", "2.0", "3.0", "4.0"])
-def test_an_fmu_of_another_kind_is_refused_with_what_is_taken(monkeypatch, tmp_path, version):
-    result = SimpleNamespace(fmiVersion=version, coSimulation=None if version in ("2.0", "3.0") else SimpleNamespace())
-    monkeypatch.setattr("fmpy.read_model_description", lambda *_: result)
-    (tmp_path / "modelDescription.xml").touch()
-    with raises_naming(ValueError, "FMU", "co-simulation", "2.0", "3.0"):
-        read_interface(tmp_path, "rotor")
-
-
-def test_a_switch_is_told_its_values():
-    assert Port("on", "Boolean", "input", 0).allowed() == "true or false"
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 
@@ -69,17 +66,3 @@ def test_where_there_is_no_compiled_loop_the_plain_one_gives_the_same(monkeypatc
 def test_the_loop_compiles_for_every_platform(platform):
     pytest.importorskip("ziglang")
     assert len(loop_library.compile_loop(platform)) > 1000
-
-
-def test_the_loop_is_compiled_once_by_those_that_begin_together(load_anew, monkeypatch):
-    compiled = []
-
-    def compile_slowly(_):
-        compiled.append(1)
-        time.sleep(0.3)
-        return b"code"
-
-    monkeypatch.setattr(loop_library, "compile_loop", compile_slowly)
-    with ThreadPoolExecutor(4) as threads:
-        list(threads.map(lambda _: load_anew(), range(4)))
-    assert len(compiled) == 1

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from fnmatch import fnmatchcase
 
 import pytest
 from interfaces import interface
@@ -63,44 +62,25 @@ def test_equal_units_may_have_different_names():
     SYSTEM.check(INTERFACES)
 
 
-REFUSED = [
-    (
-        {"connections": linked("stator.x", "magnet.x")},
-        "no component 'stator'; there are magnet, rotor (connected with magnet.x)",
-    ),
-    (
-        {"connections": linked("rotor.xm", "magnet.x")},
-        "rotor has no variable 'xm'; did you mean xmm*(connected with magnet.x)",
-    ),
-    (
-        {"connections": linked("rotor.f", "magnet.x")},
-        "rotor.f is an input, but a connection needs an output there; there are x, xmm*",
-    ),
-    (
-        {"connections": more("rotor.x", "rotor.mass")},
-        "rotor.mass is a parameter, but a connection needs an input there*",
-    ),
-    (
-        {"connections": linked("rotor.state", "magnet.x")},
-        "rotor.state is Integer and magnet.x is Real; connected variables must have the same type",
-    ),
-    (
-        {"connections": linked("rotor.x", "rotor.f")},
-        "rotor.x is in m and rotor.f is in N; connected variables must have the same unit",
-    ),
-    ({"connections": linked("rotor.xmm", "magnet.x")}, "*rotor.xmm is in mm and magnet.x is in metre*"),
-    ({"signals": signal("magnet.speed")}, "*rotor.Omega is in rad/s and magnet.speed is in Hz*"),
-    ({"connections": more("rotor.plain", "magnet.x")}, "magnet.x is connected twice: to rotor.x and to rotor.plain"),
-    ({"signals": signal("rotor.f")}, "rotor.f is connected twice: to magnet.f and to signal Omega"),
-    ({"connections": linked("magnet.f", "rotor.f")[1:]}, "magnet.x must be connected but is not; there are rotor.x"),
-]
-
-
-@pytest.mark.parametrize(("changes", "message"), REFUSED)
-def test_an_error_names_both_ends_and_what_would_do(changes, message):
-    with pytest.raises(ValueError) as caught:  # noqa: PT011 - the whole message is compared
+@pytest.mark.parametrize(
+    ("changes", "facts"),
+    [
+        ({"connections": linked("stator.x", "magnet.x")}, ("'stator'", "magnet, rotor", "magnet.x")),
+        ({"connections": linked("rotor.xm", "magnet.x")}, ("rotor", "'xm'", "did you mean xmm", "magnet.x")),
+        ({"connections": linked("rotor.f", "magnet.x")}, ("rotor.f", "an input", "output", "x, xmm")),
+        ({"connections": more("rotor.x", "rotor.mass")}, ("rotor.mass", "a parameter", "input")),
+        ({"connections": linked("rotor.state", "magnet.x")}, ("rotor.state", "Integer", "magnet.x", "Real")),
+        ({"connections": linked("rotor.x", "rotor.f")}, ("rotor.x", "in m", "rotor.f", "in N")),
+        ({"connections": linked("rotor.xmm", "magnet.x")}, ("rotor.xmm", "in mm", "magnet.x", "in metre")),
+        ({"signals": signal("magnet.speed")}, ("rotor.Omega", "rad/s", "magnet.speed", "Hz")),
+        ({"connections": more("rotor.plain", "magnet.x")}, ("magnet.x", "twice", "rotor.x", "rotor.plain")),
+        ({"signals": signal("rotor.f")}, ("rotor.f", "twice", "magnet.f", "signal Omega")),
+        ({"connections": linked("magnet.f", "rotor.f")[1:]}, ("magnet.x", "must be connected", "rotor.x")),
+    ],
+)
+def test_an_error_names_both_ends_and_what_would_do(changes, facts):
+    with raises_naming(ValueError, *facts):
         replace(SYSTEM, **changes).check(INTERFACES)
-    assert fnmatchcase(str(caught.value), message)
 
 
 def test_a_port_without_a_unit_connects_to_any():
@@ -134,18 +114,6 @@ def test_the_gradient_can_be_left_unconnected():
     without = load_system("levitated", {"gradient": False}).connections
     gone = {c.target for c in set(with_gradient) - set(without)}
     assert gone == {f"rotor_contact.*.{v}" for v in ("k_xx", "k_yy", "[xy]_ref")}
-
-
-def test_the_levitated_system_steps_controller_actuator_plant():
-    system = load_system("levitated", {})
-    assert [c.name for c in system.components] == ["rolac_controller", "amb_actuator", "rotor_contact"]
-    assert all(c.source.partition(".")[2] == c.target.partition(".")[2] for c in system.connections)
-
-
-def test_the_passive_system_is_the_rotor_alone():
-    system = load_system("passive", {})
-    assert [c.name for c in system.components] == ["rotor_contact"]
-    assert system.connections == ()
 
 
 @pytest.mark.parametrize("name", ["levitated", "passive"])
