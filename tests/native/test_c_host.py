@@ -84,28 +84,6 @@ def plant_program(plant, plant_constants):
     return Program(plant, plant_constants, start, blocks=40, every=50)
 
 
-def test_a_host_without_python_gets_the_numbers_of_the_core(host, unpacked, lag, lag_program):
-    answers, log = run([host], *binary_of(unpacked(lag)), program=lag_program.lines)
-    lag_program.check(answers)
-    assert log == ""
-
-
-def test_wrong_order_in_a_host_without_python_is_answered_and_survived(host, unpacked, lag):
-    program = ["new 0", "step 0 0 1 1e-3", "enter 0", "reset 0", "exit 0", "reset 0", "enter 0", "enter 0", "reset 0"]
-    program += ["enter 0", "exit 0", "setup 0 0", "real 0 3 1", "restore 0", "terminate 0", "reset 0", "enter 0"]
-    program += ["exit 0", "terminate 0", "terminate 0", "step 0 0 1 1e-3", "free 0", "step 0 0 1 1e-3", "free 0"]
-    answers, log = run([host], *binary_of(unpacked(lag)), program=program)
-    expected = "0 3 3 0 3 0 0 3 0 0 0 3 3 3 3 0 0 0 0 3 3 0 3 0"
-    assert " ".join(answer[0] for answer in answers) == expected
-    assert "fmu0 3 logStatusError fmi2DoStep is not allowed in state 'instantiated'; it is allowed in 'step" in log
-
-
-def test_the_process_maps_no_python(host, unpacked, lag):
-    library, *_ = binary_of(unpacked(lag))
-    needed = subprocess.run(["ldd", str(library), str(host)], capture_output=True, text=True, check=True).stdout
-    assert "python" not in needed
-
-
 @pytest.mark.slow
 @pytest.mark.gate
 def test_a_host_without_python_follows_the_plant_through_contact(host, unpacked, plant, plant_constants, plant_program):

@@ -104,12 +104,6 @@ def test_data_for_another_engine_are_refused(library, content, lag):
     assert_names(refusal(library, other), f"engine {'f' * 32}", f"engine {key}", "build")
 
 
-def test_data_with_another_guid_are_refused(library, lag):
-    other = model_data(lag, np.zeros(1), "{other}", engine_key([lag]))
-    expected = f"the modelDescription.xml has guid {library.guid}, but resources/model.bin belongs to {{other}}"
-    assert refusal(library, other) == expected
-
-
 @pytest.mark.parametrize("wild", [2**28 + 1, 2**31, 2**61, 2**64 - 1])
 @pytest.mark.parametrize("count", range(10))
 def test_impossible_sizes_with_a_right_checksum_are_refused(library, content, count, wild):

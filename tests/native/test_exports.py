@@ -28,13 +28,6 @@ LIBRARIES = {
 ADDED = {"darwin": {"__dso_handle", "_mh_dylib_header"}}
 
 
-def test_the_functions_are_those_of_the_standard_for_co_simulation():
-    assert len(STANDARD) == 34
-    assert {"fmi2Instantiate", "fmi2DoStep", "fmi2GetFMUstate", "fmi2GetStringStatus"} <= STANDARD
-    assert len(STANDARD3) == 75
-    assert {"fmi3InstantiateCoSimulation", "fmi3DoStep", "fmi3GetFloat64", "fmi3ActivateModelPartition"} <= STANDARD3
-
-
 def check(path, platform):
     with zipfile.ZipFile(path) as archive:
         (name,) = [n for n in archive.namelist() if n.startswith(f"binaries/{platform}/")]

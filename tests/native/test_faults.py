@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from raw import ERROR, OK, WARNING, Library
+from raw import ERROR, OK, WARNING
 
 from fmi_export.model import Fault, Instance
 from fmi_export.variables import filled
@@ -118,26 +118,3 @@ def test_a_step_that_fails_gives_no_warning(library):
         fmu.set(u=6.5)
         assert fmu.step(0) == ERROR
         assert [status for status, _, _ in fmu.log] == [ERROR]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "values",
-    [
-        {"initial__orbit": 1.0, "gravity": 9.81},
-        {"rb1__offset_x": 0.6e-3, "rb1__offset_y": -0.5e-3},
-        {"eb2__offset_y": 1e-2},
-        {"rb2__clearance": 0.0},
-        {"Omega": 1e5},
-    ],
-)
-def test_the_plant_explains_its_faults_as_the_core_does(unpacked, plant, plant_constants, values):
-    with pytest.raises(Fault) as caught:
-        core_of(plant, plant_constants, **values).initialise()
-    library = Library(unpacked(plant, plant_constants))
-    with library.instantiate() as fmu:
-        fmu.set(**values)
-        fmu.enter()
-        assert fmu.call("ExitInitializationMode") == ERROR
-        assert fmu.log[-1][2] == library.escaped(f"initialisation: {caught.value}")
-        assert fmu.get("fault_code") == [caught.value.code]

@@ -8,7 +8,6 @@ import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
-import fmpy
 import numpy as np
 import pytest
 
@@ -16,7 +15,7 @@ from fmi_export import amb_cosim_bootstrap as bootstrap
 from fmi_export.building.identity import guid_of
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
 from fmi_export.building.native.data import model_data
-from fmi_export.building.native.package import build_native_fmu, native_guid
+from fmi_export.building.native.package import native_guid
 from tests.support.messages import raises_naming
 
 OWN = {"guid", "generationTool"}
@@ -57,11 +56,6 @@ def test_the_guid_changes_with_constants_flavour_and_version(lag):
     assert len(guids | {native_guid(lag, np.zeros(1), 3)}) == 4
 
 
-def test_two_builds_are_the_same_bytes(native, lag, tmp_path):
-    again = build_native_fmu(lag, np.zeros(1), tmp_path / "elsewhere")
-    assert again.read_bytes() == native(lag).read_bytes()
-
-
 def test_the_archive_holds_engine_data_documentation_and_an_experiment(native, lag):
     library = f"binaries/{host_platform()}/probe_lag{PLATFORMS[host_platform()][0]}"
     experiment = ("fmi-ls-manifest.xml", "references.csv", "smoke_test.exp")
@@ -94,20 +88,6 @@ def test_a_sentence_that_names_no_variable_is_refused(lag):
     wrong = dataclasses.replace(lag, faults={7: "{v} is wrong"})
     with raises_naming(ValueError, "probe_lag", "'v'"):
         model_data(wrong, np.zeros(1), "{}", "")
-
-
-def test_a_bad_platform_is_refused_before_anything_is_written(lag, tmp_path):
-    with raises_naming(ValueError, "amiga"):
-        build_native_fmu(lag, np.zeros(1), tmp_path / "new", ["amiga"])
-    assert not (tmp_path / "new").exists()
-
-
-def test_fmpy_simulates_it_along_the_exponential(native, lag):
-    result = fmpy.simulate_fmu(
-        str(native(lag)), start_values={"u": 2.0}, stop_time=4e-3, output_interval=250e-6, output=["y", "fault_code"]
-    )
-    assert result["y"] == pytest.approx(2.0 * (1.0 - np.exp(-result["time"] / 1e-3)), rel=1e-12, abs=1e-15)
-    assert not result["fault_code"].any()
 
 
 @pytest.mark.slow

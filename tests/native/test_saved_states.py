@@ -47,18 +47,6 @@ def test_a_state_is_saved_into_the_memory_of_an_earlier_one(library):
         assert fmu.get("y") == after
 
 
-@pytest.mark.parametrize("wrong", [{"u": 5.0}, {"y": 1.0}], ids=["failed step", "wrong call"])
-def test_a_saved_state_brings_back_a_run_from_before_its_fault(library, wrong):
-    with library.instantiate() as fmu:
-        fmu.begin()
-        saved = fmu.save()
-        fmu.set(**wrong)
-        assert fmu.step(0) != OK
-        assert fmu.get("fault_code") != [0]
-        assert fmu.restore(saved) == OK
-        assert (fmu.set(u=4.0), fmu.step(0), fmu.get("fault_code")) == (OK, OK, [0])
-
-
 def test_a_fault_is_part_of_the_state(library):
     with library.instantiate() as fmu, library.instantiate() as other:
         fmu.begin()

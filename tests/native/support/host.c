@@ -6,7 +6,6 @@
        setup K t        enter K    exit K    reset K    terminate K
        real|integer|boolean K reference value               set
        read K reference...                                  print Reals, as hexadecimal numbers
-       code K reference                                     print an Integer
        step K n count h                                     steps n, n + 1, ... of size h, until one is refused
        save K    restore K    bytes K                       a state; the last: through bytes into a new one
        fuzz seed count                                      calls in any order with any arguments
@@ -356,12 +355,6 @@ static int run_line(char *line, const char *guid, const char *resources)
         for (size_t i = 0; i < count && status <= fmi2Warning; i++)
             printf(" %a", values[i]);
         putchar('\n');
-        return 1;
-    } else if (strcmp(command, "code") == 0) {
-        int value = -1;
-        reference = (unsigned int)strtoul(rest, NULL, 10);
-        status = GetInteger(c, &reference, 1, &value);
-        printf("%d %d\n", status, value);
         return 1;
     } else if (strcmp(command, "step") == 0) {
         long n = strtol(rest, &rest, 10), count = strtol(rest, &rest, 10);
