@@ -12,7 +12,7 @@ from rig import ACTUATOR
 from fmi_export.building.description import model_description
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.integers import with_integers
-from fmi_export.building.python_fmu import build_python_fmu, python_guid
+from fmi_export.building.python_fmu import python_guid
 from fmi_export.building.units import base_unit
 
 
@@ -33,12 +33,6 @@ def fmu(model, build_fmu):
 
 def test_fmpy_finds_no_problem(fmu):
     assert validate_fmu(str(fmu)) == []
-
-
-def test_two_builds_have_the_same_guid_and_the_same_description(model, fmu, tmp_path):
-    again = build_python_fmu(model, np.zeros(1), tmp_path)
-    assert xml_of(again) == xml_of(fmu)
-    assert python_guid(model, np.zeros(1)) in xml_of(again).decode()
 
 
 @pytest.mark.parametrize(("epoch", "told"), [("1700000000", "2023-11-14T22:13:20Z"), (None, None)])

@@ -3,7 +3,6 @@
 Every host is a subprocess: PythonFMU may harm the process that it runs in.
 """
 
-import math
 import zipfile
 from pathlib import Path
 
@@ -119,24 +118,6 @@ def test_an_exception_that_leaves_a_method_is_the_reason_of_all_that_follows(fmu
     assert said == [3, "logStatusError", f"at t = 0 s: {reason}"]
 
 
-def simulate(path: str) -> list:
-    import fmpy
-
-    answers = []
-    for u in (1.0, 5.0):
-        try:
-            answers.append(len(fmpy.simulate_fmu(path, stop_time=0.01, output_interval=1e-3, start_values={"u": u})))
-        except Exception as error:
-            answers.append(str(error))
-    return answers
-
-
-def test_a_simulation_with_a_fault_does_not_look_like_one_that_ended(build_fmu, lag, run_python):
-    ended, failed = run_python(simulate, path=build_fmu(lag))
-    assert ended == 11
-    assert "(error)" in failed
-
-
 @pytest.mark.slow
 def test_two_hundred_instances_one_after_another_leave_the_process_alive(build_fmu, run_python):
     def host(path: str) -> list:
@@ -157,25 +138,6 @@ def test_two_hundred_instances_one_after_another_leave_the_process_alive(build_f
     answers, entries = run_python(host, path=build_fmu(ACTUATOR, ACTUATOR_CONSTANTS))
     assert answers == 1
     assert entries < 20, "sys.path must not grow with every instance"
-
-
-def test_two_models_run_side_by_side_in_one_process(build_fmu, lag, run_python):
-    def host(lag: str, actuator: str) -> list:
-        from drive import Fmu
-
-        one, two = Fmu(lag, u=1.0), Fmu(actuator, mb1__x=1e-4)
-        statuses = [one.step(0), two.step(0)]
-        answer = statuses + one.get("y") + two.get("mb1.f_x", "mb1.k_xx")
-        two.close()
-        one.close()
-        return answer
-
-    one, two, y, force, gradient = run_python(
-        host, lag=build_fmu(lag), actuator=build_fmu(ACTUATOR, ACTUATOR_CONSTANTS)
-    )
-    assert (one, two) == (0, 0)
-    assert y == pytest.approx(1 - math.exp(-0.25), rel=1e-12)
-    assert force == pytest.approx(1e-4 * gradient, rel=1e-14)
 
 
 def test_the_guard_has_the_functions_of_the_standard_and_no_python(build_fmu, lag):
