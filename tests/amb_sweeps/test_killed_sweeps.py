@@ -8,13 +8,13 @@ import random
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from command_line import COMMAND
 from killer import Killer
+from waiting import wait_until
 
 import amb_cosim
 from amb_sweeps.store import open_sweep
@@ -25,7 +25,6 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reas
 POINTS = 120
 VARY = {"Omega": f"180:280:{POINTS}"}
 UNTIL = 2.0  # s; the points take a second or two together
-START_TIME = 120.0  # s
 KILLED_CLIENT = """
 import os, sys
 import amb_cosim
@@ -56,7 +55,7 @@ class Processes:
             "--scheduler-file",
             str(file),
         )
-        wait_for(file.exists)
+        wait_until(file.exists)
         self.file = str(file)
         self.workers = [self.add_worker() for _ in range(2)]
 
@@ -83,13 +82,6 @@ class Processes:
         for process in self.started:
             process.kill()
             process.wait()
-
-
-def wait_for(condition) -> None:
-    end = time.monotonic() + START_TIME
-    while not condition():
-        assert time.monotonic() < end, "the process did not start"
-        time.sleep(0.1)
 
 
 @pytest.fixture
@@ -171,7 +163,7 @@ def go_on(scenario: str, folder: Path, scheduler: str, expected, moment: tuple[i
 def test_ctrl_c_keeps_what_came_and_exits_with_130(processes, scenario, tmp_path, local):
     where = ["--jobs", "1"] if local else ["--scheduler", processes.address]
     process = client(tmp_path / "swept", scenario, *where)
-    wait_for(lambda: landed(tmp_path / "swept") > 0 or process.poll() is not None)
+    wait_until(lambda: landed(tmp_path / "swept") > 0 or process.poll() is not None)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130, errors

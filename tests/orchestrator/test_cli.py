@@ -84,16 +84,6 @@ def test_an_option_that_left_says_which_one_to_use(refuses):
     refuses(message, "sweep", "fig4_9", "--refine", "0.01")
 
 
-def test_build_writes_the_three_fmus(runner, tmp_path):
-    result = runner("build", "-o", "fmus")
-    assert result.exit_code == 0
-    assert sorted(p.name for p in (tmp_path / "fmus").iterdir()) == [
-        "amb_actuator.fmu",
-        "rolac_controller.fmu",
-        "rotor_contact.fmu",
-    ]
-
-
 def test_fmus_without_arrays_are_of_fmi_3(refuses):
     refuses("FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays", "build", "--no-arrays", "-o", "fmus")
 

@@ -1,12 +1,10 @@
 """The study of convergence: what it varies, how it measures contact, and what it says of runs that are known."""
 
-import numpy as np
 import pytest
 
 from amb_analysis.studies import contact_convergence, convergence_runs
 from amb_analysis.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases
 from amb_cosim import studies
-from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.scenario.scenario import as_scenario
 from rotor_analysis.reduced_rotor import elastic_shapes, reduced_rotor, with_modes
 from rotor_analysis.rotor_file import load_rotor
@@ -46,25 +44,6 @@ def test_meshes_differ_in_nodes_or_mass_matrix_and_in_nothing_else(cases):
         assert case.value == len(rotor.shaft.nodes)
         assert rotor.mass == pytest.approx(base.mass)
         assert rotor.damping == base.damping
-
-
-def signals_of(force, impulse, h=250e-6):
-    time = h * np.arange(len(force))
-    values = {"rotor_contact.rb1.f_n": force, "rotor_contact.rb1.impulse": impulse}
-    variables = {name: Samples(np.asarray(v, float), {}) for name, v in values.items()}
-    coordinates = {"time": Samples(time, {}), "cycle": Samples(time / 0.02, {})}
-    return SignalTable(variables, coordinates, {})
-
-
-def test_mean_force_is_momentum_received_in_a_millisecond():
-    """A constant force is its own mean; an impact of 0.2 N s adds 200 N; both count in the whole impulse."""
-    force, impulse = np.full(81, 100.0), np.zeros(81)
-    impulse[40] = 0.2
-    contact = convergence_runs._contact(signals_of(force, impulse), "rb1")
-    assert contact.peak_force == 100.0
-    assert contact.mean_force == pytest.approx(100.0 + 0.2 / 1e-3)
-    assert contact.peak_impulse == 0.2
-    assert contact.impulse == pytest.approx(100.0 * 0.02 + 0.2)
 
 
 @pytest.fixture

@@ -232,7 +232,10 @@ def test_a_pattern_sets_all_that_match():
 
 
 def test_end_is_a_whole_number_of_steps():
-    assert (plan(until=0.1).last, plan(until=0.1).notices) == (400, ())
+    for until in (0.1, "0.1", "100 ms", "100000 us"):
+        assert (plan(until=until).last, plan(until=until).notices) == (400, ())
+    with raises_naming(ValueError, "until", "'3 mm'", "unit mm", "s"):
+        plan(until="3 mm")
     rounded = plan(until=0.1001)
     assert rounded.last == 400
     (notice,) = rounded.notices

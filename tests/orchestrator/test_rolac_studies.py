@@ -13,7 +13,6 @@ from amb_cosim import studies
 from amb_cosim.scenario.scenario import load_scenario
 from bath_thesis.studies import contact_recovery, recovery_trials
 from bath_thesis.studies.h_interpolation import InverseReceptance, interpolated
-from bath_thesis.studies.identification_force import IdentificationForce
 from rotor_analysis.receptance import receptance
 
 S5, S3 = 4, 2  # sensors in x at MB1 and MB2
@@ -62,36 +61,6 @@ def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
 
 
 # Test force
-
-
-@pytest.fixture(scope="module")
-def force() -> IdentificationForce:
-    return studies.test_force("50 Hz")
-
-
-def test_force_and_duration_of_an_identification_are_those_of_the_thesis(force):
-    columns = force.at_the_speeds_of_the_thesis
-    at = {round(f, 9): k for k, f in enumerate(columns.frequencies)}
-    assert columns.amplitude[at[10.0]] == pytest.approx(220.0 / 4.5)
-    assert columns.amplitude[at[35.0]] == pytest.approx(550.0)
-    assert columns.t_halt[at[5.0]] == pytest.approx(54.0)
-    for f in (15.0, 20.0, 35.0):
-        assert columns.t_halt[at[f]] == pytest.approx(18.0)
-
-
-def test_force_jumps_at_30_hz_and_nowhere_else(force):
-    assert force.at_the_jump.amplitude == pytest.approx([440.0, 550.0])
-    assert force.at_the_jump.s == pytest.approx([0.5, 0.4])
-    f, s = force.columns.frequencies, force.columns.s
-    steep = np.abs(np.diff(s)) > 0.3 * np.diff(f) + 1e-9  # S changes by 0.25 per Hz or less
-    assert np.flatnonzero(steep).tolist() == [int(np.searchsorted(f, 30.0)) - 1]
-
-
-def test_slots_are_whole_periods_that_last_three_seconds_or_longer(force):
-    f, slots = force.columns.frequencies, force.columns.periods_per_slot
-    assert np.all(slots == np.round(slots))
-    assert np.all(slots / f >= 3.0 - 1e-6)
-    assert np.all(slots / f < np.maximum(3.0, 45.0 / f) + 1.0 / f)
 
 
 def test_frequencies_below_30_hz_have_no_jump():

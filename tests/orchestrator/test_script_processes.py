@@ -6,11 +6,11 @@ import os
 import signal
 import subprocess
 import sys
-import time
 import zipfile
 from pathlib import Path
 
 import pytest
+from waiting import wait_until
 
 from amb_cosim.cosim.basics.descendants import descendants
 from tests.support.messages import assert_names
@@ -92,13 +92,6 @@ def test_a_process_stopped_as_it_starts_ends_with_its_parent(tmp_path):
             os.kill(worker, signal.SIGSTOP)
         parent.kill()
     wait_until(lambda: not any(map(is_running, workers)))
-
-
-def wait_until(condition):
-    until = time.monotonic() + 60.0
-    while not condition():
-        assert time.monotonic() < until
-        time.sleep(0.02)
 
 
 def spawned(process):

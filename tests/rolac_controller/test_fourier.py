@@ -83,15 +83,6 @@ def test_leakage_stays_within_its_bound_and_the_bound_is_tight(harmonic, order):
     assert 0.8 < max(ratios) < 1.25
 
 
-def test_leakage_vanishes_with_the_third_power_of_the_step():
-    def worst(samples):
-        fractions = np.linspace(0.05, 0.95, 19)
-        return max(abs(first_sensor(math.cos, 2.0 * math.pi / (samples + f), samples + 4)[0] - 1.0) for f in fractions)
-
-    order = math.log(worst(60) / worst(240)) / math.log(4.0)
-    assert order == pytest.approx(3.0, abs=0.1)
-
-
 def test_harmonics_are_separated_exactly_over_whole_revolutions():
     amplitudes = {1: 1e-4, 2: -3e-5j, 5: 2e-5 + 1e-5j, 7: 4e-6}
 

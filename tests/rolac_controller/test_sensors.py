@@ -109,30 +109,20 @@ def test_sensors_beside_their_planes_read_a_bent_shaft_to_third_order(power):
 
 
 @pytest.mark.parametrize("sensor", range(8))
-def test_dead_sensor_shows_nothing(sensor):
-    chain = Chain(**{f"s{sensor + 1}__fault_dead": 1.0})
-    expected = X.copy()
-    expected[sensor] = 0.0
-    np.testing.assert_array_equal(chain.read(X), expected)
-
-
-@pytest.mark.parametrize("sensor", range(8))
-def test_stuck_sensor_shows_what_it_showed_until_it_recovers(sensor):
-    chain = Chain()
+@pytest.mark.parametrize(
+    ("fault", "value", "shown"), [("dead", 1.0, lambda x: 0.0), ("stuck", 1.0, lambda x: x), ("offset", 2e-5, None)]
+)
+def test_fault_reaches_one_sensor_until_it_recovers(fault, value, shown, sensor):
+    """A dead sensor shows 0, a stuck one what it showed, one with an offset so much more."""
+    chain, name = Chain(), f"s{sensor + 1}__fault_{fault}"
     chain.read(X)
-    chain.set(**{f"s{sensor + 1}__fault_stuck": 1.0})
+    chain.set(**{name: value})
     for factor in (2.0, 3.0):
         expected = factor * X
-        expected[sensor] = X[sensor]
-        np.testing.assert_array_equal(chain.read(factor * X), expected)
-    chain.set(**{f"s{sensor + 1}__fault_stuck": 0.0})
+        expected[sensor] = shown(X[sensor]) if shown else expected[sensor] + value
+        np.testing.assert_allclose(chain.read(factor * X), expected, rtol=1e-15)
+    chain.set(**{name: 0.0})
     np.testing.assert_array_equal(chain.read(4.0 * X), 4.0 * X)
-
-
-@pytest.mark.parametrize("sensor", range(8))
-def test_offset_adds_to_one_sensor(sensor):
-    chain = Chain(**{f"s{sensor + 1}__fault_offset": 2e-5})
-    np.testing.assert_allclose(chain.read(X) - X, 2e-5 * (np.arange(8) == sensor), rtol=1e-9, atol=1e-19)
 
 
 @pytest.mark.parametrize("sensor", range(8))
