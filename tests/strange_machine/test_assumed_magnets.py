@@ -56,13 +56,3 @@ def test_measured_constants_of_another_machine_warn() -> None:
     assert_names(warnings[0], "amb_actuator.north.k_s_measured_x", "2e+06 N/m", "3.526e+05 N/m")
     measured = {"amb_actuator.force_law": "measured", "amb_actuator.*.k_[si]_measured_?": 2e3}
     assert not plan_run(WEIGHTLESS, measured).plan.warnings
-
-
-def test_constants_that_a_system_file_states_stay(tmp_path) -> None:
-    file = tmp_path / "own.toml"
-    file.write_text(
-        f'base = "{LEVITATION.parent}/levitated_expander.toml"\n[parameters.rolac_controller]\n"north.k_i_?" = 60\n'
-    )
-    scenario = WEIGHTLESS.changed(system=str(file))
-    assumed = plan_run(scenario, LINEAR).plan.parameters["rolac_controller"]
-    assert assumed["north.k_i_x"] == 60.0 != assumed["south.k_i_x"]

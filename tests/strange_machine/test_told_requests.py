@@ -7,17 +7,9 @@ from strange_machine import LEVITATION, TOUCHDOWN
 
 import amb_cosim
 from amb_cosim.scenario.scenario import Scenario
-from tests.support.messages import assert_names
 
 LOW = {"rolac_controller.*.i_max_?": "0.6 A", "rolac_controller.*.i_min_?": "-0.6 A"}
 SHORT = Scenario.load(LEVITATION).changed(event=[], end_cycle=2, settle_cycles=1)
-
-
-def test_an_end_off_the_grid_is_rounded_and_told():
-    result = amb_cosim.run(SHORT, until=0.00501)
-    assert result.outcome.time == pytest.approx(0.005)
-    (notice,) = result.summary.notices
-    assert_names(notice, "until", "0.00501 s", "5e-05 s", "0.005 s")
 
 
 @pytest.mark.parametrize(

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.worker import Runner, Task
 
 
-def assert_shared_past_changes_nothing(scenario: Scenario, step: str, flavour: Flavour = "native") -> None:
+def assert_shared_past_changes_nothing(scenario: Scenario, step: str) -> None:
     """Fail if two sizes of a step at `step` end otherwise, to the last bit, where they share their past."""
     message = []
     for labels in ((), ("step",)):
-        runner = Runner(Task(scenario, options=RunOptions(flavour=flavour), labels=labels))
+        runner = Runner(Task(scenario, labels=labels))
         results = [runner.run(n, {step: size}) for n, size in enumerate(("90 g.mm", "110 g.mm"))]
         runner.close()
         shared = [result.metrics.pop("shared", 0.0) for result in results]

@@ -71,19 +71,6 @@ def test_static_currents_are_those_of_the_shares_of_the_weight():
     assert values["total_force"] == 1.0
 
 
-def test_controller_knows_the_constants_of_the_operating_point():
-    """2.8 and 2.9 with the static current that carries the weight, and the least current -(I_s + I_b)."""
-    parameters = plan_run(levitated(parameters={"amb_actuator": {"force_law": 0}})).plan.parameters
-    static = parameters["amb_actuator"]["mb1.static_current_x"]
-    available = parameters["rolac_controller"]
-    per_static_and_bias = 563.15066 / (1.14 + 2 * 4.43)
-    assert available["mb1.k_i_x"] == pytest.approx(per_static_and_bias * (static + 2 * 4.43), rel=1e-6)
-    assert available["mb1.k_s_x"] / 2376955.716 == pytest.approx(
-        ((static + 4.43) ** 2 + 4.43**2) / (5.57**2 + 4.43**2), rel=1e-6
-    )
-    assert available["mb1.i_min_x"] == pytest.approx(-(static + 4.43), rel=1e-12)
-
-
 def test_constants_of_the_controller_that_a_system_file_sets_win(tmp_path):
     """Also if they are written as in the file that it is based on."""
     (tmp_path / "own.toml").write_text('base = "levitated"\n[parameters.rolac_controller]\n"mb1.k_s_?" = "2e6 N/m"\n')

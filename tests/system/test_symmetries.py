@@ -66,16 +66,3 @@ def test_a_rotor_with_its_ends_exchanged_moves_alike(plain, tmp_path):
     rotor = tmp_path / "rotor.toml"
     rotor.write_text(toml_text(mirrored(read(LEVITATION.parent / "rotor.toml"))), encoding="utf-8")
     assert_alike(landing(rotor=str(rotor)), plain)
-
-
-def test_contact_forces_carry_the_weight_of_a_landing():
-    """Without friction the impulse of all forces along gravity is the weight times the time, less what still moves."""
-    signals = landing(mu=0.0, end_time="0.25 s")
-    down = np.exp(1.25j * np.pi)
-    time = np.asarray(signals["time"].values)
-    impulse = 0.0
-    for site in ("td_a", "td_b"):
-        at = orbit(signals, site)
-        along = (at / np.maximum(np.abs(at), 1e-12) * np.conj(down)).real
-        impulse += np.sum(signal(signals, f"{site}.f_n_mean")[1:] * along[1:] * np.diff(time))
-    assert impulse == pytest.approx(WEIGHT * time[-1], rel=0.02)
