@@ -59,11 +59,15 @@ def connector(name: str, kind: str, unit: str = "") -> str:
     return f'<ssd:Connector name="{name}" kind="{kind}"><ssc:Real{f" unit={unit!r}" if unit else ""}/></ssd:Connector>'
 
 
+def component(name: str, source: str, connectors: str, bindings: str = "", attributes: str = "") -> str:
+    head = f'<ssd:Component name="{name}" source="{source}" {attributes}>'
+    return f"{head}<ssd:Connectors>{connectors}</ssd:Connectors>{bindings}</ssd:Component>"
+
+
 def gain(name: str, fmu: str = "Plain", bindings: str = "") -> str:
     """Return a component with the FMU `fmu`."""
     ends = connector("u", "input") + connector("y", "output") + connector("k", "parameter")
-    source = f'source="resources/{fmu}.fmu"'
-    return f'<ssd:Component name="{name}" {source}><ssd:Connectors>{ends}</ssd:Connectors>{bindings}</ssd:Component>'
+    return component(name, f"resources/{fmu}.fmu", ends, bindings)
 
 
 def connect(start: str, end: str, inner: str = "", attributes: str = "") -> str:
@@ -76,23 +80,29 @@ def connect(start: str, end: str, inner: str = "", attributes: str = "") -> str:
     return f"<ssd:Connection {ends}{attributes}>{inner}</ssd:Connection>"
 
 
-def bind(values: Mapping[str, float | str], mapping: str = "", attributes: str = "") -> str:
-    """Return a binding of values, each a number or the text of an element."""
+def value_set(values: Mapping[str, float | str]) -> str:
+    """Return a document of values, each a number or the text of an element."""
     named = "".join(
         f'<ssv:Parameter name="{name}">{v if isinstance(v, str) else f"<ssv:Real value={str(v)!r}/>"}</ssv:Parameter>'
         for name, v in values.items()
     )
-    inner = f'<ssv:ParameterSet version="1.0" name="set"><ssv:Parameters>{named}</ssv:Parameters></ssv:ParameterSet>'
-    mapped = (
-        f'<ssd:ParameterMapping><ssm:ParameterMapping version="1.0">{mapping}</ssm:ParameterMapping>'
-        "</ssd:ParameterMapping>"
-        if mapping
-        else ""
-    )
-    return (
-        f"<ssd:ParameterBindings><ssd:ParameterBinding {attributes}><ssd:ParameterValues>{inner}</ssd:ParameterValues>"
-        f"{mapped}</ssd:ParameterBinding></ssd:ParameterBindings>"
-    )
+    parameters = f"<ssv:Parameters>{named}</ssv:Parameters>"
+    return f'<ssv:ParameterSet {NAMESPACES} version="1.0" name="set">{parameters}</ssv:ParameterSet>'
+
+
+def binding(inner: str, attributes: str = "") -> str:
+    """Return the only binding of a system or a component."""
+    bound = f"<ssd:ParameterBinding {attributes}>{inner}</ssd:ParameterBinding>"
+    return f"<ssd:ParameterBindings>{bound}</ssd:ParameterBindings>"
+
+
+def bind(values: Mapping[str, float | str], mapping: str = "", attributes: str = "") -> str:
+    """Return a binding of values, and their mapping."""
+    inner = f"<ssd:ParameterValues>{value_set(values)}</ssd:ParameterValues>"
+    if mapping:
+        mapping = f'<ssm:ParameterMapping version="1.0">{mapping}</ssm:ParameterMapping>'
+        inner += f"<ssd:ParameterMapping>{mapping}</ssd:ParameterMapping>"
+    return binding(inner, attributes)
 
 
 def system(
@@ -104,10 +114,17 @@ def system(
     return f'<ssd:System name="{name}">{inner}{more}</ssd:System>'
 
 
-def structure(root: str, units: tuple[str, ...] = ()) -> str:
+EXPERIMENT = '<ssd:DefaultExperiment startTime="0" stopTime="0.5"/>'
+
+
+def structure(root: str, units: tuple[str, ...] = (), experiment: str = EXPERIMENT) -> str:
     defined = "".join(DEFINED[unit].format("ssc:Unit", "ssc:") for unit in units)
     listed = f"<ssd:Units>{defined}</ssd:Units>" if defined else ""
-    return (
-        f'<ssd:SystemStructureDescription {NAMESPACES} version="1.0" name="gains">{root}{listed}'
-        '<ssd:DefaultExperiment startTime="0" stopTime="0.5"/></ssd:SystemStructureDescription>'
-    )
+    head = f'<ssd:SystemStructureDescription {NAMESPACES} version="1.0" name="gains">'
+    return f"{head}{root}{listed}{experiment}</ssd:SystemStructureDescription>"
+
+
+LAW = '<ssc:LinearTransformation factor="{}" offset="{}"/>'
+ENTRY = '<ssm:MappingEntry source="{}" target="{}">{}</ssm:MappingEntry>'
+IN, OUT = connector("In", "input"), connector("Out", "output", "mm")
+CHAIN = gain("a", "{}") + gain("b", "{}")
