@@ -10,3 +10,6 @@ FOLDER = Path(__file__).parents[1] / "strange_machine"
 ROTOR = FOLDER / "expander.toml"
 SYSTEM = FOLDER / "levitated_expander.toml"
 LEVITATION, TOUCHDOWN, RUB = (FOLDER / f"{name}.toml" for name in ("levitation", "touchdown", "rub"))
+
+# Its rotor file for the design of magnets in every bearing: what has none is a seal.
+DRAWING = ROTOR.read_text(encoding="utf-8").replace('[[bearings]]\nname = "guide"', '[[seals]]\nname = "guide"')

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import tomli_w
 from click.testing import CliRunner
+from strange_machine import DRAWING
 from strange_machine import ROTOR as EXPANDER
 
 import amb_cosim
@@ -18,20 +19,18 @@ from amb_assessment.first_design.design import Design
 from amb_assessment.first_design.files import TEMPLATES, new_machine
 from amb_assessment.first_design.levitation import operating_points, pid_of
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
-from amb_assessment.first_design.sizing import CAPACITY, MagnetData, machine_sizes
+from amb_assessment.first_design.sizing import CAPACITY, machine_sizes
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters
-from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rigid_body import rigid_body
-from rotor_analysis.rotor_file import load_rotor, rotor_from
+from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names, raises_naming
 
 RPM = math.pi / 30.0
 MACHINES = {"blower": (12.0, 0.6, 30000.0), "pump": (60.0, 1.2, 12000.0), "turbine": (1500.0, 3.2, 6000.0)}
 SCENARIOS = ("levitation", "runup", "landing", "relevitation", "sensor_loss", "shock")
-PASSIVE = ('[[bearings]]\nname = "guide"', '[[seals]]\nname = "guide"')  # a bearing without a magnet is a seal
 
 
 def shaft_of(name):
@@ -72,8 +71,7 @@ def pump(tmp_path_factory):
 @pytest.fixture(scope="module")
 def expander(tmp_path_factory):
     """The expander with magnets by `new`; its guide is passive."""
-    drawing = EXPANDER.read_text(encoding="utf-8").replace(*PASSIVE)
-    return new_machine(tmp_path_factory.mktemp("new") / "expander", drawing, 15000.0 * RPM)
+    return new_machine(tmp_path_factory.mktemp("new") / "expander", DRAWING, 15000.0 * RPM)
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -149,7 +147,7 @@ def test_unbalance_peaks_at_the_critical_speeds_of_the_sampled_loop(pump):
 def test_a_drawing_gets_magnets_in_its_own_bearings_and_levitates(expander):
     """Its own names, places and clearances stay; a run holds the unbalance within a tenth of the clearance."""
     rotor = load_rotor(expander.folder / "rotor.toml")
-    assert (expander.folder / "rotor.toml").read_text() == EXPANDER.read_text(encoding="utf-8").replace(*PASSIVE)
+    assert (expander.folder / "rotor.toml").read_text() == DRAWING
     assert list(expander.points) == [bearing.name for bearing in rotor.bearings] == ["north", "south"]
     assert expander.sizes.gap == pytest.approx(2.0 * rotor.sites[0].clearance)
     assert expander.design.loop.is_stable
@@ -162,7 +160,7 @@ def test_a_drawing_gets_magnets_in_its_own_bearings_and_levitates(expander):
 
 def test_damping_that_a_drawing_does_not_tell_is_assumed_and_said(tmp_path):
     """Without it sampled control drives the high bending modes of many a rotor; damping that is given stays."""
-    lines = EXPANDER.read_text(encoding="utf-8").replace(*PASSIVE).split("\n")
+    lines = DRAWING.split("\n")
     begin = lines.index("[damping]")
     after = next((k for k in range(begin + 1, len(lines)) if lines[k].startswith("[")), len(lines))
     undamped = tmp_path / "undamped.toml"
@@ -292,99 +290,6 @@ def test_a_name_that_a_file_cannot_hold_is_refused(name, tmp_path):
         assert done.exit_code == 2
         assert_names(done.stderr, "name", f"{name!r}", "printable")
     assert [*tmp_path.iterdir()] == []
-
-
-@pytest.fixture(scope="module")
-def bench(tmp_path_factory):
-    """The expander as a bench rotor, that nothing surrounds, with magnets of a data sheet."""
-    data = tomllib.loads(EXPANDER.read_text(encoding="utf-8").replace(*PASSIVE))
-    del data["sites"]
-    made = tmp_path_factory.mktemp("new") / "bench"
-    return new_machine(made, tomli_w.dumps(data), 15000.0 * RPM, magnet=MagnetData(90.0, 8e5))
-
-
-def test_magnets_of_a_data_sheet_have_its_constants(bench):
-    """I_b = s_0 K_s/K_i, and the pole area of K_i."""
-    sizes = bench.sizes
-    assert sizes.magnet.k_i == pytest.approx(90.0, rel=1e-9)
-    assert sizes.magnet.k_s == pytest.approx(8e5, rel=1e-9)
-    assert sizes.bias_current == pytest.approx(sizes.gap * 8e5 / 90.0)
-
-
-BLOWER_MAGNET = (210.0, 1.5e6)  # N/A, N/m
-
-
-def points_of(**known):
-    """Sizes and operating points of a shaft of 60 kg with the magnets of a data sheet."""
-    rotor = rotor_from(tomllib.loads(plain_shaft("pump", 60.0, 1.2, 12000.0 * RPM)), "pump")
-    text = plain_shaft("pump", 60.0, 1.2, 12000.0 * RPM) + supports(rotor, None)
-    sizes = machine_sizes(rotor_from(tomllib.loads(text), "pump"), 12000.0 * RPM, MagnetData(*BLOWER_MAGNET, **known))
-    return sizes, operating_points(sizes)
-
-
-def test_constants_of_a_data_sheet_alone_are_kept_under_load():
-    sizes, points = points_of()
-    for bearing, point in points.items():
-        assert (point.k_i, point.k_s) == pytest.approx(BLOWER_MAGNET, rel=1e-9)
-        assert point.static_current == pytest.approx(2.0 * sizes.loads[bearing] / point.k_i, rel=1e-9)
-
-
-@pytest.mark.parametrize("known", [{"gap": 0.4e-3}, {"bias": 0.4e-3 * 1.5e6 / 210.0}])
-def test_differential_drive_keeps_k_i_and_raises_k_s_with_the_load(known):
-    """K_s (1 + (i_s/I_0)^2), of coils with I_0 + i_s and I_0 - i_s."""
-    sizes, points = points_of(**known)
-    for bearing, point in points.items():
-        share = sizes.loads[bearing] / 210.0 / (0.4e-3 * 1.5e6 / 210.0)
-        assert point.k_i == pytest.approx(210.0, rel=1e-9)
-        assert point.k_s == pytest.approx(1.5e6 * (1.0 + share**2), rel=1e-9)
-
-
-def test_one_sided_drive_raises_both_constants():
-    """K_i (1 + I_s/(2 I_0)): the upper coils alone get what carries the weight."""
-    sizes, points = points_of(gap=0.4e-3, drive="one-sided")
-    for point in points.values():
-        assert point.k_i == pytest.approx(210.0 * (1.0 + 0.5 * point.static_current / sizes.bias_current), rel=1e-9)
-        assert point.k_s > 1.5e6
-
-
-@pytest.mark.parametrize(
-    ("known", "facts"),
-    [
-        ({"gap": 0.4e-3, "bias": 2.0}, ("gap", "bias")),
-        ({"gap": 0.0}, ("gap", "0.0 m", "> 0 m")),
-        ({"gap": 1e-5}, ("gap", "clearance")),
-        ({"bias": 1e-3}, ("gap", "clearance")),
-    ],
-)
-def test_gap_and_bias_that_do_not_fit_are_refused(known, facts):
-    with raises_naming(ValueError, *facts):
-        points_of(**known)
-
-
-def test_written_machine_has_the_constants_of_the_data_sheet(bench):
-    """The currents that carry the weight follow from gravity; the controller's constants from them."""
-    values = plan_run(load_scenario(str(bench.folder / "levitation.toml"))).plan.parameters["rolac_controller"]
-    for bearing in bench.points:
-        assert values[f"{bearing}.k_i_x"] == pytest.approx(90.0, rel=1e-4)
-        assert values[f"{bearing}.k_s_y"] == pytest.approx(8e5, rel=1e-4)
-
-
-def test_a_rotor_that_nothing_surrounds_levitates_and_has_no_landing(bench):
-    written = {path.name for path in bench.folder.iterdir()}
-    assert written == {"README.md", "rotor.toml", "levitation.toml", "runup.toml", "machine.toml"}
-    assert "landing" not in (bench.folder / "README.md").read_text()
-    result = amb_cosim.run(bench.folder / "levitation.toml", until=0.05, progress=False)
-    assert result.summary.recovery is None
-    assert max(result.summary.orbit_largest.values()) < 0.01
-
-
-def test_a_magnet_that_cannot_carry_the_weight_is_refused(tmp_path):
-    text, speed = shaft_of("pump")
-    file = tmp_path / "rotor.toml"
-    file.write_text(text)
-    file.write_text(text + supports(load_rotor(file), None))
-    with pytest.raises(ValueError, match=r"K_i = 1 N/A is not allowed; it must be > .* to carry 2"):
-        machine_sizes(load_rotor(file), speed, MagnetData(1.0, 1e4))
 
 
 @pytest.mark.parametrize("machine", ["pump", "expander"])
