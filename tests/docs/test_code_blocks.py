@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 from code_blocks import LANGUAGES, blocks_of, run_blocks
 from command_line import run_command
+
+from amb_assessment.assessment.findings import Judgement
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
@@ -92,6 +96,31 @@ PUT = {
 }
 
 
+def meets_every_criterion(folder: Path) -> None:
+    """Of the packaged compressor, whose other parts tests/amb_assessment/assessment/test_assess.py has."""
+    parts = json.loads((folder / "compressor" / "assessment.json").read_text(encoding="utf-8"))["parts"].values()
+    assert [part["title"] for part in parts if part["not_answered_because"]] == []
+    verdicts = Counter(finding["verdict"] for part in parts for finding in part["findings"])
+    assert (verdicts[Judgement.MISSED.value], verdicts[Judgement.MET.value] > 50) == (0, True)
+
+
+def settings_are_gone_and_a_parameter_is_new(folder: Path) -> None:
+    from amb_cosim.cosim.run.dataset import load
+
+    data = load(folder / "results" / "stiffer" / "result.nc")
+    parameters = json.loads(data.attrs["parameters"])
+    assert parameters["rolac_controller"] == {"k_p": 3.5e6, "k_d": 6000.0, "k_i": 563.0}
+    assert parameters["rotor_contact"]["contact.impact_law"] == 1
+    assert data["rotor_contact.rb1.f_n"].max() == 0.0, "without the step of unbalance nothing touches"
+
+
+# What pages leave in their folder.
+LEFT = {
+    "docs/how-to/assess": meets_every_criterion,
+    "docs/how-to/swap_a_component": settings_are_gone_and_a_parameter_is_new,
+}
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -118,6 +147,8 @@ def run_page(page, blocks, folder):
 )
 def test_the_code_of_a_page_runs(page, folder):
     run_page(page, [block for block in blocks_of(page) if not (block.needs or block.part_of)], folder)
+    if is_right := LEFT.get(name_of(page)):
+        is_right(folder)
 
 
 @pytest.mark.slow

@@ -54,14 +54,21 @@ SLOW = [
     ("reduction --up-to '20 rad/s'", "not frequencies of a coarser mesh of the same rotor", stands_beside_the_print),
     ("recovery --steps '20 g.m' --instants 1", "", frees_by_contact_aware_control),
 ]
+# Where fewer runs show the same: no repeated ones, whose time alone counts, and no short communication steps.
+FEWER = {
+    "coupling": ("amb_analysis.studies.coupling_order.TIMINGS", 1),
+    "coupling_error": ("bath_thesis.studies.coupling_convergence.HALVED", (500e-6, 250e-6, 125e-6)),
+}
 
 
 @pytest.mark.parametrize(
     ("command", "printed", "is_right"), [*STUDIES, *(pytest.param(*study, marks=pytest.mark.slow) for study in SLOW)]
 )
-def test_study_writes_its_figure_and_its_data(runner, check_picture, tmp_path, command, printed, is_right):
+def test_study_writes_its_figure_and_its_data(runner, check_picture, tmp_path, monkeypatch, command, printed, is_right):
     (tmp_path / "pump.toml").write_text(UNSTABLE)
     name, *options = shlex.split(command)
+    if name in FEWER:
+        monkeypatch.setattr(*FEWER[name])
     result = runner("study", name, *options)
     assert result.exit_code == 0, result.output
     assert printed in result.stdout

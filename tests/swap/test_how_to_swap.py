@@ -41,18 +41,6 @@ def command_for(of):
     return next(line for line in COMMANDS if f"run {of}" in line)
 
 
-@pytest.mark.slow
-def test_removed_settings_are_gone_and_a_new_parameter_holds(folder):
-    execute(command_for("stiffer.toml"), folder)
-    from amb_cosim.cosim.run.dataset import load
-
-    data = load(folder / "results" / "stiffer" / "result.nc")
-    parameters = json.loads(data.attrs["parameters"])
-    assert parameters["rolac_controller"] == {"k_p": 3.5e6, "k_d": 6000.0, "k_i": 563.0}
-    assert parameters["rotor_contact"]["contact.impact_law"] == 1
-    assert data["rotor_contact.rb1.f_n"].max() == 0.0, "without the step of unbalance nothing touches"
-
-
 def test_what_is_missing_is_told_as_the_page_says(folder, tmp_path):
     script = (folder / "pd_controller.py").read_text(encoding="utf-8")
     (tmp_path / "pd_controller.py").write_text(script.replace(', "mb2.{}x", "mb2.{}y"', ""), encoding="utf-8")

@@ -7,7 +7,6 @@ import pytest
 
 from amb_assessment.assessment import assess as room
 from amb_assessment.assessment.assess import assess
-from amb_assessment.assessment.findings import Judgement
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.page import write_assessment
 
@@ -18,13 +17,8 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def compressor():
-    return assess("compressor")
-
-
-def test_the_compressor_meets_every_criterion(compressor):
-    assert not compressor.unanswered
-    assert not compressor.missed
-    assert compressor.counts()[Judgement.MET] > 50
+    """In some parts; tests/docs/test_code_blocks.py has all of them, which the page on assessments writes."""
+    return assess("compressor", only=["closed_loop", "unbalance", "vibration"])
 
 
 def test_control_that_drives_modes_that_the_reduction_leaves_out_is_told():

@@ -28,6 +28,7 @@ from amb_assessment.assessment.findings import Judgement
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.unbalance_cases import response_speeds
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.packaged_rotors import rotor_path
 
 BLOWER = Path(__file__).parent / "blower"
@@ -235,8 +236,20 @@ def assert_same_runs(found, reference):
             assert [value for value, _ in found[key]] == pytest.approx(numbers, rel=0.03, abs=ORBITS[key[1]]), key
 
 
+def test_other_units_leave_the_values_of_all_runs(machine, tmp_path):
+    """Parameters, inputs with those from gravity, and speeds: two runs of equal values are one."""
+    result = []
+    for folder in (machine, with_other_units(machine, tmp_path)):
+        file = load_machine(folder / "machine.toml")
+        plan = plan_run(file.as_scenario(file.speed.highest)).plan
+        result.append({f"{c}.{name}": value for c, of in plan.parameters.items() for name, value in of.items()})
+        result[-1] |= plan.inputs | {"speeds": file.speed.lowest, "trip": file.speed.tripping}
+    assert len(result[0]) > 40
+    assert result[1] == pytest.approx(result[0], rel=1e-12)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("description", DESCRIPTIONS)
+@pytest.mark.parametrize("description", [name for name in DESCRIPTIONS if name != "other units"])
 def test_another_description_changes_no_verdict_on_runs(description, machine, runs_of, simulated, tmp_path):
     assert_same_runs(values(DESCRIPTIONS[description](machine, tmp_path), runs_of), simulated)
 
