@@ -81,14 +81,8 @@ def test_valid_file_becomes_an_instance_of_its_form():
         (ONE + "discs = 3", ("discs", "3", "list")),
         (ONE + "discs = [3]", ("discs[0]", "3", "table")),
         (ONE + "inputs = []", ("inputs", "[]", "table")),
-        (
-            ONE + DISC.replace("node = 2", "node = true"),
-            ("discs[1].node (d2)", "true", "whole number"),
-        ),
-        (
-            ONE + DISC.replace("mass = 3.0", "mass = -3.0"),
-            ("discs[1].mass (d2)", "-3.0 kg", "> 0 kg"),
-        ),
+        (ONE + DISC.replace("node = 2", "node = true"), ("discs[1].node (d2)", "true", "whole number")),
+        (ONE + DISC.replace("mass = 3.0", "mass = -3.0"), ("discs[1].mass (d2)", "-3.0 kg", "> 0 kg")),
         (ONE + DISC + "ratio = 0.5", ("discs[1].ratio (d2) = 0.5", "> -1", "< 0.5")),
         (ONE + DISC + "mas = 1", ("discs[1].mas (d2)", "mass")),
         (ONE + DISC.replace("mass = 3.0", ""), ("discs[1].mass (d2)", "missing")),

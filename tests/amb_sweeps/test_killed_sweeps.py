@@ -114,10 +114,7 @@ def client(folder: Path, scenario: str, *where: str) -> subprocess.Popen[str]:
     """Start the command in a process of its own."""
     options = ["--vary", f"Omega={VARY['Omega']}", "--until", str(UNTIL), "--no-plots", *where, "-o", str(folder)]
     return subprocess.Popen(
-        [*COMMAND, "sweep", scenario, *options],
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
+        [*COMMAND, "sweep", scenario, *options], stderr=subprocess.PIPE, text=True, start_new_session=True
     )
 
 

@@ -46,19 +46,13 @@ def make(K=LAG, inputs=("y",), outputs=("u",), sample_time=T, **options):
         ({"K": ([], [np.inf], 1.0)}, "poles = .* is not allowed; they must be finite"),
         ({"K": ([], [-1.0 + 2.0j], 1.0)}, "zeros .* and poles .* are not allowed"),
         ({"K": control.tf([1.0], [1.0, -1.0])}, r"a controller with a pole of magnitude 1\.0001"),
-        (
-            {"K": control.tf([1.0], [1.0, 0.5], 2e-4)},
-            r"a law sampled at 0\.0002 s is not allowed with",
-        ),
+        ({"K": control.tf([1.0], [1.0, 0.5], 2e-4)}, r"a law sampled at 0\.0002 s is not allowed with"),
         ({"sample_time": None}, "sample_time is missing"),
         ({"sample_time": 0.0}, "sample_time = 0 s is not allowed"),
         ({"sample_time": np.nan}, "sample_time = nan s is not allowed"),
         ({"sample_time": "fast"}, "sample_time = 'fast' is not allowed"),
         ({"method": "bilinear"}, "no discretisation 'bilinear'"),
-        (
-            {"prewarp": 4e4},
-            "prewarp = 40000 rad/s is not allowed; it must be > 0 and below half",
-        ),
+        ({"prewarp": 4e4}, "prewarp = 40000 rad/s is not allowed; it must be > 0 and below half"),
         ({"prewarp": 100.0, "method": "zoh"}, "prewarp is not allowed with zoh"),
         (
             {"K": control.append(control.ss(LAG), LAG), "method": "matched"},

@@ -139,9 +139,7 @@ def test_a_component_with_a_rate_of_its_own_is_refused():
 def test_weights_follow_from_what_outputs_depend_on():
     interfaces = {
         "plant": interface(
-            Port("f", "Real", "input", 0),
-            Port("x", "Real", "output", 1),
-            Port("contact", "Integer", "output", 2),
+            Port("f", "Real", "input", 0), Port("x", "Real", "output", 1), Port("contact", "Integer", "output", 2)
         ),
         "actuator": interface(
             Port("x", "Real", "input", 0),

@@ -180,7 +180,7 @@ FLOW = {
         of="double",
     ),
     "bytes": after(
-        "%c = and i64 %a, 3\n%p = getelementptr i8, ptr @bytes, i64 %c\n%q = load i8, ptr %p\n%r = zext i8 %q to i64",
+        "%c = and i64 %a, 3\n%p = getelementptr i8, ptr @bytes, i64 %c\n%q = load i8, ptr %p\n%r = zext i8 %q to i64"
     ),
     "call": after(
         "%s = alloca double, align 8\n%q = call fastcc i32 @inner(ptr noalias nonnull %s, double %x, i64 %b) #0",

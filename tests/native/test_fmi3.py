@@ -56,14 +56,8 @@ def test_arrays_go_in_and_out_whole_with_other_variables(library, matrix):
 @pytest.mark.parametrize(
     ("call", "facts"),
     [
-        (
-            lambda f: f.transfer("Get", "Float64", [7], [0.0] * 2),
-            ("fmi3GetFloat64", "3 values", "2"),
-        ),
-        (
-            lambda f: f.transfer("Set", "Float64", [7], [0.0] * 4),
-            ("fmi3SetFloat64", "3 values", "4"),
-        ),
+        (lambda f: f.transfer("Get", "Float64", [7], [0.0] * 2), ("fmi3GetFloat64", "3 values", "2")),
+        (lambda f: f.transfer("Set", "Float64", [7], [0.0] * 4), ("fmi3SetFloat64", "3 values", "4")),
         (lambda f: f.transfer("Get", "Float64", [8], [0.0]), ("fmi3GetFloat64", "u1", "array")),
         (lambda f: f.transfer("Get", "Float64", [10], [0.0]), ("fmi3GetFloat64", "n0", "Integer")),
         (lambda f: f.transfer("Get", "Float64", [31], [0.0]), ("fmi3GetFloat64", "31")),
@@ -100,11 +94,7 @@ def test_a_fault_is_an_error_and_no_wish_to_end(library):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "facts"),
-    [
-        ({"events": True}, ("event mode",)),
-        ({"intermediate": [0]}, ("within a step",)),
-    ],
+    ("wrong", "facts"), [({"events": True}, ("event mode",)), ({"intermediate": [0]}, ("within a step",))]
 )
 def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(library, wrong, facts):
     fmu = library.instantiate(**wrong, logging=False)

@@ -74,11 +74,7 @@ def test_a_kernel_that_cannot_be_found_by_name_is_refused():
         lower(model_of(local))
 
 
-@pytest.mark.parametrize(
-    ("u", "outcome"),
-    [(5.0, 13.0), (2.0, 998)],
-    ids=["well", "exception"],
-)
+@pytest.mark.parametrize(("u", "outcome"), [(5.0, 13.0), (2.0, 998)], ids=["well", "exception"])
 def test_an_exception_in_a_kernel_becomes_a_fault_of_the_fmu(unpacked, u, outcome):
     from raw import ERROR, OK, Library
 

@@ -19,10 +19,7 @@ def cases():
     return lambda rotor: list(varied_cases(base_of(rotor)))
 
 
-@pytest.mark.parametrize(
-    ("rotor", "modes"),
-    [("bath_rig_thesis", [2, 8]), ("bath_rig", [10, 40])],
-)
+@pytest.mark.parametrize(("rotor", "modes"), [("bath_rig_thesis", [2, 8]), ("bath_rig", [10, 40])])
 def test_modes_are_halved_and_doubled(cases, rotor, modes):
     """A rotor condensed to six planes has four shapes beyond the rigid motions of a plane."""
     result = [case for case in cases(rotor) if case.varied == "modes"]

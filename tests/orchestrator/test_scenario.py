@@ -119,35 +119,20 @@ def with_points(*points: str) -> str:
         (MINIMAL.replace("end_cycle = 10", ""), ("end_cycle", "end_time")),
         (MINIMAL.replace("end_cycle = 10", "end_time = '-1 s'"), ("end_time", "-1 s", "> 0 s")),
         (MINIMAL + "[plot]\nfigures = ['orbit']", ("plot.figures[0]", "'orbit'", "'orbits'")),
-        (
-            MINIMAL + "coupling = 'magic'",
-            ("coupling", "'magic'", "'gauss_seidel'", "'jacobi'", "'iterative'"),
-        ),
+        (MINIMAL + "coupling = 'magic'", ("coupling", "'magic'", "'gauss_seidel'", "'jacobi'", "'iterative'")),
         (MINIMAL + "inputs.a.b = [1, 2]", ("inputs.a.b", "[1, 2]", "number", "true", "false")),
         (with_points("time = 1\nOmega = -3"), ("Omega", "-3 rad/s", ">= 0 rad/s")),
         (with_points("Omega = 3"), ("speed point", "cycle", "time")),
         (with_points("time = 1\ncycle = 1\nOmega = 3"), ("speed point", "cycle", "time")),
         (with_points("time = '1 V'\nOmega = 3"), ("time", "speed point", "'1 V'", "unit V")),
-        (
-            with_points("time = 0\nOmega = 3"),
-            ("speed point", "0 s", "> 0 s"),
-        ),
-        (
-            with_points("time = 2\nOmega = 3", "time = 1\nOmega = 4"),
-            ("speed point", "1 s", "> 2 s"),
-        ),
+        (with_points("time = 0\nOmega = 3"), ("speed point", "0 s", "> 0 s")),
+        (with_points("time = 2\nOmega = 3", "time = 1\nOmega = 4"), ("speed point", "1 s", "> 2 s")),
         (STOP, ("rotor.x", "above", "below")),
         (STOP + "above = 1\nbelow = 2", ("rotor.x", "above", "below")),
-        (
-            STOP + "above = 1\nhold_cycles = 2\nhold_time = '1 s'",
-            ("hold_cycles", "hold_time"),
-        ),
+        (STOP + "above = 1\nhold_cycles = 2\nhold_time = '1 s'", ("hold_cycles", "hold_time")),
         (STOP + "above = 1\nfrom_cycle = 2\nfrom_time = '1 s'", ("from_cycle", "from_time")),
         (STOP + "above = 1\nhold_cycles = -1", ("hold_time", "stop", "-0.0628319 s", ">= 0 s")),
-        (
-            STOP + "above = 1\nhold_time = '5 mm'",
-            ("hold_time of stop", "'5 mm'", "unit mm", "s"),
-        ),
+        (STOP + "above = 1\nhold_time = '5 mm'", ("hold_time of stop", "'5 mm'", "unit mm", "s")),
     ],
 )
 def test_mistakes_are_explained(text, facts):
@@ -282,10 +267,7 @@ def test_a_scenario_removes_what_its_base_says(tmp_path):
 @pytest.mark.parametrize(
     ("text", "facts"),
     [
-        (
-            'base = "fig4_9"\nremove = ["rotor_contact.d1.v"]',
-            ("'rotor_contact.d1.v'",),
-        ),
+        ('base = "fig4_9"\nremove = ["rotor_contact.d1.v"]', ("'rotor_contact.d1.v'",)),
         ('base = "fig4_9"\nremove = ["gravity"]', ("'gravity'",)),
         ('base = "fig4_9"\nremove = "event"', ("remove", "'event'", "list")),
         ('remove = ["event"]\nOmega = 90\nend_cycle = 1', ("remove", "base")),

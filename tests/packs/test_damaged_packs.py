@@ -33,11 +33,7 @@ def command(site: Path, line: str, code: int = 0) -> tuple[str, str]:
     return done.stdout, done.stderr
 
 
-ODD = {
-    "odd_rub": "Omega = true\nrotor = 3\n",
-    "no_base": 'base = "nothing"\n',
-    "latin": 'description = "\xe9"\n',
-}
+ODD = {"odd_rub": "Omega = true\nrotor = 3\n", "no_base": 'base = "nothing"\n', "latin": 'description = "\xe9"\n'}
 
 
 def test_invalid_scenarios_and_sweeps_are_skipped_with_the_name_of_their_pack(site):

@@ -75,10 +75,7 @@ def test_a_rotor_whose_master_planes_make_no_mesh_has_no_coarse_one():
     ("call", "facts"),
     [
         (lambda: refine(RIG, 12), ("nodes", "12", "13")),
-        (
-            lambda: coarsen(RIG, (1, 4, 11, 13)),
-            ("[1, 3, 4, 10, 11, 13]",),
-        ),
+        (lambda: coarsen(RIG, (1, 4, 11, 13)), ("[1, 3, 4, 10, 11, 13]",)),
         (lambda: coarsen(STEPPED, (1, 4)), ("0 m to 0.6 m", "(0.05, 0.0)")),
         (lambda: coarsen(RIG, (0, 99)), ("node numbers", "1 to 13")),
     ],

@@ -166,13 +166,7 @@ def test_rotating_rayleigh_beam_has_its_whirl_frequencies(Omega):
     for n in (1, 2, 3):
         b = n * np.pi / 1.2
         inertia = rho * e.second_moment * b**2
-        roots = np.roots(
-            [
-                rho * e.area + inertia,
-                -2 * inertia * Omega,
-                -E * e.second_moment * b**4,
-            ]
-        )
+        roots = np.roots([rho * e.area + inertia, -2 * inertia * Omega, -E * e.second_moment * b**4])
         pair = {mode.whirl: mode.frequency for mode in result[2 * n - 2 : 2 * n]}
         assert pair["forward"] == pytest.approx(np.max(roots), rel=1e-4)
         assert pair["backward"] == pytest.approx(-np.min(roots), rel=1e-4)
@@ -189,11 +183,7 @@ def test_timoshenko_beam_with_diagonal_mass_is_of_second_order():
         b = np.arange(1, 4) * np.pi / length
         EI, shear = E * e.second_moment, e.shear_coefficient * e.material.shear_modulus
         rotary = rho * e.second_moment * (1.0 + E / shear)
-        a, h, q = (
-            rho**2 * e.second_moment / shear,
-            rho * e.area + rotary * b**2,
-            EI * b**4,
-        )
+        a, h, q = (rho**2 * e.second_moment / shear, rho * e.area + rotary * b**2, EI * b**4)
         exact = np.sqrt(2.0 * q / (h + np.sqrt(h**2 - 4.0 * a * q)))
         errors.append(np.abs(result / exact - 1.0))
     without_shear = np.sqrt(q / (rho * (e.area + e.second_moment * b**2)))
@@ -225,10 +215,7 @@ def test_every_mode_solves_the_eigenproblem_on_any_bearings(k, cross, c, Omega):
 
 @pytest.mark.parametrize(
     ("call", "facts"),
-    [
-        (lambda m: modes(m, np.nan), ("Omega", "nan rad/s", "finite")),
-        (lambda m: modes(m, 0.0, 0), ("count", "0", "1")),
-    ],
+    [(lambda m: modes(m, np.nan), ("Omega", "nan rad/s", "finite")), (lambda m: modes(m, 0.0, 0), ("count", "0", "1"))],
 )
 def test_what_makes_no_sense_is_refused(call, facts):
     with raises_naming(ValueError, *facts):

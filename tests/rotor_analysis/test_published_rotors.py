@@ -64,10 +64,7 @@ def on_cone(cone):
     nodes = tuple(np.linspace(0.0, rotor.shaft.nodes[-1], count + 1))
     straight = replace(rotor.shaft, diameter=(max(ends),) * len(rotor.elements)).on_nodes(nodes)
     shaft = replace(
-        straight,
-        diameter=tuple(ends[:-1]),
-        diameter_end=tuple(ends[1:]),
-        inner_diameter=(cone["inner_diameter"],),
+        straight, diameter=tuple(ends[:-1]), diameter_end=tuple(ends[1:]), inner_diameter=(cone["inner_diameter"],)
     )
     return rotor.on_mesh(shaft)
 

@@ -166,15 +166,9 @@ def test_rotor_without_parts_keeps_the_ends_of_its_shaft():
 @pytest.mark.parametrize(
     ("options", "facts"),
     [
-        (
-            {"method": "none", "masters": (1, 2)},
-            ("masters", "msdc", "'none'"),
-        ),
+        ({"method": "none", "masters": (1, 2)}, ("masters", "msdc", "'none'")),
         ({"method": "msdc", "modes": 3}, ("modes", "free_modes", "'msdc'")),
-        (
-            {"method": "guyan"},
-            ("method", "'guyan'", "'free_modes'", "'msdc'", "'none'"),
-        ),
+        ({"method": "guyan"}, ("method", "'guyan'", "'free_modes'", "'msdc'", "'none'")),
     ],
 )
 def test_option_of_another_method_is_refused(options, facts):

@@ -105,10 +105,7 @@ def test_slow_unbalance_between_masters_acts_by_static_deflection():
 @pytest.mark.parametrize(
     ("call", "facts"),
     [
-        (
-            lambda s: unbalance_response(s, {9: 1e-3}, SPEEDS, (1,)),
-            ("node", "9"),
-        ),
+        (lambda s: unbalance_response(s, {9: 1e-3}, SPEEDS, (1,)), ("node", "9")),
         (lambda s: unbalance_response(s, {2: 1e-3}, SPEEDS, (0,)), ("node", "0")),
         (lambda s: unbalance_response(s, {2: np.nan}, SPEEDS, (1,)), ("node 2", "nan kg m")),
         (lambda s: unbalance_response(s, {2: 1.0}, np.array([np.inf]), (1,)), ("Omega", "inf rad/s")),

@@ -77,26 +77,17 @@ def with_ring(node, mass, radius):
         (OIL + "z = 0.5", ("bearings[0] (oil)", "both", "node", "z")),
         (SEAL + "z = 1.5", ("sites[0].z (seal)", "1.5 m", "0 m to 1 m")),
         (OIL.replace("oil", "2nd"), ("bearings[0].name (2nd)", "'2nd'", "letters", "digits")),
-        (
-            OIL + SEAL + "node = 1\nbearing = 'oli'",
-            ("sites[0].bearing (seal)", "'oli'", "oil"),
-        ),
+        (OIL + SEAL + "node = 1\nbearing = 'oli'", ("sites[0].bearing (seal)", "'oli'", "oil")),
         (
             SEAL + "node = 1\nx = 's1'",
             ("sites[0].x (seal)", "name, node, clearance, journal_radius, bearing, stator, z"),
         ),
         (INLET + "node = 7", ("sensors[0].node (inlet)", "7", "1 to 3")),
-        (
-            INLET + "node = 1\nx = 's 1'",
-            ("sensors[0].x (inlet)", "'s 1'", "variable"),
-        ),
+        (INLET + "node = 1\nx = 's 1'", ("sensors[0].x (inlet)", "'s 1'", "variable")),
         ("[reduction]\nmasters = 4", ("reduction.masters", "4", "list")),
         ("[reduction]\nmasters = [1, 7]", ("reduction.masters[1]", "7", "1 to 3")),
         ("[reduction]\nmasters = [1, 1]", ("reduction.masters", "[1, 1]", "repetition")),
-        (
-            OIL + "[reduction]\nmasters = [2]",
-            ("reduction.masters", "[2]", "oil"),
-        ),
+        (OIL + "[reduction]\nmasters = [2]", ("reduction.masters", "[2]", "oil")),
         ("[reduction]\nmasters = [1]", ("reduction.masters", "[1]")),
         (SEAL + "z = -0.1", ("sites[0].z (seal)", "-0.1 m", "0 m to 1 m")),
         (OIL + "stiffness = 1e30", ("bearings[0].stiffness (oil)", "1e+30")),
@@ -119,11 +110,7 @@ def test_mistake_in_a_part_is_named_with_its_key(tmp_path, more, facts):
         ("0.5, 1]", "0.5]\ndensty = 1", ("shaft.densty", "density")),
         ("[0, 0.5, 1]", "[0, 1, 0.5]", ("shaft.nodes", "[0.0, 1.0, 0.5] m", "ascending, two or more")),
         ("diameter = 0.05", "diameter = [0.05, 0.0]", ("shaft.diameter[1]", "0.0 m", "> 0 m")),
-        (
-            "diameter = 0.05",
-            "diameter = [1, 1, 1]",
-            ("shaft.diameter", "[1.0, 1.0, 1.0] m", "one value", "2"),
-        ),
+        ("diameter = 0.05", "diameter = [1, 1, 1]", ("shaft.diameter", "[1.0, 1.0, 1.0] m", "one value", "2")),
         (
             "diameter = 0.05",
             "diameter = 0.05\ninner_diameter = 0.06",

@@ -4,18 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from rotor_cases import (
-    BEARINGS,
-    CLEARANCE,
-    H,
-    bearing_positions,
-    both,
-    masters,
-    place,
-    plant,
-    rigid_rotor,
-    run,
-)
+from rotor_cases import BEARINGS, CLEARANCE, H, bearing_positions, both, masters, place, plant, rigid_rotor, run
 
 RING = 0.05  # clearance in the closed-form cases (m)
 NORMAL = ["rb1.f_n", "rb2.f_n"]

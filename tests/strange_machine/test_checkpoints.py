@@ -105,11 +105,7 @@ def test_run_goes_on_without_the_loss_of_power_of_its_past():
 @pytest.mark.parametrize(
     ("changes", "settings", "facts"),
     [
-        (
-            {},
-            {"rotor_contact.shroud.clearance": "0.15 mm"},
-            ("parameters.rotor_contact.shroud.clearance", "0.00015"),
-        ),
+        ({}, {"rotor_contact.shroud.clearance": "0.15 mm"}, ("parameters.rotor_contact.shroud.clearance", "0.00015")),
         ({}, {"rotor_contact.turbine.u": "0.4 g.mm"}, ("inputs.rotor_contact.turbine.u", "5e-07", "4e-07")),
         ({"event": []}, {}, ("events",)),
         ({"coupling": "jacobi", "communication_step": "10 us"}, {}, ("coupling", '"gauss_seidel"', '"jacobi"')),

@@ -98,11 +98,7 @@ HEAT_OF_SEALS = {
         ("    return heat, power\n", "    return heat, power, in_seals\n"),
     ),
 }
-ADDED = {
-    "amb_actuator": (POWER,),
-    "rolac_controller": (SAMPLES,),
-    "rotor_contact": (LARGEST_FRICTION, HEAT_OF_SEALS),
-}
+ADDED = {"amb_actuator": (POWER,), "rolac_controller": (SAMPLES,), "rotor_contact": (LARGEST_FRICTION, HEAT_OF_SEALS)}
 
 
 def stepped():

@@ -9,11 +9,7 @@ import pytest
 
 pytestmark = pytest.mark.slow
 
-LINEAR, AMPLIFIERS, NONLINEAR = (
-    "linear law, controller at 4 kHz",
-    "amplifiers of 1.4 kHz",
-    "nonlinear law",
-)
+LINEAR, AMPLIFIERS, NONLINEAR = ("linear law, controller at 4 kHz", "amplifiers of 1.4 kHz", "nonlinear law")
 
 
 def studied() -> list[dict[str, Any]]:
@@ -52,8 +48,7 @@ def test_a_controller_that_predicts_makes_jacobi_order_second_order(schemes: Any
 
 
 @pytest.mark.parametrize(
-    ("title", "name"),
-    [(LINEAR, "force held"), (AMPLIFIERS, "mean current, force held"), (NONLINEAR, "force held")],
+    ("title", "name"), [(LINEAR, "force held"), (AMPLIFIERS, "mean current, force held"), (NONLINEAR, "force held")]
 )
 def test_repeated_steps_are_second_order_without_a_gradient(schemes: Any, title: str, name: str) -> None:
     explicit = {LINEAR: "Gauss-Seidel, ", AMPLIFIERS: "", NONLINEAR: "Gauss-Seidel, "}[title] + name

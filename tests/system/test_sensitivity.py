@@ -43,10 +43,7 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {
     "sampling at high speed": ({"speed": "100 Hz"}, 0.001),
     "delay": ({"delay": True}, 0.001),
     "amplifiers": ({"amplifier": True}, 0.01),
-    "amplifiers and delay, sampled twice as often": (
-        {"amplifier": True, "delay": True, "sample_time": "125 us"},
-        0.01,
-    ),
+    "amplifiers and delay, sampled twice as often": ({"amplifier": True, "delay": True, "sample_time": "125 us"}, 0.01),
     "anti-aliasing filter": (
         {"set": {"rolac_controller.chain.filter": True, "rolac_controller.chain.cutoff": "4 kHz"}},
         0.001,

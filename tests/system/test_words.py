@@ -26,5 +26,5 @@ def test_vague_words_are_rare(folder):
 
 def test_the_count_sees_parts_of_names_and_no_longer_words():
     assert [match[0] for match in WORD.finditer("def own_path(found, known_f): drown, Known, phone")] == [
-        *("own", "found", "known", "Known"),
+        *("own", "found", "known", "Known")
     ]

@@ -129,10 +129,7 @@ def test_eddy_currents_and_delay_take_damping_and_margin():
 
 @pytest.mark.parametrize(
     ("change", "facts"),
-    [
-        ({"delay": -1.0}, ("delay", "-1 samples", ">= 0 samples")),
-        ({"k_s": 0.0}, ("k_s", "0 N/m", "> 0 N/m")),
-    ],
+    [({"delay": -1.0}, ("delay", "-1 samples", ">= 0 samples")), ({"k_s": 0.0}, ("k_s", "0 N/m", "> 0 N/m"))],
 )
 def test_a_loop_that_there_is_not_is_refused(change, facts):
     with raises_naming(ValueError, *facts):

@@ -12,12 +12,7 @@ from scipy.special import erfcx
 
 from tests.support.messages import raises_naming
 from thrust_bearings.disc import ThrustDisc
-from thrust_bearings.eddy_currents import (
-    SolidIron,
-    corner_frequency,
-    half_order_lag,
-    pole_face,
-)
+from thrust_bearings.eddy_currents import SolidIron, corner_frequency, half_order_lag, pole_face
 from thrust_bearings.rational_lag import NO_LAG, rational_lag
 
 OMEGA_E = 2.0 * math.pi * 120.0

@@ -62,11 +62,7 @@ class Loop:
 
 
 def loop(
-    Omega: float = 90.0,
-    sample_time: float = 250e-6,
-    delay: int = 0,
-    rotor: Rotor | None = None,
-    **changes: float,
+    Omega: float = 90.0, sample_time: float = 250e-6, delay: int = 0, rotor: Rotor | None = None, **changes: float
 ) -> Loop:
     """The loop with the FMUs' start values; `c_b=3e3` changes it in every axis of whichever FMU has it."""
     made = of_packs() if rotor is None else models(rotor)

@@ -20,11 +20,7 @@ def oscillator(rng, n=60000, noise_out=0.0, noise_in=0.0):
     force = rng.standard_normal(n)
     place = scipy.signal.lfilter(b, a, force)
     record = TimeRecord(
-        STEP,
-        {
-            FORCE: force + noise_in * rng.standard_normal(n),
-            PLACE: place + noise_out * rng.standard_normal(n),
-        },
+        STEP, {FORCE: force + noise_in * rng.standard_normal(n), PLACE: place + noise_out * rng.standard_normal(n)}
     )
     return record, lambda f: scipy.signal.freqz(b, a, f, fs=1.0 / STEP)[1]
 

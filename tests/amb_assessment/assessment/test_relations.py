@@ -273,10 +273,7 @@ def test_a_narrower_range_of_speeds_shows_no_larger_vibration(machine, simulated
     assert found[-1][0] <= expected[-1][0] + ORBITS["clearance_used"]
 
 
-IDEAL = {
-    ACTUATOR: {"force_law": "linear", "*.voltage_limit_?": "1e5 V"},
-    CONTROLLER: {"chain.preset": "ideal"},
-}
+IDEAL = {ACTUATOR: {"force_law": "linear", "*.voltage_limit_?": "1e5 V"}, CONTROLLER: {"chain.preset": "ideal"}}
 """Magnets, amplifiers and sensors without limits and noise."""
 COURSES = {
     "steady": lambda speed: {"end_cycle": 20.0},

@@ -34,10 +34,7 @@ def test_parameters_are_those_of_the_table_with_changes():
         (lambda: axis_parameters(gap=math.nan), ("mb1.gap_x", "nan m")),
         (lambda: axis_parameters(bias_current=9), ("bias_current", "9 A", "static_current", "1.14 A", "<= 10 A")),
         (lambda: linearisation(RIG, 1.2e-3), ("x", "0.0012 m", "> -0.0012 m", "< 0.0012 m")),
-        (
-            lambda: linearisation(RIG, 0.0, [0.0, 5.0]),
-            ("i_c", "5 A", ">= -5.57 A", "<= 4.43 A"),
-        ),
+        (lambda: linearisation(RIG, 0.0, [0.0, 5.0]), ("i_c", "5 A", ">= -5.57 A", "<= 4.43 A")),
     ],
 )
 def test_refusals_name_value_and_limit(refused, facts):

@@ -169,14 +169,8 @@ def edit(old, new):
         (lambda text: "no table at all", ("TOML",)),
         (edit("receptances 2", "receptances 1"), ("format", "'amb-cosim receptances 1'")),
         (edit('rotor = "rig"', "rotor = 3"), ("rotor", "3", "string")),
-        (
-            edit("sample_time = 0.00025", "sample_time = 'fast'"),
-            ("loop.sample_time", "'fast'", "number"),
-        ),
-        (
-            edit("speed = 31.4", "speed = -31.4"),
-            ("receptance[0].speed", "-31.4 rad/s", "> 0 rad/s"),
-        ),
+        (edit("sample_time = 0.00025", "sample_time = 'fast'"), ("loop.sample_time", "'fast'", "number")),
+        (edit("speed = 31.4", "speed = -31.4"), ("receptance[0].speed", "-31.4 rad/s", "> 0 rad/s")),
         (edit("speed = 31.4", "speed = nan"), ("receptance[0].speed", "nan rad/s")),
         (edit("speed = 31.4", "speed = 70.0"), ("ascend",)),
         (edit("order = 1", "order = 0"), ("receptance[0].order = 0", ">= 1")),

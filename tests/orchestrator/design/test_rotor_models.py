@@ -36,7 +36,7 @@ def test_spin_inertia_is_the_sum_of_the_parts_own_polar_inertias(name):
 def test_rig_reads_each_bearing_in_the_plane_at_it():
     loop = control_loop(load_rotor())
     assert [tuple(axis) for axis in loop.axes] == [
-        *(("mb1", "x", "s5"), ("mb1", "y", "s6"), ("mb2", "x", "s3"), ("mb2", "y", "s4")),
+        *(("mb1", "x", "s5"), ("mb1", "y", "s6"), ("mb2", "x", "s3"), ("mb2", "y", "s4"))
     ]
     assert [plane.position for plane in loop.planes] == [1.948, 1.321, 0.624, 0.0]
 
