@@ -15,6 +15,7 @@ from code_blocks import LANGUAGES, blocks_of, run_blocks
 from command_line import run_command
 
 from amb_assessment.assessment.findings import Judgement
+from amb_cosim.results.result import Result
 
 ROOT = Path(__file__).parents[2]
 PAGES = [
@@ -105,19 +106,26 @@ def meets_every_criterion(folder: Path) -> None:
 
 
 def settings_are_gone_and_a_parameter_is_new(folder: Path) -> None:
-    from amb_cosim.cosim.run.dataset import load
-
-    data = load(folder / "results" / "stiffer" / "result.nc")
+    data = Result.load(folder / "results" / "stiffer").dataset
     parameters = json.loads(data.attrs["parameters"])
     assert parameters["rolac_controller"] == {"k_p": 3.5e6, "k_d": 6000.0, "k_i": 563.0}
     assert parameters["rotor_contact"]["contact.impact_law"] == 1
     assert data["rotor_contact.rb1.f_n"].max() == 0.0, "without the step of unbalance nothing touches"
 
 
+def pump_rubs_on_its_ring_and_recovers(folder: Path) -> None:
+    summary = Result.load(folder / "results" / "pump_rub").summary
+    assert summary.peak_contact_force["ring"] > 100.0
+    assert summary.recovery == "recovered"
+    assert summary.energy_balance < 1e-6
+    assert len(list((folder / "results" / "pump_rub").glob("*.png"))) == 3
+
+
 # What pages leave in their folder.
 LEFT = {
     "docs/how-to/assess": meets_every_criterion,
     "docs/how-to/swap_a_component": settings_are_gone_and_a_parameter_is_new,
+    "docs/tutorials/own_rotor": pump_rubs_on_its_ring_and_recovers,
 }
 
 

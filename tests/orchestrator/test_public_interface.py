@@ -69,13 +69,6 @@ def test_a_saved_result_is_read_back(result, tmp_path):
         amb_cosim.Result.load(tmp_path)
 
 
-def test_progress_reaches_the_number_of_steps():
-    seen: list[tuple[int, int]] = []
-    scenario = amb_cosim.Scenario.load("fig4_9").changed(settle_cycles=1, end_cycle=2)
-    amb_cosim.run(scenario, progress=lambda done, total: seen.append((done, total)))
-    assert seen[-1][0] == seen[-1][1]
-
-
 def test_a_changed_scenario_is_checked_and_the_first_one_stays():
     base = amb_cosim.Scenario.load("fig4_9")
     other = base.changed(end_cycle=30, parameters={"rotor_contact": {"rb1.mu": 0.1}})

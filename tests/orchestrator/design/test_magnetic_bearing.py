@@ -13,12 +13,6 @@ from tests.support.messages import raises_naming
 RIG = axis_parameters()
 
 
-def test_constants_are_those_of_table_2_2():
-    k_s, k_i = linear_constants(RIG)
-    assert k_s / 1e3 == pytest.approx(2376.96, abs=0.005)
-    assert k_i == pytest.approx(563.15, abs=0.005)
-
-
 def test_parameters_are_those_of_the_table_with_changes():
     p = axis_parameters("mb2", "y", bias_current=4.3, static_current=1.4)
     assert (p.bias_current, p.static_current, p.gap, p.amplifier_gain) == (4.3, 1.4, 1.2e-3, 0.5)
