@@ -125,10 +125,10 @@ def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 
 @pytest.fixture
-def refuses(runner, tmp_path: Path) -> Callable[..., None]:
-    """`refuses(expected, *arguments)`: exit code 2 with one message that holds `expected`, and nothing written."""
+def refuses(runner, tmp_path: Path) -> Callable[..., str]:
+    """`refuses(expected, *arguments)`: the message of exit code 2, with `expected` in it, and nothing is written."""
 
-    def check(expected: str, *arguments: str) -> None:
+    def check(expected: str, *arguments: str) -> str:
         before = sorted(path.name for path in tmp_path.iterdir())
         result = runner(*arguments)
         assert result.exit_code == 2
@@ -138,6 +138,7 @@ def refuses(runner, tmp_path: Path) -> Callable[..., None]:
         assert len(result.stderr.strip().splitlines()) == 1
         assert result.stdout == ""
         assert sorted(path.name for path in tmp_path.iterdir()) == before
+        return result.stderr
 
     return check
 

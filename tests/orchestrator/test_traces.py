@@ -125,8 +125,7 @@ def test_plot_draws_a_figure_by_its_name(result, tmp_path, runner):
     assert (folder / "turns.png").is_file()
 
 
-def test_plot_refuses_an_unknown_format(result, tmp_path, runner):
+def test_plot_refuses_an_unknown_format(result, tmp_path, refuses):
     folder = result.save(tmp_path / "run", plots=False)
-    done = runner("plot", str(folder), "mb1.x", "-o", "traces.doc")
-    assert done.exit_code == 2
-    assert "its name must end with .png, .pdf, .svg, .csv, .mat" in done.stderr
+    expected = "its name must end with .png, .pdf, .svg, .csv, .mat"
+    refuses(expected, "plot", str(folder), "mb1.x", "-o", "traces.doc")
