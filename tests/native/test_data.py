@@ -34,8 +34,8 @@ def given(library, content, guid=None):
     return library.instantiate(guid=guid or library.guid, resources=location)
 
 
-def refusal(library, content, guid=None):
-    fmu = given(library, content, guid)
+def refusal(library, content):
+    fmu = given(library, content)
     assert fmu.pointer is None
     (message,) = fmu.log
     return message[2]
