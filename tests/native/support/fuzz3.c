@@ -84,6 +84,11 @@ static fmi3Status through_bytes(fmi3Instance c, fmi3FMUState state)
     return status;
 }
 
+#define CASE(number, call)                                                                                             \
+    case number:                                                                                                       \
+        status = call;                                                                                                 \
+        break
+
 static void call(const char *token, const char *resources)
 {
     static const double numbers[] = {0.0, 1e-4, -1.0, 5.0, 1e300, 11.0};
@@ -127,67 +132,27 @@ static void call(const char *token, const char *resources)
             release(k);
         break;
     case 3:
-    case 4:
-        status = EnterInitializationMode(c, false, 0.0, reals[0], chance(2), reals[1]);
-        break;
+        CASE(4, EnterInitializationMode(c, false, 0.0, reals[0], chance(2), reals[1]));
     case 5:
-    case 6:
-        status = ExitInitializationMode(c);
-        break;
-    case 7:
-        status = Terminate(c);
-        break;
-    case 8:
-        status = Reset(c);
-        break;
-    case 9:
-        status = GetFloat64(c, r, count, reals, n);
-        break;
-    case 10:
-        status = SetFloat64(c, r, count, reals, n);
-        break;
-    case 11:
-        status = GetInt32(c, r, count, integers, n);
-        break;
-    case 12:
-        status = SetInt32(c, r, count, integers, n);
-        break;
-    case 13:
-        status = GetInt64(c, r, count, longs, n);
-        break;
-    case 14:
-        status = SetInt64(c, r, count, longs, n);
-        break;
-    case 15:
-        status = GetBoolean(c, r, count, booleans, n);
-        break;
-    case 16:
-        status = SetBoolean(c, r, count, booleans, n);
-        break;
-    case 17:
-        status = GetString(c, r, count, strings, n);
-        break;
-    case 18:
-        status = SetUInt8(c, r, count, bytes, n);
-        break;
-    case 19:
-        status = GetClock(c, r, count, booleans);
-        break;
-    case 20:
-        status = GetFMUState(c, chance(20) ? &states[k] : NULL);
-        break;
-    case 21:
-        status = SetFMUState(c, states[chance(N)]);
-        break;
-    case 22:
-        status = through_bytes(c, states[k]);
-        break;
-    case 23:
-        status = SetDebugLogging(c, chance(2), count, chance(9) ? strings : NULL);
-        break;
-    case 24:
-        status = chance(2) ? EnterEventMode(c) : SetTime(c, reals[0]);
-        break;
+        CASE(6, ExitInitializationMode(c));
+        CASE(7, Terminate(c));
+        CASE(8, Reset(c));
+        CASE(9, GetFloat64(c, r, count, reals, n));
+        CASE(10, SetFloat64(c, r, count, reals, n));
+        CASE(11, GetInt32(c, r, count, integers, n));
+        CASE(12, SetInt32(c, r, count, integers, n));
+        CASE(13, GetInt64(c, r, count, longs, n));
+        CASE(14, SetInt64(c, r, count, longs, n));
+        CASE(15, GetBoolean(c, r, count, booleans, n));
+        CASE(16, SetBoolean(c, r, count, booleans, n));
+        CASE(17, GetString(c, r, count, strings, n));
+        CASE(18, SetUInt8(c, r, count, bytes, n));
+        CASE(19, GetClock(c, r, count, booleans));
+        CASE(20, GetFMUState(c, chance(20) ? &states[k] : NULL));
+        CASE(21, SetFMUState(c, states[chance(N)]));
+        CASE(22, through_bytes(c, states[k]));
+        CASE(23, SetDebugLogging(c, chance(2), count, chance(9) ? strings : NULL));
+        CASE(24, chance(2) ? EnterEventMode(c) : SetTime(c, reals[0]));
     default:
         status = DoStep(c, reals[0], chance(9) ? 250e-6 : reals[1], true, chance(9) ? &event : NULL, &terminate, &early,
                         chance(9) ? &last : NULL);

@@ -115,6 +115,11 @@ static unsigned int chance(unsigned int below)
     return (unsigned int)(seed >> 33) % below;
 }
 
+#define CASE(number, call)                                                                                             \
+    case number:                                                                                                       \
+        status = call;                                                                                                 \
+        break
+
 /* Any call with any arguments that are not pointers to nowhere: what comes back must be a status, and nothing else may
    happen. States are only given to the library that made them. */
 static void fuzz_once(const char *guid, const char *resources)
@@ -150,57 +155,27 @@ static void fuzz_once(const char *guid, const char *resources)
         if (!chance(4))
             release((int)k);
         break;
-    case 3:
-        status = SetupExperiment(c, 0, 0.0, reals[0], (int)chance(2), reals[1]);
-        break;
+        CASE(3, SetupExperiment(c, 0, 0.0, reals[0], (int)chance(2), reals[1]));
     case 4:
-    case 5:
-        status = EnterInitializationMode(c);
-        break;
+        CASE(5, EnterInitializationMode(c));
     case 6:
-    case 7:
-        status = ExitInitializationMode(c);
-        break;
+        CASE(7, ExitInitializationMode(c));
     case 8:
         if (!chance(3))
             status = Terminate(c);
         break;
-    case 9:
-        status = Reset(c);
-        break;
-    case 10:
-        status = SetReal(c, r, count, v);
-        break;
-    case 11:
-        status = SetInteger(c, r, count, integers);
-        break;
-    case 12:
-        status = SetBoolean(c, r, count, integers);
-        break;
-    case 13:
-        status = GetReal(c, r, count, v);
-        break;
-    case 14:
-        status = GetInteger(c, r, count, integers);
-        break;
-    case 15:
-        status = GetBoolean(c, r, count, integers);
-        break;
-    case 16:
-        status = GetString(c, r, count, strings);
-        break;
-    case 17:
-        status = SetString(c, r, count, strings);
-        break;
-    case 18:
-        status = GetFMUstate(c, chance(20) ? &states[k] : NULL);
-        break;
-    case 19:
-        status = SetFMUstate(c, states[chance(N)]);
-        break;
-    case 20:
-        status = FreeFMUstate(c, chance(20) ? &states[k] : NULL);
-        break;
+        CASE(9, Reset(c));
+        CASE(10, SetReal(c, r, count, v));
+        CASE(11, SetInteger(c, r, count, integers));
+        CASE(12, SetBoolean(c, r, count, integers));
+        CASE(13, GetReal(c, r, count, v));
+        CASE(14, GetInteger(c, r, count, integers));
+        CASE(15, GetBoolean(c, r, count, integers));
+        CASE(16, GetString(c, r, count, strings));
+        CASE(17, SetString(c, r, count, strings));
+        CASE(18, GetFMUstate(c, chance(20) ? &states[k] : NULL));
+        CASE(19, SetFMUstate(c, states[chance(N)]));
+        CASE(20, FreeFMUstate(c, chance(20) ? &states[k] : NULL));
     case 21: {
         status = SerializedFMUstateSize(c, states[k], &size);
         if (status == fmi2OK) {
@@ -220,27 +195,13 @@ static void fuzz_once(const char *guid, const char *resources)
         }
         break;
     }
-    case 22:
-        status = SetDebugLogging(c, (int)chance(2), count, chance(9) ? strings : NULL);
-        break;
-    case 23:
-        status = GetStatus(c, (fmi2StatusKind)chance(5), &status);
-        break;
-    case 24:
-        status = GetRealStatus(c, (fmi2StatusKind)chance(5), chance(9) ? reals : NULL);
-        break;
-    case 25:
-        status = GetBooleanStatus(c, (fmi2StatusKind)chance(5), chance(9) ? integers : NULL);
-        break;
-    case 26:
-        status = GetIntegerStatus(c, (fmi2StatusKind)chance(5), NULL);
-        break;
-    case 27:
-        status = CancelStep(c);
-        break;
-    case 28:
-        status = GetDirectionalDerivative(c, r, count, r, count, v, v);
-        break;
+        CASE(22, SetDebugLogging(c, (int)chance(2), count, chance(9) ? strings : NULL));
+        CASE(23, GetStatus(c, (fmi2StatusKind)chance(5), &status));
+        CASE(24, GetRealStatus(c, (fmi2StatusKind)chance(5), chance(9) ? reals : NULL));
+        CASE(25, GetBooleanStatus(c, (fmi2StatusKind)chance(5), chance(9) ? integers : NULL));
+        CASE(26, GetIntegerStatus(c, (fmi2StatusKind)chance(5), NULL));
+        CASE(27, CancelStep(c));
+        CASE(28, GetDirectionalDerivative(c, r, count, r, count, v, v));
     default:
         status = DoStep(c, reals[0], chance(9) ? 250e-6 : chance(2) ? not_finite : -1e-4 * chance(2), 1);
         break;
