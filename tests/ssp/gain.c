@@ -16,12 +16,6 @@ int fmi2Reset(double *self)
     self[INPUT] = self[GAIN] = 1.0;
     return 0;
 }
-int fmi2SetReal(double *self, const unsigned *references, size_t n, const double *values)
-{
-    for (size_t i = 0; i < n; i++)
-        self[references[i]] = values[i];
-    return 0;
-}
 int fmi2GetReal(double *self, const unsigned *references, size_t n, double *values)
 {
     self[OUTPUT] = self[GAIN] * self[INPUT];

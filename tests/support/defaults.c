@@ -12,6 +12,20 @@ WEAK void FMI(FreeInstance)(void *self) { free(self); }
 WEAK const char *fmi2GetTypesPlatform(void) { return "default"; }
 #endif
 
+/* An instance begins with its Reals, in the order of their references. */
+WEAK int FMI(SetFloat64)(double *self, const unsigned *references, size_t n, const double *values N_VALUES)
+{
+    for (size_t k = 0; k < n; k++)
+        self[references[k]] = values[k];
+    return OK;
+}
+WEAK int FMI(GetFloat64)(const double *self, const unsigned *references, size_t n, double *values N_VALUES)
+{
+    for (size_t k = 0; k < n; k++)
+        values[k] = self[references[k]];
+    return OK;
+}
+
 #define CALL(name)                                                                                                     \
     WEAK int FMI(name)(void) { return OK; }
 CALL(SetupExperiment)
@@ -24,8 +38,6 @@ CALL(DoStep)
 #undef CALL
 #define CALL(name)                                                                                                     \
     WEAK int FMI(name)(void) { return ERROR; }
-CALL(SetFloat64)
-CALL(GetFloat64)
 CALL(GetFMUState)
 CALL(SetFMUState)
 CALL(FreeFMUState)

@@ -71,18 +71,6 @@ int FMI(ExitInitializationMode)(Instance *self)
     return 0;
 }
 void FMI(FreeInstance)(Instance *self) { free(self), instances--; }
-int FMI(SetFloat64)(Instance *self, const unsigned *references, size_t n, const double *values N_VALUES)
-{
-    for (size_t k = 0; k < n; k++)
-        self->values[references[k]] = values[k];
-    return 0;
-}
-int FMI(GetFloat64)(Instance *self, const unsigned *references, size_t n, double *values N_VALUES)
-{
-    for (size_t k = 0; k < n; k++)
-        values[k] = self->values[references[k]];
-    return 0;
-}
 int FMI(GetFMUState)(Instance *self, Instance **state)
 {
     if (!*state)

@@ -74,15 +74,3 @@ int fmi2GetRealStatus(Instance *self, int kind, double *value)
     return kind == LAST_TIME && self->values[KIND] == 1.0 ? DISCARD : OK;
 }
 #endif
-int FMI(SetFloat64)(Instance *self, const unsigned *references, size_t n, const double *values N_VALUES)
-{
-    for (size_t k = 0; k < n; k++)
-        self->values[references[k]] = values[k];
-    return OK;
-}
-int FMI(GetFloat64)(Instance *self, const unsigned *references, size_t n, double *values N_VALUES)
-{
-    for (size_t k = 0; k < n; k++)
-        values[k] = self->values[references[k]];
-    return OK;
-}

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../../support/fmi_names.h"
+
 typedef struct {
     char text[100];
     int64_t choice;
@@ -13,71 +15,31 @@ typedef struct {
     double sum;
 } Instance;
 
-static const Instance START = {"none", 1, false, 0.0};
-
-static double y_of(const Instance *self)
+int FMI(Reset)(Instance *self)
 {
-    return (double)strlen(self->text) + (self->flag ? 100.0 : 0.0) + 1000.0 * (double)self->choice +
-           10000.0 * self->sum;
-}
-
-static int set_text(Instance *self, const char *text)
-{
-    strncpy(self->text, text, sizeof self->text - 1);
+    *self = (Instance){"none", 1, false, 0.0};
     return 0;
 }
-
-static int reset(Instance *self)
-{
-    *self = START;
-    return 0;
-}
-
 static void *create(void)
 {
     Instance *self = calloc(1, sizeof *self);
-    reset(self);
+    FMI(Reset)(self);
     return self;
 }
 
 #if FMI_VERSION == 3
+typedef bool Boolean;
+typedef int64_t Enumeration;
+typedef int32_t Integer;
+#define fmi3SetEnumeration fmi3SetInt64
+#define fmi3GetInteger fmi3GetInt32
 void *fmi3InstantiateCoSimulation(void) { return create(); }
-int fmi3Reset(Instance *self) { return reset(self); }
-int fmi3SetString(Instance *self, const uint32_t *references, size_t n, const char *const *values, size_t size)
-{
-    return set_text(self, values[0]);
-}
-int fmi3GetString(Instance *self, const uint32_t *references, size_t n, const char **values, size_t size)
-{
-    values[0] = self->text;
-    return 0;
-}
 int fmi3SetBinary(Instance *self, const uint32_t *references, size_t n, const size_t *sizes,
                   const uint8_t *const *values, size_t size)
 {
     self->sum = 0.0;
     for (size_t k = 0; k < sizes[0]; k++)
         self->sum += values[0][k];
-    return 0;
-}
-int fmi3SetBoolean(Instance *self, const uint32_t *references, size_t n, const bool *values, size_t size)
-{
-    self->flag = values[0];
-    return 0;
-}
-int fmi3SetInt64(Instance *self, const uint32_t *references, size_t n, const int64_t *values, size_t size)
-{
-    self->choice = values[0];
-    return 0;
-}
-int fmi3GetFloat64(Instance *self, const uint32_t *references, size_t n, double *values, size_t size)
-{
-    values[0] = y_of(self);
-    return 0;
-}
-int fmi3GetInt32(Instance *self, const uint32_t *references, size_t n, int32_t *values, size_t size)
-{
-    values[0] = (int32_t)self->choice;
     return 0;
 }
 int fmi3DoStep(void *self, double time, double step, bool final, bool *event, bool *end, bool *early, double *reached)
@@ -87,35 +49,38 @@ int fmi3DoStep(void *self, double time, double step, bool final, bool *event, bo
     return 0;
 }
 #else
+typedef int Boolean, Enumeration, Integer;
+#define fmi2SetEnumeration fmi2SetInteger
 void *fmi2Instantiate(void) { return create(); }
-int fmi2Reset(Instance *self) { return reset(self); }
-int fmi2SetString(Instance *self, const unsigned *references, size_t n, const char *const *values)
+#endif
+int FMI(SetString)(Instance *self, const uint32_t *references, size_t n, const char *const *values N_VALUES)
 {
-    return set_text(self, values[0]);
+    strncpy(self->text, values[0], sizeof self->text - 1);
+    return 0;
 }
-int fmi2GetString(Instance *self, const unsigned *references, size_t n, const char **values)
+int FMI(GetString)(Instance *self, const uint32_t *references, size_t n, const char **values N_VALUES)
 {
     values[0] = self->text;
     return 0;
 }
-int fmi2SetBoolean(Instance *self, const unsigned *references, size_t n, const int *values)
+int FMI(SetBoolean)(Instance *self, const uint32_t *references, size_t n, const Boolean *values N_VALUES)
 {
     self->flag = values[0];
     return 0;
 }
-int fmi2SetInteger(Instance *self, const unsigned *references, size_t n, const int *values)
+int FMI(SetEnumeration)(Instance *self, const uint32_t *references, size_t n, const Enumeration *values N_VALUES)
 {
     self->choice = values[0];
     return 0;
 }
-int fmi2GetReal(Instance *self, const unsigned *references, size_t n, double *values)
+int FMI(GetInteger)(Instance *self, const uint32_t *references, size_t n, Integer *values N_VALUES)
 {
-    values[0] = y_of(self);
+    values[0] = (Integer)self->choice;
     return 0;
 }
-int fmi2GetInteger(Instance *self, const unsigned *references, size_t n, int *values)
+int FMI(GetFloat64)(Instance *self, const uint32_t *references, size_t n, double *values N_VALUES)
 {
-    values[0] = (int)self->choice;
+    values[0] =
+        (double)strlen(self->text) + (self->flag ? 100.0 : 0.0) + 1000.0 * (double)self->choice + 10000.0 * self->sum;
     return 0;
 }
-#endif

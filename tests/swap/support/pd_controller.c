@@ -5,7 +5,6 @@
 #include <stddef.h>
 #include <stdlib.h>
 
-enum { OK = 0, ERROR = 3 };
 enum { AXES = 4, FIRST_INPUT = 0, FIRST_OUTPUT = 4, K_P = 8, K_D = 9, K_I = 10, VARIABLES = 11 };
 
 typedef struct {
@@ -25,27 +24,8 @@ void *fmi2Instantiate(void)
 int fmi2Reset(Controller *c)
 {
     c->sampled = 0;
-    return OK;
+    return 0;
 }
-int fmi2GetReal(const Controller *c, const unsigned *r, size_t n, double *v)
-{
-    for (size_t k = 0; k < n; k++) {
-        if (r[k] >= VARIABLES)
-            return ERROR;
-        v[k] = c->value[r[k]];
-    }
-    return OK;
-}
-int fmi2SetReal(Controller *c, const unsigned *r, size_t n, const double *v)
-{
-    for (size_t k = 0; k < n; k++) {
-        if (r[k] >= VARIABLES)
-            return ERROR;
-        c->value[r[k]] = v[k];
-    }
-    return OK;
-}
-
 int fmi2DoStep(Controller *c, double t, double h, int no_set_before)
 {
     for (int k = 0; k < AXES; k++) {
@@ -55,5 +35,5 @@ int fmi2DoStep(Controller *c, double t, double h, int no_set_before)
         c->before[k] = x;
     }
     c->sampled = 1;
-    return OK;
+    return 0;
 }

@@ -30,18 +30,6 @@ int fmi2ExitInitializationMode(void *component)
     v[X] = v[Y] = x, v[V] = 0.0, s->f = v[U];
     return 0;
 }
-int fmi2SetReal(void *s, const unsigned *at, size_t n, const double *values)
-{
-    for (size_t j = 0; j < n; j++)
-        ((Spring *)s)->value[at[j]] = values[j];
-    return 0;
-}
-int fmi2GetReal(void *s, const unsigned *at, size_t n, double *values)
-{
-    for (size_t j = 0; j < n; j++)
-        values[j] = ((Spring *)s)->value[at[j]];
-    return 0;
-}
 static double acceleration(double f, double x, double v) { return (f - d * v - k * x - c * x * x * x) / m; }
 int fmi2DoStep(void *component, double time, double size, int no_way_back)
 {
