@@ -14,33 +14,16 @@ import pytest
 from slow import slow_but_first
 
 import amb_cosim
+from tests.support.c_fmus import OUTPUT, PARAMETER, described
 from tests.support.fmu_systems import system_text
 from tests.support.messages import assert_names
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 SOURCE = Path(__file__).parent / "support" / "ending.c"
-DESCRIPTIONS = {
-    2: """<fmiModelDescription fmiVersion="2.0" guid="{a}" modelName="Ending">
-<CoSimulation modelIdentifier="ending" canHandleVariableCommunicationStepSize="true"/><ModelVariables>
-<ScalarVariable name="end" valueReference="0" causality="parameter" variability="fixed"><Real start="0"/>
-</ScalarVariable>
-<ScalarVariable name="kind" valueReference="1" causality="parameter" variability="fixed"><Real start="0"/>
-</ScalarVariable>
-<ScalarVariable name="y" valueReference="2" causality="output"><Real/></ScalarVariable>
-<ScalarVariable name="said" valueReference="3" causality="output" variability="discrete"><String/></ScalarVariable>
-</ModelVariables><ModelStructure><Outputs><Unknown index="3"/><Unknown index="4"/></Outputs></ModelStructure>
-</fmiModelDescription>""",
-    3: """<fmiModelDescription fmiVersion="3.0" instantiationToken="{a}" modelName="Ending">
-<CoSimulation modelIdentifier="ending" canHandleVariableCommunicationStepSize="true"/><ModelVariables>
-<Float64 name="time" valueReference="9" causality="independent"/>
-<Float64 name="end" valueReference="0" causality="parameter" variability="fixed" start="0"/>
-<Float64 name="kind" valueReference="1" causality="parameter" variability="fixed" start="0"/>
-<Float64 name="y" valueReference="2" causality="output"/>
-<String name="said" valueReference="3" causality="output" variability="discrete"/>
-</ModelVariables><ModelStructure><Output valueReference="2"/><Output valueReference="3"/></ModelStructure>
-</fmiModelDescription>""",
-}
+VARIABLES = [(name, PARAMETER, 'Real start="0"') for name in ("end", "kind")]
+VARIABLES += [("y", OUTPUT, "Real"), ("said", f'{OUTPUT} variability="discrete"', "String")]
+DESCRIPTIONS = {version: described("Ending", VARIABLES, version) for version in (2, 3)}
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
 MANIFEST = '<m><Related type="application/x-ma-hs-experiments" source="one.exp" role="experiment"/></m>'
 EXPERIMENT = """<Experiments><Experiment name="one" stopTime="0.4" stepSize="0.1">

@@ -6,6 +6,8 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from tests.support.c_fmus import INPUT, OUTPUT, PARAMETER, described
+
 SOURCE = Path(__file__).parent / "gain.c"
 NAMESPACES = " ".join(
     f'xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
@@ -32,18 +34,9 @@ def description(unit: str | None = None) -> str:
     """Return the description of the FMU; input and output have the unit."""
     of_unit = f'unit="{unit}"' if unit else ""
     units = f"<UnitDefinitions>{DEFINED[unit].format('Unit', '')}</UnitDefinitions>" if unit in DEFINED else ""
-    return f"""<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="Gain" guid="{{gain}}">
-<CoSimulation modelIdentifier="gain" canHandleVariableCommunicationStepSize="true"/>{units}
-<DefaultExperiment stepSize="0.1"/>
-<ModelVariables>
-<ScalarVariable name="u" valueReference="0" causality="input"><Real start="1" {of_unit}/></ScalarVariable>
-<ScalarVariable name="y" valueReference="1" causality="output"><Real {of_unit}/></ScalarVariable>
-<ScalarVariable name="k" valueReference="2" causality="parameter" variability="fixed"><Real start="1"/></ScalarVariable>
-</ModelVariables>
-<ModelStructure><Outputs><Unknown index="2" dependencies="1"/></Outputs></ModelStructure>
-</fmiModelDescription>
-"""
+    variables = (("u", INPUT, f'Real start="1" {of_unit}'), ("y", OUTPUT, f"Real {of_unit}"))
+    gain = "k", PARAMETER, 'Real start="1"'
+    return described("Gain", (*variables, gain), more=f'{units}<DefaultExperiment stepSize="0.1"/>')
 
 
 def write_fmu(path: Path, compiled: Path, unit: str | None = None) -> Path:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.c_fmus import ANY_STEP, INPUT, OUTPUT, described
+
 SOURCE = Path(__file__).parent / "hostile.c"
 HARMLESS = ("nothing", "fork", "fork_away", "daemon", "eat", "deaf", "latin", "inf")  # after which the run goes on
 DEEDS = (
@@ -15,27 +17,10 @@ DEEDS = (
     "fatal", "discard", "nan", "minus_one", "ninety_nine",
 )  # fmt: skip
 DESCRIPTIONS = {
-    2: """<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="Hostile" guid="{hostile}">
-<CoSimulation modelIdentifier="hostile" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUstate="true"/>
-<ModelVariables>
-<ScalarVariable name="u" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
-<ScalarVariable name="y" valueReference="1" causality="output"><Real/></ScalarVariable>
-</ModelVariables>
-<ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure>
-</fmiModelDescription>
-""",
-    3: """<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="3.0" modelName="Hostile" instantiationToken="{hostile}">
-<CoSimulation modelIdentifier="hostile" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUState="true"/>
-<ModelVariables>
-<Float64 name="time" valueReference="2" causality="independent" variability="continuous"/>
-<Float64 name="u" valueReference="0" causality="input" start="0"/>
-<Float64 name="y" valueReference="1" causality="output"/>
-</ModelVariables>
-<ModelStructure><Output valueReference="1"/></ModelStructure>
-</fmiModelDescription>
-""",
+    version: described(
+        "Hostile", [("u", INPUT, 'Real start="0"'), ("y", OUTPUT, "Real")], version, f'{ANY_STEP} {saves}="true"'
+    )
+    for version, saves in ((2, "canGetAndSetFMUstate"), (3, "canGetAndSetFMUState"))
 }
 
 

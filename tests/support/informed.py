@@ -6,15 +6,14 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+from tests.support.c_fmus import INPUT, OUTPUT, PARAMETER, described
+
 SOURCE = Path(__file__).parent / "informed.c"
 OUTPUTS = ("y", "reached", "start", "stop", "step", "instances", "used", "tolerance")
 VARIABLES = [
-    ("u", 'causality="input"', 'start="0"'),
-    ("k", 'causality="parameter" variability="fixed"', 'start="1"'),
-    ("y0", 'causality="parameter" variability="fixed"', 'start="0"'),
-    *((name, 'causality="output"', "") for name in OUTPUTS),
+    *(("u", INPUT, 'Real start="0"'), ("k", PARAMETER, 'Real start="1"'), ("y0", PARAMETER, 'Real start="0"')),
+    *((name, OUTPUT, "Real") for name in OUTPUTS),
 ]
-FIRST_OUTPUT = len(VARIABLES) - len(OUTPUTS)
 
 
 def informed_fmu(
@@ -36,24 +35,5 @@ def description(version: int, experiment: str = "", **flags: str) -> str:
     abilities = ("canHandleVariableCommunicationStepSize", f"canGetAndSet{state}", f"canSerialize{state}")
     ability = dict.fromkeys(abilities, "true") | flags
     text = " ".join(f'{flag}="{value}"' for flag, value in ability.items())
-    declared, listed = [], []
-    for k, (name, kind, start) in enumerate(VARIABLES):
-        common = f'name="{name}" valueReference="{k}" {kind}'
-        if version == 3:
-            declared.append(f"<Float64 {common} {start}/>")
-            listed.append(f'<Output valueReference="{k}"/>')
-        else:
-            declared.append(f"<ScalarVariable {common}><Real {start}/></ScalarVariable>")
-            listed.append(f'<Unknown index="{k + 1}"/>')
-    if version == 3:
-        declared.append(f'<Float64 name="time" valueReference="{len(VARIABLES)}" causality="independent"/>')
-    outputs = "".join(listed[FIRST_OUTPUT:])
-    head = 'fmiVersion="3.0" instantiationToken="{a}"' if version == 3 else 'fmiVersion="2.0" guid="{a}"'
-    return f"""<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription {head} modelName="Informed">
-<CoSimulation modelIdentifier="informed" {text}/>
-{f"<DefaultExperiment {experiment}/>" if experiment else ""}
-<ModelVariables>{"".join(declared)}</ModelVariables>
-<ModelStructure>{outputs if version == 3 else f"<Outputs>{outputs}</Outputs>"}</ModelStructure>
-</fmiModelDescription>
-"""
+    more = f"<DefaultExperiment {experiment}/>" if experiment else ""
+    return described("Informed", VARIABLES, version, text, more)

@@ -10,31 +10,25 @@ import pytest
 
 from amb_analysis.linear.foreign import foreign_component
 from amb_cosim.cosim.fmu.fmu_description import read_interface
+from tests.support.c_fmus import ANY_STEP, INPUT, OUTPUT, PARAMETER, described
 from tests.support.messages import assert_names
 
 SOURCE = Path(__file__).parent / "support" / "spring.c"
 H = 1e-4
 M, D, K, CUBE = 2.0, 5.0, 8e4, 3e11  # of the spring
 FORCE = 50.0  # N
-DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="Spring" guid="{spring}">
-<CoSimulation modelIdentifier="spring" canHandleVariableCommunicationStepSize="true"
- providesDirectionalDerivative="true"/>
-<ModelVariables>
-<ScalarVariable name="f" valueReference="0" causality="input"><Real start="0"/></ScalarVariable>
-<ScalarVariable name="x" valueReference="1" causality="local"><Real/></ScalarVariable>
-<ScalarVariable name="v" valueReference="2" causality="local"><Real derivative="2"/></ScalarVariable>
-<ScalarVariable name="a" valueReference="3" causality="local"><Real derivative="3"/></ScalarVariable>
-<ScalarVariable name="lag" valueReference="4" causality="parameter" variability="fixed">
-<Real start="0"/></ScalarVariable>
-<ScalarVariable name="y" valueReference="5" causality="output"><Real/></ScalarVariable>
-</ModelVariables>
-<ModelStructure>
-<Outputs><Unknown index="6"/></Outputs>
-<Derivatives><Unknown index="3"/><Unknown index="4"/></Derivatives>
-</ModelStructure>
-</fmiModelDescription>
-"""
+LOCAL, STATE = 'causality="local"', ("Real", 'Real derivative="2"', 'Real derivative="3"')
+DESCRIPTION = described(
+    "Spring",
+    [
+        ("f", INPUT, 'Real start="0"'),
+        *zip("xva", [LOCAL] * 3, STATE, strict=True),
+        ("lag", PARAMETER, 'Real start="0"'),
+        ("y", OUTPUT, "Real"),
+    ],
+    abilities=f'{ANY_STEP} providesDirectionalDerivative="true"',
+    structure='<Derivatives><Unknown index="3"/><Unknown index="4"/></Derivatives>',
+)
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
