@@ -13,6 +13,7 @@ from fmu_systems import system_text
 import amb_cosim
 from amb_cosim.cosim.basics.errors import StartFailed
 from amb_cosim.cosim.fmu.fmu_description import read_interface
+from tests.support.changed_archive import changed_archive
 from tests.support.messages import assert_names, raises_naming
 
 SOURCE = Path(__file__).parents[1] / "ssp" / "gain.c"
@@ -120,12 +121,7 @@ def system(fmu_from_c, tmp_path):
 
     def write(description, more=()):
         whole = fmu_from_c(SOURCE, VALID, name="deviating")
-        with zipfile.ZipFile(whole) as source, zipfile.ZipFile(tmp_path / "one.fmu", "w") as target:
-            for name in source.namelist():
-                content = description.encode() if name == "modelDescription.xml" else source.read(name)
-                target.writestr(name, content)
-            for name, text in more:
-                target.writestr(name, text)
+        changed_archive(whole, tmp_path / "one.fmu", {"modelDescription.xml": description, **dict(more)})
         (tmp_path / "system.toml").write_text(system_text({"one": "one.fmu"}), encoding="utf-8")
         return tmp_path / "system.toml"
 

@@ -10,6 +10,7 @@ import pytest
 
 import amb_cosim
 from tests.cosim.test_variables import DESCRIPTIONS, SOURCE
+from tests.support.changed_archive import changed_archive
 from tests.support.messages import assert_names
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
@@ -62,19 +63,10 @@ def test_references_of_a_german_spreadsheet_are_compared(verified, tmp_path, val
     """The sum of the outputs, 91, in a file with semicolons, decimal commas and UTF-16."""
     verified([0.0])
     rows = ["time;sum", "0,0;0,0", *(f"0,{k};{value}" for k in range(1, 5))]
-    path = with_file(tmp_path / "Arrays3.fmu", f"{PLACE}/out.csv", "\r\n".join(rows).encode("utf-16"))
+    path = tmp_path / "Arrays3.fmu"
+    changed_archive(path, path, {f"{PLACE}/out.csv": "\r\n".join(rows).encode("utf-16")})
     (item,) = amb_cosim.verify(path)
     assert (item.is_equal, item.n_values) == (is_equal, 5)
-
-
-def with_file(fmu, name, content):
-    """Replace a file of an FMU; return the FMU."""
-    with zipfile.ZipFile(fmu) as old:
-        files = {item: old.read(item) for item in old.namelist()} | {name: content}
-    with zipfile.ZipFile(fmu, "w") as new:
-        for item, data in files.items():
-            new.writestr(item, data)
-    return fmu
 
 
 def test_outputs_that_agree_are_equal(verified):

@@ -16,6 +16,7 @@ from amb_cosim.commands.cli import main
 from amb_cosim.cosim.basics.errors import ProcessFailed
 from fmi_export.building.experiment import experiment_files
 from fmi_export.model import Instance, with_starts
+from tests.support.changed_archive import changed_archive, with_text
 from tests.support.messages import assert_names, raises_naming
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
@@ -37,16 +38,9 @@ def changed(native, moving, tmp_path):
     """`changed(file, old, new)`: the lag's FMU with a text of its experiment replaced, or without the file."""
 
     def change(name, old="", new=None):
-        with zipfile.ZipFile(native(moving)) as values, zipfile.ZipFile(tmp_path / "changed.fmu", "w") as copy:
-            for entry in values.namelist():
-                content = values.read(entry)
-                if entry == f"{FOLDER}/{name}":
-                    if new is None:
-                        continue
-                    assert old.encode() in content
-                    content = content.replace(old.encode(), new.encode(), 1)
-                copy.writestr(entry, content)
-        return tmp_path / "changed.fmu"
+        files = native(moving), tmp_path / "changed.fmu"
+        entry = f"{FOLDER}/{name}"
+        return changed_archive(*files, {entry: None}) if new is None else with_text(*files, entry, old, new)
 
     return change
 
@@ -219,14 +213,8 @@ def test_references_that_cannot_be_compared_verify_nothing(changed, native, movi
 def test_a_tolerance_that_an_fmu_grants_itself_is_capped(changed, native, moving):
     row = references(native(moving))[4]
     path = changed("references.csv", ",".join(row.values()), ",".join({**row, "level": "0.375"}.values()))
-    path = path.rename(path.with_name("wrong.fmu"))
-    with zipfile.ZipFile(path) as values, zipfile.ZipFile(path.with_name("lenient.fmu"), "w") as copy:
-        for entry in values.namelist():
-            content = values.read(entry)
-            if entry.endswith("smoke_test.exp"):
-                content = content.replace(b"<Experiment ", b'<Experiment tolerance="1e9" ', 1)
-            copy.writestr(entry, content)
-    (item,) = amb_cosim.verify(path.with_name("lenient.fmu"))
+    with_text(path, path, f"{FOLDER}/smoke_test.exp", "<Experiment ", '<Experiment tolerance="1e9" ')
+    (item,) = amb_cosim.verify(path)
     assert not item.is_equal
     assert_names(item, "NOT equal", "0.001", "1e+09")
 
@@ -250,11 +238,10 @@ def test_times_may_stand_at_the_experiment_itself(changed):
 def test_an_fmu_that_crashes_ends_its_own_process_alone(native, moving, changed, cc, tmp_path):
     (tmp_path / "crash.c").write_text("#include <stdlib.h>\n__attribute__((constructor)) void f(void) { abort(); }\n")
     cc("-shared", "-o", tmp_path / "crash.so", tmp_path / "crash.c")
-    path = tmp_path / "crashing.fmu"
-    with zipfile.ZipFile(native(moving)) as values, zipfile.ZipFile(path, "w") as copy:
-        for entry in values.namelist():
-            is_library = entry.startswith("binaries/")
-            copy.writestr(entry, (tmp_path / "crash.so").read_bytes() if is_library else values.read(entry))
+    crash = (tmp_path / "crash.so").read_bytes()
+    path = changed_archive(
+        native(moving), tmp_path / "crashing.fmu", {}, lambda name, old: crash if name.startswith("binaries/") else old
+    )
     with raises_naming(ProcessFailed, "crashing.fmu", "SIGABRT"):
         amb_cosim.verify(path)
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
 from tests.support.c_fmus import INPUT, OUTPUT, PARAMETER, described
+from tests.support.changed_archive import changed_archive
 
 SOURCE = Path(__file__).parent / "gain.c"
 NAMESPACES = " ".join(
@@ -41,11 +41,7 @@ def description(unit: str | None = None) -> str:
 
 def write_fmu(path: Path, compiled: Path, unit: str | None = None) -> Path:
     """Write the FMU with another unit, from the compiled one."""
-    with zipfile.ZipFile(compiled) as source, zipfile.ZipFile(path, "w") as target:
-        for name in source.namelist():
-            content = description(unit).encode() if name == "modelDescription.xml" else source.read(name)
-            target.writestr(name, content)
-    return path
+    return changed_archive(compiled, path, {"modelDescription.xml": description(unit)})
 
 
 def connector(name: str, kind: str, unit: str = "") -> str:

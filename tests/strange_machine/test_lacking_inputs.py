@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import pytest
@@ -11,9 +10,8 @@ from strange_machine import LEVITATION, ROTOR, SYSTEM, TOUCHDOWN
 import amb_cosim
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
+from tests.support.changed_archive import with_text
 from tests.support.messages import assert_names, raises_naming
-
-OFF = 'name="north.amplifier_off_x"'
 
 
 @pytest.fixture(scope="module")
@@ -21,15 +19,8 @@ def actuator(tmp_path_factory) -> Path:
     """An actuator whose amplifier of one axis goes off by an input of another name."""
     folder = tmp_path_factory.mktemp("actuator")
     amb_cosim.build(folder, rotor=ROTOR)
-    local = folder / "own_actuator.fmu"
-    with zipfile.ZipFile(folder / "amb_actuator.fmu") as values, zipfile.ZipFile(local, "w") as changed:
-        for name in values.namelist():
-            content = values.read(name)
-            if name == "modelDescription.xml":
-                assert content.count(OFF.encode()) == 1
-                content = content.replace(OFF.encode(), b'name="north.off_x"')
-            changed.writestr(values.getinfo(name), content)
-    return local
+    made, own = folder / "amb_actuator.fmu", folder / "own_actuator.fmu"
+    return with_text(made, own, "modelDescription.xml", 'name="north.amplifier_off_x"', 'name="north.off_x"')
 
 
 def with_event(actuator: Path, **values: float | bool) -> Scenario:

@@ -1,7 +1,5 @@
 """States of FMUs that are given as files: of one that serialises, and of one that keeps them in its memory alone."""
 
-import zipfile
-
 import pytest
 from shared_past import assert_shared_past_changes_nothing
 from strange_machine import RUB
@@ -9,6 +7,7 @@ from strange_machine import RUB
 import amb_cosim
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
+from tests.support.changed_archive import with_text
 from tests.support.messages import raises_naming
 
 SHORT = Scenario.load(RUB).changed(end_cycle=6, settle_cycles=1)
@@ -25,14 +24,8 @@ def made():
 @pytest.fixture(scope="module")
 def in_memory(made, tmp_path_factory):
     """The scenario with that FMU as one that does not say that it serialises."""
-    file = tmp_path_factory.mktemp("memory") / "Actuator.fmu"
-    with zipfile.ZipFile(made) as before, zipfile.ZipFile(file, "w") as after:
-        for name in before.namelist():
-            content = before.read(name)
-            if name == "modelDescription.xml":
-                assert b'canSerializeFMUstate="true"' in content
-                content = content.replace(b'canSerializeFMUstate="true"', b'canSerializeFMUstate="false"')
-            after.writestr(name, content)
+    file, flag = tmp_path_factory.mktemp("memory") / "Actuator.fmu", 'canSerializeFMUstate="{}"'
+    with_text(made, file, "modelDescription.xml", flag.format("true"), flag.format("false"))
     return SHORT.changed(fmu={"amb_actuator": str(file)})
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 from tests.support.c_fmus import INPUT, OUTPUT, PARAMETER, described
+from tests.support.changed_archive import changed_archive
 
 SOURCE = Path(__file__).parent / "informed.c"
 OUTPUTS = ("y", "reached", "start", "stop", "step", "instances", "used", "tolerance")
@@ -21,12 +21,8 @@ def informed_fmu(
 ) -> Path:
     """Return the FMU as a file of `folder`, with attributes of its default experiment and flags of `CoSimulation`."""
     fmu = fmu_from_c(SOURCE, description(version), version)
-    copy = folder / f"Informed{version}.fmu"
-    with zipfile.ZipFile(fmu) as old, zipfile.ZipFile(copy, "w") as new:
-        for name in old.namelist():
-            content = description(version, experiment, **flags) if name == "modelDescription.xml" else old.read(name)
-            new.writestr(zipfile.ZipInfo(name), content)  # the same bytes at any time
-    return copy
+    described = description(version, experiment, **flags)
+    return changed_archive(fmu, folder / f"Informed{version}.fmu", {"modelDescription.xml": described})
 
 
 def description(version: int, experiment: str = "", **flags: str) -> str:
