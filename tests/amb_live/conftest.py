@@ -8,13 +8,13 @@ import functools
 import http.server
 import json
 import shutil
-import subprocess
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import run_program
 from live_answers import Answers
 from live_browser import Rig
 
@@ -57,9 +57,7 @@ def session(node: str, rig_folder: Callable[[str], Path]) -> Callable[..., Answe
     def call(name: str, watched: Sequence[str], *requests: dict[str, Any], **load: Any) -> Answers:
         text = json.dumps([{"type": "load", "watched": list(watched), **load}, *requests])
         command = [node, str(HERE / "drive.mjs"), str(rig_folder(name))]
-        ended = subprocess.run(command, input=text, capture_output=True, text=True, timeout=300, check=False)
-        assert ended.returncode == 0, ended.stderr
-        return Answers(json.loads(ended.stdout))
+        return Answers(json.loads(run_program(*command, input=text).stdout))
 
     return call
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
 from pathlib import Path
 
 import pytest
+from command_line import run_program
 
 HERE = Path(__file__).parent
 PAGE = HERE.parents[1] / "applications" / "amb_live" / "page"
@@ -13,8 +13,7 @@ TOOLS = PAGE / "node_modules" / ".bin"
 
 
 def passes(*command: str, cwd: Path = PAGE) -> None:
-    ended = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
-    assert ended.returncode == 0, ended.stdout + ended.stderr
+    run_program(*command, cwd=cwd)
 
 
 @pytest.mark.parametrize("file", sorted((HERE / "unit").glob("*.mjs")), ids=lambda file: file.name.partition(".")[0])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import importlib
 import shutil
-import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from command_line import run_program
 
 from fmi_export.building.native.data import model_data
 from fmi_export.building.native.engines import engine_key, engine_sources
@@ -105,9 +105,7 @@ def cc(compiler: None) -> Callable[..., None]:
     """`cc(*arguments)`: zig's C compiler."""
 
     def run(*arguments: Any) -> None:
-        command = [sys.executable, "-m", "ziglang", "cc", *map(str, arguments)]
-        process = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert process.returncode == 0, process.stderr
+        run_program(sys.executable, "-m", "ziglang", "cc", *arguments)
 
     return run
 
@@ -146,8 +144,7 @@ def sanitized(cc: Callable[..., None], tmp_path_factory: pytest.TempPathFactory)
         if not fuzzed:
             commands.append([*flags, f"-I{HEADERS}", "-o", folder / "fuzz3", support / "fuzz3.c", "-ldl"])
         for command in commands:
-            process = subprocess.run([compiler, *map(str, command)], capture_output=True, text=True, check=False)
-            assert process.returncode == 0, process.stderr
+            run_program(compiler, *command)
         return folder / "host", folder / "fmu.so", guid, folder.as_uri()
 
     return build

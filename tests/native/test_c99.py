@@ -6,9 +6,9 @@ import math
 import platform
 import shutil
 import struct
-import subprocess
 
 import pytest
+from command_line import run_program
 
 from fmi_export.building.native.c99.translation import HEADER, to_c
 from fmi_export.building.native.sources import FOLDER
@@ -254,9 +254,7 @@ def machine_code(module):
 def compiled(text, folder, *options):
     (folder / "cases.c").write_text(text)
     (folder / HEADER).write_text((FOLDER / "c99" / HEADER).read_text())
-    command = ["gcc", *STRICT, *options, str(folder / "cases.c"), "-o", str(folder / "cases.so"), "-lm"]
-    process = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert process.returncode == 0, process.stderr
+    run_program("gcc", *STRICT, *options, folder / "cases.c", "-o", folder / "cases.so", "-lm")
     return ctypes.CDLL(str(folder / "cases.so"))
 
 

@@ -1,7 +1,6 @@
 """FMUs built from their own C code: the same bits as the shipped library, in other tools, and on other processors."""
 
 import shutil
-import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -9,6 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from command_line import run_program
 from host_marks import in_host
 from raw import Library, Library3
 
@@ -39,9 +39,7 @@ def with_sources(compiler, create_once):
 
 def compile_sources(folder, target, *options):
     files = [folder / "sources" / name for name in compiled_files(path.name for path in (folder / "sources").iterdir())]
-    command = ["gcc", *OPTIONS.split(), *STRICT, "-O2", "-fPIC", *options, *files, "-o", target, "-lm"]
-    process = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
-    assert process.returncode == 0, process.stderr[-3000:]
+    run_program("gcc", *OPTIONS.split(), *STRICT, "-O2", "-fPIC", *options, *files, "-o", target, "-lm")
 
 
 def rebuilt(folder, fmi, place):
@@ -82,9 +80,7 @@ def test_a_library_from_the_c_code_gives_the_bits_of_the_shipped_one(with_source
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_in_one_program_with_others_every_name_begins_with_that_of_the_model(with_sources, lag, fmi, tmp_path):
     compile_sources(with_sources(lag, np.zeros(1), fmi), tmp_path / "all.so", "-shared")
-    listed = subprocess.run(
-        ["nm", "-g", "--defined-only", tmp_path / "all.so"], capture_output=True, text=True, check=True
-    )
+    listed = run_program("nm", "-g", "--defined-only", tmp_path / "all.so")
     names = [line.split()[2] for line in listed.stdout.splitlines()]
     assert len(names) > 30
     assert {name for name in names if not name.startswith("probe_lag_")} == set()
@@ -157,9 +153,7 @@ def linked_statically(command, folder, target):
     """Compile an FMU's C code and a host to one program; return its name."""
     sources = sorted((folder / "sources").glob("*.c"))
     values = [*command, *OPTIONS.split(), "-O2", f"-I{folder / 'sources'}", *sources, SUPPORT / "static_host.c"]
-    subprocess.run(
-        [*map(str, values), "-static", "-o", str(target), "-lm"], check=True, capture_output=True, timeout=500
-    )
+    run_program(*values, "-static", "-o", target, "-lm")
     return target
 
 
@@ -195,9 +189,6 @@ def test_on_other_processors_the_c_code_gives_the_numbers_of_this_one(with_sourc
     values = [root.get("guid"), (folder / "resources").as_uri(), names.index("u"), names.index("y"), 200]
     rows = []
     for program in ([emulator, present], [here]):
-        command = [*map(str, program), *map(str, values)]
-        process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=100)
-        assert process.returncode == 0, process.stderr
-        rows.append(np.array([float.fromhex(line) for line in process.stdout.splitlines()]))
+        rows.append(np.array([float.fromhex(line) for line in run_program(*program, *values).stdout.splitlines()]))
     np.testing.assert_allclose(rows[0], rows[1], rtol=1e-14)
     assert np.ptp(rows[0]) > 0.01

@@ -2,8 +2,6 @@
 
 import json
 import os
-import subprocess
-import sys
 
 import pytest
 
@@ -11,25 +9,6 @@ from amb_cosim.cosim.run.dataset import load
 from fmi_export.building.native import engines
 
 SHORT = ("run", "fig4_9", "--until", "0.02", "--no-plots")
-
-
-@pytest.fixture
-def small_disk(tmp_path):
-    """`small_disk(size)`: folder of a file system of that size."""
-    mounted = []
-
-    def mount(size):
-        folder = tmp_path / "disk"
-        folder.mkdir()
-        command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(folder)]
-        if sys.platform != "linux" or subprocess.run(command, capture_output=True, check=False).returncode:
-            pytest.skip("this user cannot mount a small file system")
-        mounted.append(folder)
-        return folder
-
-    yield mount
-    for folder in mounted:
-        subprocess.run(["umount", "-l", folder], check=True)
 
 
 def test_a_summary_goes_through_links_and_to_devices(runner, tmp_path):

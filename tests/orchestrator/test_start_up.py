@@ -1,10 +1,10 @@
 """What imports and commands load: the import of one heavy package takes longer than a run."""
 
 import json
-import subprocess
 import sys
 
 import pytest
+from command_line import run_program
 
 HEAVY = ("control", "llvmlite", "matplotlib", "numba", "pandas", "pint", "pythonfmu", "scipy", "xarray")
 OWN = (
@@ -35,9 +35,8 @@ def loaded(tmp_path):
     """`loaded(names, modules, *commands)`: those of the packages that imports, then commands load in a process."""
 
     def load(names, modules=(), *commands):
-        command = [sys.executable, "-c", LOADED, *map(json.dumps, (names, modules, commands))]
-        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=600)
-        assert done.returncode == 0, done.stderr
+        texts = map(json.dumps, (names, modules, commands))
+        done = run_program(sys.executable, "-c", LOADED, *texts, cwd=tmp_path)
         return done.stderr.splitlines()[-1].split()
 
     return load

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from command_line import run_program
 
 HERE = Path(__file__).parent
 
@@ -19,15 +19,8 @@ def test_guided_bytes_are_read_or_refused(tmp_path):
     pytest.importorskip("atheris", reason="needs atheris: pip install 'amb-cosim[fuzz]'")
     shutil.copytree(HERE / "corpus", tmp_path / "corpus")
     seconds = os.environ.get("FUZZ_SECONDS", "20")
-    command = [sys.executable, HERE / "support" / "fuzz_archives.py", tmp_path / "corpus"]
-    done = subprocess.run(
-        [*command, f"-max_total_time={seconds}", "-timeout=10", "-max_len=5000"],
-        cwd=tmp_path,
-        env=os.environ | {"TMPDIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        timeout=float(seconds) + 120.0,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-5000:]
+    command = sys.executable, HERE / "support" / "fuzz_archives.py", tmp_path / "corpus"
+    options = f"-max_total_time={seconds}", "-timeout=10", "-max_len=5000"
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    done = run_program(*command, *options, cwd=tmp_path, env=environment, timeout=float(seconds) + 120.0)
     assert "Done" in done.stderr

@@ -118,27 +118,9 @@ def test_signal_at_any_moment_is_one_line(folder, duration, chance, rounds, numb
     assert code in codes
 
 
-@pytest.fixture
-def small_disk(tmp_path):
-    """A file system of 300 kB, which only an administrator can mount."""
-    place = tmp_path / "small"
-    place.mkdir()
-    mounted = subprocess.run(
-        ["mount", "-t", "tmpfs", "-o", "size=300k", "none", place], capture_output=True, check=False
-    )
-    if mounted.returncode != 0:
-        pytest.skip("needs the right to mount a file system")
-    yield place
-    subprocess.run(["umount", place], check=True)
-
-
-@pytest.fixture
-def read_only_disk(small_disk):
-    subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
-    return small_disk
-
-
-def test_read_only_folder_is_refused_before_the_run(folder, read_only_disk):
+def test_read_only_folder_is_refused_before_the_run(folder, small_disk):
+    read_only_disk = small_disk("300k")
+    subprocess.run(["mount", "-o", "remount,ro", read_only_disk], check=True)
     done = finished(folder, "run", "fig4_9", "-o", str(read_only_disk / "out"))
     assert done.returncode == 2
     assert done.stderr.startswith(f"amb-cosim: {read_only_disk}/out cannot be written to: Read-only file system")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from command_line import run_command
+from command_line import run_command, run_program
 
 PAGES = Path(__file__).parents[2] / "docs" / "how-to" / "tools"
 SCENARIO = """
@@ -53,10 +52,7 @@ def test_the_program_of_a_page_runs(page, package, folder, tmp_path):
     (program,) = programs(page)
     shutil.copy(folder / "rig.ssp", tmp_path)
     (tmp_path / "program.py").write_text((ONE_TBB if page == "ecos" else "") + program, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "program.py"], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    done = run_program(sys.executable, "program.py", cwd=tmp_path)
     numbers = [float(text) for text in re.findall(r"-?\d+\.\d+e-\d+", done.stdout)]
     assert numbers
     assert all(0.0 < abs(x) < 0.1e-3 for x in numbers), "the rotor levitates"

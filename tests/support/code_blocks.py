@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 import sys
 import tomllib
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from command_line import run_program
 from markdown_it import MarkdownIt
 
 TITLE = re.compile(r'title="(Needs|Part of) ([^"]+)"')
@@ -82,15 +82,8 @@ def run_blocks(blocks: list[Block], page: Path, folder: Path) -> None:
 def run_shell(block: Block, page: Path, folder: Path) -> str:
     """Run a block of shell commands with this Python's programs first; return what it printed."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
-    done = subprocess.run(
-        ["bash", "-euc", block.code],
-        cwd=folder,
-        env={**os.environ, "PATH": path},
-        capture_output=True,
-        text=True,
-        timeout=SECONDS,
-        check=False,
-    )
+    environment = {**os.environ, "PATH": path}
+    done = run_program("bash", "-euc", block.code, cwd=folder, env=environment, timeout=SECONDS, code=None)
     printed = f"{done.stdout}\n{done.stderr}"
     assert done.returncode == 0, f"{page}:{block.line}: exit code {done.returncode}\n{printed}"
     return printed

@@ -1,4 +1,4 @@
-"""The command line in a process of its own."""
+"""Programs, and the command line, in a process of their own."""
 
 from __future__ import annotations
 
@@ -11,9 +11,14 @@ from typing import Any
 COMMAND = (sys.executable, "-c", "from amb_cosim.start import main; main()")
 
 
-def run_command(*arguments: object, cwd: Path, code: int | None = 0, **options: Any) -> CompletedProcess[str]:
-    """Run `amb-cosim` in a folder; it ends with `code`, or as it likes if that is None."""
+def run_program(*command: object, code: int | None = 0, **options: Any) -> CompletedProcess[str]:
+    """Run a program; it ends with `code`, or as it likes if that is None."""
     values = {"capture_output": True, "text": True, "timeout": 600, "check": False} | options
-    done = subprocess.run([*COMMAND, *map(str, arguments)], cwd=cwd, **values)
-    assert code in (None, done.returncode), f"{done.stdout}\n{done.stderr}"
+    done = subprocess.run([*map(str, command)], **values)
+    assert code in (None, done.returncode), f"exit code {done.returncode}\n{done.stdout[-5000:]}\n{done.stderr[-5000:]}"
     return done
+
+
+def run_command(*arguments: object, cwd: Path, code: int | None = 0, **options: Any) -> CompletedProcess[str]:
+    """Run `amb-cosim` in a folder."""
+    return run_program(*COMMAND, *arguments, cwd=cwd, code=code, **options)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import run_program
 
 TESTS = Path(__file__).parents[1]
 HEADERS = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native" / "fmi_headers"
@@ -73,13 +73,9 @@ def test_a_c_program_gets_the_numbers_of_the_orchestrator_for_fig4_9(tmp_path: P
 
     planned = plan_run(load_scenario("fig4_9").changed(settling="simulated"), options=RunOptions(flavour="native"))
     command = [sys.executable, "-m", "ziglang", "cc", "-std=gnu11", "-O1", f"-I{HEADERS}"]
-    command += [str(TESTS / "native" / "support" / "co_simulation.c"), "-o", str(tmp_path / "host"), "-ldl"]
-    subprocess.run(command, check=True, timeout=300)
+    run_program(*command, TESTS / "native" / "support" / "co_simulation.c", "-o", tmp_path / "host", "-ldl")
     program, names = instructions(planned)
-    process = subprocess.run(
-        [str(tmp_path / "host")], input=program, capture_output=True, text=True, timeout=300, check=False
-    )
-    assert process.returncode == 0, process.stderr[-2000:]
+    process = run_program(tmp_path / "host", input=program)
     table = np.array([[float.fromhex(word) for word in line.split()] for line in process.stdout.splitlines()])
     dataset = run_planned(planned).dataset
     assert len(table) == dataset.sizes["time"] > 1000
