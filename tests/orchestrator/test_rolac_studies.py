@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -36,6 +37,14 @@ def test_slow_force_at_a_bearing_deflects_that_bearing_alone(k_b):
     slow = responses(k_b=f"{k_b} N/m")[0]
     assert slow[[S5, S3], [MB1, MB2]].real == pytest.approx(1.0 / k_b, rel=0.04)
     assert np.abs(slow[[S3, S5], [MB1, MB2]]).max() < 0.01 / k_b
+
+
+def test_receptances_of_stiff_machines_are_printed_with_four_digits():
+    result = studies.receptance()
+    stiff = replace(result, receptance=1e-4 * result.receptance)
+    largest = float(1e6 * np.abs(stiff.receptance[:, 0, 0]).max())
+    row = next(line.split() for line in str(stiff).splitlines() if line.startswith("s1, "))
+    assert float(row[row.index(result.forces[0]) + 1]) == pytest.approx(largest, rel=1e-3)
 
 
 def test_largest_receptance_does_not_depend_on_the_range_of_speeds():

@@ -45,6 +45,12 @@ def test_forward_and_backward_whirl_have_their_amplitudes(make):
     assert len(result.resonances) == 0  # the speed does not change
 
 
+def test_orbits_of_micrometres_are_printed_with_four_digits(make):
+    run = make(lambda t: whirl(0.4321e-6, 1.0 / PERIOD)(t) + whirl(0.08765e-6, -20.0)(t))
+    (row,) = (line.split() for line in str(studies.waterfall(run, window=0.5)).splitlines() if line.startswith("mb1"))
+    assert [float(text) for text in (row[1], row[4])] == pytest.approx([0.4321e-3, 0.08765e-3], rel=1e-3)
+
+
 @pytest.mark.parametrize("window", [0.1, 0.137, 0.5])
 def test_synchronous_run_has_no_other_vibration(make, window):
     """The side lobes of the window have 14 % two lines off, and 2.7 % further off, and the mean has them too."""

@@ -16,7 +16,7 @@ from amb_analysis.studies.inputs import Number, positive
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.design import magnetic_bearing
-from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario, load_scenario
@@ -155,16 +155,18 @@ class BearingAxis(DrawnResult):
         """Return a table with a row for each property."""
         (x_low, x_high), (i_low, i_high) = self.linear_range.x, self.linear_range.i_c
         (rise, fall), local = self.slew_rate, self.load.own
-        sines = (f"{s.i_c:.2f} A ({s.force:.0f} N) to {s.bandwidth:.0f} Hz" for s in self.full_swing)
+        sines = (f"{number(s.i_c)} A ({number(s.force)} N) to {number(s.bandwidth)} Hz" for s in self.full_swing)
         rows = {
-            "K_s, K_i (2.8, 2.9)": f"{1e-3 * self.k_s:.2f} N/mm, {self.k_i:.2f} N/A",
+            "K_s, K_i (2.8, 2.9)": f"{number(1e-3 * self.k_s)} N/mm, {number(self.k_i)} N/A",
             f"linear law within {self.tolerance:.0%}": (
-                f"x from {1e3 * x_low:.3f} to {1e3 * x_high:.3f} mm, I_c from {i_low:.2f} to {i_high:.2f} A"
+                f"x from {number(1e3 * x_low)} to {number(1e3 * x_high)} mm, "
+                f"I_c from {number(i_low)} to {number(i_high)} A"
             ),
-            "slew rate of the force": f"{1e-6 * rise:.3f} MN/s up, {1e-6 * fall:.3f} MN/s down",
+            "slew rate of the force": f"{number(1e-6 * rise)} MN/s up, {number(1e-6 * fall)} MN/s down",
             "bandwidth": f"{self.amplifier_bandwidth:g} Hz; at the voltage limit {', '.join(sines)}",
             "control force left": (
-                f"{local.up:.0f} N up, {local.down:.0f} N down, above a static load of {local.static_load:.0f} N"
+                f"{number(local.up)} N up, {number(local.down)} N down, "
+                f"above a static load of {number(local.static_load)} N"
             ),
         }
         title = f"{self.axis}, {self.bias_current:g} A bias and {self.static_current:g} A static current"

@@ -45,7 +45,7 @@ from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
-from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.scenario.plan_run import plan_run
 from amb_files.checks import require
 from array_types import Array
@@ -143,9 +143,9 @@ class Traps(MachineResult):
             left=("contact", "it"),
         )
         for state in self.states:
-            forces = ", ".join(f"{force:.1f}" for force in state.normal_forces.values()) or "-"
+            forces = ", ".join(map(number, state.normal_forces.values())) or "-"
             worst = max(state.currents.values(), key=lambda i: i.amplitude / max(i.allowed, 1e-12), default=None)
-            currents = ("-", "-") if worst is None else (f"{worst.amplitude:.2f}", f"{worst.allowed:.2f}")
+            currents = ("-", "-") if worst is None else (number(worst.amplitude), number(worst.allowed))
             place = "+".join(state.contact) or "free"
             motion = f"{state.growth:.3g}", f"{state.whirl_frequency:.4g}"
             table.add_row(place, forces, *currents, *motion, state.beyond(self.speed))

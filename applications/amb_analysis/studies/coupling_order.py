@@ -12,7 +12,7 @@ from amb_cosim.cosim.basics.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.contact_history import contact_cycles, recovery
 from amb_cosim.results.orbits import orbit_after, orbit_before
 from amb_cosim.scenario.coupling import delay, predictable
@@ -82,7 +82,7 @@ class CouplingOrders(DrawnResult):
         title = f"{self.scenario}: orbit before the step of the scenario or at the end, outcome and cost"
         table = labelled_table(title, "order", *columns)
         for row in self.rows:
-            orbits = (f"{radius:.5f}" for radius in row.orbit.values())
+            orbits = map(number, row.orbit.values())
             last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
             displayed = (f"{100.0 * row.deviation:.1f}", row.outcome, last, f"{row.cost:.1f}")
             table.add_row(row.order, f"{1e6 * row.step:g}", *orbits, *displayed)

@@ -29,7 +29,7 @@ from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.plain_console import plain_console
 from amb_cosim.presentation.progress import STARTING, bars
-from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 
@@ -87,7 +87,7 @@ class Identification(StudyResult):
                     outcome = "computed, not compared"
                 else:
                     difference = f"{100.0 * np.abs(ratios(result.receptance, result.model) - 1.0).max():.2g}"
-            numbers = f"{result.frequency:.6g}", str(result.periods), f"{result.force:.1f}"
+            numbers = f"{result.frequency:.6g}", str(result.periods), number(result.force)
             table.add_row(*numbers, condition, difference, outcome)
         return [table]
 

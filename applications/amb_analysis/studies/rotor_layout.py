@@ -87,9 +87,7 @@ class RotorLayout(DrawnResult):
         inertia = f"inertia {self.polar_inertia:.4g} kg m2 about the axis, {self.diametral_inertia:.4g} across"
         parts = text_table("Parts", ("kind", "name", "node", "z (m)", "what"), left=("kind", "name", "what"))
         for part in self.parts:
-            parts.add_row(
-                part.kind, part.name, "-" if part.node is None else str(part.node), f"{part.z:.4f}", part.what
-            )
+            parts.add_row(part.kind, part.name, "-" if part.node is None else str(part.node), number(part.z), part.what)
         where = "at rest on its bearings" if self.description.bearings else "free, without bearings"
         where += f" ({EXTRAPOLATED})" if is_extrapolated(self.limits, 0.0) else ""
         modes = text_table(f"Undamped, {where}", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))

@@ -18,7 +18,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import Raw, quantity
-from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.places import places
 from amb_cosim.results.result import Result
 from amb_cosim.results.series import cycles, signal, speed, speed_changes, turns
@@ -104,10 +104,10 @@ class Waterfall(DrawnResult):
         for name, result in self.bearings.items():
             table.add_row(
                 name,
-                f"{1e3 * result.largest:.4f}",
+                number(1e3 * result.largest),
                 f"{result.largest_at:.2f}",
                 ", ".join(f"{peak:.4g}" for peak in result.resonances) or "-",
-                f"{1e3 * result.other_amplitude:.4f}",
+                number(1e3 * result.other_amplitude),
                 f"{result.other_frequency:.2f}",
                 f"{result.other_speed:.2f}",
             )

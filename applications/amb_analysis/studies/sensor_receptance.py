@@ -11,7 +11,7 @@ from amb_analysis.studies.inputs import Number, positive, speed_range
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.presentation.json_data import JsonKey
-from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from array_types import Array, Complex
 from rotor_analysis.receptance import receptance as receptance_of
 from rotor_analysis.refinement import refined
@@ -58,7 +58,7 @@ class SensorReceptance(DrawnResult):
                 table.add_row(
                     f"s{2 * plane + 1}, z = {z:.4g} m",
                     self.forces[k],
-                    f"{1e6 * abs(curve[top]):.3f}",
+                    number(1e6 * abs(curve[top])),
                     f"{self.speeds[top]:.2f}",
                     f"{np.degrees(np.angle(curve[top])):.1f}",
                 )

@@ -11,6 +11,7 @@ from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.synchronous_control import adaptation_rates, settled
 from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
 from amb_analysis.studies.trap_states import BearingCurrent, SynchronousState, currents_of
+from amb_cosim.presentation.text_tables import number
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +108,6 @@ def _within(currents: Mapping[str, BearingCurrent]) -> str:
     if not currents:
         return ""
     message = ", ".join(
-        f"{bearing} {current.amplitude:.2f} of {current.allowed:.2f} A" for bearing, current in currents.items()
+        f"{bearing} {number(current.amplitude)} of {number(current.allowed)} A" for bearing, current in currents.items()
     )
     return f" ({message})"

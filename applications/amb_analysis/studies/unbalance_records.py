@@ -155,7 +155,7 @@ class UnbalanceResponse(DrawnResult):
             if any(abs(item.speed / self.speeds[top] - 1.0) < 1.0 / UNDAMPED for item in self._unbounded):
                 table.add_row(name, "no bound", "-", f"{self.speeds[top]:.1f}{mark}")
                 continue
-            share = "-" if place.clearance is None else f"{peak / place.clearance:.3f}"
+            share = "-" if place.clearance is None else number(peak / place.clearance)
             table.add_row(name, number(1e3 * peak), share, f"{self.speeds[top]:.1f}{mark}")
         unit, notes = speed_unit(), limit_notes(self.limits, self.speeds)
         if self.stable_up_to is not None:

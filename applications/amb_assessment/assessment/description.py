@@ -13,7 +13,7 @@ from amb_assessment.assessment.retainer_bearings import DATA_HEADS, TITLE, check
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.assessment.thrust_bearing import DATA_HEADS as DATA_OF_THRUST
 from amb_cosim.design.magnetic_bearing import current_range, linearisation, operating_constants
-from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from array_types import Array
@@ -40,19 +40,19 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     bearings = labelled_table(f"Bearings of {rotor.name}", "bearing", "z (mm)", "carries (kg)", "magnet")
     for bearing in rotor.bearings:
         magnet = "yes" if bearing.name in subject.magnets else "no"
-        bearings.add_row(bearing.name, f"{1e3 * z[bearing.node - 1]:.1f}", f"{carried[bearing.name]:.4g}", magnet)
+        bearings.add_row(bearing.name, number(1e3 * z[bearing.node - 1]), number(carried[bearing.name]), magnet)
     magnets = labelled_table("Magnets at rest", "axis", *MAGNET_HEADS)
     doubts: list[str] = []
     for name, axis in subject.loop.axes:
         numbers = magnet_numbers(subject.axis(name, axis), int(subject.parameters[ACTUATOR]["force_law"]))
-        magnets.add_row(f"{name}.{axis}", *(f"{number:.4g}" for number in numbers))
+        magnets.add_row(f"{name}.{axis}", *map(number, numbers))
         doubts += inductance_doubt(f"{name}.{axis}", *numbers[-2:])
     sensors = labelled_table("Sensors", "plane", "z (mm)")
     for name, node in subject.probes.items():
-        sensors.add_row(name, f"{1e3 * z[node - 1]:.1f}")
+        sensors.add_row(name, number(1e3 * z[node - 1]))
     sites = labelled_table("Contact sites, and air gaps", "place", "z (mm)", "radial clearance (mm)")
     for name, (node, clearance, _) in subject.clearances.items():
-        sites.add_row(name, f"{1e3 * z[node - 1]:.1f}", f"{1e3 * clearance:.4g}")
+        sites.add_row(name, number(1e3 * z[node - 1]), number(1e3 * clearance))
     stages = labelled_table("Stages with cross coupling", "at", "anticipated (MN/m)")
     for stage in subject.file.stages:
         stages.add_row(stage.at, f"{1e-6 * stage.anticipated(speed.highest):.4g}")
@@ -61,7 +61,7 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     )
     for seal in rotor.seals:
         tensors = (scale * of for scale, of in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
-        seals.add_row(seal.name, f"{1e3 * z[seal.node - 1]:.1f}", *(_tensor(item) for item in tensors))
+        seals.add_row(seal.name, number(1e3 * z[seal.node - 1]), *(_tensor(item) for item in tensors))
     check_sites(subject.file.retainer_bearings, subject.sites)
     balls = labelled_table(f"{TITLE}, under an equal share of the weight", "retainer", *DATA_HEADS)
     for item in subject.file.retainer_bearings:

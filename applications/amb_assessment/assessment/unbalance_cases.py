@@ -8,6 +8,7 @@ import numpy as np
 
 from amb_analysis.machine.feedback import directional_stiffness
 from amb_assessment.assessment.subject import Subject, rpm
+from amb_cosim.presentation.digits import significant
 from array_types import Array
 from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_masses
 
@@ -67,7 +68,7 @@ def _along(subject: Subject, direction: str, stiffness: dict[str, float]) -> lis
         mass = sum(m for _, m, _ in lobes)
         shares = {at + 1: sign * m / mass for at, m, sign in lobes}
         ends = tuple((span.start + 1, span.stop) for _, span in antinodes(shape))
-        places = ", ".join(f"z = {1e3 * subject.z[node - 1]:.0f} mm" for node in shares)
+        places = ", ".join(f"z = {significant(1e3 * subject.z[node - 1])} mm" for node in shares)
         name = f"mode {k}{direction} ({rpm(float(Omega)):.0f} 1/min), at {places}"
         cases.append(UnbalanceCase(name, shape, shares, ends))
     return cases

@@ -8,6 +8,7 @@ from io import StringIO
 from rich.console import Console
 from rich.table import Table
 
+from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.plain_console import plain_console
 
 TextBlock = Table | str
@@ -58,8 +59,8 @@ def labelled_table(title: str, label: str, *numbers: str) -> Table:
 
 
 def number(value: float | None) -> str:
-    """Return a number with four digits, or a dash for None."""
-    return "-" if value is None else f"{value:.4g}"
+    """Return a number with four significant digits, or a dash for None."""
+    return "-" if value is None else significant(value)
 
 
 def rendered(parts: Iterable[TextBlock]) -> str:

@@ -13,6 +13,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import ArrayLike
 
+from amb_cosim.presentation.digits import significant
 from array_types import Array
 
 SIZES = {  # of each unit in the SI unit of its quantity, the first; a frequency is a speed too, a hertz a turn
@@ -52,9 +53,8 @@ class ShownUnit:
         return f"{self.number(value, digits)} {self.label}"
 
     def number(self, value: float, digits: int = 4) -> str:
-        """Return a value of the SI unit in this one, as a readable number: 15000, not 1.5e+04."""
-        displayed = value / self.size
-        return f"{displayed:.0f}" if 10.0**digits <= abs(displayed) < 1e7 else f"{displayed:.{digits}g}"
+        """Return a value of the SI unit in this one as `significant` digits."""
+        return significant(value / self.size, digits)
 
 
 class units:  # used as a function, and in `with`

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from amb_analysis.studies.bearing_axis import BearingAxis, LoadCurves
+from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import force_unit, length_unit
 from array_types import Array
@@ -21,7 +22,7 @@ def draw(result: BearingAxis) -> Figure:
     _draw_bandwidth(panels[1, 1], result)
     figure.suptitle(
         f"{result.axis} at {result.bias_current:g} A bias and {result.static_current:g} A static current: "
-        rf"$K_s$ = {1e-3 * result.k_s:.1f} N/mm, $K_i$ = {result.k_i:.1f} N/A",
+        rf"$K_s$ = {significant(1e-3 * result.k_s)} N/mm, $K_i$ = {significant(result.k_i)} N/A",
         fontsize=TITLE_SIZE,
     )
     return figure
@@ -71,7 +72,7 @@ def _draw_bandwidth(axes: Axes, result: BearingAxis) -> None:
     for swing in result.full_swing:
         point = (swing.bandwidth, swing.force / unit.size)
         axes.plot(*point, "o", color=BLUE, ms=3.5)
-        label = f"{swing.i_c:.2f} A to {point[0]:.0f} Hz"
+        label = f"{significant(swing.i_c)} A to {significant(point[0])} Hz"
         axes.annotate(label, point, (-7, -10), textcoords="offset points", ha="right", fontsize=8)
     bandwidth = result.amplifier_bandwidth
     axes.axvline(bandwidth, color="0.45", lw=0.8, ls=":")

@@ -10,6 +10,7 @@ from amb_assessment.assessment.stages import real_coefficients, table_notes, wit
 from amb_assessment.assessment.subject import NEARER, Subject, rpm
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
+from amb_cosim.presentation.digits import significant
 from array_types import Array
 from rotor_analysis.peaks import Peak, highest_peaks, separation_margin
 from rotor_analysis.response import orbit
@@ -80,7 +81,8 @@ def _placed(subject: Subject, cases: list[UnbalanceCase], whole: float) -> tuple
         (
             case.name.split(",")[0],
             ", ".join(
-                f"{1e6 * share * whole:+.3g} at {1e3 * subject.z[node - 1]:.0f}" for node, share in case.shares.items()
+                f"{1e6 * share * whole:+.3g} at {significant(1e3 * subject.z[node - 1])}"
+                for node, share in case.shares.items()
             ),
         )
         for case in cases
