@@ -8,6 +8,7 @@ from strange_machine import TOUCHDOWN
 import amb_cosim
 from amb_cosim.results.summary_table import table
 from amb_cosim.scenario.scenario import load_scenario
+from tests.support.messages import assert_names
 
 OF_CONTACT = (
     "peak_contact_force",
@@ -54,6 +55,11 @@ def test_contact_figures_do_not_depend_on_thinning(every, touchdown):
 
 def test_a_thinned_record_has_few_samples(thin, touchdown):
     assert thin.signals.sizes["time"] < touchdown.signals.sizes["time"] / 90
+
+
+def test_a_thinned_run_says_that_its_orbits_are_of_samples(thin, touchdown):
+    (notice,) = set(thin.summary.notices) - set(touchdown.summary.notices)
+    assert_names(notice, "100 steps", "samples", "record.every = 1")
 
 
 def test_a_thinned_run_is_the_same_in_the_plain_loop(thin):

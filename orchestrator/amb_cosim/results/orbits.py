@@ -9,7 +9,7 @@ import numpy as np
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.places import places
-from amb_cosim.results.series import Path, change, cycles, displacements, parameters, signal, turns
+from amb_cosim.results.series import Path, change, cycles, displacements, parameters, signal, speed, thinning, turns
 from array_types import Array, Bools
 
 When = Literal["before", "end"]
@@ -132,6 +132,26 @@ def notices_of_start(dataset: Signals) -> list[str]:
     return [
         "the largest orbit is a motion of the start that has not settled; after the first cycle it falls by "
         f"{falls}; more settle_cycles reduce it"
+    ]
+
+
+def notices_of_samples(dataset: Signals) -> list[str]:
+    """Return a sentence if the record is thinned, so that the radii are those of some steps.
+
+        1 - |r_n|/max |r| <= 1 - cos(pi/n),    n = 2 pi/(max |Omega| h)                              (1)
+
+    for n samples, h apart, in a turn of an ellipse on which the rotor moves once with each of its turns; n >= 3.
+    """
+    every = thinning(dataset)
+    if every == 1:
+        return []
+    h, fastest = every * float(dataset.attrs["communication_step_s"]), float(np.abs(speed(dataset)).max(initial=0.0))
+    n = 2.0 * np.pi / (fastest * h) if fastest else np.inf
+    missed = f"by up to {100.0 * (1.0 - np.cos(np.pi / n)):.2g} %" if n >= 3.0 else "by much"
+    turn = f", {n:.3g} in a turn," if np.isfinite(n) else ""
+    return [
+        f"orbits are those of the samples, one of {every} steps{turn} and may miss the largest radius of a motion with "
+        f"the spin {missed}; record.every = 1 records all steps"
     ]
 
 

@@ -30,6 +30,13 @@ def at_every_step(dataset: Signals) -> Signals:
     )
 
 
+def thinning(dataset: Signals) -> int:
+    """Return the number of communication steps from each sample to the next; 1 of a full record."""
+    steps = np.diff(dataset["time"].values)
+    step = dataset.attrs.get("communication_step_s")
+    return max(1, round(float(np.median(steps)) / float(step))) if step and len(steps) else 1
+
+
 def signal(dataset: Signals, name: str) -> NDArray[Any] | None:
     """Return the samples of a variable of the plant, or None if it was not recorded."""
     label = f"{PLANT}.{name}"

@@ -12,7 +12,14 @@ from amb_cosim.cosim.record.warnings import sentences, warnings_of
 from amb_cosim.presentation.json_data import JsonKey, Layout, json_data
 from amb_cosim.results import contact_forces, contact_history, energies
 from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
-from amb_cosim.results.orbits import notices_of_start, orbit_after, orbit_before, orbit_largest, settled_amplitudes
+from amb_cosim.results.orbits import (
+    notices_of_samples,
+    notices_of_start,
+    orbit_after,
+    orbit_before,
+    orbit_largest,
+    settled_amplitudes,
+)
 from amb_cosim.results.places import places
 from amb_cosim.results.series import event_name, shares_of_steps
 from amb_cosim.results.stators import StatorTouch, stator_touches
@@ -98,8 +105,8 @@ class Summary:
         A sentence for each kind of warning that a component gave: what, where, from when until when. And one if much of
         the contact force's power is beyond the reduction.
     notices
-        Scenario settings that replacing components lack, an end of the run rounded to whole steps, and a largest orbit
-        that is a motion of the start.
+        Scenario settings that replacing components lack, an end of the run rounded to whole steps, a largest orbit
+        that is a motion of the start, and what orbits of a thinned record may miss.
     verdict
         Outcome of the run, in a word and a sentence, and the values that determine it. It is printed, and not in JSON.
     """
@@ -199,7 +206,11 @@ def summarise(dataset: Signals) -> Summary:
         stators=stator_touches(dataset),
         touchdown=fall,
         warnings=[*sentences(warnings_of(dataset)), *warnings_beyond_reduction(dataset)],
-        notices=[*json.loads(dataset.attrs.get("notices", "[]")), *notices_of_start(dataset)],
+        notices=[
+            *json.loads(dataset.attrs.get("notices", "[]")),
+            *notices_of_start(dataset),
+            *notices_of_samples(dataset),
+        ],
         verdict=verdict(dataset, fall),
     )
 

@@ -18,7 +18,7 @@ from amb_cosim.results.contact_forces import largest_averaged_force, peak_force
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power
-from amb_cosim.results.series import at_every_step, cycles, event_name, parameters, signal
+from amb_cosim.results.series import at_every_step, cycles, event_name, parameters, signal, thinning
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown
 
@@ -171,6 +171,7 @@ def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
         return None
     margin, orbit, clearance, site = min(orbits)
     when = "largest orbit" if word in ("levitated", "free") else "orbit in the last cycle"
+    when += " of the samples" * (thinning(dataset) > 1)
     lengths = f"{length_unit(orbit).text(orbit, 3)} in {length_unit(clearance).text(clearance, 3)}"
     return "margin to the clearance", f"{100.0 * margin:.3g} % at {site.upper()}; {when} {lengths}"
 
