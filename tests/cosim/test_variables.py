@@ -11,6 +11,7 @@ import pytest
 from fmu_systems import system_text
 
 import amb_cosim
+from amb_cosim.commands.options import parse_settings
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.planning import plan_experiment
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
@@ -65,10 +66,11 @@ DESCRIPTIONS = {
 
 @pytest.fixture
 def run(fmu_from_c, tmp_path):
-    """`run(version, parameters="", **options)`: the data set of the FMU alone."""
+    """`run(version, parameters="", **options)`: data of the FMU alone; `choice` names its Enumeration."""
 
-    def simulate(version, parameters="", more="", **options):
-        fmu = fmu_from_c(SOURCE, DESCRIPTIONS[version], version)
+    def simulate(version, parameters="", more="", choice="choice", **options):
+        description = DESCRIPTIONS[version].replace('name="choice"', f'name="{choice}"')
+        fmu = fmu_from_c(SOURCE, description, version, f"texts with {choice}")
         path = tmp_path / "system.toml"
         text = system_text({"one": str(fmu)}, more=f"{more}[parameters.one]\n{parameters}")
         path.write_text(text, encoding="utf-8")
@@ -90,6 +92,29 @@ def test_a_text_is_passed_on_as_it_is(run, version):
     """Blanks, digits, wildcards and letters that take two bytes in UTF-8."""
     for text in ("", " a ", "3", "true", "*", "[red]", "Lüfter"):
         assert run(version, set={"one.file": text})["one.y"].values[-1] == len(text.encode()) + 1000
+
+
+@pytest.mark.parametrize(
+    ("setting", "y"),
+    [
+        ("one.file=a=fast", len("none") + 3000),
+        ("one.file=a = 3", len("none") + 3000),
+        ("one.file=*=fast", len("none") + 3000),
+        ("one.file=b=c", len("b=c") + 1000),
+        ("one.file = b = c ", len("b = c") + 1000),
+        ("one.file=ab==", len("ab==") + 1000),
+        ("one.file=table.csv", len("table.csv") + 1000),
+    ],
+)
+def test_names_and_texts_may_have_equals_signs(run, setting, y):
+    """The longest name that exists counts: `file=a` is an Enumeration, `file` a String."""
+    assert run(2, choice="file=a", set=parse_settings([setting]))["one.y"].values[-1] == y
+
+
+def test_an_unknown_name_with_an_equals_sign_is_refused(run):
+    for setting in ("one.fill=a=fast", "one.fil=b"):
+        with raises_naming(ValueError, "one", "file=a"):
+            run(2, choice="file=a", set=parse_settings([setting]))
 
 
 def test_a_binary_parameter_is_written_in_hexadecimal_digits(run):

@@ -309,7 +309,7 @@ def test_a_condition_that_does_not_fit_its_signal_is_refused(old, new, facts):
         plan(extra=STOP.replace(old, new))
 
 
-def test_settings_are_split_at_the_first_equals_sign():
+def test_settings_are_names_and_values():
     assert parse_settings(["a.b=1 mm", " c.d = 2 ", "a.b=3"]) == {"a.b": "3", "c.d": "2"}
     for text in ("a.b", "=1", "a.b="):
         with raises_naming(ValueError, "component.variable=value"):

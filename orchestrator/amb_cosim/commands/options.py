@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -11,6 +12,8 @@ import click
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.cosim.basics.choices import FLAVOURS, FMIS, LOOPS
 from fmi_export.building.number_texts import plain_forms
+
+_SETTING = re.compile(r"\s*([^\s=].*)=(.*\S.*)", re.DOTALL)
 
 Option = Callable[[Callable[..., None]], Callable[..., None]]
 
@@ -22,13 +25,18 @@ def output(text: str, default: str | None = None, metavar: str | None = None) ->
 
 
 def parse_settings(settings: Iterable[str]) -> dict[str, str]:
-    """`component.variable=value` texts by variable; the last one counts."""
+    """`component.variable=value` texts by variable; the last one counts.
+
+    The name of a variable, and the value of a String, may have a `=`. Such a text is divided at its last `=`, and
+    `Assignments.set` finds the name in it.
+    """
     parsed = {}
     for text in settings:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
+        match = _SETTING.fullmatch(text)
+        if match is None:
             raise ValueError(f"{text!r} is not a setting; write component.variable=value")
-        parsed[name] = value
+        name, value = match.groups()
+        parsed[name if "=" in name else name.strip()] = value if "=" in name else value.strip()
     return parsed
 
 

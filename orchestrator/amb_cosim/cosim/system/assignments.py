@@ -48,6 +48,8 @@ class Assignments:
     def set(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
         """Set every variable that `name` matches, and return their names.
 
+        If nothing has the name `a=b`, a text `c` is the value `b=c` of `a`.
+
         Parameters
         ----------
         only
@@ -58,6 +60,7 @@ class Assignments:
         ValueError
             If nothing has this name or may be set here, or the value is not allowed.
         """
+        name, raw = self._divided(name, raw)
         names = self.matching(name)
         component, variable = self.system.divide(name)
         text = self._text(component, variable)
@@ -180,6 +183,23 @@ class Assignments:
         component, variable = self._split(name)
         start = self.interfaces[component].port(variable, component).start or 0.0
         return self.parameters[component].get(variable, start)
+
+    def _divided(self, name: str, raw: Raw) -> tuple[str, Raw]:
+        """Return the longest name that exists and ends before a `=` of `name=raw`, and the rest as its value."""
+        if "=" not in name or not isinstance(raw, str) or self._is_name(name):
+            return name, raw
+        parts = f"{name}={raw}".split("=")
+        for k in range(name.count("=") + 1, 0, -1):
+            shorter = "=".join(parts[:k]).strip()
+            if self._exists(shorter):
+                return shorter, "=".join(parts[k:]).strip()
+        return name.strip(), raw.strip()
+
+    def _exists(self, name: str) -> bool:
+        """Return whether a signal or a variable has this name, or one that can be set matches it."""
+        component, pattern = self.system.divide(name)
+        is_matched = component in self.interfaces and bool(matching_names(self._settable_names(component), pattern))
+        return self._is_name(name) or (is_pattern(name) and is_matched)
 
     def _is_name(self, name: str) -> bool:
         """Return whether a signal or a variable has this name, which may have brackets, as `x[State.on]`."""
