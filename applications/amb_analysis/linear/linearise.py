@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from os import PathLike
 from pathlib import Path
 
@@ -93,15 +94,16 @@ def model_of(
     chosen, units = [name for name in present if components is None or name in components], made.units()
     parts, feeds = made.parts(chosen), made.feeds(chosen)
     parts, feeds = in_order(parts, feeds, chosen)
-    for name in _matching("opened", opened, [end for part in parts for end in part.inputs]):
+    reason = partial(_reason, made, parts)
+    for name in _matching("opened", opened, [end for part in parts for end in part.inputs], reason):
         feeds.pop(name, None)
     whole = loop_of(parts, feeds)
     available = {end for part in parts for end in part.inputs}
     free = [name for name in whole.inputs if name in available and (inputs is not None or name not in feeds)]
     displayed = [name for name in whole.outputs if name in units]
     local = [name for name in displayed if name not in available]
-    chosen_inputs = free if inputs is None else _matching("inputs", inputs, free)
-    chosen_outputs = local if outputs is None else _matching("outputs", outputs, displayed)
+    chosen_inputs = free if inputs is None else _matching("inputs", inputs, free, reason)
+    chosen_outputs = local if outputs is None else _matching("outputs", outputs, displayed, reason)
     point = {SPEED: made.plan.inputs[SPEED]} if SPEED in made.plan.inputs else {}
     return linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **made.point})
 
@@ -123,12 +125,31 @@ def in_order(
     return result, changed
 
 
-def _matching(what: str, patterns: Sequence[str], names: Sequence[str]) -> list[str]:
-    """Return the names, and those that match patterns, in order without duplicates."""
+def _matching(
+    what: str, patterns: Sequence[str], names: Sequence[str], reason: Callable[[str, Sequence[str]], str]
+) -> list[str]:
+    """Return the names, and those that match patterns, in order without duplicates; a refusal has its `reason`."""
     result: dict[str, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
         matching = [pattern] if pattern in names else matching_names(names, pattern)
         if not matching:
-            raise ValueError(f"{what}: nothing in the linear model matches {pattern!r}; {suggest(pattern, names)}")
+            raise ValueError(f"{what}: nothing in the linear model matches {pattern!r}; {reason(pattern, names)}")
         result |= dict.fromkeys(matching)
     return list(result)
+
+
+def _reason(made: LinearSource, parts: Sequence[LinearComponent], pattern: str, names: Sequence[str]) -> str:
+    """Return why the linear model lacks the variables that match a pattern, or names like it if there are none.
+
+    Such a variable is a parameter, an output that cannot be an input, of no component of the model, or neglected.
+    """
+    ports = {f"{c}.{p.name}": (c, p) for c, face in made.assembly.interfaces.items() for p in face.ports.values()}
+    matching = [pattern] if pattern in ports else matching_names(list(ports), pattern)
+    if not matching:
+        return suggest(pattern, names)
+    name, rest = matching[0], f" and {len(matching) - 1} more" if len(matching) > 1 else ""
+    component, port = ports[name]
+    if port.causality == "parameter" or name in {end for part in parts for end in part.outputs}:
+        return f"{name}{rest}: it is {port.kind}"
+    notes = [note for part in parts for note in part.notes if note.startswith(f"{component}: ")]
+    return f"{name}{rest}: {'; '.join(notes) or f'{component} is not among its components'}"

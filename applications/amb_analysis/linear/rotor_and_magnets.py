@@ -18,6 +18,9 @@ from rotor_contact.seals import add_seals
 from rotor_contact.structure import structure_of
 
 Parameters = Mapping[str, float]
+NEGLECTED = (
+    "contact, unbalance, a free spin, and gaps c - |r|, which have no derivative at the centre r = 0, are not included"
+)
 
 
 def rotor_component(
@@ -63,7 +66,7 @@ def rotor_component(
         np.hstack([displayed, np.zeros_like(displayed)]),
         np.zeros((len(displayed), B.shape[1])),
     )
-    return _unique(law, name, inputs, outputs, "contact, unbalance and a free spin are not included")
+    return _unique(law, name, inputs, outputs, NEGLECTED)
 
 
 def bearing_slopes(

@@ -195,6 +195,21 @@ def test_what_a_model_cannot_have_is_named(compressor):
         model_of(linearisable(COMPRESSOR, {"amb_actuator.mb1.x": 5.1e-4}, set={"amb_actuator.force_law": 2}))
 
 
+@pytest.mark.parametrize(
+    ("components", "ends", "facts"),
+    [
+        (None, {"outputs": ["*.gap"]}, ("'*.gap'", "rotor_contact.td1.gap", "no derivative at the centre", "r = 0")),
+        (None, {"inputs": ["rotor_contact.td1.clearance"]}, ("rotor_contact.td1.clearance", "a parameter")),
+        (None, {"inputs": ["rotor_contact.mb1.x"]}, ("rotor_contact.mb1.x", "an output")),
+        (None, {"inputs": ["*.amplifier_off_x"]}, ("amb_actuator.mb1.amplifier_off_x", "faults")),
+        (["amb_actuator"], {"outputs": ["rotor_contact.mb1.x"]}, ("rotor_contact.mb1.x", "components")),
+    ],
+)
+def test_a_variable_that_the_model_lacks_is_refused_with_the_cause(compressor, components, ends, facts):
+    with raises_naming(ValueError, *facts):
+        model_of(compressor, components=components, **ends)
+
+
 def test_system_is_linearised_as_a_scenario_of_it_is():
     """The expander: its middle bearing is a passive ring, its loop is sampled every 50 us."""
     system, rotor = amb_cosim.load_system(ROTOR.parent / "levitated_expander.toml"), str(ROTOR)
