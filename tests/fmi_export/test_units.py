@@ -175,7 +175,10 @@ def test_units_of_the_trade_are_read_as_the_trade_means_them():
         ("2 kp", "N", 2 * 9.80665),
         ("2 lbm", "kg", 2 * 0.45359237),
         ("3 gn", "m/s2", 3 * 9.80665),
-        ("1 PS", "W", 735.49875),
+        *(("1 PS", "W", 735.49875), ("1 CV", "W", 735.49875), ("1 bhp", "W", 745.69987158227022)),
+        *(("2 VAr", "W", 2.0), ("5 daNm", "N.m", 50.0), ("5 cNm", "N.m", 0.05), ("2 mTorr", "N/m2", 0.202650 / 0.76)),
+        *(("3 kgfm", "N.m", 3 * 9.80665), ("3 kgfcm", "N.m", 0.03 * 9.80665), ("3 kpm", "N.m", 3 * 9.80665)),
+        *((f"30 {spelled}/min", "rad/s", math.pi) for spelled in ("giri", "varv", "omw", "ob", "obr", "Umdr")),
         *((f"30 {spelled}", "rad/s", math.pi) for spelled in ("r.p.m.", "r.p.m", "R.P.M.", "c.p.m.", "rev./min")),
         ("1 r.p.s.", "Hz", 1.0),
         ("3 in.", "m", 3 * 0.0254),
@@ -197,6 +200,9 @@ POUND, OUNCE, INCH = 0.45359237 * 9.80665, 0.028349523125 * 9.80665, 0.0254
         *((f"5 {spelled}", "N.m", 5 * POUND * INCH) for spelled in ("lb-in", "lb.in", "in-lb", "lbf.in", "lbf-in")),
         ("5 ft-lb", "N.m", 5 * POUND * 12 * INCH),
         ("5 oz-in", "N.m", 5 * OUNCE * INCH),
+        *((f"5 {spelled}", "N.m", 5 * POUND * 12 * INCH) for spelled in ("foot-pounds", "Pound-Feet", "foot pounds")),
+        *((f"5 {spelled}", "N.m", 5 * POUND * INCH) for spelled in ("inch pounds", "Inch-Pounds")),
+        ("5 ounce-inches", "N.m", 5 * OUNCE * INCH),
         ("5 lb/in", "N/m", 5 * POUND / INCH),
         ("5 lb.s/in", "N.s/m", 5 * POUND / INCH),
         ("5 lb", "N", 5 * POUND),
@@ -247,6 +253,49 @@ def test_a_kilogram_is_no_force():
 )
 def test_names_of_units_are_read_in_any_case(name, unit, value, case):
     assert to_unit(f"3 {case(name)}", unit, "x") == pytest.approx(3.0 * value, rel=1e-12)
+
+
+@pytest.mark.parametrize("case", [str.lower, str.title, str.upper])
+@pytest.mark.parametrize(
+    ("name", "unit", "value"),
+    [
+        *(("newtonmeter", "N.m", 1.0), ("kilonewtonmetres", "N.m", 1e3), ("newtonmeter/radian", "N.m/rad", 1.0)),
+        *(("newtonsekunde", "N.s", 1.0), ("newtonsecond/meter", "N.s/m", 1.0), ("voltampere", "W", 1.0)),
+        *(("pascalsekunde", "N.s/m2", 1.0), ("kilowattstunden", "J", 3.6e6), ("newtonmetersekunden", "N.m.s", 1.0)),
+        *(("newtonmeter2", "N.m2", 1.0), ("weber", "V.s", 1.0), ("kilopond", "N", 9.80665)),
+        *(("poise", "N.s/m2", 0.1), ("centipoise", "N.s/m2", 1e-3), ("stokes", "m2/s", 1e-4), ("dyne", "N", 1e-5)),
+        *(("torr", "N/m2", 101325.0 / 760.0), ("gauss", "T", 1e-4), ("kilogauss", "T", 0.1)),
+        *(("hp", "W", 745.69987158227022), ("liter/min", "m3/s", 1e-3 / 60.0), ("zoll", "m", 0.0254)),
+        *(("kilogramm", "kg", 1.0), ("mikrometer", "m", 1e-6), ("zentimeter", "m", 0.01), ("stunden", "s", 3600.0)),
+        *(("umdrehungen/min", "rad/s", math.pi / 30.0), ("upm", "rad/s", math.pi / 30.0)),
+    ],
+)
+def test_products_and_german_names_are_read_in_any_case(name, unit, value, case):
+    assert to_unit(f"3 {case(name)}", unit, "x") == pytest.approx(3.0 * value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "meant"),
+    [
+        ("90 Grad", "rad", "deg or gon"),
+        ("90 grad", "rad", "deg or gon"),
+        ("20 Grad Celsius", "K", "deg or gon"),
+        ("25 gr.mm", "kg.m", "g or grain"),
+        ("2 tons", "kg", "t, short_ton or long_ton"),
+    ],
+)
+def test_a_name_of_several_units_is_refused_with_each(text, unit, meant):
+    """Grad would be 1e9 rad, a prefix and a unit; gr a grain of 65 mg; a ton that of the USA."""
+    with raises_naming(ValueError, "x", meant):
+        to_unit(text, unit, "x")
+
+
+def test_the_units_that_an_ambiguous_name_may_mean_are_read():
+    assert to_unit("90 deg", "rad", "x") == to_unit("100 gon", "rad", "x") == pytest.approx(math.pi / 2.0)
+    assert to_unit("25 g.mm", "kg.m", "x") == pytest.approx(25e-6)
+    assert to_unit("1 grain", "kg", "x") == pytest.approx(64.79891e-6)
+    masses = [to_unit(f"1 {name}", "kg", "x") for name in ("t", "short_ton", "long_ton")]
+    assert masses == pytest.approx([1000.0, 2000.0 * 0.45359237, 2240.0 * 0.45359237])
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from fmi_export.building.number_texts import plain_forms
-from fmi_export.building.unit_names import case_advice, lower_case
+from fmi_export.building.unit_names import advice, is_ambiguous, lower_case
 
 if TYPE_CHECKING:
     import pint
@@ -86,7 +86,7 @@ COMMON = {
 # the activity of an enzyme). An exponent belongs to the last factor of a product: kgm2 is kg m2.
 TRADE = {
     "kRPM": "krpm",
-    **dict.fromkeys(("U", "r", "rev", "revs", "tr"), "turn"),
+    **dict.fromkeys(("U", "Umdr", "r", "rev", "revs", "tr", "giri", "varv", "omw", "ob", "obr"), "turn"),
     "cpm": "(turn/minute)",
     "cps": "(turn/second)",
     "rph": "(turn/hour)",
@@ -94,23 +94,30 @@ TRADE = {
     "kp": "kilogram_force",
     "lbm": "pound",
     "gn": "standard_gravity",
-    "PS": "metric_horsepower",
+    **dict.fromkeys(("PS", "CV"), "metric_horsepower"),
+    **{"gauss": "tenth_of_mT", "kilogauss": "kilotenth_of_mT"},  # that of pint is of the Gaussian system
+    "bhp": "hp",
+    **dict.fromkeys(("var", "VAr"), "volt_ampere"),
     **dict.fromkeys(("mil", "mils"), "thou"),
     **dict.fromkeys(("amp", "amps"), "ampere"),
 }
 PRODUCTS = {
-    **{f"{prefix}Nm": f"{prefix}N*m" for prefix in ("", "m", "k", "M")},
+    **{f"{prefix}Nm": f"{prefix}N*m" for prefix in ("", "u", "m", "c", "da", "k", "M")},
     **{f"{prefix}Ns": f"{prefix}N*s" for prefix in ("", "m", "k", "M")},
     **{f"{prefix}Pas": f"{prefix}Pa*s" for prefix in ("", "m")},
     **{f"N{length}m": f"N*{length}m" for length in ("m", "c")},
     **{f"g{length}m": f"g*{length}m" for length in ("m", "c")},
-    **{f"kg{length}m": f"kg*{length}m" for length in ("", "m", "c")},
+    **{f"{weight}{length}m": f"{weight}*{length}m" for weight in ("kg", "kgf") for length in ("", "m", "c")},
+    "kpm": "kgf*m",
     "Nms": "N*m*s",
     "Vs": "V*s",
     "As": "A*s",
 }
 # Masses that the trade writes for their weights, as in a torque of 5 lb-in, where a force is meant.
-POUNDS = {"lb": "lbf", "lbs": "lbf", "oz": "ozf"}
+POUNDS = {
+    **dict.fromkeys(("lb", "lbs", "pound", "pounds"), "lbf"),
+    **dict.fromkeys(("oz", "ounce", "ounces"), "ozf"),
+}
 # Abbreviations with full stops, such as r.p.m. and in., which are no products.
 INITIALS = re.compile(r"\b([rcRC])\.\s?([pP])\.\s?([msMS])\b\.?")
 STOP = re.compile(r"(?<=[A-Za-z])\.(?=$|[/)*-]|\s*$)")
@@ -146,11 +153,12 @@ def display_unit(unit: str, name: str) -> dict[str, float]:
 
 @cache
 def registry(numbers: type = Fraction) -> pint.UnitRegistry:  # type: ignore[type-arg]
-    """Return pint's units with `Ohm`, which calculate with this type of number."""
+    """Return pint's units with `Ohm`, `Torr` and the gauss of SI, which calculate with this type of number."""
     import pint
 
     units: pint.UnitRegistry = pint.UnitRegistry(non_int_type=numbers)  # type: ignore[type-arg]
-    units.define("@alias ohm = Ohm")
+    for definition in ("@alias ohm = Ohm", "@alias torr = Torr", "tenth_of_mT = 1e-4 * tesla"):
+        units.define(definition)
     return units
 
 
@@ -165,16 +173,16 @@ def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
         If the unit is unknown.
     """
     plain = _plain(unit)
-    text = re.sub(r"([^\W\d]+)((?:\*\*|\^)?-?\d{1,2})?", _spelled, plain.replace(".", "*"))
-    text = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", text)
     try:
+        text = re.sub(r"([^\W\d]+)((?:\*\*|\^)?-?\d{1,2})?", _spelled, plain.replace(".", "*"))
+        text = re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", text)
         if len(unit) > LONGEST_UNIT or not UNIT.fullmatch(plain.replace("(", "").replace(")", "")):
             raise ValueError("it is not a product or quotient of units")
         return registry(numbers).Unit("" if text == "1" else text)
     except Exception as error:  # errors of pint, and of the calculator that reads its texts
         displayed = unit if len(unit) <= LONGEST_UNIT else f"{unit[:LONGEST_UNIT]}..."
         raise ValueError(
-            f"unknown unit {displayed!r}{case_advice(displayed)}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz"
+            f"unknown unit {displayed!r}{advice(displayed)}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz"
         ) from error
 
 
@@ -187,8 +195,11 @@ def _plain(unit: str) -> str:
 
 def _spelled(match: re.Match[str]) -> str:
     """Return a name with its exponent as pint knows it."""
+    if is_ambiguous(match[1]):
+        raise ValueError(f"{match[1]} is the name of several units")
     name, exponent = lower_case(match[1]), match[2] or ""
-    return f"({PRODUCTS[name]}{exponent})" if name in PRODUCTS else TRADE.get(name, name) + exponent
+    product = PRODUCTS.get(name, name if "*" in name else "")
+    return f"({product}{exponent})" if product else TRADE.get(name, name) + exponent
 
 
 def base_unit(unit: str) -> dict[str, float | int]:
@@ -291,7 +302,8 @@ def _converted(text: str | float, unit: str, name: str) -> float:
 
 def _as_weights(unit: str, forces: Mapping[str, str]) -> str:
     """Return a unit with the forces that are the weights of its masses, by the names of these."""
-    return re.sub(rf"(?<![^\W\d])({'|'.join(forces)})(?![^\W\d])", lambda match: forces[match[1]], unit)
+    names = rf"(?<![^\W\d])({'|'.join(forces)})(?![^\W\d])"
+    return re.sub(names, lambda match: forces[match[1].lower()], unit, flags=re.IGNORECASE)
 
 
 def _by_pint(number: float, exact: Fraction | None, values: str, unit: str, what: str) -> float:
@@ -310,7 +322,7 @@ def _by_pint(number: float, exact: Fraction | None, values: str, unit: str, what
                 return float(converted(exact) * _revolution(values, unit))
         return float(converted(number))
     except pint.DimensionalityError as error:
-        weighed, hint = _as_weights(values, POUNDS), case_advice(values)
+        weighed, hint = _as_weights(values, POUNDS), advice(values)
         if weighed != values:
             with suppress(ValueError):
                 return _by_pint(number, exact, weighed, unit, what)
