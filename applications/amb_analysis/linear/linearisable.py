@@ -27,10 +27,9 @@ from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
 from amb_cosim.cosim.system.values import Raw, convert, quantity
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
-from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario, as_scenario
+from amb_cosim.scenario.scenario import SPEED, Scenario, as_scenario
 from array_types import Array
 from linear_controller.matrices import matrices_of
 from rotor_contact.structure import structure_of

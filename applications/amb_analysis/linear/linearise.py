@@ -14,9 +14,8 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.scenario.plan import SPEED
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.scenario import SPEED, Scenario
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matching_names
 

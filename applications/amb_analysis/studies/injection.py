@@ -21,9 +21,9 @@ from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_history import in_contact
-from amb_cosim.scenario.plan import IDEAL, SPEED
+from amb_cosim.scenario.plan import IDEAL
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
-from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.scenario import SPEED, Scenario
 from amb_cosim.scenario.simulation import run_planned
 from array_types import Array, Complex, Indices
 from signal_chain.presets import CUSTOM, is_on

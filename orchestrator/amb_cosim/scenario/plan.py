@@ -11,18 +11,18 @@ from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, InputChange, Plan, Profile
 from amb_cosim.cosim.system.planning import plan_experiment
-from amb_cosim.cosim.system.values import Raw, convert, quantity
+from amb_cosim.cosim.system.values import Raw, convert, plain_number, quantity
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.scenario.control_loop import check_control_loop
 from amb_cosim.scenario.coupling import delay, predictable
+from amb_cosim.scenario.far_values import StatedValues
 from amb_cosim.scenario.gravity import set_gravity
 from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
 from amb_cosim.scenario.plan_warnings import idle_switches, unsteady_effects, viscous_losses
-from amb_cosim.scenario.scenario import Scenario, checked_speed, cycle_period
+from amb_cosim.scenario.scenario import SPEED, Scenario, checked_speed, cycle_period
 from amb_cosim.scenario.stators import set_stators
 
-SPEED = "Omega"  # the shared signal whose initial value counts the cycles
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
 UNBALANCE = "kg.m"
 FREE, IDEAL = "spin.free", "drive.ideal"  # of the plant: a spin that the drive must hold, and a drive that does
@@ -164,7 +164,8 @@ class FirstValues:
 def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> FirstValues:
     """Return the start of a scenario; arguments and errors as of `plan_scenario`.
 
-    In Jacobi order, a controller that can predict does so over the delay, unless a value is set.
+    In Jacobi order, a controller that can predict does so over the delay, unless a value is set. Texts of `settings`
+    without a unit that are far from the scenario's values are refused.
     """
     values = assembly.assignments()
     values.set(SPEED, scenario.Omega)
@@ -172,8 +173,11 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
     stated = {*values.set_parameters(scenario.parameters)}
     for name, value in _scaled(scenario.inputs, scenario, values, "input"):
         values.set_first(name, value)
+    comparison = StatedValues(scenario, {}, values)
     for name, raw in (settings or {}).items():
         stated.update(values.set(name, raw))
+        if isinstance(raw, str) and (number := plain_number(raw)) is not None:
+            comparison.refuse_far(name, number)
     if stators := assembly.options.get("stators", ()):
         of_plant = [f"{PLANT}.{name}" for name in scenario.parameters.get(PLANT, ())]
         set_stators(values, stators, [*of_plant, *(settings or ())])

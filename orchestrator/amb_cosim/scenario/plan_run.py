@@ -14,9 +14,9 @@ from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.scenario.plan import SPEED, plan_scenario
+from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.rotors import table_source
-from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.scenario import SPEED, Scenario
 from amb_cosim.scenario.stators import lacking_stators, stators_of_run
 
 

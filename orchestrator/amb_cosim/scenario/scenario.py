@@ -39,6 +39,7 @@ _MACHINE = (  # fields that say what runs, and how it is set
     *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "communication_step"),
 )
 
+SPEED = "Omega"  # the shared signal whose initial value counts the cycles
 AT_STANDSTILL = 0.01  # s, a cycle of a rotor that does not turn at first
 FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # that stood for a role before there were roles
 

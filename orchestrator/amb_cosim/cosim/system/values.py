@@ -29,6 +29,16 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
     return to_unit(raw, unit, name)
 
 
+def plain_number(raw: Raw) -> float | None:
+    """Return a number without a unit, also of a text; None of a Boolean and of any other text."""
+    if isinstance(raw, bool):
+        return None
+    try:
+        return float(raw)
+    except ValueError:
+        return None
+
+
 def convert(raw: Raw, port: Port, name: str) -> float:
     """Convert `raw` to a number in the unit of `port`; booleans are 0 and 1, names of an Enumeration their values.
 
@@ -42,7 +52,7 @@ def convert(raw: Raw, port: Port, name: str) -> float:
         if text not in _BOOLEANS:
             raise ValueError(f"{name} = {raw} is not allowed; it must be true or false")
         return _BOOLEANS[text]
-    if port.items and isinstance(raw, str) and not _is_number(raw):
+    if port.items and isinstance(raw, str) and plain_number(raw) is None:
         if raw.strip() not in port.items:
             raise ValueError(f"{name} = {raw} is not allowed; it must be {port.allowed()}")
         return float(port.items[raw.strip()])
@@ -51,7 +61,7 @@ def convert(raw: Raw, port: Port, name: str) -> float:
     if port.type == "Integer" and not port.items and value != math.floor(value if math.isfinite(value) else 0.5):
         raise ValueError(f"{name} = {raw} is not allowed; it must be a whole number {_bounds(port)}".rstrip())
     if not (within and math.isfinite(value)):
-        values = f" ({raw})" if isinstance(raw, str) and not _is_number(raw) else ""
+        values = f" ({raw})" if isinstance(raw, str) and plain_number(raw) is None else ""
         raise ValueError(f"{name} = {value:.9g}{port.display_unit}{values} is not allowed; it must be {port.allowed()}")
     return value
 
@@ -113,11 +123,3 @@ def is_zero(raw: Raw) -> bool:
 def _bounds(port: Port) -> str:
     allowed = port.allowed()
     return "" if allowed == "a finite number" else allowed
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

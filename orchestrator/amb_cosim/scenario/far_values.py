@@ -1,0 +1,103 @@
+"""Numbers without a unit that are far from the values of a scenario: they may be meant in another unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.scenario.scenario import SPEED, Scenario
+from amb_files.wildcards import matches
+
+FAR = 100.0  # times the scenario's value
+
+
+@dataclass(frozen=True)
+class StatedValues:
+    """Values that a scenario states for the variables of a machine.
+
+    Attributes
+    ----------
+    scenario, settings
+        The scenario, and values by name that replace those of it.
+    variables
+        The variables of the machine, whose values do not matter.
+    """
+
+    scenario: Scenario
+    settings: Mapping[str, Raw]
+    variables: Assignments
+
+    def refuse_far(self, name: str, value: float, label: str = "") -> None:
+        """Refuse a number without a unit that is more than `FAR` times the scenario's.
+
+        If that is 0, the largest value of this unit that the component has is in its place.
+
+        Parameters
+        ----------
+        name
+            Name or pattern `component.variable`, after the label of the event that sets the variable, if one does.
+        value
+            The number, in the unit of the variable.
+        label
+            This label.
+
+        Raises
+        ------
+        ValueError
+            If the number is too far. A name that does not exist is left to others.
+        """
+        variable = name.removeprefix(f"{label}.")
+        ports = self.ports(variable)
+        unit = (ports[0].unit or "1") if ports else "1"
+        if unit == "1":
+            return
+        local, whose = self._size(variable, unit, label), "the scenario's"
+        if local == 0.0:
+            local, whose = self._largest_alike(variable, ports[0], label), "the largest of its kind,"
+        if 0.0 < FAR * local < abs(value):
+            raise ValueError(
+                f"{name} = {value:g} {unit} is {abs(value) / local:.3g} times {whose} {local:.4g} {unit}; add the "
+                f"intended unit, such as {name}='{value:g} {unit}'"
+            )
+
+    def ports(self, variable: str) -> list[Port]:
+        """Return the variables with a name or pattern; empty if there are none."""
+        try:
+            return [self.variables.port(result) for result in self.variables.matching(variable)]
+        except ValueError:
+            return []
+
+    def _size(self, variable: str, unit: str, label: str) -> float:
+        """Return the largest magnitude that is stated for a variable or, if none is, of its start value."""
+        tables = [event.set for event in self.scenario.event if label and event.name == label]
+        stated = {
+            f"{component}.{name}": raw
+            for table in tables or [self.scenario.parameters, self.scenario.inputs]
+            for component, values in table.items()
+            for name, raw in values.items()
+        }
+        if not label:
+            stated |= {SPEED: self.scenario.Omega, **self.settings}
+        matching, result = {*self.variables.matching(variable)}, []
+        for name, raw in stated.items():
+            with suppress(ValueError):  # the name is not part of this machine
+                if matching & {*self.variables.matching(name)}:
+                    result.append(abs(quantity(raw, unit, name)))
+        return max(result) if result else max(abs(port.start or 0.0) for port in self.ports(variable))
+
+    def _largest_alike(self, variable: str, port: Port, label: str) -> float:
+        """Return the largest magnitude among inputs or parameters of the same component and unit."""
+        component = self.variables.system.divide(variable)[0]
+        interface = self.variables.interfaces.get(component)
+        alike = [] if interface is None else [p for p in interface.of(port.causality) if p.unit == port.unit]
+        sizes = [self._size(f"{component}.{other.name}", port.unit or "1", label) for other in alike]
+        for event in self.scenario.event:
+            for pattern, raw in event.set.get(component, {}).items():
+                with suppress(ValueError):
+                    if any(matches(other.name, pattern) or other.name == pattern for other in alike):
+                        sizes.append(abs(quantity(raw, port.unit or "1", pattern)))
+        return max(sizes, default=0.0)
