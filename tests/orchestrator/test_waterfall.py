@@ -65,6 +65,24 @@ def test_small_vibration_beside_a_large_synchronous_one_is_found(make):
     assert result.other_amplitude == pytest.approx(5e-6, rel=0.01)
 
 
+@pytest.mark.parametrize("frequency", [49.0, 51.5, 56.0, -3.0])
+def test_a_vibration_close_to_the_spin_or_to_rest_is_not_another_at_its_lobe(make, frequency):
+    """Lines are 4 Hz apart: the lobe of a vibration of 49 Hz reaches lines that count as apart from 50 Hz."""
+    run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(0.1e-3, frequency)(t) + whirl(5e-6, -27.0)(t))
+    spectra = studies.waterfall(run, window=0.25)
+    result = spectra.bearings["mb1"]
+    assert (result.other_amplitude, result.other_frequency) == pytest.approx((5e-6, -27.0), rel=0.05)
+    assert "8 Hz from the spin" in str(spectra)
+
+
+@pytest.mark.parametrize("lines", [2.1, 2.5, 3.0])
+def test_a_vibration_more_than_two_lines_from_the_spin_is_another(make, lines):
+    frequency = 50.0 - lines / 0.25
+    run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(0.01e-3, frequency)(t))
+    result = studies.waterfall(run, window=0.25).bearings["mb1"]
+    assert (result.other_amplitude, result.other_frequency) == pytest.approx((0.01e-3, frequency), rel=0.02)
+
+
 @pytest.mark.parametrize("share", [0.0, 0.25, 0.5, 0.75])
 @pytest.mark.parametrize("window", [0.25, 0.5])
 def test_vibration_between_two_lines_has_its_whole_amplitude(make, share, window):

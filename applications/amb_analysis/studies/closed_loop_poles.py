@@ -21,7 +21,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.plan_warnings import viscous_losses
@@ -124,7 +124,7 @@ class ClosedLoopPoles(MachineResult):
             for pole in self.poles:
                 if pole.whirl[k] is not None:
                     hertz = f"{pole.frequencies[k] / (2.0 * math.pi):.2f}"
-                    shares = (f"{pole.damping_ratios[k]:.4f}", f"{pole.decrements[k]:.3f}")
+                    shares = (number(pole.damping_ratios[k]), number(pole.decrements[k]))
                     table.add_row(
                         f"{self.speeds[k]:.4g}", hertz, *shares, (pole.whirl[k] or "") + self._mark(self.speeds[k])
                     )

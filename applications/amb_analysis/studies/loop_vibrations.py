@@ -13,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from amb_analysis.linear.loop import CLOSE, Loop
 from amb_analysis.linear.stability import LoopStability
+from amb_cosim.presentation.digits import significant
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 
@@ -60,7 +61,7 @@ class LeastDamped:
 
     def __str__(self) -> str:
         hertz = self.frequency / (2.0 * math.pi)
-        return f"damping ratio {self.damping_ratio:.4f} of the vibration of {hertz:.1f} Hz"
+        return f"damping ratio {significant(self.damping_ratio)} of the vibration of {hertz:.1f} Hz"
 
 
 def vibrations(loop: Loop, Omega: float) -> Vibrations:

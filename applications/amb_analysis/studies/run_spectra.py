@@ -111,7 +111,8 @@ class Waterfall(DrawnResult):
                 f"{result.other_frequency:.2f}",
                 f"{result.other_speed:.2f}",
             )
-        return [table, "negative frequencies are backward whirl"]
+        apart = f"vibrations up to {NEAR / self.window:.3g} Hz from the spin or from 0 Hz are not told apart from these"
+        return [table, f"negative frequencies are backward whirl; {apart}"]
 
 
 def waterfall(
@@ -245,24 +246,33 @@ class _Windows:
         return np.asarray(np.abs(np.exp(-2j * np.pi * np.outer(frequencies, times)) @ (w * rest)) / w.sum())
 
 
-def _strongest(windows: _Windows, others: Array, lines: Array) -> tuple[float, float, int]:
-    """Return amplitude (m), frequency (Hz) and window of the largest vibration, refined between the lines.
+def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) -> tuple[float, float, int]:
+    """Return amplitude (m), frequency (Hz) and window of the largest vibration away from 0 Hz and the speeds (Hz).
 
-    A vibration half way between two lines has 85 % of its amplitude at these, so that maxima from there on are refined.
+    Maxima over the lines are refined between these, where a vibration half way has 85 % of its amplitude. A vibration
+    within `NEAR` lines of 0 Hz or the speed is not told apart from it, and the rest of its lobe is no vibration.
     """
+    spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
+
+    def distance(frequencies: Array | float, spins: Array | float) -> Array:
+        return np.minimum(np.abs(frequencies), np.abs(frequencies - spins)) / spacing
+
     padded = np.pad(others, ((0, 0), (1, 1)))
-    tops = (others >= padded[:, :-2]) & (others >= padded[:, 2:]) & (others >= BETWEEN_LINES * others.max())
-    found = []
-    for row, column in np.argwhere(tops & (others > 0.0)):
+    tops = (others >= padded[:, :-2]) & (others >= padded[:, 2:]) & (others > 0.0)
+    places = np.argwhere(tops & (distance(lines, speeds[:, np.newaxis]) > NEAR - 1.0))
+    largest = (0.0, 0.0, 0)
+    for row, column in sorted(places, key=lambda place: -others[tuple(place)]):
+        if others[row, column] < BETWEEN_LINES * largest[0]:
+            break
         near = lines[max(column - 1, 0) : column + 2]
-        if len(near) < 3:  # at an end of the spectrum
-            found.append((float(others[row, column]), float(lines[column]), int(row)))
-            continue
-        at_row = partial(windows.amplitudes, int(row))
-        frequencies, amplitudes = refined(at_row, near, np.abs, resonant=False)
-        top = int(amplitudes.argmax())
-        found.append((float(amplitudes[top]), float(frequencies[top]), int(row)))
-    return max(found, default=(0.0, 0.0, 0))
+        amplitude, frequency = float(others[row, column]), float(lines[column])
+        if len(near) == 3:  # not at an end of the spectrum
+            frequencies, amplitudes = refined(partial(windows.amplitudes, int(row)), near, np.abs, resonant=False)
+            top = int(amplitudes.argmax())
+            amplitude, frequency = float(amplitudes[top]), float(frequencies[top])
+        if distance(frequency, speeds[row]) > NEAR:
+            largest = max(largest, (amplitude, frequency, int(row)))
+    return largest
 
 
 def _bearing(
@@ -272,14 +282,10 @@ def _bearing(
 
     `others` are the spectra without the leakage of the synchronous motion and of the mean of the orbit (0 Hz).
     """
-    spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
-    near = np.abs(lines - speeds[:, np.newaxis]) <= NEAR * spacing
-    steady = np.abs(lines) <= NEAR * spacing
-    others = np.where(near | steady, 0.0, others)
     top = int(np.argmax(synchronous))
     peaks, _ = find_peaks(synchronous, prominence=PROMINENCE * synchronous[top])
     peaks = peaks if np.ptp(speeds) > 0.0 else peaks[:0]
-    strongest, frequency, row = _strongest(windows, others, lines)
+    strongest, frequency, row = _strongest(windows, others, lines, speeds)
     return BearingSpectra(
         amplitude=amplitude,
         peak_hold=amplitude.max(axis=0),
