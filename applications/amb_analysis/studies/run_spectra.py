@@ -111,7 +111,9 @@ class Waterfall(DrawnResult):
                 f"{result.other_frequency:.2f}",
                 f"{result.other_speed:.2f}",
             )
-        apart = f"vibrations up to {NEAR / self.window:.3g} Hz from the spin or from 0 Hz are not told apart from these"
+        apart = (
+            f"vibrations up to {NEAR / self.window:.3g} Hz from the spin or from 0 Hz are not distinguished from these"
+        )
         return [table, f"negative frequencies are backward whirl; {apart}"]
 
 
@@ -250,7 +252,7 @@ def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) ->
     """Return amplitude (m), frequency (Hz) and window of the largest vibration away from 0 Hz and the speeds (Hz).
 
     Maxima over the lines are refined between these, where a vibration half way has 85 % of its amplitude. A vibration
-    within `NEAR` lines of 0 Hz or the speed is not told apart from it, and the rest of its lobe is no vibration.
+    within `NEAR` lines of 0 Hz or the speed is not distinguished from it, and the rest of its lobe is no vibration.
     """
     spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
 
