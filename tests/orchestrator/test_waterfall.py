@@ -112,6 +112,22 @@ def test_peak_of_a_sweep_is_its_resonance(make):
     assert result.speeds == pytest.approx(10.0 + 10.0 * result.times)
 
 
+def test_a_spin_that_hardly_slows_down_passes_no_resonance(make):
+    """From 50 to 49.8 Hz in 4 s, with windows whose lines are 4 Hz apart, and an amplitude that rises and falls."""
+    profile = json.dumps([(0.0, 100.0 * np.pi), (4.0, 99.6 * np.pi)])
+    run = make(
+        lambda t: 3e-4 * np.cos(np.pi * t) * np.exp(2j * np.pi * (50.0 * t - 0.025 * t**2)), speed_profile=profile
+    )
+    assert len(studies.waterfall(run, window="0.25 s").bearings["mb1"].resonances) == 0
+
+
+def test_a_spectrum_that_separates_nothing_from_the_spin_has_dashes(make):
+    """Lines are 50 Hz apart: nothing up to 60 Hz is more than two lines from 0 or 50 Hz."""
+    spectra = studies.waterfall(make(whirl(0.3e-3, 1.0 / PERIOD)), window=0.02, up_to="60 Hz")
+    (row,) = (line.split() for line in str(spectra).splitlines() if line.startswith("mb1"))
+    assert row[-3:] == ["-", "-", "-"]
+
+
 def test_spectra_over_speed_are_drawn_in_the_units_asked_for(make):
     """From 10 to 50 Hz: the map begins in the middle of the first window, at 11.25 Hz or 675 rpm."""
     sweep = lambda t: 2e-4 * np.exp(2j * np.pi * (10.0 * t + 5.0 * t**2))  # noqa: E731

@@ -49,7 +49,8 @@ class BearingSpectra:
     synchronous
         Amplitude of the motion synchronous with the rotor's angle, per window (m), shape (windows,).
     resonances, resonance_amplitudes
-        Spin speeds (Hz) at which the synchronous amplitude has a peak, and the amplitudes (m); none at constant speed.
+        Spin speeds (Hz) at which the synchronous amplitude has a peak, and the amplitudes (m); none if the speed
+        changes by less than the distance of two lines.
     largest, largest_at
         Largest synchronous amplitude (m), and the spin speed there (Hz).
     other_frequency, other_amplitude, other_speed
@@ -67,6 +68,13 @@ class BearingSpectra:
     other_frequency: Annotated[float, "Hz"]
     other_amplitude: Annotated[float, "m"]
     other_speed: Annotated[float, "Hz"]
+
+    @property
+    def other(self) -> tuple[str, str, str]:
+        """Amplitude (mm), frequency and spin speed (Hz) of the other vibration as texts; dashes without any."""
+        if not self.other_amplitude:
+            return ("-", "-", "-")
+        return number(1e3 * self.other_amplitude), f"{self.other_frequency:.2f}", f"{self.other_speed:.2f}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,9 +115,7 @@ class Waterfall(DrawnResult):
                 number(1e3 * result.largest),
                 f"{result.largest_at:.2f}",
                 ", ".join(f"{peak:.4g}" for peak in result.resonances) or "-",
-                number(1e3 * result.other_amplitude),
-                f"{result.other_frequency:.2f}",
-                f"{result.other_speed:.2f}",
+                *result.other,
             )
         apart = (
             f"vibrations up to {NEAR / self.window:.3g} Hz from the spin or from 0 Hz are not distinguished from these"
@@ -286,7 +292,7 @@ def _bearing(
     """
     top = int(np.argmax(synchronous))
     peaks, _ = find_peaks(synchronous, prominence=PROMINENCE * synchronous[top])
-    peaks = peaks if np.ptp(speeds) > 0.0 else peaks[:0]
+    peaks = peaks if len(lines) > 1 and np.ptp(speeds) > lines[1] - lines[0] else peaks[:0]
     strongest, frequency, row = _strongest(windows, others, lines, speeds)
     return BearingSpectra(
         amplitude=amplitude,
