@@ -36,9 +36,8 @@ alone, with its start values, constant inputs, and the step and the stop time of
 is the largest of all outputs and recorded times, the start included.
 
 A run has at most {most} steps. An FMU that takes any step has the next smaller power of 2, whose multiples are exact:
-FMPy's steps are differences of times, and their rounding can move an event by a step. Where an FMU ends its own run
-(Stair), FMPy also records the moment of the end. The blocks Sensor_Block draw random numbers: two runs in FMPy
-differ as much.
+FMPy's steps are differences of times, and their rounding can move an event by a step. The blocks Sensor_Block draw
+random numbers, by which two runs in FMPy can differ by 2.
 
 The FMUs are those for 64-bit Linux in the public repositories of
 [Reference FMUs](https://github.com/modelica/Reference-FMUs), [Ecos](https://github.com/Ecos-platform/ecos),
