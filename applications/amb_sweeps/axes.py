@@ -29,7 +29,8 @@ from fmi_export.building.units import to_unit
 
 MOST_POINTS = 10_000_000  # points of a sweep
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
-_NAME = re.compile(r"[A-Za-z_][\w.?*\[\]]*")
+_NAME = re.compile(r"[A-Za-z_][\w?*\[\]]*(?:\.[^&/]+)?")  # variables of FMUs have any names, such as der(x)
+_VARIED = re.compile(r"\s*(.*?\S)\s*=\s*(@.*\S|[^=]*[^=\s])\s*")  # values have no =, paths of files may
 
 Settings = Mapping[str, Raw]
 Vary = Mapping[str, Any]  # names, or several joined by "&", with their values
@@ -127,13 +128,13 @@ def parse_vary(texts: Sequence[str]) -> dict[str, Any]:
     """Read `--vary` options into the mapping that `read_variations` takes."""
     vary: dict[str, Any] = {}
     for text in texts:
-        parts = [[part.strip() for part in item.partition("=")] for item in text.split("&")]
-        if not all(name and equals and value for name, equals, value in parts):
+        parts = [match.groups() for item in text.split("&") if (match := _VARIED.fullmatch(item))]
+        if len(parts) <= text.count("&"):
             raise ValueError(f"{text!r} varies nothing; write NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...")
-        name = " & ".join(name for name, _, _ in parts)
+        name = " & ".join(name for name, _ in parts)
         if name in vary:
             raise ValueError(f"{name} is varied twice; it may be varied once")
-        vary[name] = [value for _, _, value in parts] if len(parts) > 1 else parts[0][2]
+        vary[name] = [value for _, value in parts] if len(parts) > 1 else parts[0][1]
     return vary
 
 

@@ -47,6 +47,18 @@ def test_a_list_is_of_numbers_in_one_unit_or_of_texts(text, values, unit):
     assert (column.values, column.unit) == (values, unit)
 
 
+@pytest.mark.parametrize("name", ["one.a=b", "one.der(x)", "axle.motor.pipe[1].T 2", "one.'p=q'"])
+def test_variables_of_any_fmu_can_be_varied(name):
+    assert only(f"{name}=1:3:3").settings(1) == {name: 2.0}
+    assert only(f"{name} = 1 mm,2 mm").settings(0) == {name: "1.0 mm"}
+
+
+def test_a_file_may_have_an_equals_sign_in_its_name(tmp_path):
+    file = tmp_path / "a=b.toml"
+    file.write_text('[PID]\n"c.on" = false\n')
+    assert only(f"control=@{file}").columns[0].values == ("PID",)
+
+
 def test_what_is_varied_together_is_one_axis():
     axis = only("Omega=60:300:3 & rotor_contact.d1.u=3 g.m,2 g.m,1 g.m")
     assert axis.settings(2) == {"Omega": 300.0, "rotor_contact.d1.u": "1.0 g.m"}
