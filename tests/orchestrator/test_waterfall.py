@@ -66,7 +66,7 @@ def test_small_vibration_beside_a_large_synchronous_one_is_found(make):
 
 
 @pytest.mark.parametrize("frequency", [49.0, 51.5, 56.0, -3.0])
-def test_a_vibration_close_to_the_spin_or_to_rest_is_not_another_at_its_lobe(make, frequency):
+def test_the_lobe_of_a_vibration_close_to_the_spin_is_no_other(make, frequency):
     """Lines are 4 Hz apart: the lobe of a vibration of 49 Hz reaches lines that count as apart from 50 Hz."""
     run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(0.1e-3, frequency)(t) + whirl(5e-6, -27.0)(t))
     spectra = studies.waterfall(run, window=0.25)
