@@ -133,6 +133,21 @@ def motion_of(
     return Motion(rows, bearings, structure.over_speed, structure.is_damped, structure.seals, theta, Omega, Omega_dot)
 
 
+@views
+def motion_at(motion: Motion, theta: float, Omega: float) -> Motion:
+    """Return the same motion at another angle and speed; its coefficients are still those of the step's beginning."""
+    return Motion(
+        motion.rows,
+        motion.bearings,
+        motion.over_speed,
+        motion.is_damped,
+        motion.seals,
+        theta,
+        Omega,
+        motion.Omega_dot,
+    )
+
+
 @noinline_kernel
 def collect_forces(structure: Structure, parameters: Parameters, inputs: Inputs, motion: Motion) -> None:
     """Write the non-magnetic forces of a step (3.1 to 3.6), and the rows of the bearings, into a motion.

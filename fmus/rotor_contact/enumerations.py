@@ -34,7 +34,7 @@ METHOD = Enumeration(  # how a step was computed
     (
         ("exact", "the whole step by its matrices"),
         ("pieces", "halves, quarters, ... by their matrices"),
-        ("events", "by substeps around contact events and where forces are not smooth"),
+        ("events", "by substeps around contact events at constant speed, and where no piece is smooth"),
         (
             "no_matrices",
             "by substeps: fewer than 32 identical steps so far, speed or modes too fast for matrices, or a rotor "

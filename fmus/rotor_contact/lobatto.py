@@ -8,9 +8,11 @@ from __future__ import annotations
 import math
 
 from fmi_export.jit import kernel
+from fmi_export.model import Array
 
 N_LOBATTO = 4
 N_LOOKS = 32  # for where a cubic falls through zero
+MOST_TRIALS, ROUNDING = 60, 1e-15  # for its root
 LOBATTO_POINTS = (0.0, 0.5 - 0.5 / math.sqrt(5.0), 0.5 + 0.5 / math.sqrt(5.0), 1.0)
 LOBATTO_WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
 
@@ -64,6 +66,50 @@ def positive_share(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
             return (look - 1 + before / (before - f)) / N_LOOKS
         before = f
     return 0.5
+
+
+@kernel
+def first_fall(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
+    """Return where in the interval the cubic through four values first falls through zero, 2.0 if it does not.
+
+    A fall is sought between `N_LOOKS` points; the root is located to rounding.
+    """
+    if least_of_cubic(f_0, f_1, f_2, f_3) > 0.0:
+        return 2.0
+    rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
+    bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
+    twist = 5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2)
+    for look in range(1, N_LOOKS + 1):
+        high = look / N_LOOKS
+        if f_0 + high * (rise + high * (bend + high * twist)) < 0.0:
+            low, s = high - 1.0 / N_LOOKS, high
+            for _ in range(MOST_TRIALS):
+                f, slope = f_0 + s * (rise + s * (bend + s * twist)), rise + s * (2.0 * bend + 3.0 * s * twist)
+                low, high = (s, high) if f > 0.0 else (low, s)
+                last, s = s, s - f / slope if slope < 0.0 else high
+                if not low < s < high:
+                    s = 0.5 * (low + high)
+                if abs(s - last) <= ROUNDING:
+                    break
+            return s
+    return 2.0
+
+
+@kernel
+def value_at(f_0: float, f_1: float, f_2: float, f_3: float, s: float) -> float:
+    """Return the value at s of the cubic through four values."""
+    rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
+    bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
+    return f_0 + s * (rise + s * (bend + s * (5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2))))
+
+
+@kernel
+def restrict(f: Array, s: float) -> None:
+    """Replace the values of a cubic at the Lobatto points of [0, 1] by those at the points of [0, s]."""
+    a, b, c, d = f[0], f[1], f[2], f[3]
+    f[1] = value_at(a, b, c, d, s * LOBATTO_POINTS[1])
+    f[2] = value_at(a, b, c, d, s * LOBATTO_POINTS[2])
+    f[3] = value_at(a, b, c, d, s)
 
 
 @kernel

@@ -21,8 +21,10 @@ from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.bodies import drive_torque, race_drag
-from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, N_LOBATTO
+from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO
+from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, is_constrained, race_radius
+from rotor_contact.speed_grid import grid_speed
 from rotor_contact.step_matrices import StepMatrices, n_columns, n_rows, place_index, velocity_index
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
@@ -175,6 +177,24 @@ def _advance_spin(w: Workspace, matrices: StepMatrices, piece: Piece, h: float, 
         b += INTEGRALS[2][i] * speed[i]
         c += INTEGRALS[3][i] * speed[i]
     angle[1], angle[2], angle[3] = angle[0] + h * a, angle[0] + h * b, angle[0] + h * c
+
+
+@kernel
+def end_rotations(w: Workspace, matrices: StepMatrices, index: float, h: float) -> None:
+    """Write spin and races after a time h (s) to z_new, and correct it for seals between two speeds of the grid."""
+    piece, stages = piece_of(matrices), stages_of(w.stages)
+    z_new, low = stages.z_new, math.floor(index)
+    if index > low:
+        below, above = grid_speed(matrices, low), grid_speed(matrices, low + 1.0)
+        add_missed_between_speeds(w.motion.seals, below, above, grid_speed(matrices, index), h, stages.z, z_new, w.n)
+    for k in range(w.sites.shape[0]):
+        race = w.sites[k].race
+        if race >= 0:
+            z_new[w.n + race] = piece.races[k, 3]
+            for point in range(N_LOBATTO):
+                z_new[race] += h * LOBATTO_WEIGHTS[point] * piece.races[k, point]
+    if w.spin[0].row >= 0:
+        z_new[w.spin[0].row], z_new[w.n + w.spin[0].row] = piece.spin[1, 3], piece.spin[0, 3]
 
 
 @kernel

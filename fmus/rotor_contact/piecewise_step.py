@@ -1,28 +1,29 @@
-"""A communication step by matrices: pieces as long as their motion is smooth, with integrated events between them.
+"""A communication step by matrices: pieces as long as their motion is smooth, each up to its first contact event.
 
-A piece lasts a step, half of it, a quarter and so on. If a contact event may occur in it, or a force is not smooth, a
-shorter piece is tried; after a smooth one, twice its length. Where the shortest piece fails, `events` integrates over
-its length; in contact under a force law, which the matrices do not know, over the rest of the step.
+A piece lasts a step, half of it, a quarter and so on, from wherever the last one ended. If its forces are not smooth, a
+shorter one is tried; after a smooth one, twice its length. If a contact event occurs in it, or the step ends before it
+does, it is cut there (`piece_cut`), provided that it is short enough for a series of its motion; else shorter ones lead
+up to the event. `events` integrates where the shortest piece cannot be solved, and contact under a force law, which the
+matrices do not know, to the end of the step.
 """
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from fmi_export.flat import copy, is_near, same_bits
+from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
-from rotor_contact.bodies import RACE_SPEED_SCALE
+from rotor_contact.bodies import RACE_SPEED_SCALE, couple_spin
 from rotor_contact.compliant import is_any_compliant
 from rotor_contact.contact import is_any_constrained
-from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, forces
+from rotor_contact.dynamics import collect_coefficients, motion_at
 from rotor_contact.enumerations import EVENTS, EXACT, PIECES
-from rotor_contact.events import advance
-from rotor_contact.matrix_levels import choose_levels
-from rotor_contact.matrix_rows import are_complete, build_slot, is_complete, share_of
-from rotor_contact.passive_bearings import same_passive, set_passive
+from rotor_contact.events import EVENT_LIMIT, SHORTEST_FLIGHT, advance, apply_impacts
+from rotor_contact.matrix_rows import are_complete
+from rotor_contact.matrix_schedule import steps_with_matrices, update_matrices
+from rotor_contact.modes import FAULT_SINGULAR, resolve_modes
+from rotor_contact.piece_cut import cut_piece
 from rotor_contact.piece_energy import (
     ShaftDamping,
     add_energies,
@@ -31,109 +32,31 @@ from rotor_contact.piece_energy import (
     energy_taken,
     known_damping,
 )
-from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD
-from rotor_contact.site import Sites
-from rotor_contact.smooth_piece import begin_piece, end_piece, find_contact_forces, smooth_share, solve_piece
-from rotor_contact.speed_grid import note_use, place_on_grid, spacing_for
-from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for
+from rotor_contact.piece_events import find_event
+from rotor_contact.propagator import STEPS_BEFORE_BUILD
+from rotor_contact.smooth_piece import (
+    begin_piece,
+    complete_forces,
+    end_piece,
+    find_contact_forces,
+    smooth_share,
+    solve_piece,
+)
+from rotor_contact.speed_grid import note_use, place_on_grid
+from rotor_contact.step_matrices import MatricesKey, StepMatrices
 from rotor_contact.structure import Structure
-from rotor_contact.workspace import Workspace, stages_of
+from rotor_contact.workspace import Workspace, stages_of, with_motion
 
-STEPS_PER_SPEED = 16.0  # steps that count less for every speed of the grid that is passed
 FEW_SUBSTEPS = 4.0  # of a rotor without modes, that cost less than matrices
 NO_MATRICES_YET = -1
+REJECTED, ENDS, HAS_EVENT = range(3)  # of a piece: not smooth, or too long for its event; without an event; on one
+SERIES_LEVELS = 2  # the shortest levels, whose pieces are short enough for a series of the motion
+TIME_TOLERANCE = 1e-12  # of a step
 OF_TWICE_THE_LENGTH = 8.0  # roughness of a piece, that of its half being 1
+LONGER_BELOW = 0.4  # expected roughness, at which twice the length is tried
+ROUGHEST = 8.0  # roughness of a shortest piece, at which it is still more accurate than a substep
 TOO_ROUGH = 2.0  # of a piece whose forces do not settle
 FASTEST_DRIVE = 0.3  # of a piece, times how fast drive and drag change the speed
-
-
-@kernel
-def steps_with_matrices(
-    motion: Motion, sites: Sites, step_size: float, origin: float, key: MatricesKey, memory: np.record
-) -> float:
-    """Return the number of steps with an unchanged key of the matrices, at most a few more than STEPS_BEFORE_BUILD.
-
-    `key` is updated; `origin` is a speed (rad/s) of the grid. Each passed speed of the grid counts against
-    `STEPS_PER_SPEED` steps, so fast speed changes are integrated: building the matrices costs as much as about thirty
-    steps.
-    """
-    same = is_near(step_size, key.step_size[0], STEP_TOLERANCE) and key.origin[0] == origin
-    if not same:
-        key.step_size[0], key.origin[0] = step_size, origin
-    given = forces(motion)
-    for k in range(motion.bearings.shape[0]):
-        if not same_passive(motion.bearings[k], key.bearings[k], 0.0):
-            same = False
-            set_passive(key.bearings[k], motion.bearings[k])
-    for k in range(sites.shape[0]):
-        same = _housing_is_unchanged(sites[k], key.sites[k]) and same
-    for i in range(3):
-        force = given.without_magnets if i == 0 else (given.cosine if i == 1 else given.sine)
-        if not same_bits(force, key.forces[i]):
-            same = False
-            copy(force, key.forces[i])
-    place = math.floor((motion.Omega - origin) / spacing_for(key.step_size[0]))
-    moved = abs(place - float(memory.place))
-    memory.place = place
-    n_steps = 0.0
-    if same and moved <= 1.0:
-        n_steps = min(
-            max(float(memory.n_matrix_steps) + 1.0 - STEPS_PER_SPEED * moved, 0.0), STEPS_BEFORE_BUILD + STEPS_PER_SPEED
-        )
-    memory.n_matrix_steps = n_steps
-    return n_steps
-
-
-@kernel
-def _housing_is_unchanged(site: np.record, known: np.record) -> bool:
-    """Return whether the housing of a site is unchanged; update its stored parameters."""
-    moves = site.housing >= 0
-    row = float(site.housing)
-    same = known.row == row
-    if moves:
-        same = same and known.mobility == site.mobility
-        same = same and known.stiffness[0] == site.mount_stiffness_x and known.stiffness[1] == site.mount_stiffness_y
-        same = same and known.damping[0] == site.mount_damping_x and known.damping[1] == site.mount_damping_y
-        same = same and known.base_acceleration[0] == site.base_x and known.base_acceleration[1] == site.base_y
-    if not same:
-        known.row, known.mobility = row, site.mobility
-        known.stiffness[0], known.stiffness[1] = site.mount_stiffness_x, site.mount_stiffness_y
-        known.damping[0], known.damping[1] = site.mount_damping_x, site.mount_damping_y
-        known.base_acceleration[0], known.base_acceleration[1] = site.base_x, site.base_y
-    return bool(same)
-
-
-@kernel
-def update_matrices(
-    structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices, share: float
-) -> bool:
-    """Build the matrices around the motion's speed up to a share; return whether they can be used.
-
-    Then the next speed of the grid is built while the present speed approaches it.
-    """
-    if not is_for(matrices, key):
-        collect_coefficients(structure, motion)
-        choose_levels(structure, motion, sites, key, matrices)
-    sizes = matrices.sizes[0]
-    if sizes.n_levels == 0.0:
-        return False
-    index = place_on_grid(matrices, motion.Omega)
-    low = float(math.floor(index))  # the type of `ahead`: for two types all that follows is compiled twice
-    n_slots = 1 if index == low else 2
-    for i in range(n_slots):
-        part_of_it = min(max(n_slots * share - i, 0.0), 1.0)
-        if part_of_it > 0.0 and not is_complete(matrices, low + i):
-            build_slot(structure, motion, sites, matrices, low + i, part_of_it)
-    if share < 1.0:
-        return False
-    beyond = index - low - 0.5
-    ahead = low + 2.0 if beyond > 0.0 else low - 1.0
-    if index != low and abs(beyond) > 0.1 and not is_complete(matrices, ahead):
-        share = min(2.5 * abs(beyond) - 0.25, share_of(matrices, ahead) + 1.0 / STEPS_BEFORE_BUILD)
-        build_slot(structure, motion, sites, matrices, ahead, min(share, 1.0))
-    copy(matrices.effects[0], accelerations(motion).cosine)
-    copy(matrices.effects[1], accelerations(motion).sine)
-    return True
 
 
 @noinline_kernel
@@ -162,70 +85,148 @@ def advance_by_pieces(
     if share == 0.0 or not update_matrices(structure, w.motion, w.sites, key, matrices, min(share, 1.0)):
         return NO_MATRICES_YET
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
-    total = 2 ** (int(sizes.n_levels) - 1)
-    unit = sizes.step_size / total
-    at, event = 0, math.inf  # both in units; where the next event is expected
-    z, n = stages.z, w.n
+    z, z_new, last = stages.z, stages.z_new, int(sizes.n_levels) - 1
     theta, Omega = w.motion.theta, w.motion.Omega
     known, damping = find_forces_at(w, matrices, z, theta, Omega)
     memory.method = EXACT
-    while at < total:
-        yields = is_any_compliant(w.sites)
-        level = _level_at(at, min(event - at, float(total - at)), int(memory.level), int(sizes.n_levels))
-        length = total - at if yields else total >> level
-        h = length * unit
-        index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
-        begun, done, roughness = False, False, 0.0
-        if not yields and at + length <= event and known and _is_slow(w, h) and are_complete(matrices, index):
-            begun = True
-            note_use(matrices, level, index)
-            begin_piece(w, matrices, level, index)
-            share, roughness = 1.0, TOO_ROUGH
-            if solve_piece(w, matrices, level, index, h, theta, Omega, damping.torque):
-                share, roughness = smooth_share(w, matrices, h)
-            done = share == 1.0 and roughness <= 1.0 and end_piece(w, matrices, level, index, h)
-            if share < 1.0:
-                event = at + share * length
-        if done:
-            taken = energy_taken(matrices, level, index)
-            new_theta, new_Omega = angle_and_speed_after(w, stages.z_new, theta, Omega, h)
-            holds, after = find_forces_at(w, matrices, stages.z_new, new_theta, new_Omega)
-            if holds:
-                add_energies(w, matrices, h, taken, damping, after)
-                copy(stages.z_new, z)
-                theta, Omega, damping = new_theta, new_Omega, after
-                at += length
-                if level == int(memory.level) and roughness * OF_TWICE_THE_LENGTH <= 1.0:
-                    memory.level = max(level - 1.0, 0.0)
-                if level > 0:
-                    memory.method = max(memory.method, PIECES)
-                continue
-            known, damping = find_forces_at(w, matrices, z, theta, Omega)
-        if begun and level < int(sizes.n_levels) - 1:
-            if not event < at + length:
-                memory.level = level_for(level, roughness, int(sizes.n_levels))
-            continue
-        part = Motion(
-            w.motion.rows,
-            w.motion.bearings,
-            w.motion.over_speed,
-            w.motion.is_damped,
-            w.motion.seals,
-            theta,
-            Omega,
-            w.motion.Omega_dot,
+    # shares of the step: where it is, and before which no event is expected
+    at, event, least, n_events = 0.0, 1.0, 0, 0
+    while at < 1.0 - TIME_TOLERANCE:
+        rest, yields = 1.0 - at, is_any_compliant(w.sites)
+        level = _level_for(
+            matrices, rest, event - at, max(int(memory.level) if is_any_constrained(w.sites) else 0, least)
         )
+        h = 0.5**level * step_size
+        index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
+        can_solve = not yields and known and n_events <= EVENT_LIMIT
+        if can_solve and _is_slow(w, h) and are_complete(matrices, index):
+            latest = min(rest * 2.0**level, 1.0)
+            outcome, share, roughness, taken = _try_piece(
+                w, matrices, level, index, h, latest, theta, Omega, damping.torque
+            )
+            if outcome != REJECTED:
+                new_theta, new_Omega = angle_and_speed_after(w, z_new, theta, Omega, share * h)
+                holds, after = find_forces_at(w, matrices, z_new, new_theta, new_Omega)
+                ends_in_tension = outcome == ENDS and share == 1.0 and not holds and level < last
+                if ends_in_tension or not are_complete(matrices, place_on_grid(matrices, new_Omega)):
+                    outcome, share, roughness = REJECTED, 1.0, TOO_ROUGH
+                    known, damping = find_forces_at(w, matrices, z, theta, Omega)
+            if outcome != REJECTED:
+                add_energies(w, matrices, share * h, taken, damping, after)
+                copy(z_new, z)
+                theta, Omega, damping, known = new_theta, new_Omega, after, True
+                at, least = at + share * 0.5**level, 0
+                if level > 0 or outcome == HAS_EVENT:
+                    memory.method = max(memory.method, PIECES)
+                if outcome == HAS_EVENT or not holds:
+                    n_events, event = n_events + 1, 1.0
+                    fault = _pass_event(structure, w, theta, Omega, law, SHORTEST_FLIGHT * 0.5**last * step_size)
+                    if fault != 0:
+                        return fault
+                    theta, Omega = angle_and_speed_after(w, z, theta, Omega, 0.0)
+                    known, damping = find_forces_at(w, matrices, z, theta, Omega)
+                elif level == int(memory.level) and roughness * OF_TWICE_THE_LENGTH <= LONGER_BELOW:
+                    memory.level = max(level - 1.0, 0.0)
+                continue
+            if level < last:
+                if share < 1.0:
+                    event = at + share * 0.5**level
+                    least = level + 1 if level >= series_level(matrices) else 0
+                else:
+                    least = int(level_for(level, roughness, last + 1))
+                    memory.level = float(least)
+                continue
+        length = rest if not can_solve and known else min(rest, 0.5 ** (level if known else last))
+        part = motion_at(w.motion, theta, Omega)
         collect_coefficients(structure, part)
-        within = Workspace(n, w.forms, w.Minv, part, w.spin, w.sites, w.equations, w.stages, w.n_translations)
-        fault = advance(within, solver, law, h, memory)
+        fault = advance(with_motion(w, part), solver, law, length * step_size, memory)
         if fault != 0:
             return fault
         memory.method = EVENTS
-        memory.level = sizes.n_levels - 1.0 if is_any_constrained(w.sites) else 0.0
-        theta, Omega = angle_and_speed_after(w, z, theta, Omega, h)
-        at, event = at + length, math.inf
+        memory.level = float(last) if is_any_constrained(w.sites) else 0.0
+        theta, Omega = angle_and_speed_after(w, z, theta, Omega, length * step_size)
+        at, event, least = at + length, 1.0, 0
         known, damping = find_forces_at(w, matrices, z, theta, Omega)
     return 0
+
+
+@noinline_kernel
+def _try_piece(
+    w: Workspace,
+    matrices: StepMatrices,
+    level: int,
+    index: float,
+    h: float,
+    latest: float,
+    theta: float,
+    Omega: float,
+    torque: float,
+) -> tuple[int, float, float, float]:
+    """Solve a piece of length h (s) and write its end, at most after the share `latest`, to z_new.
+
+    Returns how it ended, after which share of the piece, the roughness of its forces, and the energy that dampers took
+    (J). A piece that is not short enough for its series is rejected if it has to be cut: then no event is before the
+    share.
+    """
+    note_use(matrices, level, index)
+    begin_piece(w, matrices, level, index)
+    if not solve_piece(w, matrices, level, index, h, theta, Omega, torque):
+        return REJECTED, 1.0, TOO_ROUGH, 0.0
+    share, roughness = smooth_share(w, matrices, h)
+    if roughness > (1.0 if level + 1.0 < matrices.sizes[0].n_levels else ROUGHEST):
+        return REJECTED, 1.0, roughness, 0.0
+    complete_forces(matrices)
+    if share < latest or latest < 1.0:
+        if level < series_level(matrices):
+            return REJECTED, share, roughness, 0.0
+        n_terms, event = find_event(w, matrices, index, h, share, latest)
+        if n_terms == 0:
+            return REJECTED, share, roughness, 0.0
+        if event <= latest:
+            return HAS_EVENT, event, roughness, cut_piece(w, matrices, index, n_terms, h, event, torque, True)
+        if latest < 1.0:
+            return ENDS, latest, roughness, cut_piece(w, matrices, index, n_terms, h, latest, torque, False)
+    if not end_piece(w, matrices, level, index, h):
+        return REJECTED, 1.0, TOO_ROUGH, 0.0
+    return ENDS, 1.0, roughness, energy_taken(matrices, level, index)
+
+
+@noinline_kernel
+def _pass_event(structure: Structure, w: Workspace, theta: float, Omega: float, law: int, shortest: float) -> int:
+    """Apply impacts at z and find the modes of the sites after it; return a fault code.
+
+    Flights shorter than `shortest` (s) are sustained contact.
+    """
+    part = motion_at(w.motion, theta, Omega)
+    collect_coefficients(structure, part)
+    after = with_motion(w, part)
+    if w.spin[0].row >= 0:
+        couple_spin(part, w.spin[0], theta)
+    if not apply_impacts(after, Omega, law, True):
+        return FAULT_SINGULAR
+    fault: int = resolve_modes(after, 0.0, shortest)
+    return fault
+
+
+@kernel
+def series_level(matrices: StepMatrices) -> int:
+    """Return the first level with pieces short enough for their series (`piece_series`)."""
+    return max(int(matrices.sizes[0].n_built) - SERIES_LEVELS, 0)
+
+
+@kernel
+def _level_for(matrices: StepMatrices, rest: float, clear: float, level: int) -> int:
+    """Return the level, at least `level`, of the next piece, `rest` being the share of the step that is left.
+
+    None is longer than necessary. One that has to be cut, at the end of the step or on an event, which is expected
+    after the share `clear` at the earliest, must be short enough for its series.
+    """
+    last, series = int(matrices.sizes[0].n_levels) - 1, series_level(matrices)
+    while level < last and 0.5 ** (level + 1) >= rest * (1.0 - TIME_TOLERANCE):
+        level += 1
+    while level < last and level < series and 0.5**level > min(rest, clear) + TIME_TOLERANCE:
+        level += 1
+    return level
 
 
 @kernel
@@ -236,19 +237,6 @@ def level_for(level: int, roughness: float, n_levels: int) -> float:
         roughness /= OF_TWICE_THE_LENGTH
         level += 1
     return float(level)
-
-
-@kernel
-def _level_at(at: int, room: float, level: int, n_levels: int) -> int:
-    """Return the level, at least `level`, of the longest piece from `at` that ends within `room`, in units.
-
-    A piece of 2^k units begins at a multiple of its length. If none is short enough, the shortest is returned.
-    """
-    length = 2 ** (n_levels - 1 - level)
-    while length > 1 and (at % length != 0 or length > room):
-        level += 1
-        length = length // 2
-    return level
 
 
 @kernel

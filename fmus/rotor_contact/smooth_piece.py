@@ -13,7 +13,7 @@ from rotor_contact.contact import find_multipliers, is_any_constrained, number_u
 from rotor_contact.dynamics import spin_coupling, unbalance_direction
 from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_excess
-from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
+from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.node_forces import (
     columns_in_use,
     locate_nodes,
@@ -29,7 +29,7 @@ from rotor_contact.node_forces import (
     solve_nodes,
 )
 from rotor_contact.path import Point, point_of
-from rotor_contact.piece import advance_rotations, phase_error, piece_of, start_rotations
+from rotor_contact.piece import advance_rotations, end_rotations, phase_error, piece_of, start_rotations
 from rotor_contact.products import (
     combination,
     combination_between,
@@ -37,10 +37,9 @@ from rotor_contact.products import (
     isotropic_combination,
     isotropic_combination_between,
 )
-from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
 from rotor_contact.site_in_piece import clear_share, close_margin, off_circle, share_in_mode
-from rotor_contact.speed_grid import LevelsAround, grid_speed, levels_around
+from rotor_contact.speed_grid import LevelsAround, levels_around
 from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
@@ -284,8 +283,7 @@ def _direction(w: Workspace, matrices: StepMatrices, h: float, theta: float) -> 
 def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float, float]:
     """Return the share of a piece of length h (s) without contact events, and its roughness over the limit.
 
-    Twice the length gives eight times the roughness. The share is also 1 if a journal leaves its circle or the piece is
-    too rough.
+    Twice the length gives eight times the roughness.
     """
     piece, z = piece_of(matrices), stages_of(w.stages).z
     share, roughness = 1.0, phase_error(piece) / MAX_PHASE
@@ -309,7 +307,7 @@ def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float,
             first, second = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2)
             roughness = max(roughness, off_circle(site, first, second))
             share = min(share, share_in_mode(site, matrices.nodes[k]))
-    return share if roughness <= 1.0 else 1.0, roughness
+    return share, roughness
 
 
 @kernel
@@ -329,30 +327,24 @@ def _journal_at_start(site: Site, z: Array, n: int) -> Point:
 
 
 @kernel
-def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h: float) -> bool:
-    """Write the end of the piece to z_new, on the circles; return False if that is impossible."""
-    piece, stages = piece_of(matrices), stages_of(w.stages)
-    z_new, n, ends = stages.z_new, int(matrices.sizes[0].n), piece.ends
+def complete_forces(matrices: StepMatrices) -> None:
+    """Write the node forces, which are solved, to x."""
+    piece = piece_of(matrices)
     units = piece.known.shape[0]
     first = piece.x.shape[0] - units
     for unit in range(units):
         piece.x[first + unit] = piece.known[unit] + piece.contact[unit]
+
+
+@kernel
+def end_piece(w: Workspace, matrices: StepMatrices, level: int, index: float, h: float) -> bool:
+    """Write the end of the piece to z_new, on the circles; return False if that is impossible."""
+    piece, stages = piece_of(matrices), stages_of(w.stages)
+    z_new, n, ends = stages.z_new, int(matrices.sizes[0].n), piece.ends
     around = levels_around(matrices, level, index)
     _combine(matrices, piece.x, around.low.P, around.high.P, around.share, ends[0], ends[1], 0, 2 * n)
     copy(stages.z, z_new)
     copy(ends[0, :n], z_new)
     copy(ends[0, n:], z_new[w.n :])
-    low = math.floor(index)
-    if index > low:
-        below, above = grid_speed(matrices, low), grid_speed(matrices, low + 1.0)
-        Omega = grid_speed(matrices, index)
-        add_missed_between_speeds(w.motion.seals, below, above, Omega, h, stages.z, z_new, w.n)
-    for k in range(w.sites.shape[0]):
-        race = w.sites[k].race
-        if race >= 0:
-            z_new[w.n + race] = piece.races[k, 3]
-            for point in range(N_LOBATTO):
-                z_new[race] += h * LOBATTO_WEIGHTS[point] * piece.races[k, point]
-    if w.spin[0].row >= 0:
-        z_new[w.spin[0].row], z_new[w.n + w.spin[0].row] = piece.spin[1, 3], piece.spin[0, 3]
+    end_rotations(w, matrices, index, h)
     return not is_any_constrained(w.sites) or put_on_circles(w, z_new[: w.n])

@@ -36,6 +36,7 @@ MAX_LEVELS = 6  # that are stored
 MOST_LEVELS = 14  # that are built: beyond it rounding would count
 MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their square and cube
 N_SLOTS = 3  # of speeds: those around the present one, and the next
+MAX_TERMS = 40  # of the series of a piece (`piece_series`)
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 
 # Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
@@ -250,6 +251,12 @@ def matrices_key_of(array: Array, at: int, n: int, n_bearings: int, n_sites: int
 
 
 @views
+def series_size(n: int) -> int:
+    """Return the number of float64 in the series of a piece."""
+    return (MAX_TERMS + 2) * 2 * n
+
+
+@views
 def pieces_size(n: int, n_bearings: int, n_sites: int) -> int:
     """Return the largest number of float64 in the scratch of a piece."""
     n_ports = most_ports(n_bearings, n_sites)
@@ -263,7 +270,7 @@ def matrices_size(n: int, n_bearings: int, n_sites: int) -> int:
     n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
     size = N_SIZES + matrices_key_size(n, n_bearings, n_sites) + N_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
     size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites)
-    size += 6 * n + 4 + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
+    size += series_size(n + 2 * n_sites) + 6 * n + 4 + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
     return size + ((N_SLOTS + 1) * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0)
 
 
@@ -271,7 +278,7 @@ def matrices_size(n: int, n_bearings: int, n_sites: int) -> int:
 def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int) -> StepMatrices:
     """Return a `StepMatrices` in an array, from `at`."""
     n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
-    n_pieces = 2 * pieces_size(n, n_bearings, n_sites)
+    n_pieces = 2 * pieces_size(n, n_bearings, n_sites) + series_size(n + 2 * n_sites)
     key = at + N_SIZES
     slots = key + matrices_key_size(n, n_bearings, n_sites)
     blends = slots + N_SLOTS * N_SLOT

@@ -101,3 +101,9 @@ def site_integrals(z: Array, n: int, k: int) -> np.record:
     """Return the integrals of site k in a state or its derivative."""
     integrals: np.record = part(z, 2 * n + N_INTEGRALS + k * N_SITE_INTEGRALS, SITE_INTEGRALS, 1)[0]
     return integrals
+
+
+@views
+def with_motion(w: Workspace, motion: Motion) -> Workspace:
+    """Return the same workspace with another motion."""
+    return Workspace(w.n, w.forms, w.Minv, motion, w.spin, w.sites, w.equations, w.stages, w.n_translations)

@@ -62,12 +62,12 @@ def test_bodies_move_so_by_the_ladder_too(case):
     q, v = np.zeros(6), starting(model)
     ours, expected = follow_plant(plant_of(model, q, v), times), follow(model, times, q, v)
     np.testing.assert_array_equal(ours.mode, expected.mode)
-    np.testing.assert_allclose(ours.q[:, :4], expected.q[:, :4], atol=1e-4 * model.clearance)
+    np.testing.assert_allclose(ours.q[:, :4], expected.q[:, :4], atol=1e-5 * model.clearance)
     np.testing.assert_allclose(ours.v[:, THETA], expected.v[:, THETA], rtol=1e-6)
     np.testing.assert_allclose(ours.v[:, PHI], expected.v[:, PHI], atol=1e-3)
     largest = np.max(expected.N)
-    np.testing.assert_allclose(ours.N, expected.N, atol=1e-3 * largest)
-    np.testing.assert_allclose(ours.T, expected.T, atol=1e-3 * largest)
+    np.testing.assert_allclose(ours.N, expected.N, atol=1e-5 * largest)
+    np.testing.assert_allclose(ours.T, expected.T, atol=1e-5 * largest)
 
 
 def test_bouncing_bodies_move_as_integrated_independently():

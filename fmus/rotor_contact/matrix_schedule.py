@@ -1,0 +1,110 @@
+"""When the matrices of a step are built: after steps with the same forces, around a speed that changes slowly."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fmi_export.flat import copy, is_near, same_bits
+from fmi_export.jit import kernel
+from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, forces
+from rotor_contact.matrix_levels import choose_levels
+from rotor_contact.matrix_rows import build_slot, is_complete, share_of
+from rotor_contact.passive_bearings import same_passive, set_passive
+from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD
+from rotor_contact.site import Sites
+from rotor_contact.speed_grid import place_on_grid, spacing_for
+from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for
+from rotor_contact.structure import Structure
+
+STEPS_PER_SPEED = 16.0  # steps that count less for every speed of the grid that is passed
+
+
+@kernel
+def steps_with_matrices(
+    motion: Motion, sites: Sites, step_size: float, origin: float, key: MatricesKey, memory: np.record
+) -> float:
+    """Return the number of steps with an unchanged key of the matrices, at most a few more than STEPS_BEFORE_BUILD.
+
+    `key` is updated; `origin` is a speed (rad/s) of the grid. Each passed speed of the grid counts against
+    `STEPS_PER_SPEED` steps, so fast speed changes are integrated: building the matrices costs as much as about thirty
+    steps.
+    """
+    same = is_near(step_size, key.step_size[0], STEP_TOLERANCE) and key.origin[0] == origin
+    if not same:
+        key.step_size[0], key.origin[0] = step_size, origin
+    given = forces(motion)
+    for k in range(motion.bearings.shape[0]):
+        if not same_passive(motion.bearings[k], key.bearings[k], 0.0):
+            same = False
+            set_passive(key.bearings[k], motion.bearings[k])
+    for k in range(sites.shape[0]):
+        same = _housing_is_unchanged(sites[k], key.sites[k]) and same
+    for i in range(3):
+        force = given.without_magnets if i == 0 else (given.cosine if i == 1 else given.sine)
+        if not same_bits(force, key.forces[i]):
+            same = False
+            copy(force, key.forces[i])
+    place = math.floor((motion.Omega - origin) / spacing_for(key.step_size[0]))
+    moved = abs(place - float(memory.place))
+    memory.place = place
+    n_steps = 0.0
+    if same and moved <= 1.0:
+        n_steps = min(
+            max(float(memory.n_matrix_steps) + 1.0 - STEPS_PER_SPEED * moved, 0.0), STEPS_BEFORE_BUILD + STEPS_PER_SPEED
+        )
+    memory.n_matrix_steps = n_steps
+    return n_steps
+
+
+@kernel
+def _housing_is_unchanged(site: np.record, known: np.record) -> bool:
+    """Return whether the housing of a site is unchanged; update its stored parameters."""
+    moves = site.housing >= 0
+    row = float(site.housing)
+    same = known.row == row
+    if moves:
+        same = same and known.mobility == site.mobility
+        same = same and known.stiffness[0] == site.mount_stiffness_x and known.stiffness[1] == site.mount_stiffness_y
+        same = same and known.damping[0] == site.mount_damping_x and known.damping[1] == site.mount_damping_y
+        same = same and known.base_acceleration[0] == site.base_x and known.base_acceleration[1] == site.base_y
+    if not same:
+        known.row, known.mobility = row, site.mobility
+        known.stiffness[0], known.stiffness[1] = site.mount_stiffness_x, site.mount_stiffness_y
+        known.damping[0], known.damping[1] = site.mount_damping_x, site.mount_damping_y
+        known.base_acceleration[0], known.base_acceleration[1] = site.base_x, site.base_y
+    return bool(same)
+
+
+@kernel
+def update_matrices(
+    structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices, share: float
+) -> bool:
+    """Build the matrices around the motion's speed up to a share; return whether they can be used.
+
+    Then the next speed of the grid is built while the present speed approaches it.
+    """
+    if not is_for(matrices, key):
+        collect_coefficients(structure, motion)
+        choose_levels(structure, motion, sites, key, matrices)
+    sizes = matrices.sizes[0]
+    if sizes.n_levels == 0.0:
+        return False
+    index = place_on_grid(matrices, motion.Omega)
+    low = float(math.floor(index))  # the type of `ahead`: for two types all that follows is compiled twice
+    n_slots = 1 if index == low else 2
+    for i in range(n_slots):
+        part_of_it = min(max(n_slots * share - i, 0.0), 1.0)
+        if part_of_it > 0.0 and not is_complete(matrices, low + i):
+            build_slot(structure, motion, sites, matrices, low + i, part_of_it)
+    if share < 1.0:
+        return False
+    beyond = index - low - 0.5
+    ahead = low + 2.0 if beyond > 0.0 else low - 1.0
+    if index != low and abs(beyond) > 0.1 and not is_complete(matrices, ahead):
+        share = min(2.5 * abs(beyond) - 0.25, share_of(matrices, ahead) + 1.0 / STEPS_BEFORE_BUILD)
+        build_slot(structure, motion, sites, matrices, ahead, min(share, 1.0))
+    copy(matrices.effects[0], accelerations(motion).cosine)
+    copy(matrices.effects[1], accelerations(motion).sine)
+    return True
