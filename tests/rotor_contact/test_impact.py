@@ -182,6 +182,25 @@ def test_friction_of_a_blow_ends_the_slip_or_is_mu_times_the_blow(seed, angle, m
         assert contact[k].p_t == pytest.approx(-mu * contact[k].p_n * math.copysign(1.0, slip), rel=1e-9)
 
 
+@pytest.mark.parametrize("Omega", [-600.0, 600.0])
+def test_a_blow_slides_on_if_kinetic_friction_cannot_end_the_slip(Omega):
+    """Static friction, ten times as large, holds no journal that slides: v+ = v + M^-1 (-n - mu s t) p, n . v+ = 0."""
+    mu, slid = 0.05, 0
+    for seed in range(20):
+        w, contact, _, v = touching(seed, 0.3 * seed, 0.3 * seed, mu, 0.0, Omega, (0,), 10.0 * mu)
+        N, T = directions(contact)
+        sign = math.copysign(1.0, slip_velocity(contact[0], v, Omega))
+        response = w.Minv @ (-N[0] - mu * sign * T[0])
+        blow = -(N[0] @ v) / (N[0] @ response)
+        slides = blow > 0.0 and sign * slip_velocity(contact[0], v + response * blow, Omega) > 0.0
+        assert newton_impact(w, v, Omega)
+        if slides:
+            assert contact[0].p_n == pytest.approx(blow, rel=1e-9)
+            assert contact[0].p_t == pytest.approx(-mu * sign * blow, rel=1e-9)
+            slid += 1
+    assert slid >= 10
+
+
 def test_journal_that_rolls_obeys_coulombs_law_in_a_blow_elsewhere():
     """It rolls on if static friction holds it, slides with less, or leaves."""
     mu, static, Omega = 0.1, 0.3, 50.0
