@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from fmi_export.flat import copy
-from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.jit import inlined_kernel, kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import RACE_SPEED_SCALE, couple_spin
 from rotor_contact.compliant import is_any_compliant
@@ -150,7 +150,7 @@ def advance_by_pieces(
     return 0
 
 
-@noinline_kernel
+@inlined_kernel
 def _try_piece(
     w: Workspace,
     matrices: StepMatrices,
