@@ -37,6 +37,14 @@ SECOND_PART = tuple(tuple(_lagrange(0.5 * (c + s)) for s in LOBATTO_POINTS) for 
 
 
 @kernel
+def _coefficients(f_0: float, f_1: float, f_2: float, f_3: float) -> tuple[float, float, float]:
+    """Return the coefficients of s, s^2 and s^3 of the cubic through four values; that of 1 is f_0."""
+    rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
+    bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
+    return rise, bend, 5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2)
+
+
+@kernel
 def least_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
     """Return a lower bound of the cubic through four values, its smallest Bezier point."""
     b_1 = (f_3 - 3.0 * f_0 + _FAR * f_1 - _NEAR * f_2) / 3.0
@@ -55,9 +63,7 @@ def positive_share(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
         return 1.0
     if not f_0 > 0.0:
         return 0.0
-    rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
-    bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
-    twist = 5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2)
+    rise, bend, twist = _coefficients(f_0, f_1, f_2, f_3)
     before = f_0
     for look in range(1, N_LOOKS + 1):
         s = look / N_LOOKS
@@ -76,9 +82,7 @@ def first_fall(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
     """
     if least_of_cubic(f_0, f_1, f_2, f_3) > 0.0:
         return 2.0
-    rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
-    bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
-    twist = 5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2)
+    rise, bend, twist = _coefficients(f_0, f_1, f_2, f_3)
     for look in range(1, N_LOOKS + 1):
         high = look / N_LOOKS
         if f_0 + high * (rise + high * (bend + high * twist)) < 0.0:
@@ -98,9 +102,8 @@ def first_fall(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
 @kernel
 def value_at(f_0: float, f_1: float, f_2: float, f_3: float, s: float) -> float:
     """Return the value at s of the cubic through four values."""
-    rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
-    bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
-    return f_0 + s * (rise + s * (bend + s * (5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2))))
+    rise, bend, twist = _coefficients(f_0, f_1, f_2, f_3)
+    return f_0 + s * (rise + s * (bend + s * twist))
 
 
 @kernel
@@ -115,9 +118,8 @@ def restrict(f: Array, s: float) -> None:
 @kernel
 def greatest_of_cubic(f_0: float, f_1: float, f_2: float, f_3: float) -> float:
     """Return the greatest value of the cubic through four values."""
-    rise = f_3 - 6.0 * f_0 + _FAR * f_1 - _NEAR * f_2
-    bend = 10.0 * f_0 - (_FAR + _CUBIC) * f_1 + (_NEAR + _CUBIC) * f_2 - 5.0 * f_3
-    return greatest_value(f_0, rise, bend, 5.0 * (f_3 - f_0) + _CUBIC * (f_1 - f_2))
+    rise, bend, twist = _coefficients(f_0, f_1, f_2, f_3)
+    return greatest_value(f_0, rise, bend, twist)
 
 
 @kernel

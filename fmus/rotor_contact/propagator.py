@@ -14,7 +14,7 @@ from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import copy_all, part
 from fmi_export.records import record, size_of
-from rotor_contact.dynamics import Motion
+from rotor_contact.dynamics import Motion, motion_at
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.passive_bearings import BEARING, Bearings, bearings_size, same_passive
@@ -229,17 +229,7 @@ def without_rounding(motion: Motion, key: Key) -> Motion:
     So P is the same to the last bit, regardless of the step in which it is built.
     """
     copy_all(key.bearings, motion.bearings)
-    Omega: float = key.step[0].Omega
-    return Motion(
-        motion.rows,
-        motion.bearings,
-        motion.over_speed,
-        motion.is_damped,
-        motion.seals,
-        motion.theta,
-        Omega,
-        motion.Omega_dot,
-    )
+    return motion_at(motion, motion.theta, key.step[0].Omega)
 
 
 @kernel

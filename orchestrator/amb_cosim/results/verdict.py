@@ -171,7 +171,8 @@ def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
         return None
     margin, orbit, clearance, site = min(orbits)
     when = "largest orbit" if word in ("levitated", "free") else "orbit in the last cycle"
-    when += " of the samples" * (thinning(dataset) > 1)
+    if thinning(dataset) > 1:
+        when += " of the samples"
     lengths = f"{length_unit(orbit).text(orbit, 3)} in {length_unit(clearance).text(clearance, 3)}"
     return "margin to the clearance", f"{100.0 * margin:.3g} % at {site.upper()}; {when} {lengths}"
 
