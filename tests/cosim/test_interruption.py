@@ -8,13 +8,12 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
-from pathlib import Path
 
 import click
 import pytest
 from command_line import COMMAND
 from slow import slow_but_first
-from waiting import LONGEST, wait_for_work, wait_until
+from waiting import LONGEST, children, is_running, of_process, wait_for_work, wait_until
 
 from amb_cosim.commands import cli
 from amb_cosim.cosim.basics.interruption import deferred
@@ -53,17 +52,8 @@ def command(monkeypatch):
     return add
 
 
-def children(process):
-    listed = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text()
-    return [int(number) for number in listed.split()]
-
-
-def commands_of(numbers):
-    result = []
-    for number in numbers:
-        with suppress(OSError):
-            result.append(Path(f"/proc/{number}/cmdline").read_text())
-    return result
+def workers_among(processes):
+    return [process for process in processes if "spawn_main" in of_process(process, "cmdline")]
 
 
 @pytest.mark.parametrize("number", CODES)
@@ -174,7 +164,7 @@ def test_an_interruption_at_the_start_keeps_the_old_result(runner, monkeypatch, 
 def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
     (tmp_path / "long.toml").write_text("base = 'fig4_9'\nend_cycle = 1e5\nsettle_cycles = 0\nrecord.every = 1000\n")
     process = start("run", "long.toml", "--no-plots", "-o", "out")
-    wait_until(lambda: b"rolac_controller.so" in Path(f"/proc/{process.pid}/maps").read_bytes())
+    wait_until(lambda: "rolac_controller.so" in of_process(process.pid, "maps"))
     wait_for_work(process.pid, 0.5)
     process.send_signal(number)
     _, errors = process.communicate(timeout=LONGEST)
@@ -189,9 +179,9 @@ def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
 @pytest.mark.parametrize("number", [signal.SIGKILL, *CODES])
 def test_the_processes_of_a_study_end_with_it(start, number):
     process = start("study", "recovery", "--instants", "16")
-    wait_until(lambda: sum("spawn_main" in text for text in commands_of(children(process))) >= min(2, os.cpu_count()))
-    workers = children(process)
+    wait_until(lambda: len(workers_among(children(process.pid))) >= min(2, os.cpu_count()))
+    workers = workers_among(children(process.pid))
     process.send_signal(number)
     process.communicate(timeout=LONGEST)
     assert process.returncode == CODES.get(number, -signal.SIGKILL)
-    wait_until(lambda: not any("spawn_main" in text for text in commands_of(workers)))
+    wait_until(lambda: not any(map(is_running, workers)))

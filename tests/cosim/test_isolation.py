@@ -8,14 +8,13 @@ import shutil
 import signal
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from command_line import COMMAND
 from fmu_systems import system_text
-from waiting import LONGEST, wait_for_work, wait_until
+from waiting import LONGEST, children, is_running, of_process, wait_for_work, wait_until
 
 import amb_cosim
 from amb_cosim.commands.cli import main
@@ -111,6 +110,11 @@ def test_fmus_given_as_files_are_isolated_unless_it_is_said(system, monkeypatch,
         run(system(GOOD) if foreign else "fig4_9", isolated=given, **options)
 
 
+def hosts(process):
+    """The children of a process that have loaded the FMU."""
+    return [child for child in children(process.pid) if "unruly" in of_process(child, "maps").lower()]
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are found in /proc")
 @pytest.mark.parametrize(("number", "code", "is_stopped"), [
     (signal.SIGINT, 130, False), (signal.SIGTERM, 143, False),
@@ -120,21 +124,18 @@ def test_a_signal_ends_the_process_of_the_fmus_too(system, tmp_path, number, cod
     process = subprocess.Popen(
         [*COMMAND, "simulate", system(GOOD, "1e5 s"), "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
-    listed = Path(f"/proc/{process.pid}/task/{process.pid}/children")
-    wait_until(
-        lambda: any(b"unruly" in Path(f"/proc/{n}/maps").read_bytes().lower() for n in listed.read_text().split())
-    )
-    (child,) = listed.read_text().split()
-    wait_for_work(int(child), 0.3)
+    wait_until(lambda: hosts(process))
+    (child,) = hosts(process)
+    wait_for_work(child, 0.3)
     if is_stopped:
-        os.kill(int(child), signal.SIGSTOP)
+        os.kill(child, signal.SIGSTOP)
     os.kill(process.pid, number)
     _, errors = process.communicate(timeout=LONGEST)
     assert process.returncode == code
     if number != signal.SIGKILL:
         assert errors.splitlines()[-1].startswith("amb-cosim: interrupted at t = ")
         assert (tmp_path / "out" / "result.nc").is_file()
-    wait_until(lambda: not Path(f"/proc/{child}").exists())
+    wait_until(lambda: not is_running(child))
 
 
 def test_the_first_run_of_an_fmu_from_elsewhere_warns(run_python, system):

@@ -7,10 +7,9 @@ import signal
 import subprocess
 import sys
 import zipfile
-from pathlib import Path
 
 import pytest
-from waiting import wait_until
+from waiting import is_running, of_process, wait_until
 
 from amb_cosim.cosim.basics.descendants import descendants
 from tests.support.messages import assert_names
@@ -97,17 +96,3 @@ def test_a_process_stopped_as_it_starts_ends_with_its_parent(tmp_path):
 def spawned(process):
     """Return the processes that multiprocessing has started for another."""
     return [child for child in descendants(process) if "spawn_main" in of_process(child, "cmdline")]
-
-
-def of_process(process, file):
-    """Return a file of a process; empty if it has ended."""
-    try:
-        return Path(f"/proc/{process}/{file}").read_text(encoding="utf-8")
-    except OSError:
-        return ""
-
-
-def is_running(process: int) -> bool:
-    """Return whether a process exists and is no zombie, which an init that adopts orphans may leave."""
-    status = of_process(process, "status")
-    return bool(status) and "State:\tZ" not in status

@@ -7,12 +7,11 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import h5py
 import pytest
 from command_line import COMMAND
-from waiting import let_compute, processor_time
+from waiting import let_compute, of_process, processor_time
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
 
@@ -64,9 +63,8 @@ def moments(chance, rounds):
 
 def handles_signals(process):
     """Whether the process has handlers of its own for SIGTERM; before that it is Python that starts."""
-    try:
-        status = Path(f"/proc/{process.pid}/status").read_text()
-    except OSError:
+    status = of_process(process.pid, "status")
+    if not status:
         return True
     caught = next((line.split()[1] for line in status.splitlines() if line.startswith("SigCgt")), "0")
     return bool(int(caught, 16) >> (signal.SIGTERM - 1) & 1)

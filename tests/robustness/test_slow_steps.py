@@ -5,11 +5,10 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from command_line import COMMAND
-from waiting import let_compute, processor_time
+from waiting import let_compute, of_process, processor_time
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are watched in /proc")]
 
@@ -37,7 +36,7 @@ set = { "rotor_contact.d1.f_x" = "100 kN" }
 
 
 def has_loaded(process):
-    return "rotor_contact" in Path(f"/proc/{process.pid}/maps").read_text()
+    return "rotor_contact" in of_process(process.pid, "maps")
 
 
 @pytest.mark.parametrize("options", [[], ["--loop", "plain"], ["--flavour", "python"]], ids=" ".join)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from waiting import of_process
 
 from tests.support.c_fmus import ANY_STEP, INPUT, OUTPUT, described
 
@@ -48,21 +49,16 @@ class Hostility:
 
     def processes(self) -> set[int]:
         """Numbers of the processes that were started since it was said what FMUs will do."""
-        return {int(process.name) for process in _processes() if self._mark in _text(process / "environ")}
+        return {process for process in _processes() if self._mark in of_process(process, "environ")}
 
     def hangs(self) -> bool:
         """Whether one of them hangs in a call, which gives its thread a name."""
-        threads = (file for number in self.processes() for file in Path(f"/proc/{number}/task").glob("*/comm"))
-        return any(_text(file) == "hangs\n" for file in threads)
+        threads = (
+            (number, thread.name) for number in self.processes() for thread in Path(f"/proc/{number}/task").glob("*")
+        )
+        return any(of_process(number, f"task/{thread}/comm") == "hangs\n" for number, thread in threads)
 
 
-def _processes() -> list[Path]:
-    return [process for process in Path("/proc").glob("[0-9]*") if process.name != str(os.getpid())]
-
-
-def _text(file: Path) -> str:
-    """The content of a file of a process; nothing if that has ended."""
-    try:
-        return file.read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return ""
+def _processes() -> list[int]:
+    numbers = (int(process.name) for process in Path("/proc").glob("[0-9]*"))
+    return [number for number in numbers if number != os.getpid()]

@@ -1,4 +1,4 @@
-"""Waiting for other processes and threads, however slow a loaded machine makes them."""
+"""Watching other processes and threads, and waiting for them, however slow a loaded machine makes them."""
 
 from __future__ import annotations
 
@@ -18,6 +18,25 @@ def wait_until(condition: Callable[[], object], pause: float = 0.02) -> None:
     while not condition():
         assert time.monotonic() < end, f"waited {LONGEST:g} s in vain"
         time.sleep(pause)
+
+
+def of_process(process: int, file: str) -> str:
+    """Return the content of a file of a process in `/proc`; nothing if the process has ended."""
+    try:
+        return Path(f"/proc/{process}/{file}").read_text(encoding="utf-8", errors="replace")
+    except OSError:  # it may also end between the opening of the file and its reading
+        return ""
+
+
+def children(process: int) -> list[int]:
+    """Return the processes that the main thread of a process has started and that it has not waited for."""
+    return [int(number) for number in of_process(process, f"task/{process}/children").split()]
+
+
+def is_running(process: int) -> bool:
+    """Return whether a process exists and is no zombie, which an init that adopts orphans may leave."""
+    status = of_process(process, "status")
+    return bool(status) and "State:\tZ" not in status
 
 
 def processor_time(process: int) -> float:
