@@ -12,8 +12,17 @@ import click
 from amb_analysis.studies.commands.analysis import SCENARIO, add_study, study
 from amb_cosim.commands.cli import main
 from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
-from amb_cosim.commands.former import former_option
-from amb_cosim.commands.options import FLAVOUR, NO_PLOTS, RECEPTANCES, ROTOR, SETTINGS, UNITS, UNTIL, output
+from amb_cosim.commands.options import (
+    FLAVOUR,
+    NO_PLOTS,
+    RECEPTANCES,
+    ROTOR,
+    SETTINGS,
+    UNITS,
+    UNTIL,
+    former_option,
+    output,
+)
 from amb_files.atomic import check_writable
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.cli_errors import Refused, refusing
 from amb_cosim.cosim.basics.choices import FLAVOURS, FMIS, LOOPS
 from fmi_export.building.number_texts import plain_forms
 
@@ -22,6 +22,16 @@ def output(text: str, default: str | None = None, metavar: str | None = None) ->
     """Return the option for the output, a file or a folder with help `text`."""
     path = click.Path(path_type=Path)
     return click.option("-o", "--output", type=path, default=default, show_default=True, help=text, metavar=metavar)
+
+
+def former_option(name: str, present: str) -> Option:
+    """Return a hidden option that is refused with the option in its place."""
+
+    def refuse(_: click.Context, __: click.Parameter, value: str | None) -> None:
+        if value is not None:
+            raise Refused(f"there is no option {name} any more; use '{present}'")
+
+    return click.option(name, hidden=True, expose_value=False, callback=refuse)
 
 
 def parse_settings(settings: Iterable[str]) -> dict[str, str]:

@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+import textwrap
 from typing import Any
 
 import click
 
-from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.former import Group
-from amb_cosim.commands.help_texts import restore_help
+from amb_cosim.commands.cli_errors import Refused, refusing
 
 GENERAL = __name__.partition(".")[0]
 PACKAGES: dict[click.Command, str] = {}  # of commands whose function is made here for a package
 
 
-class PackCommands(Group):
+class PackCommands(click.Group):
     """A group to which others add commands; they are imported for listings, and for commands not defined here.
 
     `sections` has the names of commands by the heading under which help lists them; all others are listed under the
-    name of their package.
+    name of their package. `former` has the names of commands that left, with the command in place of each.
     """
 
-    def __init__(self, *args: Any, **options: Any) -> None:
+    def __init__(self, *args: Any, former: dict[str, str] | None = None, **options: Any) -> None:
         super().__init__(*args, **options)
         restore_help(self)
+        self.former = dict(former or {})
         self.sections: dict[str, list[str]] = {}
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """Return the called command; a former one is refused with its replacement."""
+        if self.get_command(ctx, args[0]) is None and args[0] in self.former:
+            raise Refused(f"there is no command {args[0]!r} any more; use 'amb-cosim {self.former[args[0]]}'")
+        return super().resolve_command(ctx, args)
 
     def add_section(self, title: str, *commands: click.Command) -> None:
         """Add commands, and list them in the section with a title, after those that it has."""
@@ -70,6 +78,27 @@ class PackCommands(Group):
             if commands:
                 with formatter.section(title):
                     formatter.write_dl([(name, command.get_short_help_str(limit)) for name, command in commands])
+
+
+def restore_help(command: click.Command) -> None:
+    """Set the help of a command and of its subcommands to the docstrings of their functions, if they have none.
+
+    A Python without docstrings (`python -OO`) reads them in the sources.
+    """
+    if command.help is None and command.callback is not None:
+        command.help = _docstring(inspect.unwrap(command.callback))
+    for subcommand in getattr(command, "commands", {}).values():
+        restore_help(subcommand)
+
+
+def _docstring(function: object) -> str | None:
+    """Return the docstring in the source of a function; None if it has none or no source is installed."""
+    try:
+        source = inspect.getsource(function)  # type: ignore[arg-type]
+    except OSError:
+        return None
+    node = ast.parse(textwrap.dedent(source)).body[0]
+    return ast.get_docstring(node) if isinstance(node, ast.FunctionDef) else None
 
 
 def package_of(command: click.Command) -> str:
