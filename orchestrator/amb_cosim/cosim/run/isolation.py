@@ -55,20 +55,14 @@ def run_isolated(assembly: Assembly, plan: Plan, options: RunOptions) -> Recordi
             if time.monotonic() > tell_at:
                 log.warning("waiting for the end of a step of %s; a second Ctrl-C ends it at once", _who(assembly))
                 tell_at = math.inf
-            has_ended = has_process_ended(process)
-            try:
-                kind, *content = messages.get(timeout=POLL_TIME)
-            except queue.Empty:
-                if has_ended:
-                    end_group(process)  # what it started may keep its output open
-                    kind, *content = last_message(messages)
-                elif time.monotonic() > latest + LONGEST_SILENCE:
+            if (received := next_message(process, messages)) is None:
+                if time.monotonic() > latest + LONGEST_SILENCE:
                     raise ProcessFailed(
                         f"{_who(assembly)} did not complete a step within {LONGEST_SILENCE:g} s, and the process was "
                         f"ended; nothing was recorded (--no-isolated sets no limit)"
-                    ) from None
-                else:
-                    continue
+                    )
+                continue
+            kind, *content = received
             latest = time.monotonic()
             if kind == RECORDING:
                 return _with_warning(content[0], assembly, _closed(process))
@@ -102,16 +96,6 @@ def _with_warning(recording: Recording, assembly: Assembly, wrong: str) -> Recor
     return replace(recording, warnings=said)
 
 
-def has_process_ended(process: subprocess.Popen[bytes]) -> bool:
-    """Return whether a process has ended, without releasing its ID, which names its group."""
-    if sys.platform == "win32":
-        return process.poll() is not None
-    try:
-        return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
-    except ChildProcessError:
-        return True
-
-
 def messages_of(process: subprocess.Popen[bytes]) -> Messages:
     """Yield the messages of the process as they arrive; the last is `END`.
 
@@ -129,12 +113,29 @@ def messages_of(process: subprocess.Popen[bytes]) -> Messages:
     return messages
 
 
-def last_message(messages: Messages) -> tuple[Any, ...]:
-    """Return the next message of a process that has ended, `END` if none comes."""
+def next_message(process: subprocess.Popen[bytes], messages: Messages) -> tuple[Any, ...] | None:
+    """Return the next message of a process, `END` if it ended without; None if none came within `POLL_TIME`."""
+    has_ended = _has_ended(process)
+    try:
+        return messages.get(timeout=POLL_TIME)
+    except queue.Empty:
+        if not has_ended:
+            return None
+    end_group(process)  # what it started may keep its output open
     try:
         return messages.get(timeout=CLOSE_TIME)
     except queue.Empty:
         return (END,)
+
+
+def _has_ended(process: subprocess.Popen[bytes]) -> bool:
+    """Return whether a process has ended, without releasing its ID, which names its group."""
+    if sys.platform == "win32":
+        return process.poll() is not None
+    try:
+        return os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
+    except ChildProcessError:
+        return True
 
 
 def _who(assembly: Assembly) -> str:

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import queue
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 from amb_cosim.cosim.basics.cache import unpacked
-from amb_cosim.cosim.basics.child_process import child_process, end_group, how_it_ended
+from amb_cosim.cosim.basics.child_process import child_process, how_it_ended
 from amb_cosim.cosim.basics.errors import ProcessFailed
-from amb_cosim.cosim.run.isolation import (
-    ERROR,
-    LONGEST_SILENCE,
-    POLL_TIME,
-    RECORDING,
-    has_process_ended,
-    last_message,
-    messages_of,
-)
+from amb_cosim.cosim.run.isolation import ERROR, LONGEST_SILENCE, RECORDING, messages_of, next_message
 
 TOLERANCE = 1e-6  # of the largest value of a variable, within which values of other machines are equal
 MOST_TOLERANCE = 1e-3  # of the same, that an experiment may allow itself
@@ -116,20 +107,10 @@ def verify(fmu: str | Path) -> list[Verified]:
     folder, _ = unpacked(path, f"FMU {fmu}")
     with child_process("verify.verification_process", (folder,)) as process:
         messages, start = messages_of(process), time.monotonic()
-        while True:
-            ended = has_process_ended(process)
-            try:
-                kind, *content = messages.get(timeout=POLL_TIME)
-                break
-            except queue.Empty:
-                if ended:
-                    end_group(process)
-                    kind, *content = last_message(messages)
-                    break
-                if time.monotonic() > start + LONGEST_SILENCE:
-                    raise ProcessFailed(
-                        f"{fmu} did not complete its experiments within {LONGEST_SILENCE:g} s"
-                    ) from None
+        while (answer := next_message(process, messages)) is None:
+            if time.monotonic() > start + LONGEST_SILENCE:
+                raise ProcessFailed(f"{fmu} did not complete its experiments within {LONGEST_SILENCE:g} s")
+        kind, *content = answer
         if kind == ERROR:
             raise ValueError(_printable(f"{fmu}: {content[0]}")) from content[0]
         if kind != RECORDING:
