@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import CliRunner
 
 from benchmarks import process
+from benchmarks.live.measure import BROWSERS
 from benchmarks.scaling import LinearFit
 from benchmarks.timing import interleaved_times, ratio, ratios
 from tests.support.messages import raises_naming
@@ -165,3 +167,16 @@ def test_every_ratio_is_printed_and_null_for_missing_codes(tmp_path: Path) -> No
     assert set(data["floor_us"]) == {"rolac_controller", "amb_actuator", "rotor_contact", "recording"}
     assert data["contact"]["cost_ratio_at_equal_accuracy"] > 1.0
     assert list(here.iterdir()) == []
+
+
+@pytest.mark.slow
+def test_what_is_installed_is_measured_and_what_is_not_is_said():
+    from benchmarks.__main__ import main
+
+    ended = CliRunner().invoke(main, ["live", "--quick", "--json"])
+    assert ended.exit_code == 0, ended.output
+    (factors,) = json.loads(ended.stdout)["factors"].values()
+    has_browser = any(map(shutil.which, BROWSERS))
+    for place, is_there in (("native", True), ("node", shutil.which("node")), ("chromium", has_browser)):
+        assert (factors[place] is not None) == bool(is_there), place
+        assert not is_there or 0.0 < factors[place]["least"] <= factors[place]["median"]

@@ -10,10 +10,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from rich.table import Table
 from rig import AXES, DONE, FAILED, SENSOR_NAMES, random_receptance
 from rig import LOOP as RIG_LOOP
 
 from amb_analysis.studies import receptance_measurement
+from amb_analysis.studies.receptance_identification import HEADINGS
+from amb_cosim import studies
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
@@ -224,3 +227,14 @@ def test_from_identification_to_a_run_with_what_it_found(cosim, tmp_path):
     assert touching.returncode == 1
     assert "contact" in touching.stdout
     assert len(read_table(tmp_path / "t.toml").entries) == 2
+
+
+def test_computed_receptance_is_compared_with_nothing() -> None:
+    """Its difference from the model that it is of would be zero, whatever is wrong with the model."""
+    found = studies.identify("9000 rpm", scenario="compressor_levitated", computed=True, progress=False)
+    (result,), (table,) = found.results, found.text()
+    assert isinstance(table, Table)
+    cells = dict(zip(HEADINGS, (next(iter(column.cells)) for column in table.columns), strict=True))
+    assert result.receptance is not None
+    assert result.model is None
+    assert (cells["differs from the model (%)"], cells[""]) == ("-", "computed, not compared")

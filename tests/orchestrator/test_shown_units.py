@@ -1,5 +1,6 @@
-"""Units of figures: asked for, or by the size of what is shown."""
+"""Units of figures: asked for, or by the size of what is shown; and figures of pages as data."""
 
+import json
 import math
 
 import numpy as np
@@ -8,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import amb_cosim
-from amb_assessment.reporting.panels import Panel, curve
+from amb_assessment.reporting.panels import Panel, curve, panel_of
 from amb_cosim.presentation.style import spread
 from amb_cosim.presentation.units import (
     convert_units_in_text,
@@ -97,3 +98,11 @@ def test_labels_keep_their_distance_and_their_order(places, gap):
 def test_labels_that_are_apart_stay_where_they_are():
     np.testing.assert_allclose(spread([0.7, 0.1, 0.4], 0.2), [0.7, 0.1, 0.4])
     np.testing.assert_allclose(spread([0.5, 0.5], 0.2), [0.4, 0.6])
+
+
+def test_a_curve_with_gaps_is_data_of_json():
+    gaps, empty = curve("gaps", [0.0, 1.0, 2.0], [np.nan, 3.0, -2.0]), curve("nothing", [0.0], [np.nan])
+    panel = Panel("Radius", "t (s)", "r (m)", (gaps, empty))
+    data = json.loads(json.dumps(panel.as_data(), allow_nan=False))
+    assert data["least"] == -2.0
+    np.testing.assert_array_equal(panel_of(data).curves[0].y, gaps.y)

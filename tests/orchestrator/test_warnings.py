@@ -1,4 +1,4 @@
-"""Warnings of a run: from outputs and logs of the FMUs to sentences."""
+"""Warnings of a run, from outputs and logs of the FMUs to sentences, and that of its coupling."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from rich.console import Console
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.record.warnings import WarningRecord, of_component, sentences, to_json, warnings_of
 from amb_cosim.presentation.text_tables import show_warnings
+from amb_cosim.scenario.coupling import coupling_warning
+from tests.support.messages import assert_names
 
 TIMES = np.arange(-2.0, 8.0)
 TEMPLATE = "the current is cut to {limit} A"
@@ -193,3 +195,17 @@ def test_where_no_terminal_limits_lines_warnings_are_whole(capsys):
     sentence = "a coil pair saturates " * 20
     show_warnings([sentence], Console(width=60), whole=False)
     assert sentence.strip() in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("sample_time", "allowed", "told", "facts"),
+    [
+        (250e-6, 50e-6, 51e-6, ("50 us", "controller's sample time")),
+        (100e-6, 20e-6, 25e-6, ("20 us", "controller's sample time")),
+        (None, 50e-6, 51e-6, ("50 us", "250 us")),
+    ],
+)
+def test_a_jacobi_step_beyond_a_fifth_of_the_sample_time_is_in_doubt(sample_time, allowed, told, facts):
+    assert coupling_warning("jacobi", allowed, 0.0, sample_time) is None
+    assert coupling_warning("gauss_seidel", told, 0.0, sample_time) is None
+    assert_names(coupling_warning("jacobi", told, 0.0, sample_time), *facts)

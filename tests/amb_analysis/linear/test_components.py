@@ -1,6 +1,8 @@
-"""Linear parts: connected, sampled, late, and realised from their pulse responses."""
+"""Linear parts: connected, sampled, late, realised from their pulse responses; their responses and margins."""
 
 from __future__ import annotations
+
+from types import SimpleNamespace
 
 import control
 import numpy as np
@@ -8,7 +10,9 @@ import pytest
 
 from amb_analysis.linear.components import LinearComponent, connected, delayed_by_a_step, loop_of, sampled
 from amb_analysis.linear.foreign import realised, responses
-from amb_analysis.linear.loop import disk_gain_and_phase, disk_margin
+from amb_analysis.linear.loop import disk_gain_and_phase, disk_margin, response
+from amb_analysis.studies import stability_margin
+from amb_analysis.studies.stability_margin import zone
 from amb_cosim.controllers.laws import Law
 from tests.support.messages import raises_naming
 
@@ -109,3 +113,46 @@ def test_disk_margin_does_not_depend_on_the_units_of_the_loops():
     S = np.array([[0.5 + 1.0j, 1e4], [0.0, 2.0 - 0.5j]])[:, :, None]
     expected = 1.0 / max(abs(0.5 + 1.0j - 0.5), abs(2.0 - 0.5j - 0.5))
     assert disk_margin(S)[0] == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.7])
+def test_a_response_of_equal_poles_is_that_of_its_chain(pole):
+    """1/(z - p)^4, whose eigenvectors are one; of a delay line for p = 0. Different poles are in the tests below."""
+    chain = control.ss(np.diag(np.full(4, pole)) + np.eye(4, k=1), np.eye(4)[:, 3:], np.eye(4)[:1], [[0.0]], 1e-3)
+    frequencies = np.geomspace(1.0, 499.0, 200)
+    z = np.exp(2j * np.pi * frequencies * 1e-3)
+    np.testing.assert_allclose(response(chain, frequencies)[0, 0], (z - pole) ** -4, rtol=1e-6)
+
+
+def test_a_response_by_eigenvectors_is_the_sum_of_its_poles():
+    poles, gains = np.array([0.9, -0.5, 0.99 * np.exp(0.3j), 0.99 * np.exp(-0.3j)]), np.array([1.0, 2.0, 1j, -1j])
+    A = np.zeros((4, 4))
+    A[[0, 1], [0, 1]], A[2:, 2:] = (
+        poles[:2].real,
+        0.99 * np.array([[np.cos(0.3), -np.sin(0.3)], [np.sin(0.3), np.cos(0.3)]]),
+    )
+    system = control.ss(A, [[1.0], [2.0], [1.0], [0.0]], [[1.0, 1.0, 0.0, -2.0]], [[0.25]], 1e-3)
+    frequencies = np.geomspace(1.0, 499.0, 200)
+    z = np.exp(2j * np.pi * frequencies * 1e-3)
+    expected = 0.25 + (gains[:, None] / (z - poles[:, None])).sum(axis=0)
+    np.testing.assert_allclose(response(system, frequencies)[0, 0], expected, rtol=1e-9)
+
+
+def test_zones_begin_at_their_limits():
+    assert [zone(peak) for peak in (1.0, 2.999, 3.0, 3.999, 4.0, 4.999, 5.0, 40.0)] == list("AABBCCDD")
+
+
+def test_least_disk_margin_is_that_between_the_frequencies(monkeypatch):
+    """alpha = 1/|S - 1/2| of a loop alone: 0.5 at 333 Hz, with frequencies that are 13 Hz apart there."""
+
+    def closed(model, hertz):
+        S = 0.5 + 2.0 / (1.0 + 1j * (hertz - 333.0) / 10.0)
+        return np.stack([np.stack([S, S]), np.stack([S, S])])
+
+    monkeypatch.setattr(stability_margin, "response", closed)
+    frequencies = np.geomspace(1.0, 2000.0, 200)
+    gang, margins = stability_margin._all_loops(SimpleNamespace(demands=("i",), closed=None), frequencies)
+    assert len(gang.S) == len(frequencies)
+    for margin in margins.values():
+        assert len(margin.alpha) == len(frequencies)
+        assert (margin.least, margin.frequency) == (pytest.approx(0.5, rel=1e-3), pytest.approx(333.0, abs=1.0))
