@@ -1,12 +1,11 @@
 """The README shows code that runs, and the theory pages figures that hold."""
 
-import re
 import shutil
-from importlib import util
 from pathlib import Path
 
 import numpy as np
 import pytest
+from code_blocks import example_of
 from matplotlib.image import imread
 from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
@@ -19,8 +18,6 @@ from amb_analysis.machine.axis_capability import (
 )
 from amb_cosim.design.magnetic_bearing import axis_parameters
 
-README = Path(util.find_spec("amb_actuator").origin).parent / "README.md"
-TEXT = README.read_text(encoding="utf-8")
 THEORY = Path(__file__).parents[2] / "docs" / "theory"
 PAGES = [(THEORY / f"{page}.md").read_text(encoding="utf-8") for page in ("magnetic_bearing", "amplifier")]
 PROSE = " ".join("\n".join(PAGES).split())
@@ -28,13 +25,12 @@ PROSE = " ".join("\n".join(PAGES).split())
 
 def test_the_code_of_the_readme_runs_draws_and_prints_what_it_says(build_fmu, run_python, tmp_path):
     shutil.copy(build_fmu(ACTUATOR, ACTUATOR_CONSTANTS), tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
-    assert len(blocks) == 1
-    program = f"import matplotlib\nmatplotlib.use('Agg')\n{blocks[0]}"
+    code = example_of("amb_actuator")
+    program = f"import matplotlib\nmatplotlib.use('Agg')\n{code}"
     curves = "[line.get_ydata().tolist() for axes in (left, right) for line in axes.lines]"
     largest, lines = run_python(f"{program}\nresult = [float(largest), {curves}]", cwd=tmp_path)
     assert largest == pytest.approx(1700.0 - 321.0, abs=0.05)
-    assert f"# {largest:.1f} N" in blocks[0]
+    assert f"# {largest:.1f} N" in code
     picture = imread(tmp_path / "force.png")
     assert np.count_nonzero(picture[..., :3].min(axis=-1) < 0.9) > 5000, "something is drawn"
     assert len(lines) == 12

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import re
 import shutil
 from collections.abc import Callable
-from importlib import util
 from pathlib import Path
 from typing import Any
 
 import pytest
 from assembled_rotor import T
 from click.testing import CliRunner
+from code_blocks import example_of
 from fmpy.validation import validate_fmu
-
-README = Path(util.find_spec("levitated_rotor").origin).parent / "README.md"
 
 SYSTEM = """
 [[component]]
@@ -102,7 +99,7 @@ def test_the_code_of_the_readme_runs(
     assembled: Callable[..., Path], run_python: Callable[..., Any], tmp_path: Path
 ) -> None:
     shutil.copy(assembled("fig4_9"), tmp_path)
-    (block,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
-    largest, force = run_python(f"{block}\nresult = [float(np.abs(run[n]).max()) for n in names]", cwd=tmp_path)
+    code = example_of("levitated_rotor")
+    largest, force = run_python(f"{code}\nresult = [float(np.abs(run[n]).max()) for n in names]", cwd=tmp_path)
     assert largest < 0.8e-3
     assert 100.0 < force < 1e5

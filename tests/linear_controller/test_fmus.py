@@ -1,19 +1,16 @@
 """The FMU of a linear controller: its native flavours are equal to the core to the last bit."""
 
-import re
-from importlib import util
 from pathlib import Path
 
 import fmpy
 import numpy as np
 import pytest
+from code_blocks import example_of
 from fmpy.validation import validate_fmu
 from model_cases import CASES, core_outputs, laws_over_speed
 from raw import Library, Library3
 
 pytest.importorskip("ziglang", reason="a native FMU is compiled by ziglang: pip install 'amb-cosim[native]'")
-
-README = Path(util.find_spec("linear_controller").origin).parent / "README.md"
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +55,6 @@ def test_description_is_valid(built, fmi):
 
 
 def test_the_code_of_the_readme_runs_and_prints_what_it_says(run_python, tmp_path):
-    (block,) = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+    block = example_of("linear_controller")
     last = run_python(f"{block}\nresult = float(steps['mb1.i_x'][-1])", cwd=tmp_path)
     assert f"# {last:.4f} A" in block

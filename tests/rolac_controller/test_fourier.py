@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from code_blocks import example_of
 
 from fmi_export.jit import kernel
 from rolac_controller.control_loop import N_HARMONICS
@@ -300,3 +301,10 @@ def test_noise_on_the_angle_of_a_slow_rotor_does_not_break_the_window(bench, spe
         b.sample()
     assert b["window_valid"] == 1.0
     np.testing.assert_allclose(b.components(), AMPLITUDES * np.exp(1j * PHASES), rtol=1e-3)
+
+
+def test_example_in_the_readme_finds_the_vibration_it_made(run_python, tmp_path):
+    code = example_of("rolac_controller")
+    amplitude, phase = run_python(code + "\nresult = [float(amplitude), float(phase)]", cwd=tmp_path)
+    assert amplitude == pytest.approx(1e-4, rel=1e-6)
+    assert phase == pytest.approx(-1.0471975511965976, abs=1e-6)

@@ -1,24 +1,19 @@
 """The README shows code that runs."""
 
-import re
 import shutil
-from pathlib import Path
 
 import pytest
+from code_blocks import example_of
 from rotor_cases import OnePlane
 
-import rotor_contact
 from amb_cosim.design.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
-
-README = (Path(rotor_contact.__file__).parent / "README.md").read_text(encoding="utf-8")
 
 
 def test_example_in_the_readme_shows_the_orbit_of_the_complex_model(build_fmu, run_python, tmp_path):
     shutil.copy(build_fmu(*plant()), tmp_path)
-    (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
     code = (
-        example
+        example_of("rotor_contact")
         + "\nresult = [float(centre.real), float(centre.imag), float(radius), int(result['contact_state'].max())]\n"
     )
     x, y, radius, contact = run_python(code, cwd=tmp_path, timeout=120)

@@ -12,6 +12,7 @@ import os
 import re
 import sys
 import tomllib
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -55,6 +56,13 @@ def blocks_of(page: Path) -> list[Block]:
         needs, part_of = (what if kind == word else None for word in ("Needs", "Part of"))
         blocks.append(Block(language, line, token.content, needs, part_of))
     return blocks
+
+
+def example_of(package: str, language: str = "python") -> str:
+    """Return the only block of a language in the README of a package."""
+    page = Path(find_spec(package).origin).with_name("README.md")
+    (code,) = (block.code for block in blocks_of(page) if block.language == language)
+    return code
 
 
 def run_blocks(blocks: list[Block], page: Path, folder: Path) -> None:

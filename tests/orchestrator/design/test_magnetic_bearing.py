@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from running_actuator import running_actuator
+from code_blocks import example_of
+from running_actuator import K, running_actuator
 
 from amb_actuator.interface import NONLINEAR
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants, linearisation
@@ -49,3 +50,11 @@ def test_linearisation_is_what_the_running_model_does():
         assert result.force[at] == force[1]
         assert result.k_s[at] == running_actuator(force_law=NONLINEAR, mb1__x=x[at], mb1__i_x=i_c[at])["mb1.k_xx"]
         assert result.k_i[at] == pytest.approx((force[2] - force[0]) / 2e-6, rel=1e-5, abs=1e-3)
+
+
+def test_example_in_the_readme_prints_the_design_figures(capsys):
+    exec(example_of("amb_cosim.design"), {})
+    lines = capsys.readouterr().out.strip().splitlines()
+    assert lines[0].startswith("K_s = 2392.5 N/mm")  # the rig's bias currents, thesis section 2.4
+    static = math.sqrt(4.3**2 + 354.0 / K) - 4.3  # K ((I_b + I_s)^2 - I_b^2) = 354 N; saturation adds less than 1 mA
+    assert lines[1:] == [f"I_s = {static:.3f} A carries 354 N"]
