@@ -10,6 +10,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
+from amb_files.checks import single_line
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -88,7 +90,7 @@ def _load_npz(path: Path | IO[bytes], keys: Sequence[str]) -> dict[str, NDArray[
         with np.load(path, allow_pickle=False) as file:
             return {key: file[key] for key in keys or file.files if key in file.files}
     except Exception as error:  # damaged files raise various errors
-        said = " ".join(str(error).split()) or type(error).__name__
+        said = single_line(error)
         if "pickle" in said:  # numpy's message suggests unpickling
             said = "it has an array of Python objects, which is not allowed"
         raise ValueError(f"it cannot be read as an .npz file: {_cut(said)}") from error

@@ -20,6 +20,11 @@ def require_positive(record: object, **units: str) -> None:
         require(0.0 < value < math.inf, name, f"{value:g} {unit}".rstrip(), f"> 0 {unit}".rstrip())
 
 
+def single_line(error: object) -> str:
+    """Return the message of an error in a single line, or its type if it has none."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
 @contextmanager
 def errors_in(place: str) -> Iterator[None]:
     """Put the place of a fault, unless it is empty, before the message of a ValueError."""

@@ -19,9 +19,11 @@ from xml.etree import ElementTree
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable, UnitDefinition
 from amb_cosim.cosim.fmu.tolerant_reading import read_tolerantly
+from amb_files.checks import single_line
+from fmi_export.building.units import SI
 from fmi_export.variables import TOOL
 
-_BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad", "factor", "offset")
+_BASE = (*SI, "factor", "offset")
 
 # What a variable is to the master, by its type of FMI 2.0 or 3.0; clocks are not known to it.
 _TYPES = {
@@ -74,7 +76,7 @@ def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuI
     except NotTaken:
         raise
     except Exception as error:  # whatever a damaged description leads to
-        raise ValueError(f"{name}: {source} is not a readable FMU ({_single_line(error)})") from error
+        raise ValueError(f"{name}: {source} is not a readable FMU ({single_line(error)})") from error
 
 
 class NotTaken(ValueError):
@@ -249,7 +251,3 @@ def _number(start: str | None) -> float | None:
     if start is None:
         return None
     return {"true": 1.0, "false": 0.0}[start] if start in ("true", "false") else float(start)
-
-
-def _single_line(error: Exception) -> str:
-    return " ".join((str(error) or type(error).__name__).split())

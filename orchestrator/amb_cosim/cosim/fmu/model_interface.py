@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, UnitDefinition
-from fmi_export.building.units import base_unit
+from fmi_export.building.units import SI, base_unit
 from fmi_export.model import Model
 from fmi_export.variables import LARGEST, Variable
 
-OF_UNIT = {**dict.fromkeys(("kg", "m", "s", "A", "K", "mol", "cd", "rad"), 0.0), "factor": 1.0, "offset": 0.0}
+OF_UNIT = {**dict.fromkeys(SI, 0.0), "factor": 1.0, "offset": 0.0}
 
 
 def interface_of(model: Model) -> FmuInterface:

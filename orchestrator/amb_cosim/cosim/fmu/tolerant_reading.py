@@ -18,6 +18,8 @@ from xml.etree import ElementTree
 
 import fmpy
 
+from amb_files.checks import single_line
+
 DESCRIPTION = "modelDescription.xml"
 PARAMETERS = ("parameter", "calculatedParameter")
 
@@ -38,7 +40,7 @@ def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
         description = fmpy.read_model_description(str(folder))
         return description, _identifier_fault(description)
     except Exception as error:  # the check of an invalid description may fail itself
-        problems = tuple(map(_single_line, getattr(error, "problems", (error,))))
+        problems = tuple(map(single_line, getattr(error, "problems", (error,))))
     try:
         description = fmpy.read_model_description(str(folder), validate=False)
     except Exception:
@@ -95,7 +97,3 @@ def _check_usable(description: Any) -> None:
     twice = [name for name, count in counts.items() if count > 1]
     if twice:
         raise ValueError(f"{DESCRIPTION} has {counts[twice[0]]} variables called {twice[0]!r}")
-
-
-def _single_line(error: object) -> str:
-    return " ".join((str(error) or type(error).__name__).split())

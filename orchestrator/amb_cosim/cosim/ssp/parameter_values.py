@@ -11,6 +11,7 @@ from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.ssp.schema import NAMESPACES, PARAMETERS, VERSION, document, tag
 from amb_cosim.cosim.ssp.version_2 import FLOATS, INTEGERS, texts_of
 from amb_cosim.cosim.system.values import Raw
+from fmi_export.building.units import SI
 
 ParameterValue = Raw | tuple[str, str]  # a number or truth value, an enumerator's name, or number and unit
 READERS: dict[str, Callable[[str], Raw]] = {
@@ -78,11 +79,10 @@ def add_enumerations(root: Any, prefix: str, ports: Mapping[str, Port]) -> None:
 
 def add_units(parent: Any, ports: Iterable[Port]) -> None:
     """Add the definitions of the units that ports have."""
-    names = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
     for port in ports:
-        *exponents, factor, offset = port.definition or (0,) * len(names) + (1.0, 0.0)
+        *exponents, factor, offset = port.definition or (0,) * len(SI) + (1.0, 0.0)
         unit = etree.SubElement(parent, tag("ssc:Unit"), name=port.unit or "1")
-        base = {name: str(int(power)) for name, power in zip(names, exponents, strict=True) if power}
+        base = {name: str(int(power)) for name, power in zip(SI, exponents, strict=True) if power}
         base |= {"factor": repr(factor)} if factor != 1.0 else {}
         base |= {"offset": repr(offset)} if offset != 0.0 else {}
         etree.SubElement(unit, tag("ssc:BaseUnit"), base)

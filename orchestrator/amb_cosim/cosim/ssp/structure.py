@@ -102,7 +102,7 @@ def system_structure(run: Described) -> bytes:
         link.attrib.update(dict(startConnector=source, endElement=end, endConnector=target))
     if not len(connections):
         system.remove(connections)
-    _annotate(system, "ssd", _openmodelica(run.plan.step_size))
+    _annotate(system, _openmodelica(run.plan.step_size))
     connected = _connected(run)
     add_enumerations(root, "ssd", connected)
     units = {p.unit: p for p in connected.values() if p.unit and p.definition is not None and p.type == "Real"}
@@ -135,7 +135,7 @@ def _component(elements: Any, run: Described, name: str) -> None:
     every = next(c.every for c in run.plan.system.components if c.name == name)
     if every > 1:
         hint = etree.Element(tag("osp:StepSizeHint", TOOLS), value=repr(every * run.plan.step_size))
-        _annotate(element, "ssd", ("com.opensimulationplatform", hint))
+        _annotate(element, ("com.opensimulationplatform", hint))
 
 
 def _connector(parent: Any, name: str, kind: str, port: Port, enumeration: str) -> None:
@@ -161,7 +161,7 @@ def _experiment(root: Any, run: Described) -> None:
         element = etree.SubElement(local, tag("amb:Signal", TOOLS), name=signal.name)
         for end in signal.targets:
             etree.SubElement(element, tag("amb:Target", TOOLS), name=end)
-    _annotate(experiment, "ssd", ("com.opensimulationplatform", algorithm), (TOOL, local))
+    _annotate(experiment, ("com.opensimulationplatform", algorithm), (TOOL, local))
 
 
 def _openmodelica(step_size: float) -> tuple[str, Any]:
@@ -172,7 +172,7 @@ def _openmodelica(step_size: float) -> tuple[str, Any]:
     return "org.openmodelica", annotations
 
 
-def _annotate(parent: Any, prefix: str, *annotations: tuple[str, Any]) -> None:
-    group = etree.SubElement(parent, tag(f"{prefix}:Annotations"))
+def _annotate(parent: Any, *annotations: tuple[str, Any]) -> None:
+    group = etree.SubElement(parent, tag("ssd:Annotations"))
     for kind, content in annotations:
         etree.SubElement(group, tag("ssc:Annotation"), type=kind).append(content)

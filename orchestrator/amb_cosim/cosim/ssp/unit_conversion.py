@@ -14,10 +14,9 @@ from typing import Any, NamedTuple
 from amb_cosim.cosim.fmu.fmu_interface import UnitDefinition
 from amb_cosim.cosim.ssp.schema import NAMESPACES
 from amb_cosim.cosim.system.system import UNCHANGED
-from fmi_export.building.units import to_unit
+from fmi_export.building.units import SI, to_unit
 
 Law = tuple[float, float]
-BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
 
 
 class Unit(NamedTuple):
@@ -31,7 +30,7 @@ def unit_definitions(root: Any, prefix: str) -> dict[str, UnitDefinition]:
     """Return the definitions of a document's units by name; `prefix` is that of the document's namespace."""
     return {
         unit.get("name"): (
-            *(float(base.get(name, 0.0)) for name in BASE),
+            *(float(base.get(name, 0.0)) for name in SI),
             float(base.get("factor", 1.0)),
             float(base.get("offset", 0.0)),
         )
