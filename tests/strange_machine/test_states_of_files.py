@@ -1,14 +1,29 @@
 """States of FMUs that are given as files: of one that serialises, and of one that keeps them in its memory alone."""
 
 import pytest
-from shared_past import assert_shared_past_changes_nothing
 from strange_machine import RUB
 
 import amb_cosim
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
+from amb_sweeps.worker import Runner, Task
 from tests.support.changed_archive import with_text
 from tests.support.messages import raises_naming
+
+
+def assert_shared_past_changes_nothing(scenario: Scenario, step: str) -> None:
+    """Fail if two sizes of a step at `step` end otherwise, to the last bit, where they share their past."""
+    message = []
+    for labels in ((), ("step",)):
+        runner = Runner(Task(scenario, labels=labels))
+        results = [runner.run(n, {step: size}) for n, size in enumerate(("90 g.mm", "110 g.mm"))]
+        runner.close()
+        shared = [result.metrics.pop("shared", 0.0) for result in results]
+        message.append([(r.outcome, r.reason, str(r.metrics)) for r in results])
+    assert message[0] == message[1]
+    assert message[0][0] != message[0][1], "the points differ"
+    assert shared[0] == 0.0 < shared[1]
+
 
 SHORT = Scenario.load(RUB).changed(end_cycle=6, settle_cycles=1)
 SIZE = "step.rotor_contact.turbine.u"
