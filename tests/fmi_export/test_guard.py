@@ -4,7 +4,6 @@ Every host is a subprocess: PythonFMU may harm the process that it runs in.
 """
 
 import zipfile
-from pathlib import Path
 
 import pytest
 from binaries import read
@@ -12,15 +11,6 @@ from rig import ACTUATOR, ACTUATOR_CONSTANTS
 from standard import STANDARD
 
 from fmi_export.building.native.compiler import PLATFORMS, host_platform
-
-
-@pytest.fixture(scope="module")
-def fmu(build_fmu, lag, tmp_path_factory) -> Path:
-    """Folder of the extracted FMU of the lag."""
-    folder = tmp_path_factory.mktemp("guarded")
-    with zipfile.ZipFile(build_fmu(lag)) as archive:
-        archive.extractall(folder)
-    return folder
 
 
 def try_broken_resources(folder: str, place: str) -> list:

@@ -6,16 +6,15 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import zipfile
 from pathlib import Path
 from urllib.parse import quote_from_bytes
 
 import numpy as np
 import pytest
 from hosts import HEADERS, SUPPORT, binary_of, run
+from instances import initialised
 
 from fmi_export.building.native.compiler import host_platform
-from fmi_export.model import Instance
 from tests.support.messages import assert_names
 
 LIBPYTHON = Path(sysconfig.get_config_var("LIBDIR") or "", sysconfig.get_config_var("INSTSONAME") or "")
@@ -80,15 +79,6 @@ def host(compiled):
     return compiled(SUPPORT / "host.c")
 
 
-@pytest.fixture(scope="module")
-def fmu(build_fmu, lag, tmp_path_factory):
-    """Folder of the extracted FMU, where its kernels are compiled once."""
-    folder = tmp_path_factory.mktemp("fmu")
-    with zipfile.ZipFile(build_fmu(lag)) as archive:
-        archive.extractall(folder)
-    return folder
-
-
 @pytest.fixture
 def spoilt(fmu, tmp_path):
     """A copy of the FMU for changes."""
@@ -108,9 +98,7 @@ def test_a_host_without_python_runs_instances_and_ends_cleanly(fmu, compiled, tm
 
 
 def test_a_host_without_python_gets_the_numbers_of_the_core(fmu, host, lag):
-    core = Instance(lag, np.zeros(1))
-    core["u"] = 1.0
-    core.initialise()
+    core = initialised(lag, np.zeros(1), {"u": 1.0})
     for n in range(8):
         core.step(n * H, H)
     begin = ["new 0", "real 0 3 1.0", "setup 0 0", "enter 0", "exit 0", "step 0 0 5 0.00025", "save 0"]

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from instances import initialised
 from machines import SITES, held, machine
 from raw import Library
 
 from amb_cosim.design import plant_data
-from fmi_export.model import Instance
 from rotor_analysis.parts import AtSpeed, Bearing
 from tests.support.messages import assert_names
 
@@ -53,10 +53,7 @@ def named(values):
 
 def both(fmu, model, constants, start):
     """An instance of an FMU, whose folder or library is given, and a core, initialised with the same values."""
-    core = Instance(model, constants)
-    for name, value in start.items():
-        core[name] = value
-    core.initialise()
+    core = initialised(model, constants, start)
     library = Library(fmu) if isinstance(fmu, Path) else fmu
     return library.instantiate().begin(**named(start)), core
 

@@ -10,6 +10,7 @@ from ctypes import byref, c_bool, c_double, c_size_t, c_uint32, c_void_p
 import fmpy
 import numpy as np
 import pytest
+from instances import initialised
 from raw import ERROR, OK, Library3
 
 from amb_cosim.cosim.fmu.fmu_description import read_interface
@@ -17,7 +18,6 @@ from fmi_export.building.arrays import lengths, slots
 from fmi_export.building.description3 import model_description3
 from fmi_export.building.native.package import build_native_fmu
 from fmi_export.interface import Interface, interface
-from fmi_export.model import Instance
 from fmi_export.variables import output
 from tests.support.messages import assert_names, raises_naming
 
@@ -33,11 +33,8 @@ def library(unpacked, matrix):
 
 
 def test_arrays_go_in_and_out_whole_with_other_variables(library, matrix):
-    core = Instance(matrix, np.zeros(1))
     u, gains = [1.5, -2.0, 4.0], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
-    for name, value in zip([f"u{j}" for j in range(3)], u, strict=True):
-        core[name] = value
-    core.initialise()
+    core = initialised(matrix, np.zeros(1), {f"u{j}": value for j, value in enumerate(u)})
     with library.instantiate() as fmu:
         fmu.begin(u=u, n=[3, -4], on=[True, False])
         assert fmu.get("f") == [core["f0"], core["f1"]] == [-2.0 + 8.0, 15.0 - 22.0 + 48.0]

@@ -1,4 +1,4 @@
-"""What rests on coefficients beyond a table, or on those of one whirl frequency, is marked wherever it is shown."""
+"""Studies mark what rests on coefficients beyond a table or of one whirl frequency, and growth, but no rounding."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def over_speed(*speeds: float) -> tuple[AtSpeed, ...]:
     return tuple(AtSpeed(speed, one, ((2e3, 0.0), (0.0, 2e3))) for speed in speeds)
 
 
-def rotor(*bearings: Bearing) -> Rotor:
-    """A disc of 20 kg between bearings, with critical speeds from 400 to 500 rad/s."""
+def rotor(*bearings: Bearing, seals: tuple[Bearing, ...] = (), disc_node: int = 3) -> Rotor:
+    """A disc of 20 kg on a shaft; between bearings of 2e7 N/m it has critical speeds from 400 to 500 rad/s."""
     steel = {"youngs_modulus": 2e11, "density": 7800.0, "poissons_ratio": 0.3}
     shaft = Shaft(nodes=(0.0, 0.25, 0.5, 0.75, 1.0), diameter=(0.1,), **steel)
-    disc = Body("disc", 3, mass=20.0, diametral_inertia=0.1, polar_inertia=0.2, unbalance=True)
-    return Rotor("turbine", shaft, bodies=(disc,), bearings=bearings)
+    disc = Body("disc", disc_node, mass=20.0, diametral_inertia=0.1, polar_inertia=0.2, unbalance=True)
+    return Rotor("turbine", shaft, bodies=(disc,), bearings=bearings, seals=seals)
 
 
 def tabled(*speeds: float) -> Rotor:
@@ -39,8 +39,9 @@ def marked_axes(result) -> int:
     return sum(any(patch.get_hatch() for patch in axes.patches) for axes in figure(result).axes)
 
 
-def test_critical_speeds_beyond_a_table_are_marked():
-    result = studies.campbell(SHORT, up_to="700 rad/s", count=4)
+@pytest.mark.parametrize("study", [studies.campbell, studies.unbalance_response])
+def test_critical_speeds_beyond_a_table_are_marked(study):
+    result = study(SHORT, up_to="700 rad/s")
     assert result.critical_speeds
     assert all(row.extrapolated == (row.speed > 300.0) for row in result.critical_speeds)
     assert_names(str(result), "left, right", "100 to 300 rad/s", "extrapolated")
@@ -61,14 +62,6 @@ def test_modes_are_marked_at_speeds_beyond_a_table_alone():
     assert outside == {50.0: True, 200.0: False, 400.0: True}
     assert str(result).count(", extrapolated") == 4
     assert "extrapolated" in figure(result).get_suptitle()
-
-
-def test_peaks_of_unbalance_response_beyond_a_table_are_marked():
-    result = studies.unbalance_response(SHORT, up_to="700 rad/s")
-    assert result.critical_speeds
-    assert all(item.extrapolated for item in result.critical_speeds)
-    assert_names(str(result), "left, right", "100 to 300 rad/s", "extrapolated")
-    assert marked_axes(result) == 2
 
 
 def test_modes_at_rest_below_a_table_are_marked_in_the_layout():
@@ -93,3 +86,16 @@ def test_parts_with_the_same_table_share_a_note_and_others_do_not():
     assert [is_extrapolated(limits, Omega) for Omega in (99.0, 100.0, 300.0, 301.0)] == [True, False, False, True]
     assert len(limit_notes(limits, [0.0, 400.0])) == 1
     assert len(limit_notes(limits, [0.0, 600.0])) == 2
+
+
+@pytest.mark.parametrize("speed", [0.05, 0.1, 0.3, 1.0, 300.0, 3000.0])
+def test_precession_of_a_free_rotor_is_not_unstable(speed):
+    """Torque-free precession at speed I_p/I_t, 0.004 rad/s at 0.1 rad/s, neither grows nor decays."""
+    assert "unstable" not in str(studies.modes(rotor(disc_node=2), speeds=f"{speed} rad/s"))
+
+
+def test_slow_growth_of_a_rotor_in_soft_seals_is_unstable():
+    """Cross coupling of 1 N/m between x and y, at both ends of a rotor in springs of 100 N/m."""
+    seals = tuple(Bearing(name, node, ((100.0, 1.0), (-1.0, 100.0))) for name, node in (("a", 1), ("b", 5)))
+    text = str(studies.modes(rotor(seals=seals, disc_node=2), speeds="0.1 rad/s", count=4))
+    assert text.count("forward, unstable") == 2

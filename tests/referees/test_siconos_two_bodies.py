@@ -12,20 +12,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from touchdown_cases import follow_plant, plant_of
-from two_bodies import TwoBodies, follow
+from two_bodies import MOUNTED, TwoBodies, follow
 
 Siconos = Callable[..., dict[str, np.ndarray]]
 
 SPIN = 200.0  # rad/s
-MOUNTED = TwoBodies(
-    mass=10.0,
-    clearance=0.25e-3,
-    support_stiffness=2e4,
-    force=10.0 * 9.81 * np.exp(-0.6j * np.pi),
-    housing_mass=4.0,
-    mount_stiffness=(4e6, 6e6),
-    mount_damping=(400.0, 700.0),
-)
 START = np.array([0.05, 0.0, -0.02, 0.01, SPIN, 0.0])  # velocities (m/s) of the bodies, both in the middle; spin
 TO_RELATIVE = np.block([[np.eye(2), np.eye(2)], [np.zeros((2, 2)), np.eye(2)]])
 

@@ -4,22 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from instances import initialised
 from machines import SITES, held, machine
 from rotor_cases import run
 
 from amb_cosim.design.plant_data import plant, plant_structure
-from fmi_export.model import Instance
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
-
-
-def instance(rotor, values):
-    x = Instance(*plant(rotor))
-    for name, value in values.items():
-        x[name] = value
-    x.initialise()
-    return x
 
 
 def test_variables_have_the_names_of_the_rotor_file():
@@ -36,7 +28,9 @@ def test_six_sites_in_contact_at_once_keep_the_energy_balance():
     """Pushed against all six, while it spins and slides: heat, strain and motion add up to the work."""
     pushed = {f"impeller{k}.f_x": 2.5e4 for k in range(1, 13)}
     condensed = machine(reduction=ReductionOptions("msdc"))
-    x = instance(condensed, held(3) | pushed | {"Omega": 150.0, "impeller5.u": 2e-3, "solver.max_substep": 2e-6})
+    x = initialised(
+        *plant(condensed), held(3) | pushed | {"Omega": 150.0, "impeller5.u": 2e-3, "solver.max_substep": 2e-6}
+    )
     for site in SITES:
         assert x[f"{site}.mode"] == 0.0
     closed = run(x, 100, [*(f"{site}.mode" for site in SITES), "energy.balance", "energy.work", "energy.friction"])
@@ -46,7 +40,7 @@ def test_six_sites_in_contact_at_once_keep_the_energy_balance():
 
 
 def test_contact_state_adds_one_two_four_for_the_bearings_in_contact():
-    x = instance(machine(), held(3) | {f"impeller{k}.f_y": 4e4 for k in range(8, 13)})
+    x = initialised(*plant(machine()), held(3) | {f"impeller{k}.f_y": 4e4 for k in range(8, 13)})
     state = run(x, 400, ["contact_state", "rb1.mode", "rb2.mode", "rb3.mode", "seal3.mode"])
     expected = 1.0 * (state[:, 1] > 0) + 2.0 * (state[:, 2] > 0) + 4.0 * (state[:, 3] > 0)
     np.testing.assert_array_equal(state[:, 0], expected)
@@ -55,7 +49,7 @@ def test_contact_state_adds_one_two_four_for_the_bearings_in_contact():
 
 def static_deflection(rotor):
     """Displacements of bearings and sensors under a steady force at one disc, after the motion has died down."""
-    x = instance(rotor, held(3, c_b=2e5) | {"impeller6.f_x": 100.0, "impeller6.f_y": -50.0})
+    x = initialised(*plant(rotor), held(3, c_b=2e5) | {"impeller6.f_x": 100.0, "impeller6.f_y": -50.0})
     names = [f"{name}.{axis}" for name in ("mb1", "mb2", "mb3", "probe1", "probe3") for axis in "xy"]
     return run(x, 4000, names)[-1]
 
@@ -80,7 +74,7 @@ def test_a_fast_model_gets_a_substep_that_resolves_it():
 
 def test_a_rotor_on_one_bearing_without_a_site_or_a_disc_runs():
     rotor = machine(bodies=(), sites=(), sensors=(), bearings=(Bearing("mb1", 12),))
-    x = instance(rotor, held(1) | {"mb1.f_x": 10.0, "Omega": 50.0})
+    x = initialised(*plant(rotor), held(1) | {"mb1.f_x": 10.0, "Omega": 50.0})
     moved = run(x, 100, ["mb1.x", "contact_state"])
     assert moved[-1, 0] > 0.0
     assert not moved[:, 1].any()
@@ -92,6 +86,6 @@ def test_the_order_of_parts_in_the_file_does_not_change_the_motion():
     turned = replace(rotor, bodies=rotor.bodies[::-1], sites=rotor.sites[::-1], bearings=rotor.bearings[::-1])
     values = held(3, c_b=2e5) | {"impeller3.u": 5e-3, "impeller9.f_x": 3e4, "Omega": 120.0, "seal3.mu": 0.2}
     names = ["mb1.x", "mb3.y", "probe1.x", "seal3.f_n", "seal3.f_t", "rb2.f_n", "rb3.f_n"]
-    item, other = (run(instance(r, values), 400, names) for r in (rotor, turned))
+    item, other = (run(initialised(*plant(r), values), 400, names) for r in (rotor, turned))
     assert np.all(np.max(np.abs(item), axis=0) > [*[1e-5] * 3, *[10.0] * 4])
     np.testing.assert_allclose(other, item, rtol=1e-6, atol=1e-12)

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from instances import initialised
 from rotor_cases import run
 from strange_machine import RUB
 
 from amb_cosim.design import plant_data
-from fmi_export.model import Instance
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.enumerations import EXACT, NO_MATRICES, PIECES
 
@@ -30,11 +30,7 @@ def rotor(tmp_path_factory):
 
 
 def recorded(rotor, steps, **values):
-    x = Instance(*plant_data.plant(rotor))
-    for name, value in ({"Omega": SPEED} | values).items():
-        x[name] = value
-    x.initialise()
-    return run(x, steps, WATCHED, STEP)
+    return run(initialised(*plant_data.plant(rotor), {"Omega": SPEED} | values), steps, WATCHED, STEP)
 
 
 def test_a_machine_with_close_planes_flies_exactly_at_constant_speed(rotor):

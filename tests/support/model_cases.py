@@ -9,12 +9,13 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
+from instances import initialised
 from rig import ACTUATOR, ACTUATOR_CONSTANTS, AXES, CONTROLLER, SENSOR_NAMES, pack
 
 from amb_cosim import linear_controller
 from amb_cosim.controllers.linear_controller import LinearController
 from amb_cosim.design.plant_data import plant
-from fmi_export.model import Array, Instance, Model
+from fmi_export.model import Array, Model
 
 SPEED = 2.0 * math.pi * 30.3
 STIFFNESS = {f"mb{k}.k_{a}{a}": -1e6 for k in (1, 2) for a in "xy"}
@@ -120,10 +121,7 @@ def core_outputs(name: str) -> Array:
     case = CASES[name]
     rows = []
     for parameters in case.runs:
-        core = Instance(case.model, case.constants)
-        for variable, value in parameters.items():
-            core[variable] = value
-        core.initialise()
+        core = initialised(case.model, case.constants, parameters)
         for n in range(case.steps):
             for variable, value in case.inputs(n).items():
                 core[variable] = value

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from instances import initialised
 
 from amb_cosim.design import plant_data
-from fmi_export.model import Instance
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.shaft import Shaft
@@ -84,11 +84,7 @@ def symmetric_rotor():
 
 def plant(values=None, rotor=None):
     """An initialised plant with the given variables; it has no end bushes unless they are asked for."""
-    instance = Instance(*plant_data.plant(rotor))
-    for name, value in ({"eb1.enabled": 0.0, "eb2.enabled": 0.0} | (values or {})).items():
-        instance[name] = value
-    instance.initialise()
-    return instance
+    return initialised(*plant_data.plant(rotor), {"eb1.enabled": 0.0, "eb2.enabled": 0.0} | (values or {}))
 
 
 def both(name, value):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from instances import initialised
 from rig import ACTUATOR, ACTUATOR_CONSTANTS
 
 from fmi_export.model import Instance
@@ -15,8 +16,5 @@ F_0 = K * (5.57**2 - 4.43**2)  # N, static load
 
 def running_actuator(values: Mapping[str, float] | None = None, **more: float) -> Instance:
     """Return an initialised actuator with these parameters and inputs."""
-    made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
-    for name, value in {**(values or {}), **{n.replace("__", "."): v for n, v in more.items()}}.items():
-        made[name] = value
-    made.initialise()
-    return made
+    named = {name.replace("__", "."): value for name, value in more.items()}
+    return initialised(ACTUATOR, ACTUATOR_CONSTANTS, {**(values or {}), **named})

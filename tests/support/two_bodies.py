@@ -126,6 +126,17 @@ class TwoBodies:
         return float(kinetic + 0.5 * strain - self.force.real * q[X] - self.force.imag * q[Y])
 
 
+MOUNTED = TwoBodies(
+    mass=10.0,
+    clearance=0.25e-3,
+    support_stiffness=2e4,
+    force=98.1 * np.exp(-0.6j * np.pi),
+    housing_mass=4.0,
+    mount_stiffness=(4e6, 6e6),
+    mount_damping=(400.0, 700.0),
+)
+
+
 @dataclass
 class Motion:
     """What `follow` returns: rows at the times asked for, and every impact with its time and impulse."""
