@@ -53,6 +53,7 @@ UP_TO_50_HZ = click.option("--up-to", type=SPEED, default="50 Hz", show_default=
 CONTROLLER = click.option(
     "--controller", metavar="FILE", help="Controller file (TOML, .npz, .mat) or FMU to use instead."
 )
+MACHINE, RUN = (SCENARIO, ROTOR, CONTROLLER), (SETTINGS, FLAVOUR)
 CLOSED_BEARINGS = (
     click.option("--k-b", type=STIFFNESS, default="1e6 N/m", show_default=True, help="Net stiffness of the bearings."),
     click.option("--c-b", type=DAMPING, default="5000 N.s/m", show_default=True, help="Damping of the bearings."),
@@ -150,9 +151,7 @@ add_study(
 )
 add_study(
     "unbalance_response",
-    SCENARIO,
-    ROTOR,
-    CONTROLLER,
+    *MACHINE,
     MASS,
     click.option("--up-to", type=SPEED, help="Highest speed; default: twice the scenario's, or 628 rad/s."),
     click.option("--unbalance", type=UNBALANCE, help="Unbalance; default: the scenario's, or 10 g.m."),
@@ -161,10 +160,9 @@ add_study(
     click.option(
         "--clearance", type=WithUnit("0.25 mm"), help="Radial clearance everywhere; default: that of each site."
     ),
-    SETTINGS,
-    FLAVOUR,
+    *RUN,
 )
-add_study("coupling", SCENARIO, ROTOR, SETTINGS, FLAVOUR)
+add_study("coupling", SCENARIO, ROTOR, *RUN)
 add_study(
     "convergence",
     SCENARIO,
@@ -182,38 +180,29 @@ add_study(
 )
 add_study(
     "sensitivity",
-    SCENARIO,
-    ROTOR,
-    CONTROLLER,
+    *MACHINE,
     click.option("--speed", type=SPEED, help="Spin speed; default: that of the scenario."),
     click.option("--amplifier", is_flag=True, help="Amplifiers with bandwidth and voltage limit."),
     click.option("--delay", is_flag=True, help="Delay currents by one sample."),
     click.option("--sample-time", type=TIME, help="Sample time of the controller; default: the scenario's."),
-    SETTINGS,
-    FLAVOUR,
+    *RUN,
 )
 add_study(
     "poles",
-    SCENARIO,
-    ROTOR,
-    CONTROLLER,
+    *MACHINE,
     click.option("--up-to", type=SPEED, help="Highest spin speed; default: 1.5 times the scenario's."),
     COUNT,
-    SETTINGS,
-    FLAVOUR,
+    *RUN,
 )
 add_study(
     "traps",
-    SCENARIO,
-    ROTOR,
-    CONTROLLER,
+    *MACHINE,
     click.option("--speed", type=SPEED, help="Spin speed of the machine; default: the scenario's."),
     click.option("--unbalance", type=UNBALANCE, help="Its unbalance; default: that at the end of the scenario."),
     click.option("--place", metavar="DISC", help="Place of the unbalance; default: as in the scenario."),
     click.option("--up-to", type=SPEED, help="Highest speed of the map; default: twice the machine's."),
     click.option("--unbalance-up-to", type=UNBALANCE, help="Largest unbalance of the map; default: beyond the traps."),
-    SETTINGS,
-    FLAVOUR,
+    *RUN,
 )
 add_study(
     "linearisation",
@@ -227,14 +216,11 @@ add_study(
 add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
 add_study(
     "response",
-    SCENARIO,
-    ROTOR,
-    CONTROLLER,
+    *MACHINE,
     *MEASURED,
     click.option("--speed", type=SPEED, help="Spin speed; default: the scenario's, 0 for a rotor."),
     click.option("--up-to", type=FREQUENCY, help="Highest frequency; default: as measured, or 1 kHz."),
-    SETTINGS,
-    FLAVOUR,
+    *RUN,
 )
 add_study(
     "fit",
@@ -252,8 +238,7 @@ add_study(
     click.option("--up-to", type=SPEED, help="Highest frequency; default: 2.5 times the highest spin frequency."),
     click.option("--window", help="Length of a window; default: 1 s, or an eighth of the run."),
     ROTOR,
-    SETTINGS,
-    FLAVOUR,
+    *RUN,
     shows_progress=True,
 )
 
