@@ -11,9 +11,10 @@ import numpy as np
 
 from amb_actuator.force import limited_current
 from amb_actuator.interface import DYNAMIC
+from amb_analysis.machine.demand_limits import demand_amplitude
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.trap_map import Regime, SolvedState
-from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
+from amb_cosim.results.component_names import ACTUATOR
 
 VIBRATIONS = 6  # about a state that are reported, what decays least first
 KINDS = {
@@ -134,7 +135,7 @@ def currents_of(values: Mapping[str, complex], machine: RubbingRotor) -> dict[st
 
 
 def allowed_current(machine: RubbingRotor, bearing: str) -> float:
-    """Return the largest amplitude (A) that coils (`amb_actuator.amplifier`) and controller can follow."""
+    """Return the largest amplitude (A) that coils (`amb_actuator.amplifier`), controller and DAC can follow."""
     parameters, result = machine.machine.parameters, math.inf
     if ACTUATOR in parameters:
         p = parameters[ACTUATOR]
@@ -144,9 +145,6 @@ def allowed_current(machine: RubbingRotor, bearing: str) -> float:
             if p["amplifier"] == DYNAMIC:
                 limit = min(limit, voltage / resistance)
             result = min(result, *(abs(limited_current(demand, bias, static, limit)) for demand in (-1e12, 1e12)))
-    if CONTROLLER in parameters:
-        p = parameters[CONTROLLER]
-        result = min(
-            result, *(abs(p.get(f"{bearing}.{name}_{a}", math.inf)) for name in ("i_min", "i_max") for a in "xy")
-        )
+        axes = [direction for name, direction in machine.machine.loop.axes if name == bearing]
+        result = min([result, *(demand_amplitude(machine.machine, bearing, axis) for axis in axes)])
     return max(result, 0.0)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from amb_analysis.machine.axis_capability import current_amplitude
+from amb_analysis.machine.demand_limits import control_amplitude
 from amb_analysis.machine.feedback import demanded_currents
 from amb_analysis.machine.machine import Machine
 from amb_analysis.machine.response import synchronous_response
@@ -108,13 +108,13 @@ def _of_mode(mode: ModeReach) -> str:
 
 
 def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
-    """Yield the axes whose demand under the unbalance exceeds coils and amplifiers at the highest speed."""
+    """Yield the axes whose demand under the unbalance exceeds controller, coils and amplifiers at the highest speed."""
     motion = synchronous_response(machine, np.array([speed]), [machine.unbalanced_nodes]).reshape(-1)
     demands = np.abs(demanded_currents(machine, speed, speed) @ motion)
     for (bearing, axis), demand in zip(machine.loop.axes, demands, strict=True):
-        largest = float(current_amplitude(machine.axis(bearing, axis), speed / (2.0 * math.pi)))
+        largest = float(control_amplitude(machine, bearing, axis, speed / (2.0 * math.pi)))
         if demand > largest:
             yield (
                 f"{bearing}.{axis} saturates: its unbalance demands {demand:.3g} A at {speed * RPM:.0f} rpm of "
-                f"{largest:.3g} A that coils and amplifiers allow"
+                f"{largest:.3g} A that controller, coils and amplifiers allow"
             )

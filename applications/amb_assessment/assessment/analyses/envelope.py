@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_analysis.machine.axis_capability import current_amplitude, force_slew_rate
+from amb_analysis.machine.axis_capability import force_slew_rate
+from amb_analysis.machine.demand_limits import control_amplitude
 from amb_analysis.machine.feedback import bearing_forces, demanded_currents
 from amb_analysis.machine.machine import AXES
 from amb_analysis.machine.response import stiffness_of, synchronous_response
@@ -42,7 +43,7 @@ def answer(subject: Subject) -> AnalysisResult:
     for k, (bearing, axis) in enumerate(subject.loop.axes):
         p, name = subject.axis(bearing, axis), f"{bearing}.{axis}"
         force, current = forces[:, k], currents[:, k]
-        allowed = current_amplitude(p, hertz(speeds))
+        allowed = control_amplitude(subject, bearing, axis, hertz(speeds))
         for what, share in (("current_demand", shares[:, k]), ("slew_demand", slews[:, k])):
             at = int(share.argmax())
             measured.append(Quantity(what, f"{name} at {rpm(speeds[at]):.0f} 1/min", float(share[at]), "%"))
@@ -69,7 +70,8 @@ def answer(subject: Subject) -> AnalysisResult:
     notes = (
         f"Unbalance: {1e6 * whole:.4g} g mm, of balancing grade G {grade:g} at the largest speed (ISO 21940-11), "
         "placed for each mode as for the response; at each speed the worst mode applies. The current is the "
-        "controller's demand; coils follow it within the voltage limit R I_0 + I |R + j Omega L| <= V.",
+        "controller's demand, within the controller's limits and the range of its DAC; coils follow it within the "
+        "voltage limit R I_0 + I |R + j Omega L| <= V.",
     )
     return AnalysisResult(tuple(measured), panels, (ResultTable("Largest demands", heads, tuple(rows)),), notes)
 
@@ -83,9 +85,9 @@ def _voltages(subject: Subject, speeds: Array, currents: Array) -> Array:
 
 def _shares(subject: Subject, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:
     """Return currents and slew rates over the largest possible (%), shape (speeds, axes) each."""
-    axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.axes]
-    allowed = np.stack([current_amplitude(p, hertz(speeds)) for p in axes], axis=1)
-    slew = speeds[:, None] * forces / [_slew_limit(p) for p in axes]
+    axes = subject.loop.axes
+    allowed = np.stack([control_amplitude(subject, *axis, hertz(speeds)) for axis in axes], axis=1)
+    slew = speeds[:, None] * forces / [_slew_limit(subject.axis(*axis)) for axis in axes]
     return 100.0 * currents / np.maximum(allowed, 1e-12), 100.0 * slew
 
 

@@ -1,0 +1,60 @@
+"""The largest amplitude of a control current: the least of controller, DAC, coils and voltage decides."""
+
+import pytest
+
+from amb_analysis.machine.axis_capability import current_amplitude
+from amb_analysis.machine.demand_limits import control_amplitude, demand_amplitude
+from amb_assessment.assessment.analyses import envelope
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.subject import subject_of
+from tests.amb_assessment.assessment.test_stability import BLOWER
+
+AXIS = ("amb_a", "y")
+
+
+def blower(angle="225 deg", **controller):
+    """Return the blower with parameters of its controller."""
+    file = load_machine(BLOWER / "machine.toml")
+    parameters = {**file.parameters, "rolac_controller": controller}
+    return subject_of(file.model_copy(update={"gravity_angle": angle, "parameters": parameters}))
+
+
+def with_law_limits(low, high, **others):
+    return blower(**{"amb_a.i_y.lower": low, "amb_a.i_y.upper": high}, **others)
+
+
+@pytest.mark.parametrize(("low", "high", "amplitude"), [(-0.5, 2.0, 0.5), (-2.0, 0.25, 0.25), (0.5, 2.0, 0.0)])
+def test_the_nearer_limit_of_a_law_ends_the_amplitude(low, high, amplitude):
+    machine = with_law_limits(low, high)
+    assert demand_amplitude(machine, *AXIS) == amplitude
+    assert demand_amplitude(machine, "amb_b", "x") == pytest.approx(1e9)
+
+
+def test_an_offset_of_the_demand_uses_up_a_part_of_the_limits():
+    assert demand_amplitude(with_law_limits(-1.0, 2.0, **{"amb_a.i_y.offset": 1.5}), *AXIS) == pytest.approx(0.5)
+
+
+def test_a_dac_in_use_limits_the_demand_to_gain_times_range():
+    dac = {"chain.dac_range": 2.0, "chain.amplifier_gain": 0.3, "chain.dac_bits": 4, "chain.preset": "custom"}
+    on, off = (blower(**dac, **{"chain.dac": is_on}) for is_on in (True, False))
+    assert demand_amplitude(on, *AXIS) == pytest.approx(0.3 * (2.0 - 4.0 / 16.0))  # less the highest of 16 levels
+    assert demand_amplitude(off, *AXIS) == pytest.approx(1e9)
+
+
+def test_coils_and_voltage_still_limit_what_the_controller_allows():
+    machine = with_law_limits(-3.0, 3.0)
+    for frequency in (1.0, 400.0, 4000.0):
+        of_coils = float(current_amplitude(machine.axis(*AXIS), frequency))
+        assert float(control_amplitude(machine, *AXIS, frequency)) == pytest.approx(min(of_coils, 3.0))
+
+
+def test_the_envelope_of_a_controller_with_a_tenth_of_its_demand_is_exceeded():
+    def shares(machine):
+        found = envelope.answer(machine).measured
+        return {item.where.split()[0]: item.value for item in found if item.quantity == "current_demand"}
+
+    whole = shares(with_law_limits(-4.0, 4.0))["amb_a.y"]
+    demand = 4.0 * whole / 100.0  # of 4 A, which coils carry, too
+    tenth = shares(with_law_limits(-demand / 10.0, 1e9))
+    assert tenth["amb_a.y"] == pytest.approx(1000.0, rel=0.02)
+    assert tenth["amb_a.x"] == pytest.approx(whole, rel=0.05)
