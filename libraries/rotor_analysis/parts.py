@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -196,6 +197,11 @@ class Bearing(_Placed):
 
         speeds = [row.speed for row in self.at_speed]
         return PchipInterpolator(speeds, np.array([(row.stiffness, row.damping, row.mass) for row in self.at_speed]))
+
+
+def table_speeds(parts: Iterable[Bearing]) -> list[float]:
+    """Return the spin speeds (rad/s) of all entries of tables of bearings and seals, ascending."""
+    return sorted({row.speed for part in parts for row in part.at_speed})
 
 
 @table

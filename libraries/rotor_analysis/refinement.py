@@ -16,7 +16,7 @@ close to it is lower.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -76,6 +76,11 @@ def refined(
         order = np.argsort(np.concatenate([x, more]), kind="stable")
         x, values = np.concatenate([x, more])[order], np.concatenate([values, evaluate(more)])[order]
     return x, values
+
+
+def with_samples(x: Array, more: Iterable[float]) -> Array:
+    """Return x, ascending, and those of more samples that are between its ends, such as the entries of a table."""
+    return np.sort(np.concatenate([x, _between(np.array(list(more), dtype=np.float64), x)]))
 
 
 def about_resonances(x: Array, resonances: Sequence[tuple[float, float]]) -> Array:

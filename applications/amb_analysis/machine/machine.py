@@ -21,7 +21,7 @@ from array_types import Array
 from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.modal_reduction import reduce_to_modes
-from rotor_analysis.parts import Bearing
+from rotor_analysis.parts import Bearing, table_speeds
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import SupportedRotor
@@ -103,6 +103,11 @@ class Machine:
     def z(self) -> Array:
         """Positions of the nodes (m)."""
         return np.array(self.rotor.shaft.nodes)
+
+    @cached_property
+    def table_speeds(self) -> tuple[float, ...]:
+        """Speeds (rad/s) at which its controllers and seals have entries in tables, ascending."""
+        return tuple(sorted({*self.linear_components.table_speeds(), *table_speeds(self.rotor.seals)}))
 
     @cached_property
     def magnets(self) -> tuple[str, ...]:

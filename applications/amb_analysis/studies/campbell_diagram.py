@@ -16,10 +16,12 @@ from array_types import Array
 from rotor_analysis.analysis_model import ACCURACY, analysis_model
 from rotor_analysis.campbell import campbell as follow_modes
 from rotor_analysis.modes import Whirl
+from rotor_analysis.parts import table_speeds
+from rotor_analysis.refinement import with_samples
 from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
 
-POINTS = 161  # speeds of the diagram
+POINTS = 161  # speeds of the diagram, with those of tables of coefficients
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +147,7 @@ def campbell(
     """
     description = load_rotor(rotor)
     mass = mass or description.shaft.mass_matrix
-    speeds = speed_range(up_to, POINTS)
+    speeds = with_samples(speed_range(up_to, POINTS), table_speeds((*description.bearings, *description.seals)))
     require(count >= 1, "count", count, "1 or more")
     analysed = analysis_model(description, mass, speeds, count, 0.0 if full else ACCURACY)
     model = analysed.supported.model

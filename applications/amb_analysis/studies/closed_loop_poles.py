@@ -11,11 +11,19 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from amb_analysis.linear.loop import CLOSE, Loop
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, speed_range
-from amb_analysis.studies.loop_vibrations import LeastDamped, Vibrations, followed, least_damped, vibrations_over
+from amb_analysis.studies.loop_vibrations import (
+    LeastDamped,
+    Vibrations,
+    followed,
+    least_damped,
+    vibrations,
+    vibrations_over,
+)
 from amb_analysis.studies.result import MachineResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
@@ -28,8 +36,10 @@ from amb_cosim.scenario.plan_warnings import viscous_losses
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.modes import Whirl
+from rotor_analysis.refinement import with_samples
 
-POINTS = 61  # speeds of the diagram
+POINTS = 61  # speeds of the diagram, with those of tables and close to critical speeds
+ROUNDS = 6  # in which samples are added at critical speeds
 LOWEST = 1e-3  # of the highest speed, where the diagram begins: a rotor that stands still has no sense of whirl
 CLEAR = 0.05  # sense of whirl, from -1 to 1, up to which it is mixed
 
@@ -110,7 +120,7 @@ class ClosedLoopPoles(MachineResult):
 
     @property
     def critical_speeds(self) -> tuple[CriticalCrossing, ...]:
-        """Speeds at which a followed vibration has the frequency of rotation, interpolated, ascending."""
+        """Speeds at which a followed vibration has the frequency of rotation, by samples close to it, ascending."""
         return tuple(sorted(_crossings(self.speeds, self.poles), key=lambda crossing: crossing.speed))
 
     def text(self) -> list[TextBlock]:
@@ -204,9 +214,10 @@ def poles(
     highest = (1.5 * planned.speed or DEFAULT_RANGE) if up_to is None else up_to
     speeds = speed_range(highest, POINTS)
     speeds[0] = LOWEST * speeds[-1]
+    speeds = with_samples(speeds, machine.table_speeds)
     closer, everything = vibrations_over(loop, speeds)
     result = [of_speed for Omega, of_speed in zip(closer, everything, strict=True) if Omega in speeds]
-    tracks = followed(result, count)
+    speeds, result, tracks = _about_crossings(loop, speeds, result, count)
     worst = max((of_speed.stability for of_speed in everything), key=lambda one: one.radius)
     stabilities = [of_speed.stability for of_speed in result]
     unstable = [one.speed for one in stabilities if not one.is_stable]
@@ -227,6 +238,25 @@ def poles(
         limits=limits_of(machine.rotor.seals),
         approximations=tuple(viscous_losses(planned.assembly)),
     )
+
+
+def _about_crossings(
+    loop: Loop, speeds: Array, result: list[Vibrations], count: int
+) -> tuple[Array, list[Vibrations], list[list[int | None]]]:
+    """Return speeds (rad/s), vibrations there and their tracks, with samples close to each critical speed.
+
+    The secant through the samples on both sides of a crossing gives the next sample, until it is one of them.
+    """
+    for _ in range(ROUNDS):
+        tracks = followed(result, count)
+        crossings = [c.speed for c in _crossings(speeds, [_over_speed(result, track) for track in tracks])]
+        more = [at for at in crossings if np.abs(speeds - at).min() > CLOSE * at]
+        if not more:
+            break
+        of_speed = dict(zip(speeds.tolist(), result, strict=True))
+        speeds = with_samples(speeds, more)
+        result = [of_speed.get(Omega) or vibrations(loop, Omega) for Omega in speeds.tolist()]
+    return speeds, result, followed(result, count)
 
 
 def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOverSpeed:

@@ -122,7 +122,7 @@ def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]
     """Return, for each of the first vibrations, its number at every speed; None from where it is lost.
 
     Each is paired with the pole nearest to the extrapolation of its last two, by |s - s_expected| / |s|, plus `TURN`
-    per difference in the sense of whirl.
+    per difference in the sense of whirl. The extrapolation is over the step in speed, at most as far as the last one.
     """
     tracks: list[list[int | None]] = [[k] for k in range(min(count, len(vibrations[0].poles)))]
     for n in range(1, len(vibrations)):
@@ -139,11 +139,17 @@ def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]
     return tracks
 
 
+def _step_ratio(vibrations: list[Vibrations], n: int) -> float:
+    """Return the step in speed to the n-th vibrations over the step before it, at most 1; 1 without speeds."""
+    before, last, now = (of.stability.speed for of in vibrations[n - 2 : n + 1])
+    return min((now - last) / (last - before), 1.0) if last > before else 1.0
+
+
 def _distances(vibrations: list[Vibrations], track: list[int | None], now: Vibrations, n: int) -> Array:
     last, before = track[-1], track[-2] if n > 1 else None
     assert last is not None
     expected = vibrations[n - 1].poles[last]
     if before is not None:
-        expected = 2.0 * expected - vibrations[n - 2].poles[before]
+        expected += _step_ratio(vibrations, n) * (expected - vibrations[n - 2].poles[before])
     turn = np.abs(now.senses - vibrations[n - 1].senses[last]) / 2.0
     return np.asarray(np.abs(now.poles - expected) / np.abs(expected) + TURN * turn)

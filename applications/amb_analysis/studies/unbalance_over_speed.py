@@ -27,8 +27,9 @@ from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
+from rotor_analysis.parts import table_speeds
 from rotor_analysis.peaks import highest_peaks, separation_margin
-from rotor_analysis.refinement import about_resonances, refined
+from rotor_analysis.refinement import about_resonances, refined, with_samples
 from rotor_analysis.resonances import resonances
 from rotor_analysis.response import dynamic_stiffness, orbit
 from rotor_analysis.response import unbalance_response as steady_response
@@ -115,10 +116,12 @@ def unbalance_response(
     unplaced = node is None and place is None
     loaded = _first_disc(description) if unplaced else _node(description, rotor, place, node)
     places = _places(description)
-    speeds = speed_range(up_to or DEFAULT_RANGE, POINTS)[1:]
+    stated = table_speeds((*description.bearings, *description.seals))
+    speeds = with_samples(speed_range(up_to or DEFAULT_RANGE, POINTS)[1:], stated)
     load = {loaded: complex(1e-2 if amount is None else amount)}
+    coarse = np.unique([*speeds[::COARSE], speeds[-1]])
     rotor_model, nodes = supported_rotor(description, mass), tuple(places.values())
-    critical = resonances(partial(dynamic_stiffness, rotor_model.model), np.unique([*speeds[::COARSE], speeds[-1]]))
+    critical = resonances(partial(dynamic_stiffness, rotor_model.model), with_samples(coarse, stated))
     speeds, response = refined(
         lambda more: steady_response(rotor_model, load, more, nodes),
         about_resonances(speeds, critical),
@@ -137,7 +140,8 @@ def _of_machine(
     machine: Machine, name: str, loads: Mapping[int, complex], up_to: Number | None, everywhere: float | None
 ) -> UnbalanceResponse:
     rotor, places, Omega = machine.rotor, _places(machine.rotor), machine.Omega or None
-    swept = speed_range(up_to or (DEFAULT_RANGE if Omega is None else REACH * Omega), LEVITATED)[1:]
+    highest = up_to or (DEFAULT_RANGE if Omega is None else REACH * Omega)
+    swept = with_samples(speed_range(highest, LEVITATED)[1:], machine.table_speeds)
     reach = len(swept)
     if up_to is None:
         swept = _stable(machine, swept)

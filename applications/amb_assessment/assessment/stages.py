@@ -16,7 +16,8 @@ from amb_assessment.assessment.machine_file import CompressorStage
 from amb_assessment.assessment.subject import Subject
 from amb_cosim.scenario.scenario import Scenario
 from array_types import Array
-from rotor_analysis.parts import AtSpeed, Bearing
+from rotor_analysis.parts import AtSpeed, Bearing, table_speeds
+from rotor_analysis.refinement import with_samples
 from rotor_analysis.rotor import Rotor
 
 
@@ -43,9 +44,7 @@ def real_coefficients(subject: Subject) -> tuple[Bearing, ...]:
 
 def with_tables(subject: Subject, speeds: Array) -> Array:
     """Return speeds (rad/s), ascending, and those between them at which controller, seals and stages have entries."""
-    tables = [item.at_speed for item in (*subject.rotor.seals, *real_coefficients(subject))]
-    stated = [*subject.linear_components.table_speeds(), *(float(entry.speed) for of in tables for entry in of)]
-    return np.unique([*speeds, *(Omega for Omega in stated if speeds[0] < Omega < speeds[-1])])
+    return with_samples(speeds, [*subject.table_speeds, *table_speeds(real_coefficients(subject))])
 
 
 def table_notes(subject: Subject, highest: float) -> list[str]:
