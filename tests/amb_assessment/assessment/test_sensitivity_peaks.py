@@ -11,6 +11,7 @@ import pytest
 from amb_analysis.linear.loop import Loop, diagonal_response
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import coupled_loop
+from amb_assessment.assessment import stages
 from amb_assessment.assessment.analyses import robustness, sensitivity
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities
 from amb_assessment.assessment.criteria import load_criteria
@@ -69,13 +70,13 @@ def test_sensitivity_of_the_worst_corner_is_that_between_its_speeds(monkeypatch)
     """5.2 at 700 rad/s, zone D; at the least and the largest speed, 500 and 1000 rad/s, it is 4.4."""
     monkeypatch.setattr(robustness, "sensitivities", resonant)
     monkeypatch.setattr(sensitivity, "sensitivities", resonant)
-    without = SimpleNamespace(table_speeds=list)
 
     def corner(subject, others, variation):
-        return SimpleNamespace(variation=variation, axis_names=("left.x",), linear_components=without)
+        return SimpleNamespace(variation=variation, axis_names=("left.x",))
 
     monkeypatch.setattr(robustness, "coupled_loop", corner)
-    monkeypatch.setattr(robustness, "with_tables", lambda subject, speeds: speeds)
+    for module in (robustness, sensitivity):
+        monkeypatch.setattr(module, "with_tables", lambda subject, speeds: speeds)
     monkeypatch.setattr(robustness, "real_coefficients", lambda subject: ())
     monkeypatch.setattr(robustness, "least_decrement_over", lambda quantity, *_: Quantity(quantity, "", 0.2, "1"))
     monkeypatch.setattr(robustness, "least_stable", lambda *_: LoopStability(0.99, -100.0, 10.0))
@@ -88,3 +89,20 @@ def test_sensitivity_of_the_worst_corner_is_that_between_its_speeds(monkeypatch)
     assert worst.value == pytest.approx(5.2, rel=1e-3)
     assert worst.where.startswith("K_i 1.1")
     assert "5.20" in {row[-1] for row in result.tables[0].rows}
+
+
+def test_sensitivity_over_speed_includes_the_entries_of_tables(monkeypatch):
+    """|S| is 9 at 812 rad/s alone, an entry of a seal between operating speeds, and 2 elsewhere."""
+
+    def narrow(loop, Omega):
+        height = 9.0 if Omega == 812.0 else 2.0
+        return [AxisPeaks(np.array([100.0]), np.array([height]), ((height, 100.0),))]
+
+    monkeypatch.setattr(sensitivity, "sensitivities", narrow)
+    monkeypatch.setattr(stages, "real_coefficients", lambda subject: ())
+    speed = SimpleNamespace(lowest=500.0, highest=1000.0)
+    machine = SimpleNamespace(file=SimpleNamespace(speed=speed), table_speeds=(300.0, 812.0, 1200.0))
+    found = sensitivity.sensitivities_over(machine, SimpleNamespace())
+    assert found[812.0][0].peaks[0][0] == 9.0
+    assert min(found) == 500.0
+    assert max(found) == 1000.0

@@ -61,7 +61,7 @@ def answer(subject: Subject) -> AnalysisResult:
     if peaks[worst].value < NO_SENSITIVITY:
         name, variation = list(variations(tolerances).items())[worst]
         loop = coupled_loop(subject, others, variation)
-        peak, where = largest_over(loop, sensitivities_over(loop, speed.lowest, speed.highest))
+        peak, where = largest_over(loop, sensitivities_over(subject, loop))
         peaks[worst] = Quantity("sensitivity_varied", f"{name}: {where}", peak, "1")
         rows[worst] = (*rows[worst][:-1], f"{peak:.2f}")
     measured = [

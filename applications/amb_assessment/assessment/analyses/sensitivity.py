@@ -11,7 +11,7 @@ from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
 from amb_analysis.studies.stability_margin import ZONES, StabilityMargin, sensitivity
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stages import co_simulated, real_coefficients
+from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
@@ -24,7 +24,7 @@ def answer(subject: Subject) -> AnalysisResult:
     """Return the peak of each axis over the operating speeds, and the measured one at the largest speed."""
     speed = subject.file.speed
     loop = coupled_loop(subject, real_coefficients(subject))
-    found = sensitivities_over(loop, speed.lowest, speed.highest)
+    found = sensitivities_over(subject, loop)
     measured = []
     for band, quantity in enumerate(("sensitivity_peak", "sensitivity_peak_beyond")):
         for k, name in enumerate(loop.axis_names):
@@ -80,16 +80,17 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
     return result
 
 
-def sensitivities_over(loop: Loop, lowest: float, highest: float) -> dict[float, list[AxisPeaks]]:
-    """Return `sensitivities` at some speeds from the lowest to the highest (rad/s), closer about maxima of any peak."""
+def sensitivities_over(subject: Subject, loop: Loop) -> dict[float, list[AxisPeaks]]:
+    """Return `sensitivities` of a loop at operating speeds (rad/s) of a machine, closer about maxima of any peak."""
+    speed = subject.file.speed
     found: dict[float, list[AxisPeaks]] = {}
 
     def peaks(speeds: Array) -> Array:
         found.update({Omega: sensitivities(loop, Omega) for Omega in map(float, speeds)})
         return np.array([[peak for axis in found[Omega] for peak, _ in axis.peaks] for Omega in map(float, speeds)])
 
-    tables = [Omega for Omega in loop.linear_components.table_speeds() if lowest < Omega < highest]
-    refined(peaks, np.unique([*np.linspace(lowest, highest, SPEEDS), *tables]), lambda of: of, resonant=False)
+    speeds = with_tables(subject, np.unique(np.linspace(speed.lowest, speed.highest, SPEEDS)))
+    refined(peaks, speeds, lambda of: of, resonant=False)
     return found
 
 
