@@ -78,3 +78,15 @@ def test_critical_speeds_of_poles_depend_on_no_range():
         for up_to in (330.0, 1100.0)
     )
     assert near == pytest.approx(far, rel=2e-5)
+
+
+def test_a_critical_speed_of_a_growing_whirl_is_marked():
+    """At 1000 rad/s the damping of both bearings is 100 N s/m, so that 1e5 N/m of cross coupling would balance it."""
+    rotor = soft_for_a_moment()
+    for Q, is_marked in ((0.9e5, False), (1.1e5, True)):
+        coupled = tuple(
+            Bearing(b.name, b.node, ((STIFF, Q / 2.0), (-Q / 2.0, STIFF)), isotropic(50.0)) for b in rotor.bearings
+        )
+        found = studies.campbell(replace(rotor, bearings=coupled), up_to=1100.0, count=4)
+        assert ("forward, unstable" in str(found)) == is_marked
+        assert "-0.0000" not in str(found)

@@ -181,6 +181,25 @@ def test_settled_amplitude_leaves_out_what_does_not_turn_with_the_rotor(syntheti
     assert orbits.settled_amplitudes(dataset)["end"]["mb2"] == pytest.approx(0.4, rel=1e-6)
 
 
+@pytest.mark.parametrize("ratio", [-0.08, -0.3, 0.48, 1.3])
+def test_a_whirl_at_another_frequency_has_no_synchronous_part(synthetic, ratio):
+    """0.15 mm at a fraction of the speed leaks into the ellipse of one turn, as 12 um at -0.08."""
+    dataset = synthetic()
+    whirling(dataset, 0.0, 0.0, offset=0.15e-3 * np.exp(2j * np.pi * ratio * dataset["cycle"].values))
+    assert orbits.settled_amplitudes(dataset)["end"]["mb1"] is None
+    assert orbits.settled_amplitudes(dataset)["end"]["mb2"] == pytest.approx(0.4)
+    rows = dict(zip(*(column.cells for column in table(summarise(dataset), whole=True).columns), strict=True))
+    assert rows["synchronous part at the end"] == "MB2 0.4 mm"
+
+
+def test_a_synchronous_part_that_adapts_is_that_of_the_last_turn(synthetic):
+    """It falls by a twentieth in each turn, as under adaptive control: the mean over the last turn is printed."""
+    dataset = synthetic()
+    cycle = dataset["cycle"].values
+    whirling(dataset, 0.2e-3 * 0.95 ** (cycle - cycle[-1]), 0.0)
+    assert orbits.settled_amplitudes(dataset)["end"]["mb1"] == pytest.approx(0.2 * 0.95**-0.5, rel=0.01)
+
+
 @pytest.mark.parametrize("stride", [3, 7, 11])
 def test_a_turn_need_not_be_a_whole_number_of_samples(synthetic, stride):
     dataset = whirling(synthetic(), 0.2e-3, 0.1e-3j, offset=1e-3).isel(time=slice(None, None, stride))

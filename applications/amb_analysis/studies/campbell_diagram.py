@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
+from amb_analysis.studies.damping_zones import damping_cells
 from amb_analysis.studies.inputs import Number, speed_range, spin_speed
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.presentation.text_tables import TextBlock, text_table
@@ -96,7 +97,8 @@ class CampbellDiagram(DrawnResult):
         for row in self.critical_speeds:
             hertz = f"{row.speed / (2 * np.pi):.3f}"
             mark = f", {EXTRAPOLATED}" if row.extrapolated else ""
-            table.add_row(f"{row.speed:.3f}", hertz, str(row.mode), f"{row.damping_ratio:.4f}", row.whirl + mark)
+            ratio, whirl = damping_cells(row.damping_ratio, row.speed, row.whirl)
+            table.add_row(f"{row.speed:.3f}", hertz, str(row.mode), ratio, whirl + mark)
         notes = limit_notes(self.limits, self.speeds)
         if self.coordinates == self.of:
             return [table, *notes]

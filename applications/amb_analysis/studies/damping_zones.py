@@ -1,8 +1,11 @@
-"""Zones of damping, by the logarithmic decrements at which they end."""
+"""Zones of damping, by the logarithmic decrements at which they end, and damping as text."""
 
 from __future__ import annotations
 
 import math
+
+from rotor_analysis.modes import Whirl
+from rotor_analysis.spectrum import AT_REST
 
 AMPLIFYING = 2.0 * math.pi * 0.2 / math.sqrt(1.0 - 0.2**2)  # zeta = 0.2: an amplification 1/(2 zeta) of 2.5
 
@@ -14,7 +17,17 @@ ZONES = (
     (AMPLIFYING, "amplifies more than 2.5 times"),
 )
 
+ROUNDING = 1e-9  # a damping ratio above minus this is that of an undamped mode, not of a growing one; near rest it is
+# that of an error of `AT_REST` squared in the square of an eigenvalue
+
 
 def damping_ratio(decrement: float) -> float:
     """Return the damping ratio of a logarithmic decrement: zeta = delta / sqrt(4 pi^2 + delta^2)."""
     return decrement / math.hypot(2.0 * math.pi, decrement)
+
+
+def damping_cells(ratio: float, frequency: float, whirl: Whirl) -> tuple[str, str]:
+    """Return damping ratio and whirl of a mode of some frequency (rad/s) as texts, with a mark if it grows."""
+    grows = ratio < -max(ROUNDING, (AT_REST / frequency) ** 2)
+    displayed = f"{round(ratio if grows else max(ratio, 0.0), 4) + 0.0:.4f}"  # not -0.0000
+    return displayed, whirl + (", unstable" if grows else "")

@@ -10,6 +10,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
+from amb_analysis.studies.damping_zones import damping_cells
 from amb_analysis.studies.inputs import Number, spin_speeds
 from amb_analysis.studies.result import DrawnResult, StudyResult
 from amb_cosim.presentation.json_data import JsonKey, Layout
@@ -23,12 +24,9 @@ from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
-from rotor_analysis.spectrum import AT_REST
 from rotor_analysis.supported_rotor import supported_rotor
 
 NO_RESONANCE = math.sqrt(0.5)  # damping ratio above which a response has no peak
-ROUNDING = 1e-9  # a damping ratio above minus this is that of an undamped mode, not of a growing one; near rest it is
-# that of an error of `AT_REST` squared in the square of an eigenvalue
 
 HEADINGS = ("speed", "mode", "frequency (rad/s)", "(Hz)", "damping ratio", "whirl")
 
@@ -82,9 +80,7 @@ class NaturalFrequencies(StudyResult):
             modes = zip(result.frequencies, result.damping_ratios, result.whirl, strict=True)
             for number, (frequency, ratio, whirl) in enumerate(modes, start=1):
                 hertz = f"{frequency / (2.0 * math.pi):.3f}"
-                grows = ratio < -max(ROUNDING, (AT_REST / frequency) ** 2)
-                displayed = f"{round(ratio if grows else max(ratio, 0.0), 4) + 0.0:.4f}"  # not -0.0000
-                direction = whirl + (", unstable" if grows else "")
+                displayed, direction = damping_cells(ratio, frequency, whirl)
                 table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, displayed, direction + mark)
             if result.real_eigenvalues:
                 real = ", ".join(f"{value:.4g}" for value in result.real_eigenvalues)

@@ -10,12 +10,13 @@ from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.places import places
 from amb_cosim.results.series import Path, change, cycles, displacements, parameters, signal, speed, thinning, turns
-from array_types import Array, Bools
+from array_types import Array, Bools, Complex
 
 When = Literal["before", "end"]
 
 UPRIGHT = 1e-6  # rad
 FALLING = 0.95  # ratio of the largest radii of consecutive cycles, below which a motion is settling
+STEADY = 0.1  # change of an ellipse within a turn, over its size, up to which a motion is synchronous
 _FEWEST_SAMPLES = 8  # of a turn, for three coefficients
 _ENOUGH_SAMPLES = 20  # of a turn, whose largest radius is that of its ellipse within 1.2 %
 
@@ -156,11 +157,16 @@ def notices_of_samples(dataset: Signals) -> list[str]:
 
 
 def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
-    """Return the synchronous amplitude (mm) at each of `moving_places`, `before` the change and at the `end`."""
+    """Return the synchronous amplitude (mm) at each of `moving_places`, `before` the change and at the `end`.
+
+    It is None where the motion is not synchronous: where the ellipses of the last two revolutions differ by more than
+    `STEADY`. A whirl at another frequency leaks into the ellipse of a single revolution.
+    """
 
     def in_mm(place: str, when: When) -> float | None:
-        amplitude = settled_amplitude(dataset, path(dataset, place), when)
-        return None if amplitude is None else 1e3 * amplitude
+        motion = path(dataset, place)
+        amplitude = settled_amplitude(dataset, motion, when)
+        return None if amplitude is None or not _is_steady(dataset, motion, when) else 1e3 * amplitude
 
     return {when: {place: in_mm(place, when) for place in moving_places(dataset)} for when in get_args(When)}
 
@@ -171,22 +177,38 @@ def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> floa
     The change is that of `series.change`. The amplitude is that of the last full revolution
     before it; None if there is none.
     """
+    circles = _circles(dataset, motion, when)
+    return None if circles is None else float(np.abs(circles).sum())
+
+
+def _is_steady(dataset: Signals, motion: Path | None, when: When) -> bool:
+    """Return whether the ellipses of the last two revolutions agree, or there is only one."""
+    last, before = (_circles(dataset, motion, when, back) for back in (0.0, 1.0))
+    if last is None or before is None:
+        return True
+    return bool(np.abs(last - before).sum() <= STEADY * np.abs(last).sum())
+
+
+def _circles(dataset: Signals, motion: Path | None, when: When, back: float = 0.0) -> Complex | None:
+    """Return the `synchronous_circles` of the revolution that ends `back` turns earlier; None if there is none."""
     turned = turns(dataset)
     at = change(dataset) if when == "before" else np.inf
     if motion is None or at is None or not len(turned):
         return None
-    end = float(np.interp(at, cycles(dataset), turned))
+    end = float(np.interp(at, cycles(dataset), turned)) - back
     within = (turned > end - 1.0) & (turned <= end)
     if end - 1.0 < turned[0] or np.count_nonzero(within) < _FEWEST_SAMPLES:
         return None
     x, y = motion[:, within]
-    return synchronous_amplitude(x, y, 2.0 * np.pi * turned[within])
+    return synchronous_circles(x, y, 2.0 * np.pi * turned[within])
 
 
-def synchronous_amplitude(x: Array, y: Array, theta: Array) -> float:
-    """Fit the major semi-axis of the ellipse on which a point moves synchronously with the rotor.
+def synchronous_circles(x: Array, y: Array, theta: Array) -> Complex:
+    """Fit the forward and the backward circle, (z_f, z_b), of the ellipse on which a point moves with the rotor.
 
         x + j y ~ z_0 + z_f exp(j theta) + z_b exp(-j theta),       a = abs(z_f) + abs(z_b)
+
+    a is the major semi-axis of the ellipse.
 
     The three coefficients are fitted by least squares, so a revolution need not be a whole number of samples.
 
@@ -199,7 +221,7 @@ def synchronous_amplitude(x: Array, y: Array, theta: Array) -> float:
     """
     basis = np.exp(1j * np.outer(theta, [0.0, 1.0, -1.0]))
     (_, forward, backward), *_ = np.linalg.lstsq(basis, x + 1j * y, rcond=None)
-    return float(abs(forward) + abs(backward))
+    return np.array([forward, backward])
 
 
 def _largest_radii(dataset: Signals, within: Bools) -> dict[str, float | None]:

@@ -87,7 +87,8 @@ class Summary:
         Largest radius at each bearing, and at each retainer that is not in the plane of its bearing, in the cycle
         before the disturbance, in the last cycle, and at any time (mm).
     settled_amplitude
-        Synchronous amplitude at the same places `before` the change and at the `end` (mm).
+        Synchronous amplitude at the same places `before` the change and at the `end` (mm); None where the motion is not
+        synchronous.
     energy
         Heat of damping, friction and impacts, work of all inputs, and the largest error of the balance (J). The heat of
         impacts is negative where the nodal impact rule, `contact.impact_law` 0, creates energy.

@@ -81,8 +81,8 @@ def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
         (f"orbit before the {summary.events.get('disturbance')}", summary.orbit_before),
         ("orbit at the end", summary.orbit_after),
         ("largest orbit", summary.orbit_largest),
-        ("synchronous part before the change", summary.settled_amplitude["before"]),
-        ("synchronous part at the end", summary.settled_amplitude["end"]),
+        ("synchronous part before the change", _known(summary.settled_amplitude["before"])),
+        ("synchronous part at the end", _known(summary.settled_amplitude["end"])),
     ):
         if any(values.values()):
             unit = length_unit(1e-3 * _largest(values))
@@ -95,6 +95,10 @@ def _interval(events: Mapping[str, str]) -> str:
     if begin and end:
         return f" between {begin} and {end}"
     return f" after the {begin}" if begin else f" before the {end}" if end else ""
+
+
+def _known(values: AtPlaces) -> AtPlaces:
+    return {at: value for at, value in values.items() if value is not None}
 
 
 def _largest(values: AtPlaces) -> float:
