@@ -32,6 +32,7 @@ from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgemen
 from amb_assessment.assessment.machine_file import MachineFile, load_machine
 from amb_assessment.assessment.stability import instability
 from amb_assessment.assessment.subject import Subject, subject_of
+from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
 from amb_files.suggestions import suggest
@@ -151,6 +152,7 @@ class Assessment:
         }
 
 
+@one_blas_thread()
 def assess(
     machine: str | Path | MachineFile,
     *,

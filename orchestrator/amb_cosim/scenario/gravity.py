@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 
+from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.operating_point import MissingParameters, parameters_of
 from amb_cosim.scenario.rotors import RotorSource
@@ -56,7 +57,9 @@ def _carry_weight(missing: MissingParameters, rotor: RotorSource) -> None:
     from rotor_analysis.static_load import carried_masses
 
     size, angle = (missing.values.parameter(f"{PLANT}.{name}") for name in ("gravity", "gravity_angle"))
-    for bearing, mass in carried_masses(load_rotor(rotor)).items():
+    with one_blas_thread():
+        carried = carried_masses(load_rotor(rotor))
+    for bearing, mass in carried.items():
         for axis, upwards in (("x", -math.cos(angle)), ("y", -math.sin(angle))):
             _carry(missing, bearing, axis, mass * size * upwards)
 

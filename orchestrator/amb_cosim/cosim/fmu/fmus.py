@@ -27,6 +27,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
+from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.cosim.basics.build_target import BuildTarget
 from amb_cosim.cosim.basics.cache import cache_folder, note_use, unpacked
 from amb_cosim.cosim.basics.choices import Flavour
@@ -159,8 +160,7 @@ def model_source(name: FmuSource, **options: Any) -> tuple[Model, Array]:
         If no such model exists, or it cannot be made with these options.
     """
     model, options = _resolved(name, options)
-    made: tuple[Model, Array] = _source(model)(**options)
-    return made
+    return _made(_source(model), options)
 
 
 def build_models(
@@ -258,11 +258,20 @@ def _source(name: str) -> Source:
     return source
 
 
+def _made(source: Source, options: Mapping[str, Any]) -> tuple[Model, Array]:
+    """Return a model and its constants, whose last bits do not depend on the number of threads."""
+    import scipy.linalg  # noqa: F401  # which has a BLAS, to be limited, too
+
+    with one_blas_thread():
+        made: tuple[Model, Array] = source(**options)
+    return made
+
+
 def _key(source: Source, target: BuildTarget, options: Mapping[str, Any]) -> str:
     """Return an identifier that changes with everything that an FMU is made from."""
     packages: tuple[str, ...] | None = getattr(source, "packages", None)
     if packages is None:
-        return target.guid(*source(**options)).strip("{}")
+        return target.guid(*_made(source, options)).strip("{}")
     available = {name: options.get(name) for name in inspect.signature(source).parameters}
     facts = [source.__qualname__, target.flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))

@@ -1,0 +1,19 @@
+"""A single thread for linear algebra, so that its results do not depend on the number of processors.
+
+Libraries of linear algebra add in another order with each number of threads, which changes last bits; landings in
+contact amplify them. The matrices are small, so that threads would wait for each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """Limit the libraries of linear algebra that are loaded (OpenBLAS, MKL, BLIS) to one thread, and restore them."""
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1, user_api="blas"):
+        yield
