@@ -254,6 +254,11 @@ class MachineFile(Table):
         raw = self._scenario_data().get("gravity")
         return 0.0 if raw is None else 0.0 - quantity(raw, "m/s2", "gravity") * math.sin(self.shaft_tilt)
 
+    @property
+    def has_synchronous_control(self) -> bool:
+        """Whether its scenario begins with synchronous control (ROLAC), which an assessment leaves out."""
+        return bool(self._scenario_data().get("inputs", {}).get(CONTROLLER, {}).get("rolac_enable"))
+
     def as_scenario(self, Omega: float, **fields: Any) -> Scenario:
         """Return a scenario of the machine at a speed (rad/s), a second without settling unless `fields` differ."""
         data = self._scenario_data()

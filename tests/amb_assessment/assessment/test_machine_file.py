@@ -1,6 +1,7 @@
 """A machine file says what is wrong with it, and what it refers to is relative to it."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from amb_assessment.assessment.stages import cross_coupling
 from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
 from tests.support.messages import raises_naming
 
+BLOWER = Path(__file__).parent / "blower"
 SPEED = {"minimum": "7000 rpm", "maximum": "9000 rpm"}
 DATA = {"power": "500 kW", "diameter": "0.5 m", "width": "20 mm"}
 
@@ -107,6 +109,20 @@ def test_a_machine_of_a_scenario_has_its_parts_and_none_of_its_loads():
     assert "rotor_contact" not in scenario.inputs
     assert scenario.event == ()
     assert (scenario.gravity, scenario.initial_speed) == ("9.81 m/s2", 900.0)
+
+
+@pytest.mark.parametrize("is_on", [True, False])
+def test_an_assessment_says_that_it_leaves_out_synchronous_control(tmp_path, is_on):
+    """Its poles, responses and co-simulations are those of the feedback alone."""
+    lines = (
+        f"base = '{BLOWER / 'levitation.toml'}'",
+        "[inputs.rolac_controller]",
+        f"rolac_enable = {str(is_on).lower()}",
+    )
+    (tmp_path / "levitation.toml").write_text("\n".join(lines), encoding="utf-8")
+    file = machine(scenario=str(tmp_path / "levitation.toml"), rotor=None)
+    assert file.has_synchronous_control == is_on
+    assert file.as_scenario(800.0).inputs["rolac_controller"]["rolac_enable"] is False
 
 
 def test_paths_of_a_machine_file_are_relative_to_it(tmp_path):

@@ -56,6 +56,8 @@ def answer(subject: Subject) -> AnalysisResult:
         f"Stability: all poles, of drifts without vibration too, at all speeds from 0 to {rpm(speed.tripping):.0f} "
         "1/min, with the stages' coefficients of the largest speed where they have no table over speed."
     ]
+    if subject.file.has_synchronous_control:
+        notes.append("The scenario's synchronous control (rolac_enable) is off in all parts of this assessment.")
     notes += [f"{sentence}." for sentence in viscous_losses(subject.planned.assembly)]
     measured = (stability, least, everything, *_with_all_modes(subject))
     return AnalysisResult(measured, _panels(subject, speeds, result, tracks), (table,), tuple(notes))
