@@ -20,8 +20,10 @@ from rotor_contact.path import Point
 from rotor_contact.piece import INTEGRALS, Piece, piece_of
 from rotor_contact.products import add_combination, add_multiples
 from rotor_contact.site import Site, is_constrained, race_radius
-from rotor_contact.step_matrices import PORT_COLUMNS, StepMatrices, place_index
+from rotor_contact.step_matrices import PORT_COLUMNS, StepMatrices, place_index, velocity_index
 from rotor_contact.workspace import Workspace, stages_of
+
+NEGLIGIBLE = 1e-6  # of the largest force: a change for which the equations are not solved again
 
 
 @kernel
@@ -158,6 +160,33 @@ def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
                 node.slip -= piece.races[k, point] * race_radius(site)
             site.slip = node.slip
             node.ratio = friction_ratio(site, 1.0)
+
+
+@kernel
+def moves_on_circles(w: Workspace, matrices: StepMatrices, of_forces: Array, largest: float) -> bool:
+    """Return whether the journals in contact move along their circles, and roll or slide as assumed, at all points.
+
+    Then the equations, solved again in the present directions, would change the forces by no more than about
+    `NEGLIGIBLE` of the `largest` (N): by the deviations of velocity over the responses to a unit force at the same
+    point.
+    """
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if not is_constrained(site):
+            continue
+        port = port_of_site(matrices, k)
+        for point in range(1, N_LOBATTO):
+            node, at = matrices.nodes[k, point], observed_journal(site, matrices, piece.observed[6], k, point)
+            response = of_forces[2 * (n_ports * point + port), velocity_index(n_ports, point, port)]
+            allowed = NEGLIGIBLE * largest * abs(response)
+            if abs(node.n_x * at.v_x + node.n_y * at.v_y) > allowed:
+                return False
+            if site.mode == ROLLING and abs(node.slip) > allowed:
+                return False
+            if site.mode != ROLLING and abs(node.ratio * node.f_n - node.f_t) > NEGLIGIBLE * largest:
+                return False
+    return True
 
 
 @kernel

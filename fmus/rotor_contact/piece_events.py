@@ -133,8 +133,8 @@ def _end_of_mode(site: Site, nodes: Nodes) -> float:
     pull = LEAST_PULL * max(max(abs(a.f_n), abs(b.f_n)), max(abs(c.f_n), abs(d.f_n)))
     first: float = first_fall(a.f_n + pull, b.f_n + pull, c.f_n + pull, d.f_n + pull)
     if site.mode == ROLLING:
-        limit_a, limit_b = friction_limit(site, a.f_n), friction_limit(site, b.f_n)
-        limit_c, limit_d = friction_limit(site, c.f_n), friction_limit(site, d.f_n)
+        limit_a, limit_b = friction_limit(site, a.f_n) + pull, friction_limit(site, b.f_n) + pull
+        limit_c, limit_d = friction_limit(site, c.f_n) + pull, friction_limit(site, d.f_n) + pull
         for sign in (1.0, -1.0):
             slips = first_fall(
                 limit_a - sign * a.f_t, limit_b - sign * b.f_t, limit_c - sign * c.f_t, limit_d - sign * d.f_t

@@ -19,6 +19,7 @@ from rotor_contact.node_forces import (
     locate_nodes,
     magnet_force,
     magnets_act,
+    moves_on_circles,
     observe,
     observed_journal,
     port_of_bearing,
@@ -47,7 +48,7 @@ from rotor_contact.workspace import Workspace, stages_of
 MAX_SWEEPS = 8
 SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, of which the next one's is a thousandth
 MAX_PHASE = 1e-5  # rad, by which the unbalance may be ahead or behind in the middle of a piece
-MAX_ROUGHNESS = 2e-3  # of the largest force: how far the cubic of a force may be from a parabola
+MAX_ROUGHNESS = 4e-3  # of the largest force: how far the cubic of a force may be from a parabola
 LEAST_FORCE = 1e-3  # N, that counts as none in judging forces
 CUBIC, BEND = 5.0 * math.sqrt(5.0), 0.05  # t^3 is within a twentieth of a parabola
 
@@ -239,8 +240,11 @@ def solve_piece(
         piece.x[piece.x.shape[0] - piece.known.shape[0] - 2] = direction.real
         piece.x[piece.x.shape[0] - piece.known.shape[0] - 1] = direction.imag
         observe(w, matrices, of_forces, direction.real, direction.imag)
-        if sweep > 0 and change <= SETTLED * largest + 1e-300:
+        if in_contact:
             locate_nodes(w, matrices)
+        if sweep > 0 and change <= SETTLED * largest + 1e-300:
+            return True
+        if sweep > 0 and not with_magnets and moves_on_circles(w, matrices, of_forces, largest):
             return True
         change = largest = 0.0
         if with_magnets:
@@ -249,7 +253,6 @@ def solve_piece(
             for unit in range(axes):
                 largest = max(largest, abs(piece.known[unit]))
         if in_contact:
-            locate_nodes(w, matrices)
             solved, of_contact, force = solve_nodes(w, matrices, of_forces, size, h)
             if not solved or not force > 0.0:
                 return False

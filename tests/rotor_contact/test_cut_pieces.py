@@ -22,6 +22,7 @@ FALL = both("rb.mu", 0.12) | {"gravity": 9.81, "Omega": 260.0, "d1.u": 5e-4, "sp
 MOUNTED = both("rb.housing_mass", 3.0) | both("rb.mount_stiffness_x", 1e7) | both("rb.mount_damping_x", 1e4)
 MOUNTED |= both("rb.mount_stiffness_y", 1e7) | both("rb.mount_damping_y", 1e4)
 CASES = {"free spin": {}, "mounts": MOUNTED, "given speed": {"spin.free": 0.0, "Omega_dot": 50.0}}
+ROLLING = both("rb.mu", 0.3) | both("rb.race_inertia", 2.5e-4) | both("rb.race_drag", 0.02) | {"Omega": 60.0}
 
 
 class SolvedPiece:
@@ -93,9 +94,9 @@ def test_restricted_cubic_has_its_values_at_the_points_of_the_part(share):
     np.testing.assert_allclose(values, np.polyval(coefficients, share * np.array(LOBATTO_POINTS)), atol=1e-13)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [*CASES.values(), ROLLING], ids=[*CASES, "rolling that ends at its limit of friction"])
 def test_contact_events_need_no_substeps(case):
-    x = plant(FALL | CASES[case], ELASTIC)
+    x = plant(FALL | case, ELASTIC)
     run(x, 40, h=STEP)  # until the matrices are built
     record = run(x, 360, ["solver.method", "rb1.impulse", "rb2.impulse"], h=STEP)
     assert np.count_nonzero(record[:, 1:]) >= 3
