@@ -73,7 +73,7 @@ class Baseline:
     def __init__(self, planned: PlannedRun) -> None:
         plan, system = planned.plan, planned.plan.system
         order = system.coupling
-        if order != "gauss_seidel" or planned.profile or planned.scenario.fmu:
+        if order != "gauss_seidel" or planned.profile:
             raise ValueError(f"{planned.name} has no baseline; it must run this project's models in Gauss-Seidel order")
         outputs = [f"{c}.{port.name}" for c, i in planned.interfaces.items() for port in i.of("output")]
         wiring, inputs, _ = planned.assembly.wiring(plan.inputs, outputs)

@@ -7,7 +7,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from amb_cosim.cosim.fmu.fmus import model_source
+from amb_cosim.cosim.fmu.fmus import FmuSource, model_source
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 from fmi_export.building.native.engines import engine_sources
 
@@ -23,7 +23,7 @@ EXPORTED void *step_address(void) { return (void *)%s_step; }
 
 
 @cache
-def step_kernel(name: str) -> int:
+def step_kernel(source: FmuSource) -> int:
     """Return the address of the machine code that the native FMU of a model runs in a step.
 
     The library is compiled like the FMU's, with one more function that returns this address. It stays loaded.
@@ -33,7 +33,9 @@ def step_kernel(name: str) -> int:
     ValueError
         If the C compiler is missing.
     """
-    sources = engine_sources([model_source(name)[0]]) | {"export.c": EXPORT_SOURCE % (name, name)}
+    model = model_source(source)[0]
+    name = model.name
+    sources = engine_sources([model]) | {"export.c": EXPORT_SOURCE % (name, name)}
     platform = host_platform()
     library = compile_library(name, sources, platform)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:

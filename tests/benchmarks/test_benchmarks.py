@@ -135,6 +135,31 @@ def test_the_baseline_of_a_fall_has_the_stators_of_the_run(run_python: Callable[
 
 @pytest.mark.slow
 @needs_compiler
+def test_a_machine_with_a_controller_of_its_own_has_a_baseline(run_python: Callable[..., Any]) -> None:
+    machine = process.REPOSITORY / "tests/amb_assessment/assessment/blower/levitation.toml"
+    result = run_python(compared_with_baseline, scenario=str(machine), until="2 ms", timeout=600)
+    assert result["differing"] == []
+    assert result["contact"] == [0]
+
+
+def longest_of(scenario: str) -> dict[str, Any]:
+    from benchmarks.step_times import step_times
+
+    return step_times(1, [scenario])[scenario]["longest"]
+
+
+@pytest.mark.slow
+@needs_compiler
+def test_the_longest_step_of_a_fall_is_one_with_a_first_touch(run_python: Callable[..., Any]) -> None:
+    """A rotor that falls from the centre touches after sqrt(2 c/g) = 12.4 ms, and flies by one product before."""
+    longest = run_python(longest_of, scenario="drop", timeout=600)
+    assert longest["begin"] > 0.011
+    assert longest["method"] in ("pieces", "events")
+    assert any(before != after for before, after in longest["contact"].values())
+
+
+@pytest.mark.slow
+@needs_compiler
 def test_every_ratio_is_printed_and_null_for_missing_codes(tmp_path: Path) -> None:
     """ROSS and Siconos are missing unless this Python has them; ecos needs `unzip`."""
     tools, here = tmp_path / "tools", tmp_path / "here"
