@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rotor_analysis.assembly import assemble
@@ -24,6 +26,11 @@ def carried_masses(rotor: Rotor) -> dict[str, float]:
         raise ValueError(
             f"rotor {rotor.name!r} has {len(nodes)} bearings; its weight requires two or more, at a distance"
         )
+    return dict(zip((bearing.name for bearing in rotor.bearings), carried_at(rotor, nodes), strict=True))
+
+
+def carried_at(rotor: Rotor, nodes: Sequence[int]) -> list[float]:
+    """Return the mass (kg) that a rotor on supports at two or more nodes, in line, has at each of them."""
     model = assemble(rotor)
     K, M = model.K[::2, ::2], model.M[::2, ::2]  # along x: translation and slope of each node
     along = np.zeros(len(K))
@@ -33,4 +40,4 @@ def carried_masses(rotor: Rotor) -> dict[str, float]:
     free = np.setdiff1d(np.arange(len(K)), held)
     deflection = np.linalg.solve(K[np.ix_(free, free)], weight[free])
     carried = weight[held] - K[np.ix_(held, free)] @ deflection
-    return {bearing.name: float(mass) for bearing, mass in zip(rotor.bearings, carried, strict=True)}
+    return [float(mass) for mass in carried]

@@ -102,7 +102,7 @@ def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> Forw
     bearings = layout["bearings"]
     places = [*layout["discs"], *bearings]
     pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
-    displayed = [_pair(PLANT, f"{site}.{{}}") for site in sites]
+    displayed = [_site_pair(site) for site in sites]
     if not discrete:
         plant = _forward(machine.selected(flat(pairs), flat(displayed)).law)
         return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), machine.notes)
@@ -122,6 +122,17 @@ def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> Forw
     return ForwardLoop(Omega, plant, controller, time, late, *ends, notes)
 
 
+def forward_rotor(made: LinearSource, Omega: float, sites: Sequence[str]) -> ComplexLaw:
+    """Return the displacements of a rotor at its sites over forces at them, without magnets, at a speed (rad/s)."""
+    at = made.at(Omega)
+    layout, constants = at.layout(PLANT), at.constants(PLANT)
+    rotor = with_contact_forces(
+        rotor_component(PLANT, layout, constants, at.parameters(PLANT), Omega), layout, constants
+    )
+    pairs, displayed = ([name(site) for site in sites] for name in (contact_pair, _site_pair))
+    return _forward(rotor.selected(flat(pairs), flat(displayed)).law)
+
+
 def with_contact_forces(part: LinearComponent, layout: Mapping[str, Any], constants: Array) -> LinearComponent:
     """Return the part of a rotor, with additional inputs for forces (N) at its sites."""
     s = structure_of(constants)
@@ -137,6 +148,11 @@ def with_contact_forces(part: LinearComponent, layout: Mapping[str, Any], consta
 def contact_pair(site: str) -> Pair:
     """Return the names of the contact forces (N) at a site along x and y."""
     return _pair(PLANT, f"{site} (contact).f_{{}}")
+
+
+def _site_pair(site: str) -> Pair:
+    """Return the names of the displacements (m) of a site along x and y."""
+    return _pair(PLANT, f"{site}.{{}}")
 
 
 def _pair(component: str, variable: str) -> Pair:
@@ -177,7 +193,7 @@ def mixing(made: LinearSource, Omega: float, sites: Sequence[str]) -> float:
     """
     at = made.at(Omega)
     whole = loop_of(*parts_in_contact(at, at.names))
-    law = whole.selected(flat([contact_pair(s) for s in sites]), flat([_pair(PLANT, f"{s}.{{}}") for s in sites])).law
+    law = whole.selected(flat([contact_pair(s) for s in sites]), flat([_site_pair(s) for s in sites])).law
     root = 1j * Omega if law.sample_time is None else np.exp(1j * Omega * law.sample_time)
     R = frequency_response(law, root)
     forward, backward = _split(R)

@@ -21,7 +21,7 @@ BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 
 @pytest.mark.parametrize(("value", "verdict"), [(0.0, Judgement.UNANSWERED), (12.5, Judgement.MISSED)])
 def test_a_value_that_may_become_worse_is_missed_or_open(value, verdict):
-    item = Quantity("landing_backward_whirl", "of 8 landings", value, "%", open="3 of 8 landings have not ended")
+    item = Quantity("landing_failed", "of 8 landings", value, "%", open="3 of 8 landings have not ended")
     (found,) = judge([item], load_criteria(["physics"]), {})
     assert found.verdict is verdict
     assert (found.reason == item.open) is (verdict is Judgement.UNANSWERED)
@@ -52,14 +52,15 @@ def test_a_landing_is_followed_until_it_ends_or_says_that_it_has_not(monkeypatch
     """The blower rocks in its retainers at full speed: that is an end, too, if the swing stays below 90 degrees."""
     monkeypatch.setattr(landing, "FRICTIONS", (0.15,))
     monkeypatch.setattr(landing, "PHASES", 2)
+    monkeypatch.setattr(landing, "chance", lambda least: "")  # another reason for leaving the criterion open
     result = landing.answer(subject_of(load_machine(BLOWER)))
     open_ended = [row for row in result.tables[0].rows if row[3] == "not ended"]
-    whirl = next(item for item in result.measured if item.quantity == "landing_backward_whirl")
-    assert bool(open_ended) is bool(whirl.open)
+    failed = next(item for item in result.measured if item.quantity == "landing_failed")
+    assert bool(open_ended) is bool(failed.open)
     for row in result.tables[0].rows:
         assert row[3] in ("not ended", "backward whirl", "at rest") or float(row[3].split()[2]) < 90.0
     if open_ended:
-        assert_names(whirl.open, "2 s", f"{len(open_ended)} of 2")
+        assert_names(failed.open, "2 s", f"{len(open_ended)} of 2")
 
 
 @pytest.mark.slow

@@ -219,10 +219,10 @@ def simulated(machine, runs_of):
 
 
 def assert_same_runs(found, reference):
-    """Assert the same verdicts, and the same orbits but for noise.
+    """Assert the same verdicts, on the friction that drives a backward whirl, too, and the same orbits but for noise.
 
-    Which of eight landings whirls backward depends on last bits, and with it whether the criterion is missed or, with
-    others that have not ended, not answered. Met and missed exclude each other.
+    Which of eight landings whirls, touches something else or has not ended depends on last bits, and with it whether
+    these criteria are missed or not answered. Met and missed exclude each other.
     """
     assert found.keys() == reference.keys()
     for key, expected in reference.items():

@@ -20,6 +20,7 @@ from amb_assessment.assessment.runs import (
     worst_inputs,
 )
 from amb_assessment.assessment.subject import Subject, rpm, subject_of
+from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.results.component_names import PLANT
@@ -165,9 +166,13 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
     ends = touchdown.rest_after, touchdown.rocks_within, touchdown.standstill_after
     ended = any(end_of is not None for end_of in ends)
     reason = "" if ended else f"neither at rest nor in steady rocking within {end}, the end of the run"
-    for quantity, sites in (("landing_contact_elsewhere", others), ("landing_backward_whirl", whirls)):
+    least = whirl_friction(subject, FRICTION)
+    for quantity, sites, may_change in (
+        ("landing_contact_elsewhere", others, chance(least) or reason),
+        ("landing_backward_whirl", whirls, ""),
+    ):
         where = f"{', '.join(sites)}, in {end}" if sites else f"in {end}"
-        yield Quantity(quantity, where, 100.0 if sites else 0.0, "%", {}, reason, reason)
+        yield Quantity(quantity, where, 100.0 if sites else 0.0, "%", whirl_facts(least), reason, may_change)
 
 
 def _at_most(subject: Subject, touchdown: Touchdown, site: str, more: float) -> float:

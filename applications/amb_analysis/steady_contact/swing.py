@@ -1,0 +1,129 @@
+"""Swing: the least friction that drives a fall in the retainers over their top, into backward whirl.
+
+Journals fall from the centre and, at worst, keep all of their speed along the circle, against the spin. Friction then
+drives them up the other side, against weight and damping. With theta from the lowest point and u = theta'^2
+
+    (M c/2) du/dtheta = mu (N + W cos theta) - W sin theta - L,    u(0) = 2 g/c                         (1)
+    N + i L = sum_j c_j p_j' (-E c p)_j/c,    E = (R + H)^-1,    M = N/(c omega^2)                      (2)
+
+where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H the
+receptances of `unpowered`, p_j' the conjugate of p_j, and c the mean clearance. M is taken at sqrt(g/c). The journals
+whirl if u and N + W cos theta stay positive up to the top, theta = pi. Two journals have the angle at which N is
+largest: there their whirl is stable. Races that do not turn yet are assumed; a race that turns takes friction away.
+
+A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (12 mu^2
+exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls with
+
+    12 mu^2 exp(2 pi mu) > 3,    mu > 0.2373                                                            (3)
+
+whatever its mass, clearance and speed. Bounces and bending scatter landings: in simulations, some whirl by chance with
+less friction, and none with less than half.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from amb_analysis.steady_contact.forward_loop import Complex
+from array_types import Array, Bools
+
+STEPS = 100  # of the angle from the lowest point to the top
+FREQUENCIES, SLOWEST, FASTEST = 160, 0.02, 6.0  # of (2), and their range over sqrt(g/c)
+MOST = 2.0  # friction coefficient up to which a whirl is sought
+ROUNDS, TRIALS = 4, 17  # of the search, and friction coefficients in each
+
+
+@dataclass(frozen=True, eq=False)
+class WhirlForces:
+    """Forces (2) of journals that whirl backward.
+
+    c
+        Mean clearance (m).
+    omega, N, L
+        Whirl frequencies (rad/s), ascending, and the forces (N), shape (n,).
+    """
+
+    c: float
+    omega: Array
+    N: Array
+    L: Array
+
+    def at(self, u: Array) -> tuple[Array, Array]:
+        """Return both forces at squared frequencies (rad^2/s^2)."""
+        omega = np.sqrt(np.maximum(u, 0.0))
+        return np.interp(omega, self.omega, self.N), np.interp(omega, self.omega, self.L)
+
+
+def whirl_forces(relative: Callable[[float], Complex], at: Sequence[int], c: Array, g: float) -> WhirlForces:
+    """Return the forces (2) of journals that whirl together, at frequencies about that of a pendulum, sqrt(g/c).
+
+    Parameters
+    ----------
+    relative
+        Returns R + H, the receptances (m/N) of journals relative to their retainers, at a frequency (rad/s), shape
+        (n_sites, n_sites).
+    at
+        Numbers of the journals that whirl, of one or two.
+    c, g
+        Their clearances (m), and acceleration of gravity (m/s^2).
+    """
+    mean = float(c.mean())
+    omega = np.sqrt(g / mean) * np.linspace(SLOWEST, FASTEST, FREQUENCIES)
+    chosen = np.ix_(at, at)
+    power = np.array([_power(-np.linalg.inv(relative(-float(of))[chosen]), c) for of in omega]) / mean
+    return WhirlForces(mean, omega, power.real, power.imag)
+
+
+def least_swinging_friction(forces: WhirlForces, W: float, g: float) -> float:
+    """Return the least friction coefficient with which a fall becomes a backward whirl by (1), at most `MOST`.
+
+    Parameters
+    ----------
+    forces
+        Of the journals that fall.
+    W, g
+        Weight that they carry (N), and acceleration of gravity (m/s^2).
+    """
+    low, high = 0.0, MOST
+    for _ in range(ROUNDS):
+        mu = np.linspace(low, high, TRIALS)
+        over = np.flatnonzero(passes_the_top(forces, mu, W, g))
+        if not len(over):
+            return MOST
+        low, high = float(mu[max(over[0] - 1, 0)]), float(mu[over[0]])
+    return high
+
+
+def passes_the_top(forces: WhirlForces, mu: Array, W: float, g: float) -> Bools:
+    """Return whether journals pass the top by (1), for each friction coefficient, shape (n,)."""
+    c, u, step = forces.c, np.full(len(mu), 2.0 * g / forces.c), np.pi / STEPS
+    start = np.sqrt(g / c)
+    M = float(np.interp(start, forces.omega, forces.N)) / (c * start**2)
+    if M <= 0.0:
+        return np.zeros(len(mu), dtype=bool)
+
+    def slope(theta: float, u: Array) -> Array:
+        N, L = forces.at(u)
+        return 2.0 * (mu * (N + W * np.cos(theta)) - W * np.sin(theta) - L) / (M * c)
+
+    alive = np.ones(len(mu), dtype=bool)
+    for k in range(STEPS):
+        theta = k * step
+        k1 = slope(theta, u)
+        k2 = slope(theta + 0.5 * step, u + 0.5 * step * k1)
+        k3 = slope(theta + 0.5 * step, u + 0.5 * step * k2)
+        k4 = slope(theta + step, u + step * k3)
+        u = u + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+        alive &= (u > 0.0) & (forces.at(u)[0] + W * np.cos(theta + step) > 0.0)
+    return alive
+
+
+def _power(force: Complex, c: Array) -> complex:
+    """Return sum c_j p_j' (force c p)_j of journals at the angle at which its real part is largest."""
+    p = np.ones(len(c), dtype=complex)
+    if len(c) == 2:
+        p[1] = np.exp(-1j * np.angle(force[0, 1] + np.conj(force[1, 0])))
+    return complex((c * p.conj()) @ force @ (c * p))

@@ -1,0 +1,80 @@
+"""The least friction coefficient that drives a fall of a machine without power into backward whirl."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from amb_analysis.linear.linearisable import of_planned
+from amb_analysis.steady_contact.swing import MOST, least_swinging_friction, whirl_forces
+from amb_analysis.steady_contact.synchronous_states import all_sets
+from amb_analysis.steady_contact.unpowered import relative_receptances
+from amb_assessment.assessment.findings import Quantity
+from amb_assessment.assessment.stages import co_simulated
+from amb_assessment.assessment.subject import Subject, rpm
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from amb_cosim.scenario.plan_run import plan_run
+from array_types import Array
+from rotor_analysis.refinement import refined
+from rotor_analysis.static_load import carried_at
+
+SPEEDS = 5  # from standstill to the trip speed, with more about minima
+MARGIN = 2.0  # of this friction over that of landings, above which none whirls by chance, as in the criteria
+
+
+def whirl_friction(subject: Subject, friction: float) -> Quantity:
+    """Return the least friction coefficient of one or two retainers at any speed (`swing`), up to the trip speed.
+
+    Parameters
+    ----------
+    subject
+        The machine, with seals and stages.
+    friction
+        Largest friction coefficient of its landings, for criteria.
+    """
+    highest = subject.file.speed.tripping
+    made = of_planned(plan_run(co_simulated(subject, subject.file.speed.highest)))
+    nodes = {site.name: site.node for site in subject.rotor.sites}
+    masses = _carried(subject, [nodes[site] for site in subject.retainers])
+    c = np.array([subject.parameters[PLANT][f"{site}.clearance"] for site in subject.retainers])
+    across = abs(subject.parameters[PLANT]["gravity"])
+    g = across or STANDARD_GRAVITY
+    sets = [list(chosen) for chosen in all_sets(len(c), 2)[1:]]
+
+    def least(Omega: float) -> list[float]:
+        relative = relative_receptances(made, Omega, subject.retainers)
+        weights = [across * float(c[at] @ masses[at] / c[at].mean()) for at in sets]
+        forces = [whirl_forces(relative, at, c[at], g) for at in sets]
+        return [least_swinging_friction(of, W, g) for of, W in zip(forces, weights, strict=True)]
+
+    speeds, values = refined(
+        lambda speeds: np.array([least(float(Omega)) for Omega in speeds]),
+        np.linspace(0.0, highest, SPEEDS),
+        lambda values: -values,
+        resonant=False,
+    )
+    n, k = np.unravel_index(int(values.argmin()), values.shape)
+    value, where = float(values[n, k]), " and ".join(subject.retainers[j] for j in sets[k])
+    note = f"no whirl up to {MOST:g}" if value >= MOST else "rigid retainers without damping have 0.237"
+    return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} 1/min", value, "1", {"friction": friction}, note)
+
+
+def chance(least: Quantity) -> str:
+    """Return the reason why chance decides whether a landing whirls; empty if friction is too small for that."""
+    friction = least.facts["friction"]
+    if least.value >= MARGIN * friction:
+        return ""
+    return (
+        f"friction of {friction:g} is more than half of the {least.value:.3g} that drives a fall into backward whirl, "
+        "so that chance decides on each landing"
+    )
+
+
+def whirl_facts(least: Quantity) -> dict[str, float]:
+    """Return the variables of criteria on landings: `whirl_friction`, and the largest friction of the landings."""
+    return {"whirl_friction": least.value, **least.facts}
+
+
+def _carried(subject: Subject, nodes: list[int]) -> Array:
+    """Return the mass (kg) at each retainer; all of it at a single one."""
+    return np.array(carried_at(subject.rotor, nodes) if len(set(nodes)) > 1 else [subject.rotor.mass] * len(nodes))

@@ -1,0 +1,138 @@
+"""Whether landings whirl backward is judged by the friction that drives a fall over the top, not by chance."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from functools import partial
+from pathlib import Path
+
+import pytest
+from machine_variants import halved, in_other_units, mirrored, read, toml_text
+from scipy.optimize import brentq
+from slow import slow_but_first
+from threadpoolctl import threadpool_limits
+
+from amb_assessment.assessment.analyses import landing
+from amb_assessment.assessment.assess import check_machine
+from amb_assessment.assessment.criteria import load_criteria
+from amb_assessment.assessment.findings import Judgement, Quantity, judge
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.runs import worst_inputs
+from amb_assessment.assessment.whirl_friction import chance, whirl_friction
+from rotor_analysis.packaged_rotors import rotor_path
+from rotor_analysis.static_load import carried_at
+from tests.support.messages import assert_names
+
+BLOWER = Path(__file__).parent / "blower"
+RIGID = brentq(lambda mu: 12.0 * mu**2 * math.exp(2.0 * math.pi * mu) - 3.0, 0.1, 0.5)
+FRICTION = 0.15
+
+
+def files_of(machine, folder):
+    """Write a machine, with its rotor in a file beside it."""
+    if machine == "blower":
+        shutil.copytree(BLOWER, folder, dirs_exist_ok=True)
+        return
+    data = load_machine(machine).model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    (folder / "rotor.toml").write_text(rotor_path(machine).read_text(encoding="utf-8"), encoding="utf-8")
+    (folder / "machine.toml").write_text(toml_text(data | {"rotor": "rotor.toml"}), encoding="utf-8")
+
+
+def rewritten(change, folder):
+    (folder / "rotor.toml").write_text(toml_text(change(read(folder / "rotor.toml"))), encoding="utf-8")
+
+
+def in_units(folder):
+    for path in folder.glob("*.toml"):
+        path.write_text(in_other_units(path.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+SAME = {"mirrored": partial(rewritten, mirrored), "finer mesh": partial(rewritten, halved), "other units": in_units}
+
+
+def least(folder_or_file, **parameters):
+    """Return the friction of a machine, with other parameters of its plant."""
+    file = folder_or_file if not isinstance(folder_or_file, Path) else load_machine(folder_or_file / "machine.toml")
+    if parameters:
+        of_all = {name: dict(of) for name, of in file.parameters.items()}
+        of_all.setdefault("rotor_contact", {}).update(parameters)
+        file = file.model_copy(update={"parameters": of_all})
+    return whirl_friction(check_machine(file), FRICTION)
+
+
+def verdict_on(quantity):
+    (found,) = judge([quantity], load_criteria(["physics"]), {})
+    return found.verdict
+
+
+@pytest.mark.parametrize("machine", slow_but_first(("turbo_expander", "blower")))
+@pytest.mark.parametrize("same", SAME)
+def test_another_description_of_a_machine_has_the_same_friction(machine, same, tmp_path):
+    files_of(machine, tmp_path)
+    before = least(tmp_path)
+    SAME[same](tmp_path)
+    with threadpool_limits(2, user_api="blas"):
+        after = least(tmp_path)
+    assert after.value == pytest.approx(before.value, rel=2e-3)
+    assert verdict_on(after) is verdict_on(before) is Judgement.MISSED
+
+
+def test_a_machine_on_rigid_retainers_has_nearly_that_of_a_rigid_rotor():
+    """The forward cross coupling of the stage, and damping, raise it a little; bending lowers it."""
+    file = load_machine(BLOWER / "machine.toml")
+    without = least(file.model_copy(update={"stages": ()}))
+    assert without.value == pytest.approx(RIGID, rel=0.02)
+    assert least(file).value > 1.02 * without.value
+    assert_names(without.where, "td_a", "td_b", "1/min")
+
+
+def test_the_mounts_that_the_advice_asks_for_suffice():
+    """The rotor sinks by an eighth of the clearance; a damping of 0.3 to 1.5 times k/sqrt(g/c)."""
+    file = load_machine(BLOWER / "machine.toml")
+    rotor = check_machine(file).rotor
+    carried = max(carried_at(rotor, [site.node for site in rotor.sites]))
+    k, pendulum = carried * 9.81 / (0.125 * 0.2e-3), math.sqrt(9.81 / 0.2e-3)
+    for share in (0.3, 1.5):
+        mounts = {"td_?.housing_mass": 2.5, "td_?.mount_stiffness_?": k, "td_?.mount_damping_?": share * k / pendulum}
+        found = least(file, **mounts)
+        assert found.value > 1.2 * RIGID
+        assert verdict_on(found) is Judgement.MET
+        assert not chance(found)
+
+
+def test_the_compressor_meets_it_on_its_mounts_with_its_gas():
+    found = least(load_machine("compressor"))
+    assert verdict_on(found) is Judgement.MET
+    assert found.value > 1.2 * RIGID
+
+
+@pytest.mark.parametrize(
+    ("friction", "whirling", "verdict"),
+    [
+        (0.31, 0.0, Judgement.MET),
+        (0.31, 12.5, Judgement.MISSED),
+        (0.24, 0.0, Judgement.NOT_JUDGED),
+        (0.24, 12.5, Judgement.NOT_JUDGED),
+    ],
+)
+def test_landings_that_whirl_are_judged_where_friction_is_too_small_for_it(friction, whirling, verdict):
+    facts = {"whirl_friction": friction, "friction": FRICTION}
+    assert verdict_on(Quantity("landing_backward_whirl", "of 8 landings", whirling, "%", facts)) is verdict
+
+
+def test_chance_leaves_open_what_eight_landings_show():
+    item = Quantity("whirl_friction", "td_a, 0 1/min", 0.24, "1", {"friction": FRICTION})
+    assert_names(chance(item), "0.15", "0.24", "chance")
+    assert verdict_on(item) is Judgement.MISSED
+    assert not chance(Quantity("whirl_friction", "td_a, 0 1/min", 0.31, "1", {"friction": FRICTION}))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("share", "whirl"), [(0.48, 0), (1.6, 4)])
+def test_landings_whirl_above_this_friction_and_not_below_half_of_it(share, whirl, monkeypatch):
+    monkeypatch.setattr(landing, "LONGEST", 1.5)
+    subject = check_machine(load_machine(BLOWER / "machine.toml"))
+    friction, inputs = share * whirl_friction(subject, FRICTION).value, worst_inputs(subject)
+    landings = [landing._landed(subject, inputs, friction, phase / 4) for phase in range(4)]
+    assert sum(item.whirls_backward for item in landings) == whirl
