@@ -73,12 +73,12 @@ def compare(
 
 
 def _names_run(texts: Sequence[str]) -> bool:
-    """Return whether one of the texts is for a single run."""
+    """Return whether any of the texts is for a single run."""
     return any(NUMBERED.fullmatch(text) for text in texts)
 
 
 def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
-    """Return the texts for each run: those for all, then its own."""
+    """Return the texts for each run: those for all, then those for it alone."""
     for_all = [text for text in texts if not NUMBERED.fullmatch(text)]
     of_each = [list(for_all) for _ in range(count)]
     for match in filter(None, (NUMBERED.fullmatch(text) for text in texts)):

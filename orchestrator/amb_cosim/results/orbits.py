@@ -175,7 +175,7 @@ def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> floa
     """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
     The change is that of `series.change`. The amplitude is that of the last full revolution
-    before it; None if there is none.
+    before it, or None.
     """
     circles = _circles(dataset, motion, when)
     return None if circles is None else float(np.abs(circles).sum())
@@ -190,7 +190,7 @@ def _is_steady(dataset: Signals, motion: Path | None, when: When) -> bool:
 
 
 def _circles(dataset: Signals, motion: Path | None, when: When, back: float = 0.0) -> Complex | None:
-    """Return the `synchronous_circles` of the revolution that ends `back` turns earlier; None if there is none."""
+    """Return the `synchronous_circles` of the revolution that ends `back` turns earlier, or None."""
     turned = turns(dataset)
     at = change(dataset) if when == "before" else np.inf
     if motion is None or at is None or not len(turned):

@@ -128,6 +128,35 @@ def test_chance_leaves_open_what_eight_landings_show():
     assert not chance(Quantity("whirl_friction", "td_a, 0 1/min", 0.31, "1", {"friction": FRICTION}))
 
 
+@pytest.mark.parametrize(
+    ("friction", "whirling", "verdict"),
+    [
+        (0.24, 0, Judgement.UNANSWERED),
+        (0.24, 1, Judgement.UNANSWERED),
+        (0.24, 8, Judgement.UNANSWERED),
+        (0.31, 0, Judgement.MET),
+        (0.31, 1, Judgement.MISSED),
+    ],
+)
+def test_what_whirling_landings_touch_counts_where_no_chance_decides(friction, whirling, verdict, monkeypatch):
+    """The first of the eight whirl and reach a stator and a seal, and none of the others does."""
+    landed = iter([True] * whirling + [False] * (8 - whirling))
+
+    def land(subject, inputs, mu, phase):
+        whirls = next(landed)
+        touched = ("seal",) if whirls else ()
+        return landing.Landing(mu, phase, {}, whirls, not whirls, None, touched, touched)
+
+    item = Quantity("whirl_friction", "td_a, 0 1/min", friction, "1", {"friction": FRICTION})
+    monkeypatch.setattr(landing, "whirl_friction", lambda *_: item)
+    monkeypatch.setattr(landing, "worst_inputs", lambda _: {})
+    monkeypatch.setattr(landing, "_landed", land)
+    measured = {
+        found.quantity: found for found in landing.answer(check_machine(load_machine(BLOWER / "machine.toml"))).measured
+    }
+    assert [verdict_on(measured[name]) for name in ("landing_failed", "landing_contact_elsewhere")] == [verdict] * 2
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("share", "whirl"), [(0.48, 0), (1.6, 4)])
 def test_landings_whirl_above_this_friction_and_not_below_half_of_it(share, whirl, monkeypatch):

@@ -167,8 +167,9 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
     ended = any(end_of is not None for end_of in ends)
     reason = "" if ended else f"neither at rest nor in steady rocking within {end}, the end of the run"
     least = whirl_friction(subject, FRICTION)
+    driven = chance(least)
     for quantity, sites, may_change in (
-        ("landing_contact_elsewhere", others, chance(least) or reason),
+        ("landing_contact_elsewhere", [] if driven and whirls else others, driven or reason),
         ("landing_backward_whirl", whirls, ""),
     ):
         where = f"{', '.join(sites)}, in {end}" if sites else f"in {end}"

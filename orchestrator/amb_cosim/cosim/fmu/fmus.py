@@ -1,13 +1,13 @@
 """Finds FMUs by the name of a model or by path, and extracts them; models are built once and cached.
 
-Models are found by entry points: a distribution that declares
+Entry points name models: a distribution that declares
 
     [project.entry-points."amb_cosim.models"]
     lag_sensor = "lag_sensor.model:source"
 
 adds the model `lag_sensor`. `source(**options)` returns the `Model` and its constants; it uses the options (`rotor`,
 `receptances`, ...) that it names. Making a model imports its code and computes its constants; for a source declared
-with `made_from`, an existing FMU is found without this.
+with `made_from`, an existing FMU does not need this.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ def fmu_with_starts(name: FmuSource, target: BuildTarget, starts: Mapping[str, f
     Raises
     ------
     ValueError
-        If there is no such model or variable, a value is out of its range, or it cannot be made with these options.
+        If no model or variable has this name, a value is out of its range, or it cannot be made with these options.
     """
     from fmi_export.model import with_starts
 
