@@ -174,8 +174,8 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
 def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
     """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
-    The change is that of `series.change`. The amplitude is that of the last full revolution
-    before it, or None.
+    The change is that of `series.change`. The amplitude is that of the last full revolution before it; without such a
+    revolution it is None.
     """
     circles = _circles(dataset, motion, when)
     return None if circles is None else float(np.abs(circles).sum())
@@ -190,7 +190,7 @@ def _is_steady(dataset: Signals, motion: Path | None, when: When) -> bool:
 
 
 def _circles(dataset: Signals, motion: Path | None, when: When, back: float = 0.0) -> Complex | None:
-    """Return the `synchronous_circles` of the revolution that ends `back` turns earlier, or None."""
+    """Return the `synchronous_circles` of the revolution that ends `back` turns earlier; None without it."""
     turned = turns(dataset)
     at = change(dataset) if when == "before" else np.inf
     if motion is None or at is None or not len(turned):

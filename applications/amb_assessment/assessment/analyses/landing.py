@@ -101,7 +101,7 @@ def answer(subject: Subject) -> AnalysisResult:
 
     balls = subject.file.retainer_bearings
     driven = chance(least)
-    judged = [landing for landing in landings if not (driven and landing.whirls_backward)]  # which whirl is chance
+    judged = [landing for landing in landings if not (driven and landing.whirls_backward)]  # chance decides which whirl
     bearings = [(item, max((landing.forces.get(item.at, 0.0) for landing in judged), default=0.0)) for item in balls]
     may_change = driven or not_ended
     measured = (
@@ -129,8 +129,8 @@ def answer(subject: Subject) -> AnalysisResult:
         "converges, unlike peaks within an impact. The drive remains on; the part `rest` follows a landing without it.",
         "Which landings whirl backward is chance: last bits decide. The friction that drives a fall over the top of "
         "the retainers is a property of the machine. With less than half of it none of 90 landings of four machines "
-        "whirled, so it must be twice that of the landings. If it is less, landings that whirl are "
-        "counted, and what they touch does not change a verdict: the whirl itself is missed.",
+        "whirled, so it must be twice that of the landings. If it is less, landings that whirl are counted, and what "
+        "they touch does not change a verdict: the whirl itself is missed.",
         "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
         "above a thousand times the weight are meaningless.",
     )
