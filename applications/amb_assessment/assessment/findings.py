@@ -10,6 +10,25 @@ from amb_assessment.assessment.criteria import Criterion
 from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel
 
+TITLES = {
+    "axial_frequency": "Natural frequency of the axial axis",
+    "clearance_used_fault": "Largest displacement over the clearance after a fault",
+    "decrement_anywhere": "Least logarithmic decrement at all frequencies",
+    "decrement_varied": "Least logarithmic decrement within the tolerances",
+    "heat_to_standstill": "Heat in the retainers until the rotor stands still",
+    "landing_backward_whirl": "Landings that whirl backward",
+    "landing_force": "Largest contact force of a landing",
+    "landing_heat": "Heat of a landing in the retainers",
+    "rest_time": "Time until the rotor lies at rest",
+    "overload": "Acceleration that the rotor carries without contact, over g",
+    "retainer_heat": "Heat in the retainers",
+    "retainer_temperature": "Largest temperature of a retainer",
+    "separation_margin": "Separation margin of a critical speed",
+    "standstill_time": "Time until the rotor stands still",
+    "temperature_to_standstill": "Temperature of a retainer until the rotor stands still",
+    "undamped_critical_speed": "Undamped critical speed",
+}
+
 
 class Judgement(StrEnum):
     """Verdict on a quantity or an analysis."""
@@ -46,6 +65,11 @@ class Quantity:
     note: str = ""
     open: str = ""
     levitated: bool = False
+
+    @property
+    def title(self) -> str:
+        """The quantity in words."""
+        return TITLES.get(self.quantity, self.quantity.replace("_", " "))
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
+
+from markupsafe import Markup, escape
 
 from amb_assessment.assessment.assess import Assessment
 from amb_assessment.assessment.criteria import READINGS
@@ -33,6 +36,8 @@ def page(assessment: Assessment) -> str:
     """Return the text of the page."""
     environment = templates_of("amb_assessment.assessment", "template")
     environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=READINGS)
+    environment.globals.update(sentences=_sentences)
+    environment.filters.update(code=_with_code)
     panels = {part.key: [panel.in_chosen_units() for panel in part.answer.panels] for part in assessment.parts}
     return environment.get_template("assessment.html.j2").render(
         assessment=assessment,
@@ -47,6 +52,16 @@ def page(assessment: Assessment) -> str:
         plotly=plotly_script(),
         plots=in_script({key: [panel.as_data() for panel in drawn] for key, drawn in panels.items()}),
     )
+
+
+def _sentences(*texts: str) -> str:
+    """Return the texts that are not empty as sentences."""
+    return ". ".join(text[0].upper() + text[1:] for text in texts if text)
+
+
+def _with_code(text: str) -> Markup:
+    """Return a text with what is between backticks as code."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def _picture(panels: Sequence[Panel]) -> str:

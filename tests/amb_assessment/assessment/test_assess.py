@@ -7,6 +7,7 @@ import pytest
 
 from amb_assessment.assessment import assess as room
 from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.findings import TITLES
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.page import write_assessment
 
@@ -63,6 +64,9 @@ def test_page_and_data_hold_every_verdict(compressor, tmp_path):
     assert "was not read" in page
     data = json.loads((tmp_path / "assessment.json").read_text(encoding="utf-8"))
     assert list(data["parts"]) == [part.key for part in compressor.parts]
+    unjudged = [item.measured for part in compressor.parts for item in part.findings if item.criterion is None]
+    assert {item.quantity for item in unjudged} <= TITLES.keys()
+    assert all(item.title in page for item in unjudged)
 
 
 def test_a_broken_part_is_not_answered_and_ends_nothing(monkeypatch):

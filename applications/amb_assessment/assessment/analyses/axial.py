@@ -125,7 +125,7 @@ def _notes(subject: Subject, bearing: ThrustBearing, weight: float) -> tuple[str
     lag = bearing.lag(sample_time)
     first = (
         f"The rotor is rigid along its axis, {subject.rotor.mass:.4g} kg. Thrust {thrust} along z, weight along z "
-        f"{weight:.4g} N. Sampled every {sample_time:g} s, demands {delay:g} samples late."
+        f"{weight:.4g} N. Sampled every {sample_time:g} s; the delay of the demands is {delay:g} times that."
     )
     if bearing.corner is None:
         iron = "The iron is taken as laminated: without eddy currents, which a solid disc always has."

@@ -134,7 +134,7 @@ def answer(subject: Subject) -> AnalysisResult:
         "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
         "above a thousand times the weight are meaningless.",
     )
-    panel = Panel("Largest force of each landing", "phase of the power loss (deg)", "over the weight", curves)
+    panel = Panel("Largest force of each landing", "phase of the power loss (deg)", "over the weight", curves, log="y")
     table = ResultTable("Landings", heads, tuple(landing.row for landing in landings))
     return AnalysisResult(measured, (panel, *load_panels(bearings)), (table, *load_tables(bearings)), notes)
 

@@ -46,8 +46,8 @@ def answer(subject: Subject) -> AnalysisResult:
             Quantity("sensitivity_measured", where, float(axis.measured[top]), "1", {"frequency": hz}, note)
         )
     note = (
-        f"Amplifiers are {study.amplifier}, demands {study.delay:g} samples late. Zones count up to 2 kHz, or half the "
-        "sample rate; the peak above 2 kHz is judged by a criterion of the package."
+        f"Amplifiers are {study.amplifier}. The delay of the demands is {study.delay:g} times the sample time. Zones "
+        "count up to 2 kHz, or half the sample rate; the peak above 2 kHz is judged by a criterion of the package."
     )
     return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), (note,))
 

@@ -114,6 +114,4 @@ def _panel(subject: Subject, case: UnbalanceCase, speeds: Array, at_probes: dict
     curves.append(curve("probe limit", rpm(np.array([speed.lowest, speed.tripping])), [limit, limit], "dashed"))
     for at in (speed.lowest, speed.highest):
         curves.append(curve(f"{rpm(at):.0f} 1/min", rpm(np.array([at, at])), [0.0, max(top, limit)], "dashed"))
-    return Panel(
-        f"Response to unbalance for {case.name.split(',')[0]}", "speed (1/min)", "peak to peak (um)", tuple(curves)
-    )
+    return Panel(f"Unbalance for {case.name.split(',')[0]}", "speed (1/min)", "peak to peak (um)", tuple(curves))
