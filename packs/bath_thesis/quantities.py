@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
 
 from amb_assessment.reporting.panels import Curve, Panel, curve, horizontal_axis
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.results.contact_history import contact_cycles
 from amb_cosim.results.places import places
 from amb_cosim.results.series import signal
 from amb_files.toml import validate
 from bath_thesis.studies.contact_hysteresis import ContactLaws
-from bath_thesis.studies.frequency_tables import COUNT, ThesisTables
+from bath_thesis.studies.frequency_tables import COUNT, MeshAndCondensation
 from bath_thesis.studies.h_interpolation import InverseReceptance
-from bath_thesis.studies.identification_force import IdentificationForce
+from bath_thesis.studies.identification_force import INTENDED, IdentificationForce
 from bath_thesis.studies.measured_response import SynchronousResponse
 from bath_thesis.studies.reduced_models import FULL, ModelReduction
 from rotor_analysis.campbell import campbell
@@ -32,6 +34,8 @@ from source_check.study_quantities import parameter as start_of
 SENSOR_PLANES = [(f"s{n}", f"s{n + 1}") for n in (1, 3, 5, 7)]
 END_PLANES = {"motor end": ("s1", "s2"), "non-driven end": ("s7", "s8")}
 HERTZ = 2.0 * np.pi  # rad/s
+ROUNDING = 1e-11  # relative error of H, below which it is not drawn
+FLOOR = 1e-5  # %, below which an error is drawn there
 REFERENCE = "23_node"  # mesh that the thesis compares with, with consistent mass
 
 
@@ -40,7 +44,7 @@ def coil_cutoff(inputs: ModelInputs) -> Annotated[float, "rad/s"]:
     return start_of(inputs, "amb_actuator", "mb1.resistance_x") / start_of(inputs, "amb_actuator", "mb1.inductance_x")
 
 
-def frequencies(tables: ThesisTables, mesh: str, mass: str, speed: float) -> Annotated[list[float], "rad/s"]:
+def frequencies(tables: MeshAndCondensation, mesh: str, mass: str, speed: float) -> Annotated[list[float], "rad/s"]:
     """Return natural frequencies (rad/s) by mesh (`13_node`, `condensed`), mass matrix and spin speed (rad/s)."""
     if mesh == "condensed" and mass == "diagonal":
         return list(tables.frequencies.condensed[f"{speed:g}"]["condensed"])
@@ -52,7 +56,12 @@ def frequencies(tables: ThesisTables, mesh: str, mass: str, speed: float) -> Ann
 
 
 def frequency_errors(
-    tables: ThesisTables, mesh: str, mass: str, speed: float, reference: str = REFERENCE, reference_mass: str = ""
+    tables: MeshAndCondensation,
+    mesh: str,
+    mass: str,
+    speed: float,
+    reference: str = REFERENCE,
+    reference_mass: str = "",
 ) -> Annotated[list[float], "1"]:
     """Return the relative deviations of frequencies from those of another model, at one speed (rad/s) (1).
 
@@ -63,33 +72,33 @@ def frequency_errors(
     return [a / b - 1.0 for a, b in zip(result, exact, strict=True)]
 
 
-def error_sizes(tables: ThesisTables, mesh: str, mass: str, speed: float) -> Annotated[list[float], "1"]:
+def error_sizes(tables: MeshAndCondensation, mesh: str, mass: str, speed: float) -> Annotated[list[float], "1"]:
     """Return the absolute values of `frequency_errors` (1)."""
     return [abs(error) for error in frequency_errors(tables, mesh, mass, speed)]
 
 
-def mean_error(tables: ThesisTables, mesh: str, mass: str) -> Annotated[float, "1"]:
+def mean_error(tables: MeshAndCondensation, mesh: str, mass: str) -> Annotated[float, "1"]:
     """Return the mean absolute value of `frequency_errors` over eight frequencies and three speeds (1)."""
     errors = [frequency_errors(tables, mesh, mass, speed) for speed in (90.0, 120.0, 145.0)]
     return float(np.mean(np.abs(errors)))
 
 
 def largest_error(
-    tables: ThesisTables, mesh: str, mass: str, reference: str, reference_mass: str
+    tables: MeshAndCondensation, mesh: str, mass: str, reference: str, reference_mass: str
 ) -> Annotated[float, "1"]:
     """Return the largest absolute value of `frequency_errors` over three speeds (1)."""
     errors = [frequency_errors(tables, mesh, mass, s, reference, reference_mass) for s in (90.0, 120.0, 145.0)]
     return float(np.max(np.abs(errors)))
 
 
-def negative_stiffness(tables: ThesisTables) -> Annotated[float, "N/m"]:
+def negative_stiffness(inputs: ModelInputs) -> Annotated[float, "N/m"]:
     """Return K_s of the linear law (N/m) (2.8)."""
-    return tables.bearing_constants.k_s
+    return linear_constants(axis_parameters())[0]
 
 
-def current_stiffness(tables: ThesisTables) -> Annotated[float, "N/A"]:
+def current_stiffness(inputs: ModelInputs) -> Annotated[float, "N/A"]:
     """Return K_i of the linear law (N/A) (2.9)."""
-    return tables.bearing_constants.k_i
+    return linear_constants(axis_parameters())[1]
 
 
 def h_norm(result: InverseReceptance, frequency: float) -> Annotated[float, "N/m"]:
@@ -179,34 +188,75 @@ def identified_norm(run: Signals) -> Annotated[float | None, "N/m"]:
     return float(np.linalg.norm(inverse_receptance(R)))
 
 
-def frequency_panels(result: ThesisTables) -> list[Panel]:
-    """Return the error of each mesh against the finest with consistent mass, at 90 rad/s."""
-    meshes = result.frequencies.by_mesh
-    exact = np.array(meshes["23_node"]["consistent"]["90"])
+def frequency_panels(result: MeshAndCondensation) -> list[Panel]:
+    """Return the error of each mesh against the finest with consistent mass, and of the condensed frequencies."""
+    meshes, condensed = result.frequencies.by_mesh, result.frequencies.condensed
+    exact = np.array(next(iter(meshes.values()))["consistent"]["90"])
     rows = {
         f"{mesh.replace('_node', '')} nodes, {mass}": row["90"] for mesh, m in meshes.items() for mass, row in m.items()
     }
-    rows["condensed, diagonal"] = result.frequencies.condensed["90"]["condensed"]
+    rows |= {"condensed, diagonal": condensed["90"]["condensed"]} if condensed else {}
     number = np.arange(1, len(exact) + 1)
-    curves = tuple(curve(name, number, 100.0 * (np.array(row) / exact - 1.0), "dots") for name, row in rows.items())
-    return [Panel("Natural frequencies against 23 nodes, consistent mass", "frequency number", "error (%)", curves)]
+    errors = {name: 100.0 * (np.array(row) / exact[: len(row)] - 1.0) for name, row in rows.items()}
+    curves = tuple(curve(name, number[: len(error)], error, "dots") for name, error in errors.items())
+    panels = [Panel("Natural frequencies against the finest mesh, 90 rad/s", "frequency number", "error (%)", curves)]
+    if (error := result.condensation) is not None:
+        curves = tuple(curve(f"mode {k}", error.speeds, row) for k, row in enumerate(error.frequency_error, start=1))
+        planes = ", ".join(map(str, error.planes))
+        panels.append(Panel(f"Condensed to nodes {planes}", "spin speed (rad/s)", "error (%)", curves))
+    return panels
 
 
 def h_panels(result: InverseReceptance) -> list[Panel]:
-    """Return the norm of H, exact and interpolated, over the spin speed."""
+    """Return norms of H, errors of its interpolation, the condition number of R, and H at 10 Hz beside the print."""
     exact, between = (1e-6 * np.linalg.norm(h, axis=(1, 2)) for h in (result.h, result.h_interpolated))
-    curves = (curve("exact", result.speeds, exact), curve("interpolated", result.speeds, between, "dashed"))
-    return [Panel("Norm of H", "spin speed (Hz)", "|H| (N/um)", curves)]
+    norms = [curve("exact", result.speeds, exact), curve("interpolated", result.speeds, between, "dashed")]
+    norms += [
+        curve(name, result.speeds, 1e-6 * row) for name, row in zip(result.forces, result.norm_by_force.T, strict=True)
+    ]
+    errors = [
+        curve(f"{name.replace('_', ' ')}: {what}", result.speeds, 100.0 * np.where(error > ROUNDING, error, np.nan))
+        for name, table in result.tables.items()
+        for what, error in (("H", table.relative_error), ("I + H R", table.left_by_a_step))
+    ]
+    condition = (curve("R", result.speeds, result.condition_number),)
+    panels = [
+        Panel("Norm of H and of its rows", "spin speed (Hz)", "|H| (N/um)", tuple(norms)),
+        Panel("Interpolated against exact H", "spin speed (Hz)", "error (%)", tuple(errors), log="y"),
+        Panel("Condition number of R", "spin speed (Hz)", "condition number", condition),
+    ]
+    if (at := result.at_10_hz) is not None:
+        elements = [
+            curve(f"{force}, {what}", np.arange(1, H.shape[1] + 1), 1e-6 * H[k], "dots")
+            for k, force in enumerate(at.forces)
+            if force.endswith("x")
+            for what, H in (("computed", at.computed), ("printed", at.printed))
+        ]
+        panels.append(Panel("Elements of H at 10 Hz", "signal", "|H_ij| (N/um)", tuple(elements)))
+    return panels
 
 
 def force_panels(result: IdentificationForce) -> list[Panel]:
-    """Return the amplitude of the test force, and of the journals under it, over the frequency."""
-    columns = result.columns
+    """Return S, amplitude, revolutions of a slot and duration of the test force, and the motion of the journals."""
+    columns, thesis = result.columns, result.at_the_speeds_of_the_thesis
+    displayed = thesis.frequencies <= columns.frequencies[-1]
+
+    def over_frequency(title: str, label: str, name: str) -> Panel:
+        at_speeds = curve(
+            "speeds of the thesis", thesis.frequencies[displayed], getattr(thesis, name)[displayed], "dots"
+        )
+        computed = curve("controller", columns.frequencies, getattr(columns, name))
+        return Panel(title, "frequency (Hz)", label, (computed, at_speeds))
+
     moved = {"MB1": columns.response_mb1, "MB2": columns.response_mb2}
-    responses = tuple(curve(name, columns.frequencies, 1e3 * response) for name, response in moved.items())
+    responses = [curve(name, columns.frequencies, 1e3 * response) for name, response in moved.items()]
+    responses.append(curve("intended", columns.frequencies[[0, -1]], np.full(2, 1e3 * INTENDED), "dashed"))
     return [
-        Panel("Test force", "frequency (Hz)", "A (N)", (curve("A", columns.frequencies, columns.amplitude),)),
-        Panel("Motion by the test force", "frequency (Hz)", "amplitude (mm)", responses),
+        over_frequency("Test force", "A (N)", "amplitude"),
+        over_frequency("Divisor of the force (6.6)", "S", "s"),
+        over_frequency("Periods of a slot", "N_per", "periods_per_slot"),
+        over_frequency("Duration of an identification", "t_halt (s)", "t_halt"),
+        Panel("Motion by the test force", "frequency (Hz)", "amplitude (mm)", tuple(responses)),
     ]
 
 
@@ -216,24 +266,33 @@ def norm_panels(result: SynchronousResponse) -> list[Panel]:
     curves = [curve("(5.19)", result.speeds, 1e6 * result.thesis, "dashed")]
     for k in range(0, len(result.forces), 2):
         curves.append(curve(f"model, {result.forces[k]}", result.speeds, 1e6 * result.norm[:, k]))
+        without = 1e6 * result.norm_without_conjugate[:, k]
+        curves.append(curve(f"{result.forces[k]}, (5.18) without the conjugate", result.speeds, without))
     for k in range(0, len(result.forces), 2):
         curves.append(curve(f"identified, {result.forces[k]}", at.speeds, 1e6 * at.measured[:, k], "dots"))
-    return [Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", tuple(curves))]
+    panel = Panel("Norm of the columns of R", "spin speed (Hz)", "|R_i| (um/N)", tuple(curves))
+    return [panel, replace(panel, log="y")]
 
 
 def reduction_panels(result: ModelReduction) -> list[Panel]:
     """Return frequencies and response of the full, the condensed and the 6-node model over the spin speed."""
-    frequencies = []
-    for name, model in result.models.items():
-        speeds = np.tile(np.append(result.speeds, np.nan), len(model.frequencies))
-        rows = np.hstack([np.append(row, np.nan) for row in model.frequencies])
-        frequencies.append(Curve(name.replace("_", " "), speeds, rows))
-    responses = (
-        curve(name.replace("_", " "), result.speeds, 1e3 * m.displacement) for name, m in result.models.items()
-    )
+    frequencies, responses, errors = [], [], []
+    full = result.models[FULL].displacement
+    for model, of_model in result.models.items():
+        name = f"{model.replace('_', ' ')}, {of_model.coordinates} coordinates"
+        speeds = np.tile(np.append(result.speeds, np.nan), len(of_model.frequencies))
+        rows = np.hstack([np.append(row, np.nan) for row in of_model.frequencies])
+        frequencies.append(Curve(name, speeds, rows))
+        responses.append(curve(name, result.speeds, 1e3 * of_model.displacement))
+        if model != FULL:
+            error = 100.0 * np.abs(of_model.displacement / full - 1.0)
+            errors.append(curve(name, result.speeds, np.maximum(error, FLOOR)))
+    frequencies.append(curve("synchronous", result.speeds, result.speeds, "dashed"))
+    speed, title = "spin speed (rad/s)", f"Largest response to {1e3 * result.unbalance:.3g} g m on D1"
     return [
-        Panel("Damped natural frequencies", "spin speed (rad/s)", "frequency (rad/s)", tuple(frequencies)),
-        Panel("Largest response to 0.5 g m on D1", "spin speed (rad/s)", "amplitude (mm)", tuple(responses)),
+        Panel("Damped natural frequencies", speed, "frequency (rad/s)", tuple(frequencies)),
+        Panel(title, speed, "amplitude (mm)", tuple(responses), log="y"),
+        Panel("Response against that of the full model", speed, "error (%)", tuple(errors), log="y"),
     ]
 
 

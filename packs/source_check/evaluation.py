@@ -129,7 +129,7 @@ def assess(
     statements
         The content of a file.
     folder
-        Where answers are kept; those that fit are used again.
+        Where answers are stored; those that fit are used again.
     only
         Chapters (`ch4`) and groups of statements, such as a table (`table3_1`); all without.
     processes
@@ -223,7 +223,7 @@ def computations(statement: Statement, statements: Statements) -> list[Computati
 
 
 def alternatives(statement: Statement, statements: Statements) -> list[Computation]:
-    """Return the additional ways that are shown with a statement."""
+    """Return the additional ways to display with a statement."""
     return [_other(statement, reading, statements) for reading in statement.beside]
 
 

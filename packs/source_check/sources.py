@@ -233,7 +233,7 @@ def scenario_parameters(name: str) -> dict[str, Any]:
 
 
 def study_title(study: str) -> str:
-    """Return one line about a study."""
+    """Return a line about a study."""
     from amb_analysis.studies import STUDIES
 
     return STUDIES[study].description if study in STUDIES else "Start values of the models"

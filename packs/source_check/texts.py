@@ -8,7 +8,7 @@ from source_check.statements import Expected, Statement
 from source_check.verdict import Computed, Verdict
 
 RELATIONS = {"equal": "", "below": "at most ", "above": "at least "}
-MOST_NUMBERS = 4  # of a list, that are shown
+MOST_NUMBERS = 4  # of a list, that are displayed
 
 
 def value_text(value: Expected | Computed | None, unit: str = "") -> str:

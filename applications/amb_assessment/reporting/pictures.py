@@ -7,6 +7,7 @@ from io import BytesIO
 from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from amb_assessment.reporting.panels import Panel
 from amb_cosim.presentation.style import COLOURS, DASHED, GREY, StyledFigure
@@ -17,9 +18,15 @@ LINES: tuple[Any, ...] = ("-", (0, (1, 1)), (0, (5, 1, 1, 1)))  # of curves beyo
 
 
 def picture_of(panels: Sequence[Panel]) -> bytes:
-    """Return a PNG of the plots, two in a row; nothing without plots."""
-    if not panels:
-        return b""
+    """Return a PNG of the plots; nothing without plots."""
+    picture = BytesIO()
+    if panels:
+        figure_of(panels).savefig(picture, format="png", dpi=RESOLUTION)
+    return picture.getvalue()
+
+
+def figure_of(panels: Sequence[Panel]) -> Figure:
+    """Return a figure of the plots, two in a row."""
     columns = min(2, len(panels))
     rows = -(-len(panels) // columns)
     figure = StyledFigure(figsize=(WIDTH * columns, HEIGHT * rows), layout="constrained")
@@ -40,9 +47,7 @@ def picture_of(panels: Sequence[Panel]) -> bytes:
             axes.legend(fontsize=6.5, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.19))
     for axes in figure.axes[len(panels) :]:
         axes.remove()
-    picture = BytesIO()
-    figure.savefig(picture, format="png", dpi=RESOLUTION)
-    return picture.getvalue()
+    return figure
 
 
 def _draw_zones(axes: Axes, panel: Panel) -> None:

@@ -3,7 +3,6 @@
 from amb_analysis.studies import Study
 
 STUDIES = {
-    "thesis_tables": Study(".frequency_tables", "Compute Tables 3.1 to 3.4 and the constants of Table 2.2."),
     "tables": Study(".frequency_tables", "Compute the frequencies of Tables 3.1 to 3.4."),
     "reduction": Study(
         ".reduced_models",

@@ -33,7 +33,7 @@ EQUATIONS = {
 
 @dataclass(frozen=True, eq=False)
 class HysteresisLoop:
-    """One blow under one law.
+    """A blow under a contact law.
 
     equation
         Number of its equation in the thesis, and of its figure.

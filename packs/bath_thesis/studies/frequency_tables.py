@@ -1,4 +1,4 @@
-"""Studies of natural frequencies by mesh, mass matrix and condensation (thesis Tables 3.1 to 3.4), and of Table 2.2."""
+"""Studies of natural frequencies by mesh, mass matrix and condensation (thesis Tables 3.1 to 3.4)."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ import numpy as np
 from rich.table import Table
 
 from amb_analysis.studies.inputs import Number, node_numbers, speed_range
-from amb_analysis.studies.result import DrawnResult, StudyResult
-from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_analysis.studies.result import DrawnResult
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from array_types import Array
-from bath_thesis.condensation_error import condensation_error
+from bath_thesis.condensation_error import CondensationError, condensation_error
 from bath_thesis.meshes import mesh_family
 from bath_thesis.printed import table_of
 from rotor_analysis.modes import damped_frequencies
@@ -70,48 +69,6 @@ class FrequencyTables:
         return parts
 
 
-@dataclass(frozen=True)
-class BearingConstants:
-    """Negative stiffness K_s (N/m) (2.8) and current stiffness K_i (N/A) (2.9) of an axis of the actuator."""
-
-    k_s: float
-    k_i: float
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class ThesisTables(StudyResult):
-    """The computed tables of the thesis: frequencies of the rig, constants of its bearings."""
-
-    frequencies: Annotated[FrequencyTables, Layout.MERGED]
-    bearing_constants: Annotated[BearingConstants, JsonKey("amb")]
-
-    def text(self) -> list[TextBlock]:
-        """Return the tables, and a line with the bearing constants."""
-        constants = self.bearing_constants
-        line = f"K_s = {constants.k_s / 1e3:.2f} N/mm, K_i = {constants.k_i:.2f} N/A (2.8, 2.9)"
-        return [*self.frequencies.text(), line]
-
-
-@dataclass(frozen=True, eq=False)
-class CondensationErrors:
-    """Errors of the model condensed to some planes, by mode of the full model; NaN for missing modes.
-
-    planes
-        Node numbers of the planes.
-    speeds
-        Spin speeds (rad/s), shape (n,).
-    frequency_error
-        Relative error of the condensed frequency (%), shape (modes, n).
-    eigenvalue_error
-        Relative error of the eigenvalues (%), shape (modes, n).
-    """
-
-    planes: tuple[int, ...]
-    speeds: Annotated[Array, "rad/s"]
-    frequency_error: Annotated[Array, "%"]
-    eigenvalue_error: Annotated[Array, "%"]
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class MeshAndCondensation(DrawnResult):
     """Frequencies of a rotor by mesh, mass matrix and condensation.
@@ -128,17 +85,11 @@ class MeshAndCondensation(DrawnResult):
 
     rotor: str
     frequencies: Annotated[FrequencyTables, Layout.MERGED]
-    condensation: Annotated[CondensationErrors | None, Layout.OMITTED_IF_NONE]
+    condensation: Annotated[CondensationError | None, Layout.OMITTED_IF_NONE]
 
     def text(self) -> list[TextBlock]:
         """Return the tables of frequencies."""
         return self.frequencies.text()
-
-
-def thesis_tables() -> ThesisTables:
-    """Return Tables 3.1 to 3.4 of the thesis and the constants K_s and K_i of Table 2.2, computed from the models."""
-    constants = BearingConstants(*linear_constants(axis_parameters()))
-    return ThesisTables(frequency_tables(load_rotor("bath_rig_thesis")), constants)
 
 
 def tables(
@@ -162,10 +113,7 @@ def tables(
     """
     description = load_rotor(rotor)
     chosen = node_numbers(planes, "planes", description, rotor) if planes else description.masters
-    condensation = None
-    if chosen:
-        error = condensation_error(description, speed_range(up_to, POINTS), chosen)
-        condensation = CondensationErrors(error.planes, error.speeds, error.frequency.T, error.eigenvalue.T)
+    condensation = condensation_error(description, speed_range(up_to, POINTS), chosen) if chosen else None
     return MeshAndCondensation(description.name, frequency_tables(description), condensation)
 
 
@@ -182,7 +130,7 @@ def frequency_tables(rotor: Rotor) -> FrequencyTables:
     if rotor.masters:
         models[f"fem_{len(rotor.shaft.nodes)}"] = _by_speed(supported_rotor(rotor))
         models["condensed"] = _by_speed(supported_rotor(rotor, planes=rotor.masters))
-        errors = dict(zip(SPEEDS, condensation_error(rotor, np.array(SPEEDS)).frequency, strict=True))
+        errors = dict(zip(SPEEDS, condensation_error(rotor, np.array(SPEEDS)).frequency_error.T, strict=True))
     condensed = {f"{speed:g}": {name: of[f"{speed:g}"] for name, of in models.items()} for speed in SPEEDS if models}
     is_rig = rotor == load_rotor("bath_rig_thesis")
     deviations = _deviations(by_mesh | {"condensed": {"diagonal": models["condensed"]}}) if is_rig else None

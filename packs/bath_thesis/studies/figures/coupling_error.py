@@ -28,7 +28,7 @@ def draw(result: CouplingConvergence) -> Figure:
 
 
 def _draw_errors(axes: Axes, comparison: ComparisonErrors) -> None:
-    """Draw the errors of one comparison."""
+    """Draw the errors of a comparison."""
     steps, schemes = 1e6 * np.array(comparison.steps), comparison.schemes
     for (name, scheme), (colour, marker) in zip(schemes.items(), SCHEME_STYLES, strict=False):
         displayed = "exact" if scheme.order is None else f"{scheme.order:.2f}"
