@@ -18,21 +18,6 @@ from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
 
 
-def test_a_scenario_file_with_mistakes_says_each(runner, tmp_path):
-    (tmp_path / "mine.toml").write_text("description = 'd'\nOmga = 3\nend_cycle = 1\n")
-    result = runner("run", "mine.toml")
-    assert result.exit_code == 2
-    assert [line.partition(": scenario mine.toml: ")[2].split(";")[0] for line in result.stderr.splitlines()] == [
-        "Omega is missing",
-        "unknown key Omga",
-    ]
-
-
-def test_list_has_one_line_for_each_scenario(runner):
-    lines = runner("list").stdout.splitlines()
-    assert all(sum(line.split()[:1] == [name] for line in lines) == 1 for name in packaged_scenarios())
-
-
 def test_list_finds_scenarios_that_have_all_words(runner):
     result = runner("list", "--filter", "seal RECOVERS").stdout
     assert {word for word in result.split() if word in packaged_scenarios()} == {
@@ -130,24 +115,6 @@ def test_a_run_writes_results_and_prints_the_summary(runner, tmp_path):
     assert dataset["Omega"].attrs["units"] == "rad/s"
     assert set(json.loads(dataset.attrs["fmu_guids"])) == {"rotor_contact", "amb_actuator", "rolac_controller"}
     assert json.loads(dataset.attrs["parameters"])["rotor_contact"]["rb1.clearance"] == 0.75e-3
-
-
-def test_settings_replace_first_values_in_any_unit(runner, tmp_path):
-    done = runner(
-        "run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out",
-        "--set", "rotor_contact.Omega=16 Hz",
-        "--set", "rotor_contact.d1.u=2 g.m",
-        "--set", "rotor_contact.rb1.clearance=0.8 mm",
-        "--set", "rolac_controller.sample_time=500 us",
-    )  # fmt: skip
-    assert done.exit_code == 0, done.stderr
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["result.nc", "summary.json"]
-    dataset = load(tmp_path / "out" / "result.nc")
-    assert dataset["Omega"].values == pytest.approx(100.53096491487338)
-    assert dataset["rotor_contact.d1.u"].values == pytest.approx(2e-3)
-    assert json.loads(dataset.attrs["parameters"])["rotor_contact"]["rb1.clearance"] == 0.8e-3
-    current = dataset["rolac_controller.mb1.i_x"].values[1:]
-    assert (current[0::2][:19] == current[1::2][:19]).all(), "held for two communication steps"
 
 
 @pytest.mark.parametrize("flavour", ["native", "python"])

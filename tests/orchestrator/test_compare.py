@@ -45,13 +45,6 @@ def test_differences_are_to_the_first_run(make):
     assert "-50 %" in str(result)
 
 
-def test_shares_have_the_names_of_the_contact_states(make):
-    result = amb_cosim.compare(make(), make(disturbance_cycle=6.0))
-    both = row(result, "contact_share both")
-    assert both.unit == "1"
-    assert both.values == pytest.approx((0.1, 0.125), abs=0.01)
-
-
 def test_equal_runs_are_equal_to_the_last_bit(make):
     (against,) = amb_cosim.compare(make(), make()).signals.against_first
     assert against.same_times
@@ -65,12 +58,6 @@ def test_signal_that_deviates_most_is_told_with_its_cycle(make):
     assert against.largest.signal == "rotor_contact.rb1.f_n"
     assert against.largest.difference == pytest.approx(0.5 * 1234.5)
     assert against.largest.cycle == pytest.approx(6.5)
-
-
-def test_shorter_run_is_compared_as_far_as_it_goes(make):
-    (against,) = amb_cosim.compare(make(), make(end=12)).signals.against_first
-    assert against.same_times
-    assert against.equal == against.compared
 
 
 def test_signals_that_only_some_have_are_told(make):
@@ -112,15 +99,6 @@ def test_options_are_for_all_runs_or_for_one(runner, runs):
     assert labels == ["fig4_9, a.b=1, bath_rig, native", "fig4_9, a.b=1, a.c=2 mm, python"]
 
 
-def test_what_is_set_for_all_is_set_for_the_runs_that_run(make, runs, tmp_path):
-    make().save(tmp_path / "saved", plots=False)
-    result = amb_cosim.compare(tmp_path / "saved", "fig4_9", set={"a.b": 1})
-    assert runs == [
-        ("fig4_9", {"set": {"a.b": 1}, "rotor": None, "flavour": "native", "until": None, "progress": None})
-    ]
-    assert result.labels == ["synthetic", "fig4_9"]
-
-
 def test_saved_results_give_table_figures_and_data(make, runner, check_picture, tmp_path):
     make().save(tmp_path / "a", plots=False)
     make(force=2.0, scenario="heavy").save(tmp_path / "b", plots=False)
@@ -145,21 +123,3 @@ def test_run_that_failed_is_compared_and_told(make, runner, tmp_path):
     assert result.exit_code == 1
     assert "synthetic (2): rotor_contact failed at t = 0.3 s: too fast" in result.stderr
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["comparison.json"]
-
-
-def test_bearings_of_all_rotors_are_drawn(make):
-    other = make(scenario="other").dataset
-    renamed = {name: name.replace("mb2", "b9") for name in other.data_vars if ".mb2." in name}
-    attributes = other.attrs | {"places": other.attrs["places"].replace("mb2", "b9")}
-    result = amb_cosim.compare(make(), Result(other.rename(renamed).assign_attrs(attributes), DONE))
-    titles = [panel.get_title() for panel in result.figures()["orbits"].axes]
-    assert titles == ["MB1", "MB2", "B9"]
-    assert row(result, "orbit_largest b9").values[0] is None
-
-
-def test_axis_is_time_where_a_speed_changes(make):
-    changing = make(scenario="sweep", speed_profile=json.dumps([(0.0, 300.0), (0.4, 330.0)]))
-    labels = [
-        amb_cosim.compare(make(), other).figures()["contact"].axes[-1].get_xlabel() for other in (make(), changing)
-    ]
-    assert labels == ["synchronous cycles", "time (s)"]

@@ -88,12 +88,6 @@ def test_scattering_starts_are_called_chaotic_and_their_medians_compared(study):
     assert "chaotic, medians are compared" in str(result)
 
 
-def test_no_starts_say_nothing_of_chaos(study):
-    result = study(lambda case: 1000.0, starts=0)
-    assert (result.scatter, result.chaotic) == (None, None)
-    assert "chaotic" not in str(result)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("scenario", ["fig4_9", "fig4_12", "fig4_14"])
 def test_more_modes_leave_contact_forces_of_the_recommended_rig(scenario):

@@ -11,9 +11,6 @@ from amb_cosim.results import contact_forces, contact_history, orbits
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.plots.axes import stations
-from amb_cosim.results.plots.contact import contact
-from amb_cosim.results.plots.motion import displacement
-from amb_sweeps.metrics import needed
 from rotor_analysis.parts import Bearing, Sensor, Site
 from source_check import run_quantities
 
@@ -106,13 +103,6 @@ def test_orbit_in_a_retainer_is_told_beside_that_in_its_bearing():
     assert [(s.place, s.site) for s in stations(run)] == [("catcher", "catcher"), ("thrust", "")]
 
 
-def test_figures_show_the_motion_in_the_retainer():
-    run = table(moving(1.0e-4, 1.7e-4))
-    panel = displacement(run).axes[0]
-    assert np.max(panel.lines[-1].get_ydata()) == pytest.approx(0.85)
-    assert contact(run).axes[0].get_title(loc="left").startswith("Retainer bearing CATCHER")
-
-
 def test_without_its_own_path_a_retainer_has_that_of_its_bearing():
     """Which counts from the rest; the retainer's centre is 30 um aside and its housing moves."""
     values = moving(1.0e-4, 0.0) | {"catcher.housing_x": np.linspace(0.0, 2e-5, N), "catcher.housing_y": np.zeros(N)}
@@ -122,11 +112,6 @@ def test_without_its_own_path_a_retainer_has_that_of_its_bearing():
     np.testing.assert_allclose(x, values["drive_end.x"] - 3e-5 - values["catcher.housing_x"], atol=1e-18)
     np.testing.assert_allclose(y, values["drive_end.y"], atol=1e-18)
     np.testing.assert_allclose(orbits.path_at_rest(run, "catcher")[0], values["drive_end.x"], atol=1e-18)
-
-
-def test_sweeps_keep_what_orbits_and_peaks_are_read_from():
-    patterns = needed(PLACES)
-    assert {f"{PLANT}.catcher.[xy]", f"{PLANT}.seal.f_n*"} <= set(patterns)
 
 
 @pytest.mark.parametrize(("node", "apart"), [(2, ()), (3, ("catcher",))])

@@ -40,20 +40,10 @@ def test_power_is_split_between_two_harmonics_at_the_limit(pressed):
     assert result["rb2"] is None, "no force, no share"
 
 
-def test_a_force_below_the_limit_gives_no_warning(pressed):
-    dataset = pressed(lambda t: 300.0 + 80.0 * np.cos(500.0 * t))
-    assert share_beyond_reduction(dataset)["rb1"] < 1e-3
-    assert warnings_beyond_reduction(dataset) == []
-
-
 def test_a_force_beyond_the_limit_is_warned_of_by_site_and_limit(pressed):
     (sentence,) = summarise(pressed(lambda t: 100.0 + 100.0 * np.cos(3000.0 * t))).warnings
     assert sentence.startswith("much of the contact force's power is above 1000 rad/s")
     assert "RB1 33.3 %, where 10 % is allowed" in sentence
-
-
-def test_nothing_is_beyond_a_limit_that_the_samples_do_not_reach(pressed):
-    assert share_beyond_reduction(pressed(lambda t: 100.0 + 100.0 * np.cos(3000.0 * t), 2e4))["rb1"] == 0.0
 
 
 def test_without_a_limit_there_is_no_share(pressed):

@@ -20,7 +20,6 @@ from amb_cosim import studies
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
-from amb_cosim.design.rotor_models import check_loop
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
@@ -108,14 +107,6 @@ def test_an_interrupt_keeps_the_speeds_before_it(runner, runs, tmp_path):
     assert [entry.speed for entry in read_table(tmp_path / "t.toml").entries] == [2.0 * math.pi * 10.0]
 
 
-def test_nothing_identified_writes_no_table(runner, runs, tmp_path):
-    runs(Result(xr.Dataset(), Outcome("interrupted", 2.0)))
-    result = runner("identify", "--speeds", "10 Hz", "-o", "t.toml")
-    assert result.exit_code == 130
-    assert "nothing was written to t.toml" in result.stderr
-    assert list(tmp_path.iterdir()) == []
-
-
 # Tables that are refused wherever they are given for the rig in the loop of the levitated system.
 WRONG = {
     "another rotor": (lambda t: replace(t, rotor="pump"), None, "it belongs to rotor 'pump', not 'bath_rig_thesis'"),
@@ -168,26 +159,9 @@ def test_tables_of_another_loop_are_refused(refuses, table, tmp_path, command):
     refuses("chain.preset = 0, not 1; identify again", *command, "t.toml", *setting)
 
 
-def test_a_table_without_a_controller_to_use_it_is_refused(refuses, table, tmp_path):
-    table.write(tmp_path / "t.toml")
-    expected = "receptances t.toml have no use: no component of the run is the model rolac_controller"
-    refuses(expected, "run", "fig3_8", "--receptances", "t.toml")
-
-
 def constants_of(fmu):
     with zipfile.ZipFile(fmu) as archive:
         return np.load(io.BytesIO(archive.read("resources/constants.npy")))
-
-
-def test_the_controller_is_built_with_the_table(runner, table, tmp_path):
-    table.write(tmp_path / "t.toml")
-    assert runner("build", "--flavour", "python", "-o", "fmus", "--receptances", "t.toml").exit_code == 0
-    np.testing.assert_array_equal(constants_of(tmp_path / "fmus" / "rolac_controller.fmu"), table.constants(RIG_LOOP))
-    assert runner("build", "--flavour", "python", "-o", "plain").exit_code == 0
-    assert constants_of(tmp_path / "plain" / "rolac_controller.fmu").size > table.constants(RIG_LOOP).size
-    assert (tmp_path / "fmus" / "rotor_contact.fmu").stat().st_size == (
-        tmp_path / "plain" / "rotor_contact.fmu"
-    ).stat().st_size
 
 
 def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path):
@@ -205,13 +179,6 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
     (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
     with pytest.raises(ValueError, match="it belongs to rotor 'mine', not 'bath_rig_thesis'"):
         plan_run(load_scenario(str(folder / "case.toml")))
-
-
-def test_unknown_parameters_count_with_their_start_values(table, tmp_path):
-    table.write(tmp_path / "t.toml")
-    check_loop(tmp_path / "t.toml", {**LOOP, "pid.direct": None})
-    with pytest.raises(ValueError, match=r"pid\.direct = 0, not 1"):
-        check_loop(tmp_path / "t.toml", {**LOOP, "pid.direct": 1.0})
 
 
 @pytest.mark.slow

@@ -30,12 +30,6 @@ class Whole:
 
 
 @dataclass(frozen=True)
-class Flat:
-    part: Annotated[Part, Layout.MERGED]
-    count: int
-
-
-@dataclass(frozen=True)
 class Shape:
     response: Annotated[np.ndarray, "m/N"]
     pairs: Annotated[np.ndarray, Layout.PAIRS]
@@ -60,22 +54,12 @@ def test_keys_are_names_with_units():
     json.dumps(json_data(whole), allow_nan=False)
 
 
-def test_merged_field_stands_among_the_others():
-    assert json_data(Flat(Part(2.0, np.zeros(0)), 3)) == {"speed_rad_s": 2.0, "stiffness_N_per_m": [], "count": 3}
-
-
 def test_complex_numbers_are_real_and_imaginary_parts():
     values = np.array([1.0 + 2.0j, 3.0 - 4.0j])
     assert json_data(Shape(values, values)) == {
         "response_m_per_N": {"real": [1.0, 3.0], "imaginary": [2.0, -4.0]},
         "pairs": [[1.0, 2.0], [3.0, -4.0]],
     }
-
-
-def test_numbers_of_numpy_become_numbers():
-    data = json_data({"a": np.float64(0.1), "b": np.int32(3), "c": np.bool_(True), "d": np.float64("nan")})
-    assert data == {"a": 0.1, "b": 3, "c": True, "d": None}
-    assert [type(value) for value in data.values()] == [float, int, bool, type(None)]
 
 
 def test_unknown_units_and_types_are_refused():

@@ -40,13 +40,3 @@ def test_limits_of_a_system_without_magnets_are_not_known(synthetic):
     assert current_limits(synthetic(), "mb1.x") is None
     with raises_naming(ValueError, "magnets", "no current", "no force"):
         plots.Plots(synthetic()).magnets()
-
-
-@pytest.mark.parametrize(("force", "lines"), [(1.0, 0), (1500.0, 1)])
-def test_limits_are_drawn_where_they_are_near_and_written_where_not(synthetic, force, lines):
-    dataset = with_magnets(synthetic(), force)
-    panel = plots.Plots(dataset).magnets().axes[1]
-    drawn = [line for line in panel.lines if len(set(line.get_ydata())) == 1 and line.get_linestyle() == "--"]
-    assert len(drawn) == lines
-    assert any("limit" in text.get_text() for text in panel.texts)
-    assert plots.chosen(dataset)[-1] == "magnets"

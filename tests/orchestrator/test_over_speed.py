@@ -8,40 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import amb_cosim
 from amb_analysis.linear.stability import LoopStability
-from amb_analysis.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
 from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, LeastDamped, PoleOverSpeed
 from amb_analysis.studies.coefficient_limits import limits_of
 from amb_analysis.studies.figures import figure
 from amb_analysis.studies.figures.over_speed import damping_ratio
 from rotor_analysis.parts import AtSpeed, Bearing
 from tests.support.messages import assert_names
-
-
-def close_modes(damping: float = 0.02) -> CampbellDiagram:
-    """Four modes within 2 % of 100 rad/s, one far above, on a rotor of any kind."""
-    speeds = np.linspace(0.0, 300.0, 31)
-    frequencies = (99.0, 100.0, 100.5, 101.0, 280.0)
-    modes = tuple(
-        ModeOverSpeed(np.full(31, f), np.full(31, damping * f / 100.0), ("forward",) * 31) for f in frequencies
-    )
-    critical = tuple(CriticalSpeedRow(f, k, damping, "forward") for k, f in enumerate(frequencies, start=1))
-    return CampbellDiagram("any", "consistent", speeds, modes, critical, 8, 8, 0.0, 200.0)
-
-
-@pytest.mark.parametrize(("damping", "scale"), [(0.02, "log"), (-0.02, "symlog")])
-def test_damping_is_logarithmic_through_zero_where_it_is_unstable(damping, scale):
-    panel = figure(close_modes(damping)).axes[1]
-    assert panel.get_yscale() == scale
-    assert any(text.get_text().strip() == "unstable" for text in panel.texts) == (damping < 0.0)
-
-
-def test_speeds_and_frequencies_are_in_the_unit_asked_for():
-    with amb_cosim.units("rpm"):
-        panel = figure(close_modes()).axes[0]
-    assert panel.get_xlim()[1] == pytest.approx(300.0 * 60.0 / (2.0 * math.pi))
-    assert panel.get_ylabel() == "damped frequency (rpm)"
 
 
 def test_decrement_and_damping_ratio_are_those_of_one_decay():
@@ -80,16 +53,6 @@ def test_critical_speed_is_where_a_vibration_has_the_frequency_of_rotation():
     (critical,) = crossing_poles().critical_speeds
     assert (critical.mode, critical.speed) == (1, pytest.approx(100.5))
     assert critical.decrement == pytest.approx(0.14975)
-
-
-def test_critical_speeds_and_poles_of_a_levitated_machine_are_drawn():
-    top, _, plane = figure(crossing_poles()).axes
-    marks = [line for line in top.lines if line.get_marker() == "o"]
-    assert [line.get_xdata()[0] for line in marks] == [pytest.approx(100.5)]
-    assert any("1: 100.5" in text.get_text() for text in top.texts)
-    dots = [line for line in plane.lines if line.get_marker() == "o"]
-    assert [line.get_ydata()[0] for line in dots] == [pytest.approx(100.5), pytest.approx(900.0)]
-    assert dots[0].get_xdata()[0] == pytest.approx(-0.125 * 100.5 / (2.0 * math.pi))
 
 
 def test_critical_speeds_of_a_levitated_machine_beyond_the_table_of_a_seal_are_marked():

@@ -9,7 +9,6 @@ from slow import slow_but_first
 
 from amb_cosim.results import plots
 from amb_cosim.results.plots import motion
-from tests.orchestrator.conftest import acting
 from tests.support.messages import raises_naming
 
 USUAL = ["orbits", "displacement", "contact"]
@@ -32,10 +31,6 @@ def test_every_figure_is_drawn_from_the_data_set_alone(synthetic, without, tmp_p
     requested = json.dumps([*USUAL, "whirl", "energy"])
     dataset = without(synthetic(plot_figures=requested), *left_out)
     assert drawn(dataset, tmp_path) == json.loads(requested)
-
-
-def test_usual_figures(synthetic, tmp_path):
-    assert drawn(synthetic(), tmp_path) == USUAL
 
 
 def test_a_run_that_rolls_shows_its_whirl(synthetic, tmp_path):
@@ -70,22 +65,9 @@ def test_a_touchdown_is_drawn_with_what_moves_and_warms(tmp_path):
     assert race.get_ydata().max() == 100.0
 
 
-def test_a_free_spin_is_drawn_over_time():
-    figure = plots.Plots(fall()).displacement()
-    *_, below = figure.axes
-    assert below.get_xlabel() == "time (s)"
-    assert figure.get_suptitle() == "fall, $\\Omega$ = 300 to 0 rad/s"
-
-
 def test_a_run_without_gravity_has_no_touchdown_to_draw(synthetic):
     with raises_naming(ValueError, "touchdown", "gravity", "contact"):
         plots.Plots(synthetic()).touchdown()
-
-
-def test_figures_show_the_cycles_that_the_scenario_asks_for(synthetic):
-    figure = motion.displacement(synthetic(plot_cycles=[4.0, 12.0]))
-    assert figure.axes[-1].get_xlim() == (4.0, 12.0)
-    assert figure.axes[-1].get_xlabel() == "synchronous cycles"
 
 
 def test_an_energy_figure_needs_energies(synthetic, tmp_path):
@@ -112,31 +94,6 @@ def test_parts_of_a_run_share_a_sample_so_that_lines_join(synthetic):
     assert np.flatnonzero(covered == 2).tolist() == [500, 1000]
 
 
-def test_unbalance_from_the_start_has_no_part_before_it(synthetic, without):
-    parts = motion.run_parts(without(synthetic(), "disturbance_cycle"))
-    assert [name for name, _, _ in parts] == ["before the removal", "after the removal"]
-    assert sum(within.astype(int) for _, _, within in parts).min() == 1
-
-
-def names_of_marks(figure):
-    return [text.get_text() for text in figure.axes[0].texts]
-
-
-def test_rolac_that_is_switched_on_within_the_run_is_marked(synthetic):
-    assert names_of_marks(motion.displacement(acting(synthetic(), 8.0))) == ["step", "removal", "ROLAC"]
-    assert names_of_marks(motion.displacement(acting(synthetic(), 0.0))) == ["step", "removal"]
-    assert names_of_marks(motion.displacement(synthetic())) == ["step", "removal"]
-
-
-def test_orbits_before_and_with_rolac_are_drawn_apart(synthetic, without):
-    dataset = acting(without(synthetic(), "disturbance_cycle", "relief_cycle"), 8.0)
-    parts = motion.run_parts(dataset)
-    assert [name for name, _, _ in parts] == ["before ROLAC", "with ROLAC"]
-    assert np.flatnonzero(parts[0][2] & parts[1][2]).tolist() == [800]
-    assert next(name for name, _, _ in motion.run_parts(acting(synthetic(), 8.0))) == "before the step"
-    assert [name for name, _, _ in motion.run_parts(acting(dataset, 0.0))] == ["run"]
-
-
 # Figures in Python and in a notebook
 
 
@@ -157,28 +114,6 @@ def test_figures_that_cannot_be_drawn_are_refused(synthetic):
         plots.Plots(dataset.drop_vars("rotor_contact.energy.work")).energy()
 
 
-def impact(dataset, begin, end):
-    """The run with its contact force, 1 kN, in some cycles alone."""
-    cycle = dataset["cycle"].values
-    for name in ("f_n", "impulse"):
-        for site in ("rb1", "rb2"):
-            dataset[f"rotor_contact.{site}.{name}"] = dataset[f"rotor_contact.{site}.{name}"] * 0.0
-    dataset["rotor_contact.rb1.f_n"] = ("time", np.where((cycle >= begin) & (cycle < end), 1e3, 0.0))
-    return dataset
-
-
-def test_contact_within_a_small_part_of_a_run_is_enlarged(synthetic):
-    figure = plots.Plots(impact(synthetic(), 6.0, 6.4)).contact()
-    assert len(figure.axes) == 6
-    begin, end = figure.axes[-1].get_xlim()
-    assert begin < 6.0 < 6.4 < end < 7.5
-    assert figure.axes[1].get_title("left") == "the same, enlarged"
-
-
-def test_contact_through_much_of_a_run_is_drawn_once(synthetic):
-    assert len(plots.Plots(impact(synthetic(), 6.0, 12.0)).contact().axes) == 3
-
-
 def test_orbits_show_up_as_up(synthetic):
     """Gravity at 225 degrees, halfway between -x and -y: what moves along x moves to the upper right."""
     dataset = synthetic(parameters=synthetic().attrs["parameters"].replace('{"rotor_contact": {', GRAVITY))
@@ -193,8 +128,3 @@ def test_orbits_show_up_as_up(synthetic):
 
 
 GRAVITY = '{"rotor_contact": {"gravity": 9.81, "gravity_angle": 3.9269908169872414, '
-
-
-def test_orbits_without_a_direction_of_gravity_have_x_and_y(synthetic):
-    panel = plots.Plots(synthetic()).orbits().axes[0]
-    assert (panel.get_xlabel(), panel.get_ylabel()) == ("$x$ (mm)", "$y$ (mm)")

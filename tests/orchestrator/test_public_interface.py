@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pydoc
-
 import pytest
 import xarray as xr
 
@@ -12,20 +10,11 @@ from tests.support.messages import raises_naming
 
 SETTING = {"rotor_contact.rb1.clearance": "0.6 mm"}
 UNTIL = 0.15
-SCREENS = 2 * 50  # lines
 
 
 @pytest.fixture(scope="module")
 def result() -> amb_cosim.Result:
     return amb_cosim.run("fig4_9", set=SETTING, until=UNTIL, progress=False)
-
-
-def test_the_documentation_fits_two_screens():
-    text = pydoc.render_doc(amb_cosim, renderer=pydoc.plaintext)
-    assert len(text.splitlines()) <= SCREENS
-    for name in dir(amb_cosim):
-        assert f" {name} " in text
-        assert getattr(amb_cosim, name).__doc__, f"{name} has no documentation"
 
 
 def test_names_stay_what_they_are_however_often_they_are_asked_for():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from pump import LEVITATED, sensors
 from rig import LOOP
 
 from amb_cosim import studies
-from amb_cosim.scenario.scenario import load_scenario
 from bath_thesis.studies import contact_recovery, recovery_trials
 from bath_thesis.studies.h_interpolation import InverseReceptance, interpolated
 from rotor_analysis.receptance import receptance
@@ -39,14 +37,6 @@ def test_slow_force_at_a_bearing_deflects_that_bearing_alone(k_b):
     assert np.abs(slow[[S3, S5], [MB1, MB2]]).max() < 0.01 / k_b
 
 
-def test_receptances_of_stiff_machines_are_printed_with_four_digits():
-    result = studies.receptance()
-    stiff = replace(result, receptance=1e-4 * result.receptance)
-    largest = float(1e6 * np.abs(stiff.receptance[:, 0, 0]).max())
-    row = next(line.split() for line in str(stiff).splitlines() if line.startswith("s1, "))
-    assert float(row[row.index(result.forces[0]) + 1]) == pytest.approx(largest, rel=1e-3)
-
-
 def test_largest_receptance_does_not_depend_on_the_range_of_speeds():
     """Weak damping makes a peak sharper than the distance of the speeds; the wide range has a third of them there."""
     narrow, wide = (studies.receptance(up_to=f"{top} Hz", c_b="20 N.s/m") for top in (50, 150))
@@ -70,12 +60,6 @@ def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
 
 
 # Test force
-
-
-def test_frequencies_below_30_hz_have_no_jump():
-    force = studies.test_force("25 Hz")
-    assert len(force.at_the_jump.frequencies) == 0
-    assert force.columns.frequencies[-1] == pytest.approx(25.0)
 
 
 # H
@@ -108,12 +92,6 @@ def test_step_between_the_speeds_of_the_table_still_reduces_the_force(inverse):
     assert inverse.condition_number.max() < 5.0
 
 
-def test_h_beyond_the_table_is_that_of_its_last_speed(inverse):
-    H, speeds = inverse.h_interpolated, inverse.speeds
-    beyond, last = H[speeds > 35.0], H[speeds == inverse.table[-1]]
-    np.testing.assert_allclose(beyond, np.broadcast_to(last, beyond.shape), rtol=1e-12)
-
-
 def test_interpolation_error_falls_with_the_square_of_the_spacing():
     speeds = 2.0 * np.pi * np.linspace(12.0, 20.0, 101)
     exact = interpolated(LOOP, speeds, receptance(speeds), speeds)
@@ -133,17 +111,6 @@ def test_last_unit_of_a_list_of_unbalances_holds_for_all():
     assert contact_recovery.unbalances("8 g.m,0.01 kg.m") == pytest.approx([8e-3, 10e-3])
     assert contact_recovery.unbalances("0.02") == pytest.approx([20e-3])
     assert contact_recovery.unbalances([0.02, "8 g.m"]) == pytest.approx([8e-3, 20e-3])
-
-
-def test_runs_are_those_of_the_scenario_but_for_the_step():
-    trial = recovery_trials.RecoveryTrial("PID + ROLAC", 32e-3, 5.4, 7.0)
-    scenario, base = recovery_trials.trial_scenario(trial), load_scenario("fig5_6")
-    (step,) = scenario.event
-    assert (step.label, step.cycle) == ("step", 5.4)
-    assert step.set["rotor_contact"]["d1.u"] == pytest.approx(37e-3)
-    same = ("Omega", "settle_cycles", "unbalance_factor", "inputs", "parameters", "system", "communication_step")
-    assert all(getattr(scenario, name) == getattr(base, name) for name in same)
-    assert scenario.record.every == 1
 
 
 def test_statistics_count_runs_that_recover_with_or_without_contact(monkeypatch, runner, check_picture, tmp_path):

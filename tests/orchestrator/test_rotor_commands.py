@@ -69,10 +69,6 @@ def test_shown_nodes_are_those_of_the_file(rotor, tmp_path):
     assert "planes at nodes 1, 3, 4, 10, 11, 13;" in rotor("show", "fine.toml").output
 
 
-def test_damping_of_a_rotor_is_shown(rotor):
-    assert "damping: 1e-05 s times stiffness, 100 % turns with the shaft" in rotor("show", "bath_rig").output
-
-
 def test_inertias_are_those_of_the_parts():
     """Discs and cores by hand, and the shaft as a slender rod with a small radius."""
     rig, result = load_rotor(), studies.layout()

@@ -12,7 +12,6 @@ import amb_cosim
 from amb_assessment.reporting.panels import Panel, curve, panel_of
 from amb_cosim.presentation.style import spread
 from amb_cosim.presentation.units import (
-    convert_units_in_text,
     force_unit,
     length_unit,
     parse_units,
@@ -20,7 +19,6 @@ from amb_cosim.presentation.units import (
     speed_unit,
     spin_text,
 )
-from amb_cosim.results import plots
 
 
 def test_small_lengths_are_in_um_and_large_forces_in_kn():
@@ -44,13 +42,6 @@ def test_units_that_are_none_or_two_of_a_kind_are_refused(text, told):
         parse_units(text)
 
 
-def test_a_figure_shows_the_speed_in_the_unit_asked_for(synthetic):
-    Omega = synthetic().attrs["speed_rad_s"]
-    with amb_cosim.units("Hz"):
-        title = plots.Plots(synthetic()).displacement().get_suptitle()
-    assert f"{Omega / (2.0 * math.pi):.4g} Hz" in title
-
-
 @pytest.mark.parametrize(
     ("label", "told", "factor"),
     [
@@ -66,26 +57,6 @@ def test_an_axis_of_a_page_has_the_unit_asked_for(label, told, factor):
         assert relabelled(label, "speed", "force", "length") == (told, pytest.approx(factor))
 
 
-def test_values_within_a_title_have_the_unit_asked_for():
-    with amb_cosim.units("rpm"):
-        assert convert_units_in_text("|S| at 250 Hz, 3 N") == "|S| at 15000 rpm, 3 N"
-    assert convert_units_in_text("|S| at 250 Hz") == "|S| at 250 Hz"
-
-
-def test_places_along_the_shaft_keep_their_unit_where_orbits_have_another():
-    drawn = Panel("Shape", "z (mm)", "x (mm)", (curve("at 50 Hz", [100.0], [0.5]),))
-    with amb_cosim.units("um", "rpm"):
-        displayed = drawn.in_chosen_units()
-    assert (displayed.x, displayed.y, displayed.curves[0].name) == ("z (mm)", "x (\N{MICRO SIGN}m)", "at 3000 rpm")
-    assert (displayed.curves[0].x[0], displayed.curves[0].y[0]) == (100.0, pytest.approx(500.0))
-
-
-def test_a_command_refuses_a_unit_that_is_none(runner):
-    ended = runner("study", "campbell", "--units", "furlong")
-    assert ended.exit_code == 2
-    assert "units = 'furlong' is not allowed" in ended.output
-
-
 @given(st.lists(st.floats(-1.0, 1.0), max_size=12), st.floats(0.0, 0.5))
 def test_labels_keep_their_distance_and_their_order(places, gap):
     result = spread(places, gap)
@@ -93,11 +64,6 @@ def test_labels_keep_their_distance_and_their_order(places, gap):
     assert np.all(np.diff(result[order]) >= gap - 1e-9)
     if places:
         assert result.mean() == pytest.approx(np.mean(places), abs=1e-9)
-
-
-def test_labels_that_are_apart_stay_where_they_are():
-    np.testing.assert_allclose(spread([0.7, 0.1, 0.4], 0.2), [0.7, 0.1, 0.4])
-    np.testing.assert_allclose(spread([0.5, 0.5], 0.2), [0.4, 0.6])
 
 
 def test_a_curve_with_gaps_is_data_of_json():

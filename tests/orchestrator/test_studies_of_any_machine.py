@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from machines import machine
 
-from amb_analysis.studies.coupling_order import CouplingOrders, OrderRow
 from amb_cosim import studies
 from rotor_analysis.damping import Damping
 from rotor_analysis.parts import Site
@@ -30,15 +29,6 @@ def test_unbalance_is_compared_with_the_clearance_of_each_place():
     assert studies.unbalance_response(machine(), clearance="1 mm").places["mb2"].clearance == 1e-3
 
 
-def test_orbits_of_a_micrometre_and_less_are_printed_with_their_digits():
-    """1 mg mm moves a rotor by a millionth of what 1 g m does; its largest amplitude is printed in mm."""
-    rotor = machine().on_equal_bearings(2e7, 2e4)
-    result = studies.unbalance_response(rotor, unbalance="1 mg.mm")
-    peak = 1e3 * max(place.amplitude.max() for place in result.places.values())
-    printed = [float(word) for word in str(result).split() if word.replace(".", "").replace("e-", "").isdigit()]
-    assert any(value == pytest.approx(peak, rel=1e-3) for value in printed)
-
-
 def test_axis_has_the_currents_and_the_clearance_of_its_machine():
     """Each axis has its own static current, and moves as far as the retainer of its own bearing."""
     changes = {"amb_actuator.mb2.static_current_y": "2 A", "rotor_contact.td2.clearance": "0.1 mm"}
@@ -48,20 +38,6 @@ def test_axis_has_the_currents_and_the_clearance_of_its_machine():
     assert (other.axis, other.bias_current, other.static_current) == ("mb2.y", 5.0, 2.0)
     assert [axis.map.x[-1] for axis in (first, other)] == pytest.approx([0.25e-3, 0.1e-3])
     assert first.k_i / other.k_i == pytest.approx((2.0 * 5.0 + 1.5) / (2.0 * 5.0 + 2.0))  # (2.9)
-
-
-def test_small_magnets_are_printed_with_the_digits_of_large_ones():
-    """A magnet of 0.04 N/A, whose force rises by 432 N/s, and which can pull with 0.9 N."""
-    axis = studies.linearisation(COMPRESSOR)
-    load = replace(axis.load, own=replace(axis.load.own, up=0.98765, static_load=0.08765))
-    small = replace(axis, k_s=43.214, k_i=0.043214, slew_rate=(432.14, 321.43), load=load)
-    for digits in ("0.04321 N/mm", "0.04321 N/A", "0.0004321 MN/s", "0.9877 N", "0.08765 N"):
-        assert digits in str(small)
-
-
-def test_small_orbits_of_coupling_orders_are_printed_with_four_digits():
-    row = OrderRow("Jacobi", 1e-4, {"mb1": 4.3214e-5}, 0.0, "levitated", None, 1.0)
-    assert "4.321e-05" in str(CouplingOrders("levitation", (row,)))
 
 
 def test_axis_that_does_not_exist_is_refused_with_those_that_do():

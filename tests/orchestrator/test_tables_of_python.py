@@ -64,11 +64,6 @@ def test_a_scenario_with_it_is_not_written_to_a_file(table, tmp_path):
     assert not (tmp_path / "saved.toml").exists()
 
 
-def test_a_table_is_no_rotor(table):
-    with raises_naming(ValueError, "rotor"):
-        RIG.changed(rotor=table)
-
-
 @pytest.mark.slow
 def test_a_run_takes_it_as_an_argument(table):
     result = amb_cosim.run(RIG.changed(settle_cycles=0), receptances=table, until=0.001, progress=False)

@@ -1,7 +1,6 @@
 """Files as editors save them, and names as users write them: read and printed as they are."""
 
 import codecs
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -51,17 +50,6 @@ def test_brackets_and_colons_of_a_name_are_no_markup(capsys):
     console.print(name)
     assert capsys.readouterr().out.count(name) == 4
     assert name in rendered([name])
-
-
-def test_rotor_and_folder_with_brackets_are_printed_as_named(runner, tmp_path):
-    text = rotor_path("compressor").read_text(encoding="utf-8")
-    named = re.sub('^name = ".*"$', 'name = "pump [rev B]"', text, count=1, flags=re.M)
-    (tmp_path / "rev.toml").write_text(named, encoding="utf-8")
-    result = runner("study", "modes", "--rotor", "rev.toml", "--count", "1", "-o", "run [/2]")
-    assert result.exit_code == 0, result.output
-    assert "pump [rev B]" in result.output
-    assert "run [/2]" in result.output
-    assert (tmp_path / "run [/2]").is_dir()
 
 
 def test_package_is_run_as_a_module():

@@ -117,15 +117,3 @@ def test_plot_writes_what_the_suffix_says(result, tmp_path, runner, suffix, begi
     done = runner("plot", str(folder), "mb1.x", "-o", str(file))
     assert done.exit_code == 0, done.stderr
     assert file.read_bytes().startswith(begin)
-
-
-def test_plot_draws_a_figure_by_its_name(result, tmp_path, runner):
-    folder = result.save(tmp_path / "run", plots=False)
-    assert runner("plot", str(folder), "turns").exit_code == 0
-    assert (folder / "turns.png").is_file()
-
-
-def test_plot_refuses_an_unknown_format(result, tmp_path, refuses):
-    folder = result.save(tmp_path / "run", plots=False)
-    expected = "its name must end with .png, .pdf, .svg, .csv, .mat"
-    refuses(expected, "plot", str(folder), "mb1.x", "-o", "traces.doc")

@@ -131,13 +131,6 @@ def test_margin_leaves_out_sites_that_cannot_touch(synthetic):
     assert facts(dataset)["margin to the clearance"].startswith("33.3 % at RB1")
 
 
-def test_small_orbits_are_in_micrometres(synthetic):
-    dataset = free_of_contact(synthetic())
-    for name in ("mb1.x", "mb1.y", "mb2.x", "mb2.y"):
-        dataset[f"rotor_contact.{name}"] = dataset[f"rotor_contact.{name}"] * 1e-3
-    assert facts(dataset)["margin to the clearance"].endswith("largest orbit 0.6 µm in 0.75 mm")
-
-
 def test_contact_force_has_its_meaning_and_band(synthetic):
     """2.5 N s within a step of 0.2 ms, averaged over 1 ms, beside the force of 1000 N."""
     places = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"), valid_to=200.0 * np.pi, magnetic=("mb1", "mb2"))
@@ -172,24 +165,3 @@ def test_warnings_that_leave_the_verdict_alone_are_one_line_with_a_count(synthet
     lines = printed(warned(synthetic(), "solver.tolerance_missed", "eb1.passed", "mb1.saturated")).splitlines()
     assert lines[-2].startswith("warning: eb1.passed is off; change it (eb1.passed")
     assert lines[-1] == "2 more warnings, printed by --all: solver.tolerance_missed is off; mb1.saturated is off"
-
-
-def test_one_warning_alone_is_one_line(synthetic):
-    assert printed(warned(synthetic(), "mb1.saturated")).splitlines()[-1].startswith("1 warning, printed by --all: ")
-
-
-def test_all_prints_every_value_and_whole_warnings(synthetic):
-    text = printed(warned(synthetic(), "solver.tolerance_missed"), whole=True)
-    assert "warning: solver.tolerance_missed is off; change it (solver.tolerance_missed" in text
-    assert "synchronous part at the end" in text
-    assert "synchronous part at the end" not in printed(synthetic())
-
-
-def test_zero_forces_are_not_printed(synthetic):
-    text = printed(free_of_contact(synthetic()), whole=True)
-    assert "force" not in text
-    assert "impulse" not in text
-
-
-def test_verdict_fits_a_narrow_terminal_in_few_lines(synthetic):
-    assert len(printed(synthetic(), width=80).splitlines()) <= 8

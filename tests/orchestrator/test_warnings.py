@@ -6,11 +6,9 @@ from functools import partial
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.record.warnings import WarningRecord, of_component, sentences, to_json, warnings_of
-from amb_cosim.presentation.text_tables import show_warnings
 from amb_cosim.scenario.coupling import coupling_warning
 from tests.support.messages import assert_names
 
@@ -180,21 +178,6 @@ def test_a_run_after_another_logger_of_fmpy_hears_the_fmus(run_python, tmp_path)
     path = tmp_path / "magnets.toml"
     path.write_text(SYSTEM.replace("RECORDED", '"*.f_x"'), encoding="utf-8")
     assert run_python(beside_another_user_of_fmpy, path=str(path)) == [3, 3]
-
-
-@pytest.mark.parametrize(("whole", "lines"), [(False, 3), (True, 4)])
-def test_on_a_terminal_a_warning_is_one_line_unless_explained(capsys, whole, lines):
-    sentence = "a substep was less accurate than solver.tolerance = 5e-08 m/s; use a smaller one"
-    show_warnings([sentence, sentence], Console(force_terminal=True, width=60), whole=whole)
-    printed = capsys.readouterr().out.splitlines()
-    assert len(printed) == lines
-    assert ("--all" in printed[-1]) is not whole
-
-
-def test_where_no_terminal_limits_lines_warnings_are_whole(capsys):
-    sentence = "a coil pair saturates " * 20
-    show_warnings([sentence], Console(width=60), whole=False)
-    assert sentence.strip() in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

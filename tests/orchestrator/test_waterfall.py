@@ -7,7 +7,6 @@ import json
 import numpy as np
 import pytest
 
-import amb_cosim
 from amb_cosim import studies
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results.result import Result
@@ -43,12 +42,6 @@ def test_forward_and_backward_whirl_have_their_amplitudes(make):
     assert (result.other_amplitude, result.other_frequency) == pytest.approx((0.1e-3, -20.0), rel=1e-3)
     assert result.largest_at == result.other_speed == pytest.approx(50.0)
     assert len(result.resonances) == 0  # the speed does not change
-
-
-def test_orbits_of_micrometres_are_printed_with_four_digits(make):
-    run = make(lambda t: whirl(0.4321e-6, 1.0 / PERIOD)(t) + whirl(0.08765e-6, -20.0)(t))
-    (row,) = (line.split() for line in str(studies.waterfall(run, window=0.5)).splitlines() if line.startswith("mb1"))
-    assert [float(text) for text in (row[1], row[4])] == pytest.approx([0.4321e-3, 0.08765e-3], rel=1e-3)
 
 
 @pytest.mark.parametrize("window", [0.1, 0.137, 0.5])
@@ -119,26 +112,6 @@ def test_a_spin_that_hardly_slows_down_passes_no_resonance(make):
         lambda t: 3e-4 * np.cos(np.pi * t) * np.exp(2j * np.pi * (50.0 * t - 0.025 * t**2)), speed_profile=profile
     )
     assert len(studies.waterfall(run, window="0.25 s").bearings["mb1"].resonances) == 0
-
-
-def test_a_spectrum_that_separates_nothing_from_the_spin_has_dashes(make):
-    """Lines are 50 Hz apart: nothing up to 60 Hz is more than two lines from 0 or 50 Hz."""
-    spectra = studies.waterfall(make(whirl(0.3e-3, 1.0 / PERIOD)), window=0.02, up_to="60 Hz")
-    (row,) = (line.split() for line in str(spectra).splitlines() if line.startswith("mb1"))
-    assert row[-3:] == ["-", "-", "-"]
-
-
-def test_spectra_over_speed_are_drawn_in_the_units_asked_for(make):
-    """From 10 to 50 Hz: the map begins in the middle of the first window, at 11.25 Hz or 675 rpm."""
-    sweep = lambda t: 2e-4 * np.exp(2j * np.pi * (10.0 * t + 5.0 * t**2))  # noqa: E731
-    profile = json.dumps([(0.0, 20.0 * np.pi), (4.0, 100.0 * np.pi)])
-    result = studies.waterfall(make(sweep, speed_profile=profile), window="0.25 s")
-    for chosen, unit, size, length in ("", "Hz", 1.0, "mm"), ("rpm,um", "rpm", 60.0, "\N{MICRO SIGN}m"):
-        with amb_cosim.units(chosen):
-            stacked, _, held = studies.figure(result).axes[:3]
-        assert stacked.get_ylabel() == f"spin speed ({unit})"
-        assert stacked.get_ylim()[0] == pytest.approx(size * result.speeds[0])
-        assert held.get_ylabel() == f"largest amplitude ({length})"
 
 
 @pytest.mark.slow
