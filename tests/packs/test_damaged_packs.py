@@ -68,12 +68,6 @@ def test_entry_points_that_cannot_be_read_are_refused_with_their_distribution(si
     assert "Traceback" not in warned
 
 
-def test_a_distribution_without_a_name_is_called_by_its_folder(site):
-    (site / "broken-1.0.dist-info" / "METADATA").unlink()
-    (site / "broken-1.0.dist-info" / "entry_points.txt").write_bytes(LATIN)
-    assert_names(command(site, "list", code=2)[1], "entry_points.txt", "broken-1.0.dist-info", "UTF-8")
-
-
 def test_a_scenario_that_is_a_link_to_nothing_is_named_as_such(tmp_path):
     loop = tmp_path / "loop.toml"
     loop.symlink_to(loop)

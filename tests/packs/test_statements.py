@@ -7,9 +7,8 @@ import pytest
 
 from amb_analysis.studies import STUDIES
 from amb_cosim.scenario.scenario import packaged_scenarios
-from source_check.evaluation import alternatives, computations, reading_of
+from source_check.evaluation import alternatives, computations
 from source_check.quantities import quantities_of_runs, quantities_of_studies
-from source_check.sources import scenario_parameters
 from source_check.statements import load_statements, selected
 
 FIGURES = {2: 8, 3: 9, 4: 21, 5: 6, 6: 20}
@@ -35,13 +34,6 @@ def test_every_source_exists_and_is_used(statements):
     assert set(statements.sources) - used == set()
     for source in statements.sources.values():
         assert source.scenario in packaged_scenarios() or source.study in {*STUDIES, "model_inputs"}
-
-
-def test_what_a_source_sets_stands_in_place_of_what_its_scenario_says(statements):
-    source = statements.sources["fig5_5_matched_pid"]
-    message = scenario_parameters(source.scenario)
-    assert message["rolac_controller.rolac_enable"] is True
-    assert (message | source.set)["rolac_controller.rolac_enable"] is False
 
 
 def test_every_quantity_exists_and_takes_its_arguments(statements):
@@ -85,15 +77,6 @@ def test_forces_are_judged_on_the_converged_rig_too(statements):
     for s in forces:
         present, here = statements.sources[s.converged], statements.sources[s.source]
         assert (present.scenario, present.rotor_file) == (here.scenario, "bath_rig")
-
-
-def test_a_factor_on_the_unbalances_is_a_reading(statements):
-    assert reading_of(statements.sources["fig5_5"])[0] == "all unbalances times 1.44"
-
-
-def test_a_chapter_and_a_figure_can_be_selected(statements):
-    assert {s.group.partition("_")[0][-1] for s in selected(statements, ["ch4"])} == {"4"}
-    assert {s.group for s in selected(statements, ["fig4_9", "table3_1"])} == {"fig4_9", "table3_1"}
 
 
 def test_a_selection_that_is_not_there_is_refused(statements):

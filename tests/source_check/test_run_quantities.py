@@ -2,7 +2,7 @@
 
 import pytest
 
-from amb_assessment.reporting.panels import MOST_POINTS, curve, panel_of, run_panels
+from amb_assessment.reporting.panels import MOST_POINTS, curve
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results.places import RotorPlaces
 from source_check.quantities import quantities_of_runs
@@ -17,7 +17,6 @@ KNOWN = {
     "force in a window": ("peak_force", {"site": "rb2", "begin": 8.5, "end": 9.0}, 0.0),
     "share of the loaded time": ("contact_share", {"states": "both"}, 1.0 / 5.0),
     "share of two states": ("contact_share", {"states": "RB1, both"}, 3.0 / 5.0),
-    "cycles in a state": ("cycles_in", {"states": "RB1"}, 2.0),
     "longest spell": ("longest_spell", {"states": "RB1,both"}, 3.0),
     "spell broken by another state": ("longest_spell", {"states": "RB1"}, 1.0),
     "first contact": ("first_contact", {}, 6.0),
@@ -110,15 +109,3 @@ def test_a_thinned_curve_keeps_its_extremes():
     assert len(thin.x) <= MOST_POINTS + 2
     assert (thin.y.max(), thin.y.min()) == (5.0, -3.0)
     assert thin.x[thin.y.argmax()] == 31_234
-
-
-def test_a_plot_survives_its_way_through_json(known_run):
-    for panel in run_panels(known_run):
-        again = panel_of(panel.as_data())
-        assert (again.title, again.x, again.y, again.is_round) == (panel.title, panel.x, panel.y, panel.is_round)
-        for item, other in zip(panel.curves, again.curves, strict=True):
-            assert other.y == pytest.approx(item.y, rel=1e-6, abs=1e-30)
-
-
-def test_a_run_with_contact_shows_its_forces(known_run):
-    assert [panel.title for panel in run_panels(known_run)][1] == "Normal contact force"
