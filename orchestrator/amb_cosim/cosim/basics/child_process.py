@@ -1,4 +1,4 @@
-"""Processes that this package starts for FMUs: each leads a group and a session of its own."""
+"""Processes that this package starts for FMUs: each leads a separate group and session."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.fmu.bindings import DISCARD, Binding, Log, address, check_status, reached_text
-from amb_cosim.cosim.fmu.exchange import Group, Kind, Transfer
+from amb_cosim.cosim.fmu.exchange import Group, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from array_types import Array
 
@@ -37,7 +37,7 @@ class Binding2(Binding):
     """An instance of an FMU of FMI 2.0."""
 
     byte = c_char
-    kinds: ClassVar[Mapping[str, Kind]] = {"Real": Kind(c_double), "Integer": Kind(c_int), "Boolean": Kind(c_int)}
+    kinds: ClassVar[Mapping[str, Any]] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
         self._names, self._tolerance = (name, id(log)), interface.tolerance
@@ -61,7 +61,6 @@ class Binding2(Binding):
 
     @staticmethod
     def function(name: str) -> str:
-        """Return the FMI 2.0 name of a function."""
         return "fmi2" + name.replace("FMUState", "FMUstate").replace("Deserialize", "DeSerialize")
 
     @property
@@ -80,7 +79,7 @@ class Binding2(Binding):
         addLoggerProxy(byref(self._callbacks))
 
     def enter(self, start_time: float, stop_time: float | None = None) -> None:
-        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is known."""
+        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is set."""
         check_status("fmi2SetupExperiment", self.fmu.setupExperiment(self._tolerance, start_time, stop_time))
         self.call("EnterInitializationMode")
 
@@ -116,16 +115,13 @@ class Binding2(Binding):
         self.call("SetString", (c_uint * 1)(variable.reference), 1, (c_char_p * 1)(content))
 
     def kind_of(self, port: Port) -> str:
-        """Return the variable type in the names of the functions that set and get it."""
         return port.type
 
     def send(self, group: Group, values: Array) -> None:
-        """Set variables."""
         group.store(values)
         self.call(f"Set{group.name}", group.references, len(group.references), group.image)
 
     def fetch(self, group: Group) -> NDArray[Any]:
-        """Get variables."""
         self.call(f"Get{group.name}", group.references, len(group.references), group.image)
         return group.load()
 

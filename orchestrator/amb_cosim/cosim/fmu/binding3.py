@@ -6,6 +6,7 @@ The compiled loop calls functions of FMI 2.0. Functions of `binding3.c` have the
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from ctypes import (
     POINTER,
     Structure,
@@ -31,7 +32,7 @@ from ctypes import (
 )
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -40,30 +41,26 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.loop_library import load_library
 from amb_cosim.cosim.fmu.bindings import DISCARD, ERROR, Binding, Log, address, reached_text
-from amb_cosim.cosim.fmu.exchange import Group, Kind, Transfer
+from amb_cosim.cosim.fmu.exchange import Group, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from array_types import Array, Bools
 
 NOTHING, ENDS, EARLY, UNFIT = range(4)  # why a call did not succeed that the FMU itself has not refused
 
 
-def _integers(ctype: Any, bits: int, signed: bool) -> Kind:
-    return Kind(ctype, (-(2.0 ** (bits - 1)), 2.0 ** (bits - 1)) if signed else (0.0, 2.0**bits))
-
-
 # In the order of `binding3.c`.
-KINDS = {
-    "Float64": Kind(c_double),
-    "Float32": Kind(c_float),
-    "Int8": _integers(c_int8, 8, True),
-    "UInt8": _integers(c_uint8, 8, False),
-    "Int16": _integers(c_int16, 16, True),
-    "UInt16": _integers(c_uint16, 16, False),
-    "Int32": _integers(c_int32, 32, True),
-    "UInt32": _integers(c_uint32, 32, False),
-    "Int64": _integers(c_int64, 64, True),
-    "UInt64": _integers(c_uint64, 64, False),
-    "Boolean": Kind(c_bool),
+KINDS: dict[str, Any] = {
+    "Float64": c_double,
+    "Float32": c_float,
+    "Int8": c_int8,
+    "UInt8": c_uint8,
+    "Int16": c_int16,
+    "UInt16": c_uint16,
+    "Int32": c_int32,
+    "UInt32": c_uint32,
+    "Int64": c_int64,
+    "UInt64": c_uint64,
+    "Boolean": c_bool,
 }
 
 
@@ -99,7 +96,7 @@ class Binding3(Binding):
     """An instance of an FMU of FMI 3.0."""
 
     byte = c_uint8
-    kinds = KINDS
+    kinds: ClassVar[Mapping[str, Any]] = KINDS
 
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
         self.log, self._tolerance = log, interface.tolerance
@@ -119,7 +116,6 @@ class Binding3(Binding):
 
     @staticmethod
     def function(name: str) -> str:
-        """Return the FMI 3.0 name of a function."""
         return f"fmi3{name}"
 
     @property
@@ -133,7 +129,7 @@ class Binding3(Binding):
         return _address_of("step_fmi3")
 
     def enter(self, start_time: float, stop_time: float | None = None) -> None:
-        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is known."""
+        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is set."""
         tolerance, stop = ((value is not None, value or 0.0) for value in (self._tolerance, stop_time))
         self.call("EnterInitializationMode", *tolerance, start_time, *stop)
 
@@ -174,19 +170,19 @@ class Binding3(Binding):
             self.call("SetBinary", reference, 1, (c_size_t * 1)(len(value)), (POINTER(c_uint8) * 1)(content), 1)
 
     def kind_of(self, port: Port) -> str:
-        """Return the variable type in the names of the functions that set and get it."""
         return "Int64" if port.stored == "Enumeration" else port.stored
 
     def send(self, group: Group, values: Array) -> None:
-        """Set variables."""
-        unfit = group.store(values)
-        if unfit is not None:
-            self._state.why, self._state.number = UNFIT, unfit
-            raise FMICallException(self.function(f"Set{group.name}"), ERROR)
+        if np.issubdtype(group.dtype, np.integer):
+            limits = np.iinfo(group.dtype)  # `max` is rounded up to a power of two among floats of 64 bits
+            unfit = values[~((values >= limits.min) & (values < limits.max + 1.0))]
+            if len(unfit):
+                self._state.why, self._state.number = UNFIT, float(unfit[0])
+                raise FMICallException(self.function(f"Set{group.name}"), ERROR)
+        group.store(values)
         self._exchange("Set", group)
 
     def fetch(self, group: Group) -> NDArray[Any]:
-        """Get variables."""
         self._exchange("Get", group)
         return group.load()
 

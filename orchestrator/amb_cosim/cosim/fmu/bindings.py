@@ -1,14 +1,11 @@
-"""Calls of an FMU instance, independent of the FMI version; `binding2` and `binding3` implement them."""
+"""Calls of an FMU instance that do not depend on the version of FMI; `binding2` and `binding3` have the others."""
 
 from __future__ import annotations
 
 from ctypes import c_void_p, cast
-from typing import Any, ClassVar
+from typing import Any
 
 from fmpy.fmi1 import FMICallException
-
-from amb_cosim.cosim.fmu.exchange import Exchanging
-from amb_cosim.cosim.fmu.fmu_interface import TextVariable
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 WARNING, DISCARD, ERROR, FATAL = (STATUS.index(name) for name in ("Warning", "Discard", "Error", "Fatal"))
@@ -34,8 +31,8 @@ class Log:
         return [text for status, text in self.messages if status != WARNING] or self.warnings
 
 
-class Binding(Exchanging):
-    """An FMU instance; its functions have the names of FMI 3.0 without `fmi3`.
+class Binding:
+    """Part of an FMU instance that is the same in all versions of FMI; functions have the names of 3.0 without `fmi3`.
 
     Attributes
     ----------
@@ -43,54 +40,18 @@ class Binding(Exchanging):
         The instance of fmpy.
     log
         Its messages.
-    byte
-        C type of the bytes of a serialised state.
-    instance, do_step
-        Addresses of the instance and of the step function, which has the arguments of fmi2DoStep.
     """
 
     fmu: Any
     log: Log
-    byte: ClassVar[Any]
 
     @staticmethod
     def function(name: str) -> str:
         """Return the name of a function in this version of FMI."""
         raise NotImplementedError
 
-    @property
-    def instance(self) -> int:
-        raise NotImplementedError
-
-    @property
-    def do_step(self) -> int:
-        raise NotImplementedError
-
     def prepare(self) -> None:
         """Direct messages to this project's logger again."""
-
-    def enter(self, start_time: float, stop_time: float | None = None) -> None:
-        """Begin initialisation at `start_time` (s) of a run that ends at `stop_time` (s), if that is known."""
-        raise NotImplementedError
-
-    def send_text(self, variable: TextVariable, value: str | bytes) -> None:
-        """Set a String or Binary variable."""
-        raise NotImplementedError
-
-    def step(self, time: float, step_size: float) -> None:
-        """Advance from `time` by `step_size` (s)."""
-        raise NotImplementedError
-
-    def reasons(self, call: str, status: int) -> list[str]:
-        """Return the known reasons for a status, in addition to the log of the FMU."""
-        raise NotImplementedError
-
-    def end_of_run(self, call: str, status: int) -> float | None:
-        """Return the time (s) that the FMU states for the end of the run, NaN if it states none.
-
-        None is returned for calls by which it does not end the run.
-        """
-        raise NotImplementedError
 
     def call(self, name: str, *arguments: Any) -> None:
         """Call a function for the instance.

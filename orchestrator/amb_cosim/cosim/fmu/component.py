@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from ctypes import byref, c_double, c_size_t, c_uint, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from fmpy.fmi1 import FMICallException
@@ -15,7 +15,7 @@ from fmpy.fmi1 import FMICallException
 from amb_cosim.cosim.basics.errors import FmuError
 from amb_cosim.cosim.fmu.binding2 import Binding2
 from amb_cosim.cosim.fmu.binding3 import Binding3
-from amb_cosim.cosim.fmu.bindings import ERROR, FATAL, STATUS, WARNING, Binding, Log
+from amb_cosim.cosim.fmu.bindings import ERROR, FATAL, STATUS, WARNING, Log
 from amb_cosim.cosim.fmu.exchange import Exchange, Transfer
 from amb_cosim.cosim.fmu.exit_order import release_before_static_destructors
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
@@ -36,13 +36,14 @@ class EntryPoints:
     fetches: tuple[Transfer, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class HeldState:
-    """A state of an FMU in the memory of its instance; `FmuComponent.forget` frees it."""
+class HeldState(NamedTuple):
+    """A state of an FMU at an address of its process, with a number that is not used again; `forget` frees it."""
 
-    pointer: c_void_p
+    number: int
+    address: int
 
 
+Binding = Binding2 | Binding3
 StartValues = Mapping[str, float | str | bytes]
 FmuState = bytes | HeldState  # serialised, for any instance of the same FMU, or held for the one that it is of
 
@@ -68,7 +69,7 @@ class FmuComponent:
     Attributes
     ----------
     stop_time
-        Time (s) at which the last step of the run ends, or None if it is not known; `enter` passes it on.
+        Time (s) at which the last step of the run ends, or None; `enter` passes it on.
 
     Raises
     ------
@@ -96,8 +97,8 @@ class FmuComponent:
         self._memories: dict[int, Array] = {}  # by the address of a state
         self._exchanges: dict[tuple[str, ...], Exchange] = {}
         try:
-            binding = Binding3 if interface.fmi == 3 else Binding2
-            self._fmu = binding(interface, folder, f"{name}-{next(_serial)}", self._log)
+            kind = Binding3 if interface.fmi == 3 else Binding2
+            self._fmu = kind(interface, folder, f"{name}-{next(_serial)}", self._log)
             if (folder / "resources" / "slavemodule.txt").is_file():  # PythonFMU's, which crashes at exit otherwise
                 release_before_static_destructors(folder / "binaries" / "linux64" / f"{interface.identifier}.so")
             self._set_up(inputs, outputs, start, every)
@@ -177,23 +178,23 @@ class FmuComponent:
 
     def hold(self) -> HeldState:
         """Return the state of the FMU, which survives a reset and is freed by `close`."""
-        state = HeldState(c_void_p())
-        self._call("GetFMUState", byref(state.pointer))
-        self._held.add(state)
-        return state
+        pointer = c_void_p()
+        self._call("GetFMUState", byref(pointer))
+        return self._add(pointer)
 
     def forget(self, state: HeldState) -> None:
         """Free a held state unless it is already free."""
         if state in self._held:
             self._held.remove(state)
-            self._call("FreeFMUState", byref(state.pointer))
+            self._call("FreeFMUState", byref(c_void_p(state.address)))
 
     def serialise(self) -> bytes:
         """Return the state of the FMU as bytes, which `put` restores in any instance of the same FMU."""
         state = self.hold()
         try:
-            content = (self._binding.byte * self._size_of(state.pointer))()
-            self._call("SerializeFMUState", state.pointer, content, len(content))
+            pointer = c_void_p(state.address)
+            content = (self._binding.byte * self._size_of(pointer))()
+            self._call("SerializeFMUState", pointer, content, len(content))
             return bytes(content)
         finally:
             self.forget(state)
@@ -201,17 +202,22 @@ class FmuComponent:
     def put(self, state: FmuState, warnings: Sequence[str] = ()) -> None:
         """Restore a held or serialised state; `warnings` are the warnings logged up to it."""
         if isinstance(state, HeldState):
-            self._call("SetFMUState", state.pointer)
+            self._call("SetFMUState", c_void_p(state.address))
         else:
-            copy, content = HeldState(c_void_p()), (self._binding.byte * len(state)).from_buffer_copy(state)
-            self._call("DeserializeFMUState", content, len(state), byref(copy.pointer))
-            self._held.add(copy)
+            pointer, content = c_void_p(), (self._binding.byte * len(state)).from_buffer_copy(state)
+            self._call("DeserializeFMUState", content, len(state), byref(pointer))
+            copy = self._add(pointer)
             try:
                 self.put(copy)
             finally:
                 self.forget(copy)
         self._running = True
         self._log.messages[:] = [(WARNING, text) for text in warnings]
+
+    def _add(self, pointer: c_void_p) -> HeldState:
+        state = HeldState(next(_serial), pointer.value or 0)
+        self._held.add(state)
+        return state
 
     def memory(self) -> Array:
         """Return the stored state as numbers that can be changed before `restore`.
@@ -265,7 +271,7 @@ class FmuComponent:
         try:
             self._free_states(fmu)
             for state in self._held:
-                fmu.call("FreeFMUState", byref(state.pointer))
+                fmu.call("FreeFMUState", byref(c_void_p(state.address)))
             self._held.clear()
             if self._running:
                 fmu.call("Terminate")

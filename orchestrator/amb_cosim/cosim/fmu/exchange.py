@@ -9,20 +9,13 @@ from collections.abc import Mapping, Sequence
 from ctypes import Array as CArray
 from ctypes import c_uint
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from array_types import Array, Bools, Indices
-
-
-class Kind(NamedTuple):
-    """Storage of a type in FMI: the C type, and the limits of its values (the upper one excluded)."""
-
-    ctype: Any
-    limits: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -51,13 +44,13 @@ class Group:
     references
         Value references, one per array.
     image
-        Their values as the FMU stores them, including complete arrays.
+        Their values as the FMU stores them, including complete arrays, of the type `dtype`.
     at, where
         Positions of the exchanged variables, in the image and among all exchanged values.
     """
 
-    def __init__(self, name: str, kind: Kind, ports: Sequence[tuple[int, Port]], interface: FmuInterface) -> None:
-        self.name, self.kind, self._ports, self._interface = name, kind, ports, interface
+    def __init__(self, name: str, ctype: Any, ports: Sequence[tuple[int, Port]], interface: FmuInterface) -> None:
+        self.name, self._ctype, self._ports, self._interface = name, ctype, ports, interface
         begins: dict[int, int] = {}
         references, at, size = [], [], 0
         for _, port in ports:
@@ -70,8 +63,9 @@ class Group:
         elements = ((begins[r] + element.element, element) for r, whole in arrays.items() for element in whole)
         self._rest = [(k, element) for k, element in elements if k not in at]
         self.references: CArray[Any] = (c_uint * len(references))(*references)
-        self.image: CArray[Any] = (kind.ctype * size)()
+        self.image: CArray[Any] = (ctype * size)()
         self._view: NDArray[Any] = np.ctypeslib.as_array(self.image)
+        self.dtype = self._view.dtype
         self.at = np.array(at, np.intp)
         self.where = np.array([position for position, _ in ports], np.intp)
 
@@ -80,15 +74,9 @@ class Group:
         for k, port in self._rest:
             self._view[k] = values.get(port.name, port.start or 0.0)
 
-    def store(self, values: Array) -> float | None:
-        """Put values into the image; return a value that the type cannot represent, if any."""
-        if self.kind.limits is not None:
-            low, high = self.kind.limits
-            unfit = values[~((values >= low) & (values < high))]
-            if len(unfit):
-                return float(unfit[0])
+    def store(self, values: Array) -> None:
+        """Put values into the image."""
         self._view[self.at] = values
-        return None
 
     def load(self) -> NDArray[Any]:
         """Return the exchanged values of the image."""
@@ -97,13 +85,13 @@ class Group:
     def only(self, selected: Bools) -> Group:
         """Return a group of the `selected` variables."""
         ports = [item for item, keep in zip(self._ports, selected, strict=True) if keep]
-        return Group(self.name, self.kind, ports, self._interface)
+        return Group(self.name, self._ctype, ports, self._interface)
 
 
 class Exchanging(Protocol):
-    """Part of a binding that an exchange requires."""
+    """Part of a binding that an exchange requires; `kinds` are C types by the names of FMI functions."""
 
-    kinds: ClassVar[Mapping[str, Kind]]
+    kinds: ClassVar[Mapping[str, Any]]
 
     def kind_of(self, port: Port) -> str: ...
     def send(self, group: Group, values: Array) -> None: ...
@@ -123,7 +111,6 @@ class Exchange:
         self.groups = [Group(name, fmu.kinds[name], chosen, interface) for name, chosen in of_kind.items() if chosen]
 
     def fill(self, values: Mapping[str, float]) -> None:
-        """Set array elements that are not exchanged to these values, by name, or to their start values."""
         for group in self.groups:
             group.fill(values)
 

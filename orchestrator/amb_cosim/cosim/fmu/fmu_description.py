@@ -25,7 +25,7 @@ from fmi_export.variables import TOOL
 
 _BASE = (*SI, "factor", "offset")
 
-# What a variable is to the master, by its type of FMI 2.0 or 3.0; clocks are not known to it.
+# What a variable is to the master, by its type of FMI 2.0 or 3.0; it has no clocks.
 _TYPES = {
     **{name: "Real" for name in ("Real", "Float32", "Float64")},
     **{name: "Integer" for name in ("Integer", "Enumeration")},

@@ -176,7 +176,7 @@ class FmuInterface:
         Raises
         ------
         ValueError
-            If there is none; the message lists similar names.
+            If no variable has this name; the message lists similar names.
         """
         if name in self.texts:
             possible = "its value can be set at the start, but not changed, connected or recorded"

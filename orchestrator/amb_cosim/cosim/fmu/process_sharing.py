@@ -2,7 +2,7 @@
 
 * Of an FMU with `canBeInstantiatedOnlyOncePerProcess`, a process can have one instance: others would share its state.
 * FMUs of PythonFMU share one interpreter, in which a name is one module: the first FMU's.
-* Libraries beside that of an FMU are found by their names: the first FMU's serves all that bring one of this name.
+* Libraries beside that of an FMU are loaded by their names: the first FMU's serves all that bring one of this name.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ CODE = (".py", ".so", ".pyd")  # files of Python modules
 
 
 def separate_components(fmus: Mapping[str, Fmu], interfaces: Mapping[str, FmuInterface]) -> frozenset[str]:
-    """Return the components that need a process of their own, given those before them."""
+    """Return the components that need a separate process because of those before them."""
     separate: set[str] = set()
     identifiers: set[str] = set()
     code: dict[str, str] = {}
@@ -40,7 +40,7 @@ def separate_components(fmus: Mapping[str, Fmu], interfaces: Mapping[str, FmuInt
 
 @lru_cache(maxsize=256)
 def _named_code(folder: Path, identifier: str) -> Mapping[str, str]:
-    """Return what an extracted FMU brings that is found by its name: modules and libraries, with digests."""
+    """Return what an extracted FMU brings that is loaded by its name: modules and libraries, with digests."""
     places = (folder / "binaries" / platform for platform in (fmpy.platform, fmpy.platform_tuple))
     files = [file for place in places if place.is_dir() for file in sorted(place.iterdir())]
     libraries = {

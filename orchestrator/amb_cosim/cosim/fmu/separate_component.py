@@ -1,4 +1,4 @@
-"""An FMU instance in a process of its own, for FMUs that cannot share one (`process_sharing`).
+"""An FMU instance in a separate process, for FMUs that cannot share one (`process_sharing`).
 
 Each call is a request to that process, `component_process`, which answers with a result or an error. The compiled loop
 cannot call it.
@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import pickle
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
-from ctypes import c_void_p
 from pathlib import Path
 from typing import Any
 
@@ -18,14 +17,19 @@ import numpy as np
 
 from amb_cosim.cosim.basics.child_process import child_process, end_group, how_it_ended
 from amb_cosim.cosim.basics.errors import ProcessFailed
-from amb_cosim.cosim.fmu.component import FmuComponent, FmuState, HeldState, StartValues
+from amb_cosim.cosim.fmu.component import FmuComponent, StartValues
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 
 END_TIME = 10.0  # s in which a process that no longer answers has to end
 
 
+def _forwarded(method: str) -> Callable[..., Any]:
+    """Return a method that asks the process for the same method of its `FmuComponent`."""
+    return lambda self, *arguments: self._ask(method, *arguments)
+
+
 class SeparateComponent(FmuComponent):
-    """An `FmuComponent` in a process of its own; arguments and errors are the same, and `ProcessFailed`."""
+    """An `FmuComponent` in a separate process; arguments and errors are the same, and `ProcessFailed`."""
 
     def __init__(
         self,
@@ -38,7 +42,6 @@ class SeparateComponent(FmuComponent):
         every: int = 1,
     ) -> None:
         self.name = name
-        self._numbers_of_states: dict[HeldState, int] = {}
         self._stack = ExitStack()
         arguments = name, folder, interface, tuple(inputs), tuple(outputs), dict(start), every
         self._process = self._stack.enter_context(child_process("fmu.component_process", arguments))
@@ -55,63 +58,21 @@ class SeparateComponent(FmuComponent):
         self.inputs, self.outputs = np.zeros(len(inputs)), np.zeros(len(outputs))
 
     def reset(self, inputs: Sequence[str], outputs: Sequence[str], start: StartValues, every: int = 1) -> None:
-        """Reset the FMU for another run."""
         self._ask("reset", tuple(inputs), tuple(outputs), dict(start), every)
         self._prepare(inputs, outputs, every)
 
     def enter(self, start_time: float) -> None:
-        """Begin initialisation at `start_time` (s)."""
         self._ask("enter", start_time, self.stop_time)
 
-    def leave(self) -> None:
-        """End initialisation."""
-        self._ask("leave")
-
     def write(self) -> None:
-        """Send `inputs` to the FMU."""
         self._ask("write", self.inputs)
 
-    def transform(self, laws: Sequence[tuple[float, float]]) -> None:
-        """Send factor times value plus offset for each of `inputs`, until the next reset."""
-        self._ask("transform", list(laws))
-
     def read(self) -> None:
-        """Fetch `outputs` from the FMU."""
         self.outputs[:] = self._ask("read")
 
-    def step(self, time: float, step_size: float) -> None:
-        """Advance from `time` by `step_size` (s)."""
-        self._ask("step", time, step_size)
-
-    def save(self) -> None:
-        """Store the state of the FMU, replacing the previously stored one."""
-        self._ask("save")
-
-    def restore(self) -> None:
-        """Restore the stored state."""
-        self._ask("restore")
-
-    def hold(self) -> HeldState:
-        """Return the state of the FMU, which survives a reset and is freed by `close`."""
-        state = HeldState(c_void_p())
-        self._numbers_of_states[state] = self._ask("hold")
-        return state
-
-    def forget(self, state: HeldState) -> None:
-        """Free a held state unless it is already free."""
-        number = self._numbers_of_states.pop(state, None)
-        if number is not None:
-            self._ask("forget", number)
-
-    def serialise(self) -> bytes:
-        """Return the state of the FMU as bytes."""
-        state: bytes = self._ask("serialise")
-        return state
-
-    def put(self, state: FmuState, warnings: Sequence[str] = ()) -> None:
-        """Restore a held or serialised state; `warnings` are the warnings logged up to it."""
-        stored = self._numbers_of_states[state] if isinstance(state, HeldState) else state
-        self._ask("put", stored, list(warnings))
+    leave, transform, step, save, restore, hold, forget, serialise, put = map(
+        _forwarded, ("leave", "transform", "step", "save", "restore", "hold", "forget", "serialise", "put")
+    )
 
     @property
     def warnings(self) -> list[str]:

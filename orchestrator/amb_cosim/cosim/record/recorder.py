@@ -88,7 +88,7 @@ class Recorder:
         Raises
         ------
         ValueError
-            If there is not enough memory.
+            If memory does not suffice.
         """
         begin = max(first, self._first)
         due = max(0, last // self._every - (begin - 1) // self._every)

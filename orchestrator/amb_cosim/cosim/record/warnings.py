@@ -87,7 +87,7 @@ def of_component(
 def _of_output(
     component: str, port: Port, logged: tuple[float, str] | None, times: Array, samples: Array | None
 ) -> WarningRecord | None:
-    """Return the warning of an output, or None if it is not known to have been true."""
+    """Return the warning of an output, or None if it was never true."""
     true = times[:0] if samples is None else times[samples != 0.0]
     if logged is None and not len(true):
         return None

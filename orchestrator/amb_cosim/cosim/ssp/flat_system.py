@@ -1,4 +1,4 @@
-"""The systems of an archive as one system: components, connections, signals and values by the names of components.
+"""The systems of an archive as a single system: components, connections, signals and values by the names of components.
 
 A connector of the outermost system that feeds inputs is a signal, and its value counts more than those of the inputs:
 they are connected. Of several values of one variable, that of the outer system counts, and of its sets the last one.
@@ -108,8 +108,8 @@ class FlatSystem:
         for node, reached in self.exposed.items():
             for name, fed in self._elements_fed(node, reached).items() if node.name not in annotated else ():
                 signal = self._signal(node, name, fed)
-                own = {inputs[target] for target in signal.targets if target in inputs}
-                if name in inputs or len(own) < 2:
+                values = {inputs[target] for target in signal.targets if target in inputs}
+                if name in inputs or len(values) < 2:
                     result.append(signal)
         return tuple(result)
 
@@ -145,7 +145,7 @@ class FlatSystem:
         return result
 
     def _signal(self, node: Node, name: str, fed: Mapping[str, Reached]) -> Signal:
-        """Return the signal of a connector, with a port of its own if not all inputs are equal to it."""
+        """Return the signal of a connector, with a separate port if not all inputs are equal to it."""
         laws = {target: item.law for target, item in fed.items() if item.law != UNCHANGED}
         ports = {target: self._port(target) for target in fed}
         unit = self._start_unit(node)
@@ -169,9 +169,9 @@ class FlatSystem:
 
     def _start_unit(self, node: Node) -> Unit | None:
         """Return the unit of a connector of the system: its own, or that of what it feeds, if that is unambiguous."""
-        own = self.nets.unit(node)
-        if own is not None or node not in self.exposed:
-            return own
+        declared = self.nets.unit(node)
+        if declared is not None or node not in self.exposed:
+            return declared
         units = dict.fromkeys(item.unit for item in self.exposed[node] if item.unit is not None)
         first = next(iter(units), None)
         for unit in units:

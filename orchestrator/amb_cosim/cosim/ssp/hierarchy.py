@@ -1,7 +1,7 @@
-"""The systems of an archive as one flat structure: components, connectors, links and parameter bindings.
+"""The systems of an archive as a flat structure: components, connectors, links and parameter bindings.
 
 An element is called by its path from the outermost system, `axle.motor`. Systems can be nested in the document, be
-documents and archives of their own within the archive, or refer to a system of a document by its id:
+separate documents and archives within the archive, or refer to a system of a document by its id:
 
     axle.ssd    axle.ssd#id    axle.ssp    axle.ssp#other.ssd    #id
 
@@ -117,7 +117,7 @@ class Hierarchy:
     elements
         Kind and path of the elements of each system, by the system's path and their names in it.
     bases
-        Folder of the document of each system that is one of its own, by the system's path.
+        Folder of the document of each system in a separate document, by the system's path.
     """
 
     components: dict[str, tuple[Path, Any, Document]] = field(default_factory=dict)
@@ -140,7 +140,7 @@ class Hierarchy:
         return [node for node in self.connectors if node.kind != "component" and node[:2] != OUTERMOST]
 
     def resolve(self, path: str, name: str) -> Node | None:
-        """Return the connector with a hierarchical name in a system or a component; None if there is no such element.
+        """Return the connector with a hierarchical name in a system or a component; None without such an element.
 
         A name is that of a connector of the system itself, or begins with the name of an element and a dot.
         """
@@ -237,7 +237,7 @@ def _add_component(
 
 
 def _referenced(document: Document, source: str, is_package: bool) -> tuple[Document, Any]:
-    """Return the document and the system of a component that is a system of its own."""
+    """Return the document and the system of a component that is a system."""
     path, _, part = source.partition("#")
     if not path:
         return document, document.system(part)

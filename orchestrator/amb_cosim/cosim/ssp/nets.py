@@ -19,7 +19,7 @@ from amb_cosim.cosim.system.system import UNCHANGED
 class Reached(NamedTuple):
     """A component's variable that a value reaches.
 
-    `law` is that of the value; `unit` is the unit at the start that this law presumes, None if there is none. Indices
+    `law` is that of the value; `unit` is the unit at the start that this law presumes, or None. Indices
     are those of an element of an array, at the start and at the end.
     """
 

@@ -28,7 +28,7 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Verified:
-    """Result of an experiment: numbers of compared points and values, and the largest deviation, None if there is none.
+    """Result of an experiment: numbers of compared points and values, and the largest deviation, or None.
 
     `failure` is the reason why the FMU failed, `unread` why the experiment was not run. `allowed` is the tolerance of
     the experiment, which `tolerance` caps. `omitted` are columns of the references that are not compared, with the

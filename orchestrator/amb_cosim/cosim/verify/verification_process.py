@@ -160,7 +160,7 @@ def _compared_texts(
     Returns
     -------
     tuple
-        The number of compared texts, and a phrase on the first that differs, empty if there is none.
+        The number of compared texts, and a phrase on the first that differs, or empty.
     """
     count, first = 0, ""
     points = np.array([time for time, _ in seen])

@@ -5,7 +5,7 @@ FMPy records numbers. An FMU can end a run in a step from t to t + h:
     FMI 2.0   fmi2DoStep returns fmi2Discard and fmi2Terminated is true; values are then those at fmi2LastSuccessfulTime
     FMI 3.0   terminateSimulation is true; values are then those at lastSuccessfulTime
 
-An end that is not known, or not from t to t + h, is t, that of the last step that was completed. FMPy repeats a step
+An end that is not stated, or not from t to t + h, is t, that of the last step that was completed. FMPy repeats a step
 that is discarded without the request to end the run, and takes t + h as the end in FMI 3.0.
 """
 
