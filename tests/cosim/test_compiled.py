@@ -287,20 +287,6 @@ def test_other_threads_run_while_the_loop_does():
     assert len(ticks) > 5
 
 
-def test_a_schedule_gives_the_same_point_by_point_and_as_a_list():
-    for schedule in (*schedules(), PiecewiseLinear([(3, 10.0), (7, 12.0), (20, -1.0)], TimeGrid(H), 0, None)):
-        for first, last in ((-5, 300), (5, 6), (71, 200), (10, 10)):
-            changes = schedule.changes(first, last)
-            points, listed, requested = changes.points.tolist(), np.full(4, np.nan), np.full(4, np.nan)
-            assert points == sorted(points)
-            for n in range(first, last):
-                schedule(n, requested)
-                for point, position, value in zip(*changes, strict=True):
-                    if point == n:
-                        listed[position] = value
-                np.testing.assert_array_equal(listed, requested)
-
-
 def test_what_does_not_fit_into_memory_is_refused():
     with pytest.raises(ValueError, match=r" 9 variables .* \d+ points.* record\.variables"):
         Recorder(range(9), 0).buffer(0, 2**55)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from operator import itemgetter
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,17 +21,20 @@ class Changes(NamedTuple):
     values: Array
 
 
-class Schedule(Protocol):
-    """Inputs over time: writes those that change at communication point n into the array.
+class Schedule:
+    """Inputs over time."""
 
-    `changes` returns the same as a list, for the points from `first` up to but not including `last`.
-    """
+    def changes(self, first: int, last: int) -> Changes:
+        """Return the changes at the points from `first` up to but not including `last`."""
+        raise NotImplementedError
 
-    def __call__(self, n: int, exogenous: Array) -> None: ...
-    def changes(self, first: int, last: int) -> Changes: ...
+    def __call__(self, n: int, exogenous: Array) -> None:
+        """Write inputs that change at communication point n into the array."""
+        _, positions, values = self.changes(n, n + 1)
+        exogenous[positions] = values
 
 
-class PiecewiseConstant:
+class PiecewiseConstant(Schedule):
     """A schedule of events: from communication point n on, a position has a value."""
 
     def __init__(self, events: Iterable[tuple[int, int, float]]) -> None:
@@ -39,21 +42,12 @@ class PiecewiseConstant:
         self._points, positions, values = map(list, zip(*ordered, strict=True)) if ordered else ([], [], [])
         self._all = Changes(np.array(self._points, np.intp), np.array(positions, np.intp), np.array(values, np.float64))
 
-    def __call__(self, n: int, exogenous: Array) -> None:
-        due = self._due(n, n + 1)
-        if due.start < due.stop:
-            for position, value in zip(self._all.positions[due], self._all.values[due], strict=True):
-                exogenous[position] = value
-
     def changes(self, first: int, last: int) -> Changes:
-        due, (points, positions, values) = self._due(first, last), self._all
-        return Changes(points[due], positions[due], values[due])
-
-    def _due(self, first: int, last: int) -> slice:
-        return slice(bisect_left(self._points, first), bisect_left(self._points, last))
+        due, changes = slice(bisect_left(self._points, first), bisect_left(self._points, last)), self._all
+        return Changes(changes.points[due], changes.positions[due], changes.values[due])
 
 
-class PiecewiseLinear:
+class PiecewiseLinear(Schedule):
     """A schedule of a quantity that is linear between points and constant outside, and optionally of its slope.
 
     Parameters
@@ -70,23 +64,13 @@ class PiecewiseLinear:
         self, points: Sequence[tuple[int, float]], grid: TimeGrid, value: int, slope: int | None = None
     ) -> None:
         self._grid = grid
-        self._at = [grid.position(n) for n, _ in points]
-        self._values = [value for _, value in points]
+        self._at = np.array([grid.position(n) for n, _ in points])
+        self._values = np.array([value for _, value in points])
         self._value, self._slope = value, slope
-
-    def __call__(self, n: int, exogenous: Array) -> None:
-        at = self._grid.position(n)
-        after = bisect_right(self._at, at)
-        before, after = max(after - 1, 0), min(after, len(self._at) - 1)
-        begin, steps = self._at[before], self._at[after] - self._at[before]
-        rise = self._values[after] - self._values[before]
-        exogenous[self._value] = self._values[before] + (rise * (at - begin) / steps if steps else 0.0)
-        if self._slope is not None:
-            exogenous[self._slope] = rise / (steps * self._grid.step_size) if steps else 0.0
 
     def changes(self, first: int, last: int) -> Changes:
         n = np.arange(first, last, dtype=np.intp)
-        at, values = np.array(self._at), np.array(self._values)
+        at, values = self._at, self._values
         place = n.astype(np.float64)
         if self._grid.last is not None:
             place[n == self._grid.last] = self._grid.position(self._grid.last)
