@@ -56,35 +56,28 @@ def workers_among(processes):
     return [process for process in processes if "spawn_main" in of_process(process, "cmdline")]
 
 
+def be_interrupted(number):
+    os.kill(os.getpid(), number)
+
+
+def swallow(number):
+    with suppress(KeyboardInterrupt):
+        os.kill(os.getpid(), number)
+
+
+def fail(number):
+    swallow(number)
+    raise ImportError("initialization failed")
+
+
 @pytest.mark.parametrize("number", CODES)
-def test_a_signal_ends_a_command_with_its_own_exit_code(runner, command, number):
-    command(lambda: os.kill(os.getpid(), number))
+@pytest.mark.parametrize("deed", [be_interrupted, swallow, fail])
+def test_a_signal_ends_a_command_with_its_own_exit_code(runner, command, number, deed):
+    command(lambda: deed(number))
     before = [signal.getsignal(number) for number in CODES]
     result = runner("tested")
     assert (result.exit_code, result.stderr) == (CODES[number], "amb-cosim: interrupted\n")
     assert [signal.getsignal(number) for number in CODES] == before
-
-
-@pytest.mark.parametrize("number", CODES)
-def test_a_signal_that_was_swallowed_still_counts(runner, command, number):
-    def swallow():
-        with suppress(KeyboardInterrupt):
-            os.kill(os.getpid(), number)
-
-    command(swallow)
-    assert runner("tested").exit_code == CODES[number]
-
-
-@pytest.mark.parametrize("number", CODES)
-def test_a_signal_that_becomes_another_error_is_one_line(runner, command, number):
-    def fail():
-        with suppress(KeyboardInterrupt):
-            os.kill(os.getpid(), number)
-        raise ImportError("initialization failed")
-
-    command(fail)
-    result = runner("tested")
-    assert (result.exit_code, result.stderr) == (CODES[number], "amb-cosim: interrupted\n")
 
 
 @pytest.mark.filterwarnings("error")
@@ -109,13 +102,12 @@ def test_a_signal_that_a_finaliser_drops_is_raised_again(runner, command):
 def test_a_signal_that_was_lost_before_a_run_ends_it_at_once(runner, command):
     came = []
 
-    def swallow():
-        with suppress(KeyboardInterrupt):
-            os.kill(os.getpid(), signal.SIGTERM)
+    def run():
+        swallow(signal.SIGTERM)
         with deferred() as interruption:
             came.append(interruption.came)
 
-    command(swallow)
+    command(run)
     runner("tested")
     assert came == [True]
 

@@ -16,7 +16,7 @@ def python_fmus(create_once: Callable[..., Path]) -> Path:
     from pythonfmu.builder import FmuBuilder
 
     def fill(folder: Path) -> None:
-        for name in ("pd_controller", "linear_actuator", "full_rotor"):
+        for name in ("linear_actuator", "full_rotor"):
             FmuBuilder.build_FMU(SUPPORT / f"{name}.py", dest=folder)
 
     return create_once("python_fmus", fill)

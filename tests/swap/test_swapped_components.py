@@ -58,12 +58,6 @@ def test_a_c_controller_of_four_inputs_does_what_the_pid_does(run, c_controller)
 
 
 @pytest.mark.slow
-def test_a_python_controller_gives_the_same_bits_as_the_c_one(run, c_controller, python_fmus):
-    swapped = [run({"rolac_controller": fmu}) for fmu in (c_controller, python_fmus / "PdController.fmu")]
-    np.testing.assert_array_equal(*map(motion, swapped))
-
-
-@pytest.mark.slow
 def test_linear_bearings_are_the_linear_law_with_held_forces(run, python_fmus):
     held = run(gradient=False)
     swapped = run({"amb_actuator": python_fmus / "LinearActuator.fmu"})
