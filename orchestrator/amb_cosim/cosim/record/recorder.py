@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,18 @@ class RecordBuffer(NamedTuple):
     steps_size: int
     steps_first: int
     steps_table: Array
+
+
+A = TypeVar("A", Array, Indices)
+
+
+def grown(items: A, used: int, rows: int) -> A:
+    """Return an array with room for that many rows, which begins with the used ones; it may be the same array."""
+    if rows <= len(items):
+        return items
+    result = np.zeros((rows, *items.shape[1:]), items.dtype)
+    result[:used] = items[:used]
+    return result
 
 
 class Recorder:
@@ -56,7 +68,7 @@ class Recorder:
         self.see(n)
         if n >= self._first and len(self.each):
             if self._n_steps == len(self._steps):
-                self._grow_steps(max(1024, 2 * self._n_steps))
+                self._grow(0, max(1024, 2 * self._n_steps))
             np.take(values, self.each, out=self._steps[self._n_steps])
             self._n_steps += 1
         if n >= self._first and n % self._every == 0:
@@ -93,8 +105,7 @@ class Recorder:
         begin = max(first, self._first)
         due = max(0, last // self._every - (begin - 1) // self._every)
         try:
-            self._grow(self._rows + due)
-            self._grow_steps(self._n_steps + max(0, last + 1 - begin))
+            self._grow(self._rows + due, self._n_steps + max(0, last + 1 - begin))
         except (MemoryError, ValueError) as error:  # numpy has the one or the other
             raise ValueError(
                 f"there is no memory to record {len(self._positions)} variables at {due} points; "
@@ -108,19 +119,10 @@ class Recorder:
         self._rows = rows
         self._n_steps += max(0, reached + 1 - max(begin, self._first))
 
-    def _grow(self, rows: int) -> None:
-        """Make room for that many rows; memory pages are allocated when they are written to."""
-        if rows > len(self._points):
-            points, table = np.zeros(rows, dtype=np.intp), np.zeros((rows, len(self._positions)))
-            points[: self._rows], table[: self._rows] = self.points, self.table
-            self._points, self._table = points, table
-
-    def _grow_steps(self, rows: int) -> None:
-        """Make room for that many rows of `steps`."""
-        if rows > len(self._steps):
-            grown = np.zeros((rows, len(self.each)))
-            grown[: self._n_steps] = self.steps
-            self._steps = grown
+    def _grow(self, rows: int, steps: int = 0) -> None:
+        """Make room for that many rows and steps; memory pages are allocated when they are written to."""
+        self._points, self._table = grown(self._points, self._rows, rows), grown(self._table, self._rows, rows)
+        self._steps = grown(self._steps, self._n_steps, steps)
 
     def __getstate__(self) -> dict[str, object]:
         """Return the state for another process: the used rows."""
