@@ -35,19 +35,19 @@ connections, by name; a parameter, or the source of an input, as `component.vari
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
 
 from amb_cosim.cosim.fmu.fmus import models
 from amb_cosim.cosim.system.experiment import Experiment
-from amb_cosim.cosim.system.system import Connection, Signal, System
-from amb_cosim.cosim.system.system_overlay import overlaid
-from amb_cosim.cosim.system.system_tables import OverlayTable, SystemTable
+from amb_cosim.cosim.system.system import Component, Connection, Signal, System
+from amb_cosim.cosim.system.system_tables import ExperimentTable, OverlayTable, SystemTable
 from amb_cosim.cosim.system.tables import check_bases
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
+from amb_files.wildcards import is_pattern, matches
 
 
 def packaged_systems() -> dict[str, Path]:
@@ -73,42 +73,11 @@ def load_system(name: str | Path, options: Mapping[str, bool] | None = None) -> 
     >>> [component.name for component in load_system("levitated").components]
     ['rolac_controller', 'amb_actuator', 'rotor_contact']
     """
-    table, stated = _table(str(name)), _stated(str(name))
-    connections: dict[str, Connection] = {}
-    signals: dict[str, Signal] = {}
-    for connect in table.connect:
-        if (options or {}).get(connect.option or "", True):
-            for link in connect.connections():
-                connections[link.target] = link
-    for signal in table.signal:
-        signals[signal.name] = Signal(signal.name, signal.targets)
-    return System(
-        name=Path(name).stem,
-        description=table.description,
-        components=tuple(c.component() for c in table.component),
-        connections=tuple(connections.values()),
-        signals=tuple(signals.values()),
-        coupling=table.coupling,
-        parameters=table.parameters,
-        unrecorded=table.unrecorded,
-        stated={component: names & {*table.parameters.get(component, {})} for component, names in stated.items()},
-    )
-
-
-def _stated(name: str) -> dict[str, frozenset[str]]:
-    """Return the names of parameters by component that a system file sets, or a base of it that has a base itself."""
-    packaged = packaged_systems()
-    source = packaged.get(name, Path(name))
-    data = read_toml(source, f"system {name}")
-    stated = {component: frozenset(values) for component, values in data.get("parameters", {}).items()}
-    if "base" not in data:
-        return {} if name in packaged else stated
-    base = data["base"] if data["base"] in packaged else str(source.parent / data["base"])
-    below = _stated(base)
-    return {
-        component: stated.get(component, frozenset()) | below.get(component, frozenset())
-        for component in stated | below
-    }
+    system, _ = _read(str(name))
+    links = {link.target: link for link in system.connections if (options or {}).get(link.option or "", True)}
+    signals = {signal.name: signal for signal in system.signals}
+    stated = {c: names & {*system.parameters.get(c, {})} for c, names in system.stated.items()}
+    return replace(system, connections=tuple(links.values()), signals=tuple(signals.values()), stated=stated)
 
 
 def is_system(name: str | Path) -> bool:
@@ -131,7 +100,7 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> Expe
     ValueError
         If the file has no table `experiment`, or it is wrong.
     """
-    table = _table(str(name)).experiment
+    _, table = _read(str(name))
     if table is None and without is not None:
         return without
     if table is None:
@@ -142,8 +111,11 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> Expe
         raise ValueError(f"system {name}: experiment: {error}") from error
 
 
-def _table(name: str, derived: tuple[str, ...] = ()) -> SystemTable:
-    """Return the content of a system file merged with its base; paths in a file are relative to it."""
+def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentTable | None]:
+    """Return a system and its run from a file and its bases, with every connection: the last to an input counts.
+
+    Parameters of a packaged file without a base are not `stated`.
+    """
     packaged = packaged_systems()
     source = packaged.get(name, Path(name))
     if not source.is_file():
@@ -151,24 +123,121 @@ def _table(name: str, derived: tuple[str, ...] = ()) -> SystemTable:
     what = f"system {name}"
     check_bases(what, derived)
     data = read_toml(source, what)
-    if "base" not in data:
-        return _with_paths(validate(data, SystemTable, what), source)
-    overlay = _with_paths(validate(data, OverlayTable, what), source)
-    base = overlay.base
-    if base not in packaged:
-        base = str(source.parent / base)
+    table = validate(data, OverlayTable if "base" in data else SystemTable, what)
+    below, experiment, states = System(source.stem, "", (), ()), None, name not in packaged
     try:
-        return overlaid(_table(base, (*derived, name)), overlay)
+        if isinstance(table, OverlayTable):
+            base = table.base if table.base in packaged else str(source.parent / table.base)
+            below, experiment = _read(base, (*derived, name))
+            below, states = _reduced(below, table.remove), True
+        system = _overlaid(below, table, source.parent, states)
     except ValueError as error:
         raise ValueError(str(error) if str(error).startswith("system ") else f"{what}: {error}") from error
+    return replace(system, name=Path(name).stem), table.experiment or experiment
 
 
-T = TypeVar("T", bound=SystemTable)
+def _overlaid(below: System, table: SystemTable, folder: Path, states: bool) -> System:
+    """Return a system with what a file adds and replaces; paths are relative to its folder.
 
-
-def _with_paths(table: T, source: Path) -> T:
-    """Return the table with the paths of its FMUs relative to the working directory."""
-    components = tuple(
-        c if c.fmu in models() else c.model_copy(update={"fmu": str(source.parent / c.fmu)}) for c in table.component
+    `states` is whether its parameters count as `stated`.
+    """
+    system = _with_components(below, table, folder)
+    connections = [
+        Connection(f"{connect.source}.{output}", f"{connect.target}.{input_}", connect.option)
+        for connect in table.connect
+        for output, input_ in connect.pairs()
+    ]
+    fed = {link.target for link in connections} | {target for signal in table.signal for target in signal.targets}
+    parameters, stated = dict(below.parameters), dict(below.stated)
+    for component, values in table.parameters.items():
+        parameters[component] = {**parameters.get(component, {}), **values}
+        if states:
+            stated[component] = stated.get(component, frozenset()) | values.keys()
+    return replace(
+        system,
+        connections=(*(link for link in system.connections if link.target not in fed), *connections),
+        signals=(*_unfed(system.signals, lambda t: t in fed), *(Signal(s.name, s.targets) for s in table.signal)),
+        unrecorded=(*below.unrecorded, *table.unrecorded),
+        parameters=parameters,
+        stated=stated,
+        **table.model_dump(include=table.model_fields_set & {"description", "coupling"}),
     )
-    return table.model_copy(update={"component": components})
+
+
+def _with_components(below: System, table: SystemTable, folder: Path) -> System:
+    """Return a system with the components of a file, which replace those of the same name; `before` needs a base."""
+    system, replaceable = below, {c.name for c in below.components}
+    for new in table.component:
+        fmu = new.fmu if new.fmu in models() else str(folder / new.fmu)
+        names = [c.name for c in system.components]
+        if new.name in replaceable:
+            system = system.with_fmu(new.name, fmu)
+            old, first = system.component(new.name), names.index(new.name)
+            mandatory = new.mandatory if "mandatory" in new.model_fields_set else old.mandatory
+            item, last = replace(old, every=new.every, mandatory=mandatory), first + 1
+        elif new.before is None or new.before in names or not replaceable:
+            item = Component(new.name, fmu, new.every, new.mandatory)
+            first = last = names.index(new.before) if new.before is not None and replaceable else len(names)
+        else:
+            raise ValueError(f"no component {new.before!r}; {suggest(new.before, names)}")
+        system = replace(system, components=(*system.components[:first], item, *system.components[last:]))
+    return system
+
+
+def _reduced(system: System, remove: Sequence[str]) -> System:
+    """Return a system without the names in `remove`: components, parameters, and sources of inputs."""
+    for entry in remove:
+        name, dot, variable = entry.partition(".")
+        names = [c.name for c in system.components]
+        if name not in names:
+            raise ValueError(f"remove: no component {name!r}; {suggest(name, names)}")
+        values = system.parameters.get(name, {})
+        left = {key: raw for key, raw in values.items() if key != variable and not matches(key, variable)}
+        if not dot:
+            system = _without_component(system, name)
+        elif len(left) < len(values):
+            system = replace(system, parameters={**system.parameters, name: left})
+        else:
+            system = _without_source(system, name, variable)
+    return system
+
+
+def _without_component(system: System, name: str) -> System:
+    """Return a system without a component, its parameters and its connections."""
+    return replace(
+        system,
+        components=tuple(c for c in system.components if c.name != name),
+        connections=tuple(link for link in system.connections if not link.touches(name)),
+        signals=_unfed(system.signals, lambda target: matches(target, f"{name}.*")),
+        parameters={c: values for c, values in system.parameters.items() if c != name},
+        unrecorded=tuple(p for p in system.unrecorded if not p.startswith(f"{name}.")),
+    )
+
+
+def _without_source(system: System, component: str, pattern: str) -> System:
+    """Return a system without sources of the inputs that a pattern matches; connected patterns exclude these.
+
+    Raises
+    ------
+    ValueError
+        If nothing feeds an input of this name; patterns are matched later, with the FMUs.
+    """
+    begin, whole = f"{component}.", f"{component}.{pattern}"
+    local = [target.removeprefix(begin) for _, target in system.feeds() if target.startswith(begin)]
+    if not any(is_pattern(name) or matches(name, pattern) for name in local):
+        options = [*system.parameters.get(component, {}), *local]
+        raise ValueError(f"remove: the base gives {component} no {pattern!r}; {suggest(pattern, options)}")
+    links = (
+        replace(link, but=(*link.but, pattern)) if link.target.startswith(begin) else link
+        for link in system.connections
+        if link.target != whole and not matches(link.target, whole)
+    )
+    return replace(
+        system, connections=tuple(links), signals=_unfed(system.signals, lambda target: matches(target, whole))
+    )
+
+
+def _unfed(signals: Sequence[Signal], is_left: Callable[[str], bool]) -> tuple[Signal, ...]:
+    """Return signals without some of their inputs, and without those signals that then feed nothing."""
+    left = (replace(s, targets=tuple(t for t in s.targets if not is_left(t))) for s in signals)
+    return tuple(signal for signal in left if signal.targets)

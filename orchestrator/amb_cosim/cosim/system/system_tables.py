@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from pydantic import Field, PrivateAttr
+from pydantic import Field
 
 from amb_cosim.cosim.basics.choices import Coupling
-from amb_cosim.cosim.fmu.fmus import is_placeholder
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Profile
 from amb_cosim.cosim.system.stopping import StopCondition
-from amb_cosim.cosim.system.system import Component, Connection
 from amb_cosim.cosim.system.tables import Count, Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import Raw
-from amb_files.wildcards import matches
 
 LONGEST = 1e12  # s, of times in a file
 
@@ -29,22 +26,6 @@ class ComponentTable(Table):
     """Inputs that a connection or a value must feed."""
     before: str | None = None
     """Component of the base that it precedes."""
-    _replaces: str | None = PrivateAttr(None)
-
-    def component(self) -> Component:
-        """Return the component as a record."""
-        return Component(self.name, self.fmu, self.every, self.mandatory, self._replaces)
-
-    def in_place_of(self, old: ComponentTable) -> ComponentTable:
-        """Return the component as a replacement of another; it inherits the mandatory inputs that it has."""
-        mandatory = self.mandatory if "mandatory" in self.model_fields_set else old.mandatory
-        new = self.model_copy(update={"mandatory": mandatory})
-        new._replaces = (old._replaces or old.fmu) if new.replaces(old) else old._replaces
-        return new
-
-    def replaces(self, old: ComponentTable) -> bool:
-        """Return whether this FMU differs from that of a component, and is not the file that the component requires."""
-        return self.fmu != old.fmu and not is_placeholder(old.fmu)
 
 
 class ConnectTable(Table):
@@ -58,28 +39,6 @@ class ConnectTable(Table):
     """Names in both components, or pairs of output and input."""
     option: str | None = None
     """Switch that enables the connection, such as `gradient`."""
-    _inherited: bool = PrivateAttr(False)
-    _but: tuple[str, ...] = PrivateAttr(())
-
-    def connections(self) -> list[Connection]:
-        """Return the connections, variable by variable."""
-        return [
-            Connection(f"{self.source}.{output}", f"{self.target}.{input_}", self.option, self._inherited, self._but)
-            for output, input_ in self.pairs()
-        ]
-
-    def inherited(self) -> ConnectTable:
-        """Return the table as inherited from a replaced FMU."""
-        table = self.model_copy()
-        table._inherited = True
-        return table
-
-    def leaving(self, pattern: str) -> ConnectTable:
-        """Return the table without the inputs that a pattern matches, including those that its own patterns reach."""
-        left = {a: b for a, b in self.pairs() if b != pattern and not matches(b, pattern)}
-        table = self.model_copy(update={"variables": left})
-        table._but = (*self._but, pattern)
-        return table
 
     def pairs(self) -> list[tuple[str, str]]:
         """Return names of output and input, connection by connection."""
