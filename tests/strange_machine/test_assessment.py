@@ -24,7 +24,6 @@ from amb_assessment.assessment.analyses.envelope import largest_needed
 from amb_assessment.assessment.analyses.sensitivity import sensitivities
 from amb_assessment.assessment.assess import assess
 from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine
-from amb_assessment.assessment.page import page
 from amb_assessment.assessment.retainer_bearings import TITLE
 from amb_assessment.assessment.stages import anticipated, co_simulated, real_coefficients
 from amb_assessment.assessment.subject import subject_of
@@ -195,26 +194,6 @@ def assessed():
         result = assess(MACHINES["expander"](), only=CO_SIMULATED)
     assert not result.unanswered
     return result
-
-
-@pytest.mark.slow
-def test_parts_with_co_simulation_answer_by_the_names_of_the_machine(co_simulated):
-    """Verdicts, tables and notes; plots; and the page."""
-    assert [part.key for part in co_simulated.parts] == CO_SIMULATED
-    displayed = [*co_simulated.as_dict()["parts"].values()]
-    panels = [panel for part in co_simulated.parts for panel in part.answer.panels]
-    displayed += [[panel.title, panel.x, panel.y, *(item.name for item in panel.curves)] for panel in panels]
-    assert not OF_THE_RIG.search(json.dumps(displayed))
-    assert {"north", "catch_n"} <= set(re.findall(r"\w+", json.dumps(displayed)))
-
-
-@pytest.mark.slow
-def test_the_page_says_no_name_of_the_rig(co_simulated):
-    pytest.importorskip("plotly")
-    text = re.sub(r"<(script|style)\b.*?</\1>", "", page(co_simulated), flags=re.DOTALL)
-    words = re.sub(r"data:[^\"]*", "", text)
-    assert "catch_n" in words
-    assert not OF_THE_RIG.search(words)
 
 
 @pytest.mark.slow

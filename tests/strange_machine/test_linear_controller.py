@@ -1,4 +1,4 @@
-"""The expander under a linear controller: in runs, sweeps, archives and assemblies it is a component as any other."""
+"""The expander under a linear controller, which is a component as any other in runs and sweeps."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ import amb_cosim
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.worker import Runner, Task
+from tests.support.messages import raises_naming
 
 H = 50e-6
 BEARINGS = ("north", "guide", "south")
@@ -58,15 +59,7 @@ def test_sweep_varies_the_gain_of_its_demands(levitation):
     assert result[0].metrics == result[2].metrics != result[1].metrics
 
 
-@pytest.mark.slow
-def test_archive_of_it_is_the_same_run(levitation, tmp_path):
-    path = amb_cosim.export_ssp(levitation, tmp_path / "expander.ssp") or tmp_path / "expander.ssp"
-    runs = [amb_cosim.run(levitation, progress=False), amb_cosim.simulate(path)]
-    for name in SHOWN:
-        np.testing.assert_array_equal(*(run.signals[name].values for run in runs))
-
-
-def test_model_of_the_loop_has_it_and_it_is_stable(levitation):
-    loop = amb_cosim.linearise(levitation, inputs=["rotor_contact.turbine.f_x"], outputs=SHOWN)
-    assert loop.dt == pytest.approx(H)
-    assert 0.9 < abs(loop.poles()).max() < 1.0
+def test_sensor_that_no_component_has_is_named():
+    law = amb_cosim.linear_controller(-np.eye(6), [*SENSORS[:5], "elsewhere.x"], DEMANDS, H)
+    with raises_naming(ValueError, "rolac_controller.elsewhere.x", "sensor", "must be connected"):
+        plan_run(short().changed(fmu={"rolac_controller": law}))

@@ -16,7 +16,6 @@ from amb_analysis.steady_contact.receptances import receptances_at
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.started import checkpoint_in
-from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
 from amb_analysis.steady_contact.trap_map import (
     Regime,
     clearance_shares,
@@ -57,26 +56,6 @@ def test_receptances_of_the_loop_are_those_of_a_co_simulation(expander):
         z = run[f"rotor_contact.{site}.x"].values[turns] + 1j * run[f"rotor_contact.{site}.y"].values[turns]
         orbit = (z * np.exp(-1j * theta)).mean()
         assert abs(orbit / (P[k] @ expander.unbalance * expander.Omega**2) - 1.0) < 1e-3
-
-
-@pytest.mark.slow
-def test_every_set_of_the_four_sites_is_solved_in_equilibrium(expander):
-    """Sixteen sets at six unbalances, beyond the gaps of all; forces and motions obey the receptances."""
-    Omega = expander.Omega
-    R, mu = expander.receptances(Omega), expander.mu(Omega)
-    np.testing.assert_allclose(mu, 0.08)
-    r = np.outer(np.linspace(10.0, 60.0, 6), R.P @ expander.unbalance * Omega**2)
-    sizes = set()
-    for contact in all_sets(4):
-        result = states_of(contact, R.R, mu, expander.c, r)
-        motion = r[result.points] + result.force @ R.R.T
-        np.testing.assert_allclose(result.q, motion, atol=1e-9)
-        at = list(contact)
-        np.testing.assert_allclose(
-            np.abs(result.q[:, at]), np.broadcast_to(expander.c[at], (len(result.points), len(at)))
-        )
-        sizes |= {len(contact)} if len(result.points) else set()
-    assert {0, 1} < sizes
 
 
 LINEAR = {
@@ -180,19 +159,6 @@ def test_dry_whirl_has_the_friction_of_its_own_slip(expander):
         assert R.real < 0.0
         slope = -2.0 * v / scale**2 * falling
         assert machine.mu_slope(Omega, omega)[k] == pytest.approx(slope, rel=1e-6, abs=1e-10)
-
-
-@pytest.mark.slow
-def test_study_tells_what_frees_the_expander_and_draws_its_map(monkeypatch, tmp_path):
-    for name, few in (("SPEEDS", 6), ("AMOUNTS", 4), ("CURVE", 12), ("LEAST", 40)):
-        monkeypatch.setattr(f"amb_analysis.studies.contact_traps.{name}", few)
-    result = studies.traps(LEVITATION, unbalance="110 g.mm", set=LINEAR)
-    assert result.sites == ("catch_n", "catch_s", "labyrinth", "shroud")
-    assert result.kinds.shape == (6, 4)
-    assert result.least_trapping < result.unbalance
-    assert "free rotation or contact, depending on the start" in str(result)
-    assert any("at most 2 sites" in note for note in result.notes)
-    assert {file.name for file in studies.save(result, tmp_path).iterdir()} == {"traps.json", "traps.png"}
 
 
 def test_asking_for_what_is_not_there_names_it():
