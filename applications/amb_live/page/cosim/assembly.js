@@ -32,7 +32,6 @@ const KINDS = ["Real", "Integer", "Boolean"];
  * @param {Rig} rig
  * @param {import("../fmi/library.js").Library} library
  * @param {Readonly<Record<string, number>>} settings values of parameters, inputs and signals in place of the rig's
- * @returns {Assembly}
  * @throws {import("../fmi/instance.js").FmuError} if it refuses a value, or to start
  */
 export function startAssembly(rig, library, settings = {}) {
@@ -98,7 +97,6 @@ export function advance(assembly) {
 /**
  * Save the state of everything.
  * @param {Assembly} assembly
- * @returns {Snapshot}
  */
 export function snapshot({ point, values, instance }) {
   return { point, values: values.slice(), state: save(instance) };
@@ -124,11 +122,7 @@ export function discard({ instance }, { state }) {
   forget(instance, state);
 }
 
-/**
- * @param {import("../fmi/instance.js").Instance} instance
- * @param {Variable} variable
- * @param {number} value
- */
+/** @param {import("../fmi/instance.js").Instance} instance @param {Variable} variable @param {number} value */
 function put(instance, variable, value) {
   const single = exchange(instance, [variable]);
   try {
@@ -141,7 +135,6 @@ function put(instance, variable, value) {
 /**
  * Return the variables of the FMU by name; they are those of the components, with references of that FMU.
  * @param {Rig} rig
- * @returns {Map<string, Variable>}
  */
 function variablesOf({ components, signals, variables }) {
   const byName = new Map(components.flatMap(({ name, variables: declared }) =>
@@ -150,39 +143,25 @@ function variablesOf({ components, signals, variables }) {
   return new Map(variables.map((name, reference) => [name, { ...variableOf(byName, name), reference }]));
 }
 
-/**
- * @param {ReadonlyMap<string, Variable>} variables
- * @param {string} name
- * @returns {Variable}
- */
+/** @param {ReadonlyMap<string, Variable>} variables @param {string} name */
 function variableOf(variables, name) {
   const variable = variables.get(name);
   if (variable === undefined) { throw new Error(`there is no variable ${name}`); }
   return variable;
 }
 
-/**
- * @param {Rig} rig
- * @returns {Record<string, number>}
- */
+/** @param {Rig} rig */
 function parametersOf({ components }) {
   return Object.fromEntries(components.flatMap(({ name, parameters }) =>
     Object.entries(parameters).map(([variable, value]) => [`${name}.${variable}`, value])));
 }
 
-/**
- * @param {Variable} variable
- * @returns {boolean}
- */
+/** @param {Variable} variable */
 function isFree({ causality, variability }) {
   return causality === "input" || (causality === "parameter" && variability === "tunable");
 }
 
-/**
- * @param {Variable} variable
- * @param {string} kind
- * @returns {boolean}
- */
+/** @param {Variable} variable @param {string} kind */
 function isOutput({ causality, type }, kind) {
   return causality === "output" && type === kind;
 }

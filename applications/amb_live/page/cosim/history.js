@@ -18,10 +18,7 @@ import { discard, snapshot } from "./assembly.js";
 
 const MOST = 64; // moments, each of half a megabyte; then every second goes
 
-/**
- * @param {number} every points between two moments, at first
- * @returns {History}
- */
+/** @param {number} every points between two moments, at first */
 export function newHistory(every) {
   return { moments: [], every };
 }
@@ -51,7 +48,6 @@ export function keep(history, assembly, since) {
  * @param {History} history
  * @param {Assembly} assembly
  * @param {number} point
- * @returns {Moment | undefined}
  */
 export function backTo(history, assembly, point) {
   const { moments } = history;

@@ -47,7 +47,6 @@ export function apply({ changes, ramps, stepSize }, point, set) {
  * @param {readonly [point: number, value: number][]} points
  * @param {number} point
  * @param {number} stepSize s
- * @returns {{ value: number, slope: number }}
  */
 export function at(points, point, stepSize) {
   let after = points.length;

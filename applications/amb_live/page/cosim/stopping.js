@@ -7,7 +7,6 @@
  * @param {number[]} since from which point on each may have been met; changed
  * @param {Float64Array} values
  * @param {number} point
- * @returns {number}
  */
 export function conditionMet(conditions, positions, since, values, point) {
   for (let k = 0; k < conditions.length; k++) {

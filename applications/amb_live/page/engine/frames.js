@@ -6,10 +6,7 @@ import { takeWarnings } from "./run.js";
 /** @typedef {import("./run.js").Run} Run */
 /** @typedef {import("./session.js").Session} Session */
 
-/**
- * @param {Session} session
- * @param {Run} run
- */
+/** @param {Session} session @param {Run} run */
 export function record({ rows, columns }, { assembly, rig }) {
   const width = columns.length + 1, needed = rows.length + width, { values, point } = assembly;
   if (needed > rows.data.length) {
@@ -49,11 +46,7 @@ export function show(session, now) {
   rows.length = 0;
 }
 
-/**
- * @param {Session} session
- * @param {Run} run
- * @param {string[] | null} signals
- */
+/** @param {Session} session @param {Run} run @param {string[] | null} signals */
 export function watch(session, run, signals) {
   const { position } = run.assembly, unknown = (signals ?? []).find((name) => !position.has(name));
   if (unknown !== undefined) { throw new Error(`there is no signal ${unknown}`); }
@@ -61,27 +54,17 @@ export function watch(session, run, signals) {
   session.columns = Int32Array.from(watchedOf(session, run), (name) => position.get(name) ?? 0);
 }
 
-/**
- * @param {Session} session
- * @param {Run} run
- * @returns {string[]}
- */
+/** @param {Session} session @param {Run} run */
 export function watchedOf({ watched }, { rig }) {
   return [...watched ?? rig.recorded];
 }
 
-/**
- * @param {Run} run
- * @returns {UserChanges}
- */
+/** @param {Run} run */
 export function userChangesOf({ settings, changes }) {
   return { settings, changes: [...changes] };
 }
 
-/**
- * @param {Session} session
- * @returns {Run}
- */
+/** @param {Session} session */
 export function runOf({ run }) {
   if (!run) { throw new Error("no rig is loaded"); }
   return run;

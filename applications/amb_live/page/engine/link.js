@@ -6,7 +6,6 @@
  * Return the hash of a link, without `#`.
  * @param {string} scenario
  * @param {UserChanges} userChanges
- * @returns {string}
  */
 export function toHash(scenario, { settings, changes }) {
   const said = Object.keys(settings.values ?? {}).length > 0 || settings.events === false || changes.length > 0;
@@ -19,7 +18,6 @@ export function toHash(scenario, { settings, changes }) {
  * Return what `toHash` made a hash of.
  * @param {string} hash with or without `#`
  * @param {number} stepSize s
- * @returns {{ scenario: string, userChanges: UserChanges }}
  * @throws {Error} if it is damaged
  */
 export function fromHash(hash, stepSize) {
@@ -35,10 +33,7 @@ export function fromHash(hash, stepSize) {
     throw new Error("the link is damaged: the part after the scenario's name is not valid");
   }
 
-  /**
-   * @param {[number, unknown, number?]} change
-   * @returns {import("../protocol.js").Change}
-   */
+  /** @param {[number, unknown, number?]} change */
   function changeOf([point, values, until]) {
     if (!Number.isInteger(point) || point < 0) { throw new Error(); }
     const change = { point, time: point * stepSize, values: numbers(values) };
@@ -46,10 +41,7 @@ export function fromHash(hash, stepSize) {
   }
 }
 
-/**
- * @param {unknown} values
- * @returns {Record<string, number>}
- */
+/** @param {unknown} values */
 function numbers(values) {
   const entries = Object.entries(/** @type {Record<string, number>} */ (values));
   if (entries.some(([, value]) => typeof value !== "number")) { throw new Error(); }

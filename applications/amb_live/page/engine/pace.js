@@ -14,7 +14,6 @@ const BEHIND = 250; // ms that it may be late before it gives them up
  * @param {Run} run
  * @param {Course} course
  * @param {number} now
- * @returns {number}
  */
 export function goalOf({ start }, { assembly, rig }, { pace, to }, now) {
   if (pace === Infinity) { return to; }
@@ -28,7 +27,6 @@ export function goalOf({ start }, { assembly, rig }, { pace, to }, now) {
  * Return how many steps take about a millisecond.
  * @param {Session} session
  * @param {Run} run
- * @returns {number}
  */
 export function stepsIn({ measured }, { rig }) {
   return Math.min(Math.max(Math.floor(measured.speed * rig.rate / 1000), 1), BATCH) || 1;

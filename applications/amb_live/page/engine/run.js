@@ -37,7 +37,6 @@ const NEVER = Infinity;
  * @param {import("../fmi/library.js").Library} library
  * @param {Settings} settings
  * @param {readonly Change[]} changes that take place when their time comes
- * @returns {Run}
  */
 export function startRun(rig, library, settings, changes) {
   const assembly = startAssembly(rig, library, settings.values), { position, names } = assembly;
@@ -79,7 +78,6 @@ export function endRun({ assembly, history }) {
 /**
  * Set what holds from the present point on, unless that was done; return whether it was not.
  * @param {Run} run
- * @returns {boolean}
  */
 export function arrive(run) {
   const { assembly, history, schedule, since } = run;
@@ -95,7 +93,6 @@ export function arrive(run) {
 /**
  * Return the condition that ends the run at the present point, if any; it then ends it no more.
  * @param {Run} run
- * @returns {string | null}
  */
 export function stopsBy({ stops, stopPositions, since, assembly }) {
   const met = conditionMet(stops, stopPositions, since, assembly.values, assembly.point);
@@ -107,7 +104,6 @@ export function stopsBy({ stops, stopPositions, since, assembly }) {
 /**
  * Do a step, after `arrive`, and return the changes of contact in it.
  * @param {Run} run
- * @returns {ContactEvent[]}
  */
 export function stepRun({ assembly, sites, rig }) {
   advance(assembly);
@@ -177,7 +173,6 @@ export function addPiece(run, goal, rate, longest) {
  * @param {Run} run
  * @param {string} signal
  * @param {number} point
- * @returns {number}
  */
 export function valueAt(run, signal, point) {
   const position = positionOf(run, signal), ramp = run.schedule.ramps.find(({ value }) => value === position);
@@ -221,7 +216,6 @@ export function tryOut(run, values) {
 /**
  * Return the warnings that were logged since the last call.
  * @param {Run} run
- * @returns {{ component: string, text: string }[]}
  */
 export function takeWarnings({ assembly, rig }) {
   return assembly.instance.log.splice(0).map(({ text }) => ({ component: componentOf(rig, text), text }));
@@ -231,7 +225,6 @@ export function takeWarnings({ assembly, rig }) {
  * Return the component that a message names first; empty if it names none.
  * @param {Rig} rig
  * @param {string} text
- * @returns {string}
  */
 export function componentOf({ components }, text) {
   const named = components.map(({ name }) => ({ name, at: text.search(new RegExp(`\\b${name}[.:]`)) })).filter(({ at }) => at >= 0);
@@ -241,7 +234,6 @@ export function componentOf({ components }, text) {
 /**
  * Return the points that the speed is linear between; none where it is constant.
  * @param {Run} run
- * @returns {readonly [point: number, value: number][]}
  */
 export function speedsOf({ assembly, schedule }) {
   const position = assembly.position.get(SPEED);
@@ -293,7 +285,6 @@ function extend(run, name, point, until, value) {
  * Return the position of a value from outside.
  * @param {Run} run
  * @param {string} name
- * @returns {number}
  */
 function positionOf({ assembly: { position: positions, free } }, name) {
   const position = positions.get(name) ?? -1;

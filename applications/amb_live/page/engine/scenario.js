@@ -14,7 +14,6 @@ const SPEED = "Omega";
  * @param {readonly [point: number, value: number][]} speeds points of the speed, the first of which is at point 0
  * @param {number} end point
  * @param {string} [description]
- * @returns {string}
  */
 export function scenarioToml(rig, { settings, changes }, speeds, end, description = rig.description) {
   const variables = variablesOf(rig), values = { ...rig.inputs, ...settings.values }, planned = settings.events !== false;
@@ -71,12 +70,7 @@ function variablesOf({ components }) {
     variables.map((variable) => /** @type {[string, Variable]} */ ([`${name}.${variable.name}`, variable]))));
 }
 
-/**
- * @param {Rig} rig
- * @param {Record<string, number>} values
- * @param {Map<string, Variable>} variables
- * @returns {{ parameters: ByComponent, inputs: ByComponent }}
- */
+/** @param {Rig} rig @param {Record<string, number>} values @param {Map<string, Variable>} variables */
 function startValues(rig, values, variables) {
   /** @type {ByComponent} */
   const parameters = new Map(rig.components.map(({ name, parameters: values }) => [name, { ...values }]));
@@ -94,7 +88,6 @@ function startValues(rig, values, variables) {
 /**
  * Put events together that follow each other at a point and have the same label.
  * @param {{ point: number, label: string, role: string, values: Record<string, number> }[]} events
- * @returns {typeof events}
  */
 function merged(events) {
   /** @type {typeof events} */
@@ -114,27 +107,18 @@ function merged(events) {
  * Return the first input that a shared signal feeds; any other name as it is.
  * @param {Rig} rig
  * @param {string} name
- * @returns {string}
  */
 function endOf({ signals }, name) {
   return signals.find((signal) => signal.name === name)?.targets[0] ?? name;
 }
 
-/**
- * @param {string} end
- * @returns {[component: string, variable: string]}
- */
+/** @param {string} end */
 function split(end) {
   const dot = end.indexOf(".");
   return [end.slice(0, dot), end.slice(dot + 1)];
 }
 
-/**
- * @param {string} kind
- * @param {ByComponent} values
- * @param {Map<string, Variable>} variables
- * @returns {string[]}
- */
+/** @param {string} kind @param {ByComponent} values @param {Map<string, Variable>} variables */
 function tables(kind, values, variables) {
   return [...values].filter(([, item]) => Object.keys(item).length > 0).flatMap(([component, item]) => [
     "",
@@ -147,7 +131,6 @@ function tables(kind, values, variables) {
  * Return a value as its variable takes it.
  * @param {number} value
  * @param {Variable | undefined} variable
- * @returns {string}
  */
 function typed(value, variable) {
   if (variable?.type === "Boolean") { return value === 0 ? "false" : "true"; }
@@ -157,17 +140,13 @@ function typed(value, variable) {
 /**
  * Return a number such that TOML reads the same number, as a float.
  * @param {number} value
- * @returns {string}
  */
 function real(value) {
   const text = String(value);
   return /[.e]/.test(text) ? text : `${text}.0`;
 }
 
-/**
- * @param {string | number | boolean | undefined} value
- * @returns {string}
- */
+/** @param {string | number | boolean | undefined} value */
 function plain(value) {
   return typeof value === "number" ? real(value) : JSON.stringify(value);
 }

@@ -49,10 +49,7 @@ const SLICE = 8; // ms of work at a time
 const FRAME = 15; // ms between frames
 const PIECE = 0.1; // s, of a ramp of the speed
 
-/**
- * @param {Session["post"]} post
- * @returns {Session}
- */
+/** @param {Session["post"]} post */
 export function openSession(post) {
   return {
     post, libraries: new Map(), run: null, course: null, failed: false, start: { point: 0, now: 0 }, watched: null,
@@ -98,11 +95,7 @@ export function work(session, now, clock) {
   return session.course === course && run.assembly.point < goal;
 }
 
-/**
- * @param {Session} session
- * @param {Extract<Request, { type: "load" }>} request
- * @param {number} now
- */
+/** @param {Session} session @param {Extract<Request, { type: "load" }>} request @param {number} now */
 function load(session, { rig, parts, userChanges, watched }, now) {
   const { libraries } = session;
   if (!libraries.has(rig.module)) {
@@ -144,11 +137,7 @@ function seek(session, point, now) {
   startCourse(session, { status: "settling", to: point, pace: Infinity, notifyAtEnd: false }, now);
 }
 
-/**
- * @param {Session} session
- * @param {Course} course
- * @param {number} now
- */
+/** @param {Session} session @param {Course} course @param {number} now */
 function startCourse(session, course, now) {
   const run = runOf(session);
   if (session.failed) { throw new Error("the run has failed; go back in time, or reset"); }
@@ -157,12 +146,7 @@ function startCourse(session, course, now) {
   Object.assign(session.measured, { point: run.assembly.point, now, pace: 0 });
 }
 
-/**
- * @param {Session} session
- * @param {Run} run
- * @param {Exclude<Request, { type: "load" }>} request
- * @param {number} now
- */
+/** @param {Session} session @param {Run} run @param {Exclude<Request, { type: "load" }>} request @param {number} now */
 function answer(session, run, request, now) {
   const { rig, assembly } = run, present = Math.max(assembly.point, 0);
   switch (request.type) {
@@ -247,12 +231,7 @@ function speedUp(session, run, speed, acceleration) {
   session.ramp = nextPiece(session, run, { goal: speed, rate: acceleration });
 }
 
-/**
- * @param {Session} session
- * @param {Run} run
- * @param {{ goal: number, rate: number }} ramp
- * @returns {Session["ramp"]}
- */
+/** @param {Session} session @param {Run} run @param {{ goal: number, rate: number }} ramp */
 function nextPiece(session, run, { goal, rate }) {
   const until = addPiece(run, goal, rate, Math.round(PIECE * run.rig.rate));
   session.userChangesUpdated = true;
@@ -287,7 +266,6 @@ function advanceRun(session, run, course) {
  * @param {Session} session
  * @param {Run} run
  * @param {Course} course
- * @returns {boolean}
  */
 function look(session, run, course) {
   if (!arrive(run)) { return false; }
@@ -304,11 +282,7 @@ function look(session, run, course) {
   return session.course !== course;
 }
 
-/**
- * @param {Session} session
- * @param {Run} run
- * @param {Course} course
- */
+/** @param {Session} session @param {Run} run @param {Course} course */
 function finish(session, run, course) {
   session.course = null;
   if (!course.notifyAtEnd) { return; }
@@ -319,30 +293,20 @@ function finish(session, run, course) {
   session.course = null;
 }
 
-/**
- * @param {import("../protocol.js").Parts} parts
- * @param {string} key
- * @returns {Uint8Array<ArrayBuffer>}
- */
+/** @param {import("../protocol.js").Parts} parts @param {string} key */
 function bytesOf(parts, key) {
   if (!(key in parts)) { throw new Error(`the rig has no part ${key}`); }
   return /** @type {Uint8Array<ArrayBuffer>} */ (parts[key]);
 }
 
-/**
- * @param {Uint8Array} bytes
- * @returns {string}
- */
+/** @param {Uint8Array} bytes */
 function base64(bytes) {
   let text = "";
   for (let k = 0; k < bytes.length; k += 8192) { text += String.fromCharCode(...bytes.subarray(k, k + 8192)); }
   return btoa(text);
 }
 
-/**
- * @param {unknown} error
- * @returns {string}
- */
+/** @param {unknown} error */
 function textOf(error) {
   return error instanceof Error ? error.message : String(error);
 }

@@ -10,11 +10,7 @@ const MOST_MESSAGES = 100;
 
 /** A call that an FMU refused, in its words. */
 export class FmuError extends Error {
-  /**
-   * @param {string} call
-   * @param {number} status
-   * @param {string} said
-   */
+  /** @param {string} call @param {number} status @param {string} said */
   constructor(call, status, said) {
     super(said || `${call}: fmi2${STATUS[status]}`);
     this.name = "FmuError";
@@ -47,7 +43,6 @@ let serial = 0;
  * @param {string} name
  * @param {string} guid
  * @param {string} data its resources/model.bin, in base64
- * @returns {Instance}
  */
 export function instantiate(library, name, guid, data) {
   const unique = `${name}-${serial++}`, { call } = library;
@@ -81,7 +76,6 @@ export function release({ library, component, address }) {
 /**
  * Look at the memory anew if it has moved, as it does when it grows; its old views are then empty.
  * @param {Instance} instance
- * @returns {Instance}
  */
 function refresh(instance) {
   if (instance.reals.length === 0) {
@@ -96,7 +90,6 @@ function refresh(instance) {
  * Return an exchange of variables, in this order; its memory lives as long as the module.
  * @param {Instance} instance
  * @param {readonly import("../protocol.js").Variable[]} variables those of the same type stand together
- * @returns {Exchange}
  */
 export function exchange(instance, variables) {
   const { call } = instance.library;
@@ -184,7 +177,6 @@ export function step(instance, time, stepSize) {
 /**
  * Save the state of an instance and return its address, for `restore` and `forget`.
  * @param {Instance} instance
- * @returns {number}
  */
 export function save(instance) {
   const { call } = instance.library, place = call.malloc(4);

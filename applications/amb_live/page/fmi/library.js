@@ -28,7 +28,6 @@ const ADAPTER = new Uint8Array([
 /**
  * Start a compiled FMU.
  * @param {WebAssembly.Module} module
- * @returns {Library}
  */
 export function startLibrary(module) {
   /** @type {Record<string, Record<string, () => number>>} */
@@ -56,7 +55,6 @@ export function startLibrary(module) {
  * Add a function to the table of a module, and return its number in the table.
  * @param {WebAssembly.Table} table
  * @param {Logger} logger
- * @returns {number}
  */
 function addFunction(table, logger) {
   const adapter = new WebAssembly.Instance(new WebAssembly.Module(ADAPTER), { e: { f: logger } });
@@ -69,7 +67,6 @@ function addFunction(table, logger) {
  * Return the text that ends with a zero at an address; empty at address 0.
  * @param {WebAssembly.Memory} memory
  * @param {number} address
- * @returns {string}
  */
 export function textAt(memory, address) {
   if (address === 0) { return ""; }
@@ -81,7 +78,6 @@ export function textAt(memory, address) {
  * Copy a text to new memory of a library, with a final zero, and return its address, to be freed.
  * @param {Library} library
  * @param {string} text
- * @returns {number}
  */
 export function newText(library, text) {
   const bytes = new TextEncoder().encode(text), address = library.call.malloc(bytes.length + 1);

@@ -19,7 +19,6 @@ export function isOff(session) {
 /**
  * Return the sites where the rotor is in contact now.
  * @param {Session} session
- * @returns {string[]}
  */
 export function touched(session) {
   return session.rig.geometry.sites.map((site) => site.name).filter((name) => valueOf(session, `rotor_contact.${name}.mode`) > 0);
@@ -48,7 +47,6 @@ export function contactTime({ contacts, time }, between = 0.05) {
  * @param {Session} session
  * @param {string} chosen label of the choice
  * @param {readonly string[]} options labels of all
- * @returns {{ text: string, option: string } | null}
  */
 export function advice(session, chosen, options) {
   const lasts = contactTime(session) > LASTING, offers = (/** @type {string} */ label) => options.includes(label) && label !== chosen;

@@ -32,7 +32,6 @@ export function projection(camera) {
  * @param {Camera} camera
  * @param {number} yaw rad
  * @param {number} pitch rad
- * @returns {Camera}
  */
 export function turned(camera, yaw, pitch) {
   return { ...camera, yaw: camera.yaw + yaw, pitch: Math.min(Math.max(camera.pitch + pitch, -1.4), 1.4) };

@@ -15,7 +15,6 @@ let observer = null;
 /**
  * Return the size of an element in CSS pixels.
  * @param {Element} element
- * @returns {{ width: number, height: number }}
  */
 function sizeOf(element) {
   const known = sizes.get(element);
@@ -30,7 +29,6 @@ function sizeOf(element) {
 /**
  * Clear a canvas and return its surface.
  * @param {HTMLCanvasElement} canvas
- * @returns {Surface}
  */
 export function surfaceOf(canvas) {
   const ratio = window.devicePixelRatio || 1, { width, height } = sizeOf(canvas);

@@ -40,7 +40,6 @@ export function apply(session, changes, values) {
  * Return the badge that says when a change of a variable takes effect.
  * @param {Session} session
  * @param {string} name
- * @returns {HTMLElement}
  */
 export function effectBadge(session, name) {
   const effect = effectOf(session, name), variable = session.variables.get(name);

@@ -80,7 +80,6 @@ export function makeChart(place, spec, palette) {
  * @param {readonly (readonly number[])[]} curves
  * @param {number} least
  * @param {number} before
- * @returns {number}
  */
 export function roomFor(curves, least, before) {
   let largest = 0;
@@ -91,11 +90,7 @@ export function roomFor(curves, least, before) {
   return decade * ([1, 1.5, 2, 3, 5, 7, 10].find((step) => step * decade >= wanted) ?? 10);
 }
 
-/**
- * @param {uPlot} plot
- * @param {readonly number[]} levels
- * @param {import("./palette.js").Palette} palette
- */
+/** @param {uPlot} plot @param {readonly number[]} levels @param {import("./palette.js").Palette} palette */
 function drawLevels(plot, levels, palette) {
   const { ctx, bbox } = plot;
   ctx.save();

@@ -39,12 +39,7 @@ export function makeControls(panel, session, changes) {
   return (now) => updates.forEach((update) => update(now));
 }
 
-/**
- * @param {Session} session
- * @param {import("./declared.js").Declared} control
- * @param {Changes} changes
- * @returns {Control}
- */
+/** @param {Session} session @param {import("./declared.js").Declared} control @param {Changes} changes */
 function makeControl(session, control, changes) {
   if (control.kind === "slider") { return makeSlider(session, control, changes); }
   if (control.kind === "pair") { return makePair(session, control, changes); }
@@ -61,12 +56,7 @@ function shownSetting(session, changes, name) {
   return changes.planned()[name] ?? settingOf(session, name);
 }
 
-/**
- * @param {Session} session
- * @param {import("./declared.js").Slider} control
- * @param {Changes} changes
- * @returns {Control}
- */
+/** @param {Session} session @param {import("./declared.js").Slider} control @param {Changes} changes */
 function makeSlider(session, control, changes) {
   const { names, range, field, unit, update } = makeNumber(session, control, changes);
   const label = make("span", { title: session.variables.get(names[0])?.description ?? "" }, typeset(control.label));
@@ -139,12 +129,7 @@ function makeBoxes(session, control, changes) {
   };
 }
 
-/**
- * @param {Session} session
- * @param {import("./declared.js").Choice} control
- * @param {Changes} changes
- * @returns {Control}
- */
+/** @param {Session} session @param {import("./declared.js").Choice} control @param {Changes} changes */
 function makeChoice(session, control, changes) {
   const hint = make("p", { class: "advice", role: "status", hidden: true });
   let present = session;

@@ -20,10 +20,7 @@ import { byId } from "./dom.js";
  * @property {Record<string, string>} parts packed
  */
 
-/**
- * Read what is in the page.
- * @returns {Promise<PageData>}
- */
+/** Read what is in the page. */
 export async function readPageData() {
   const { described, parts } = JSON.parse(byId("data", HTMLScriptElement).text);
   return { described: JSON.parse(new TextDecoder().decode(await unpacked(described))), parts };
@@ -33,7 +30,6 @@ export async function readPageData() {
  * Return a scenario of the page; the first if it has none of that name.
  * @param {PageData} data
  * @param {string} scenario
- * @returns {Rig}
  */
 export function rigOf({ described }, scenario) {
   const chosen = described.rigs.find((rig) => rig.scenario === scenario) ?? described.rigs[0];
@@ -44,7 +40,6 @@ export function rigOf({ described }, scenario) {
  * Return the bytes that a scenario needs.
  * @param {PageData} data
  * @param {Rig} rig
- * @returns {Promise<Parts>}
  */
 export async function partsOf({ parts }, rig) {
   return Object.fromEntries(await Promise.all([rig.module, rig.data].map(async (key) => /** @type {const} */ ([key, await unpacked(parts[key])]))));
@@ -53,7 +48,6 @@ export async function partsOf({ parts }, rig) {
 /**
  * Return the bytes that Python packed: base64 of what gzip made of them.
  * @param {string} text
- * @returns {Promise<Uint8Array>}
  */
 export async function unpacked(text) {
   const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));

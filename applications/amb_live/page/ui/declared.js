@@ -48,7 +48,6 @@ import { matching } from "./session.js";
 /**
  * Return the groups of controls of a rig, without those that its components do not have.
  * @param {Session} session
- * @returns {Group[]}
  */
 export function declaredGroups(session) {
   const { geometry } = session.rig;
@@ -149,10 +148,7 @@ function named(session, pattern, label) {
   return matching(session, pattern).map((name) => ({ name, label: label(...name.split(".")) }));
 }
 
-/**
- * @param {Session} session
- * @param {Declared} control
- */
+/** @param {Session} session @param {Declared} control */
 function isHere(session, control) {
   if (control.kind === "choice") { return control.options.length > 0; }
   if (control.kind === "boxes") {

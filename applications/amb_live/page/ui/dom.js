@@ -5,7 +5,6 @@
  * @template {HTMLElement} T
  * @param {string} id
  * @param {new () => T} kind
- * @returns {T}
  */
 export function byId(id, kind) {
   const element = document.getElementById(id);
@@ -19,7 +18,6 @@ export function byId(id, kind) {
  * @param {K} tag
  * @param {Record<string, string | boolean>} [attributes] `text` is its content
  * @param {(Node | string)[]} [children]
- * @returns {HTMLElementTagNameMap[K]}
  */
 export function make(tag, attributes = {}, children = []) {
   const element = document.createElement(tag);
@@ -37,7 +35,6 @@ export function make(tag, attributes = {}, children = []) {
 /**
  * Return a text with its indices (`_x`) and exponents (`^{x}`) set as such.
  * @param {string} text
- * @returns {(Node | string)[]}
  */
 export function typeset(text) {
   return text.split(/(_[A-Za-z]+|\^\{[^}]*\})/).filter((part) => part !== "").map((part) => {

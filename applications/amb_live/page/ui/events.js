@@ -28,7 +28,6 @@ export function newNarrator() {
  * Return what happened since the last call. After a way back in time it is reported anew.
  * @param {Narrator} narrator
  * @param {Session} session
- * @returns {Notice[]}
  */
 export function narrate(narrator, session) {
   if (session.time < narrator.time || session.contacts.length < narrator.seen) { goBack(narrator, session); }
@@ -49,11 +48,7 @@ function goBack(narrator, session) {
   for (const { site, mode, time } of session.contacts) { narrator.sites.set(site, { mode, since: time, reported: mode }); }
 }
 
-/**
- * @param {Narrator} narrator
- * @param {Session} session
- * @returns {Notice[]}
- */
+/** @param {Narrator} narrator @param {Session} session */
 function contacts(narrator, session) {
   /** @type {Notice[]} */
   const notices = [];
@@ -85,7 +80,6 @@ function calmText(site, mode) {
  * Return the events of the scenario after a time and up to the present, each moment once.
  * @param {Session} session
  * @param {number} after s
- * @returns {Notice[]}
  */
 function planned({ rig, userChanges, time, variables }, after) {
   /** @type {Map<number, string[]>} */
@@ -114,11 +108,7 @@ function valueText(value, unit) {
   return Math.abs(value) < 1e-4 ? quantityText(1e6 * value, "g mm") : quantityText(1e3 * value, "g m");
 }
 
-/**
- * @param {Narrator} narrator
- * @param {Session} session
- * @returns {Notice[]}
- */
+/** @param {Narrator} narrator @param {Session} session */
 function limits(narrator, session) {
   if (valueOf(session, "rolac_controller.current_limited") !== 1) { return []; }
   const isNew = session.time - narrator.limited > AGAIN;

@@ -67,7 +67,6 @@ export function follow(step, notes, session) {
 /**
  * Return the experiments that a rig can do.
  * @param {Session} session
- * @returns {Experiment[]}
  */
 export function experimentsOf(session) {
   const { discs, sites } = session.rig.geometry, canPush = discs.some((item) => item.unbalance) && sites.length > 0;

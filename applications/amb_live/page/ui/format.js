@@ -14,7 +14,6 @@ const WRITTEN = {
 /**
  * Return a unit as it is printed.
  * @param {string} unit
- * @returns {string}
  */
 export function unitText(unit) {
   return WRITTEN[unit] ?? unit;
@@ -24,7 +23,6 @@ export function unitText(unit) {
  * Return a number with up to `digits` significant digits, without exponent where that is short.
  * @param {number} value
  * @param {number} [digits]
- * @returns {string}
  */
 export function numberText(value, digits = 4) {
   if (!Number.isFinite(value)) { return "–"; }
@@ -39,7 +37,6 @@ export function numberText(value, digits = 4) {
  * @param {number} value in the unit
  * @param {string} unit
  * @param {number} [digits] significant ones
- * @returns {string}
  */
 export function quantityText(value, unit, digits = 3) {
   if (!Number.isFinite(value)) { return "–"; }
@@ -56,7 +53,6 @@ export function quantityText(value, unit, digits = 3) {
 /**
  * Return a time in s with a fixed number of decimals, so that a running clock does not jump.
  * @param {number} seconds
- * @returns {string}
  */
 export function clockText(seconds) {
   return `${seconds.toFixed(4).replace("-", "−")} s`;
@@ -65,7 +61,6 @@ export function clockText(seconds) {
 /**
  * Return how fast the simulation runs, as people say it.
  * @param {number} factor simulated over real time
- * @returns {string}
  */
 export function factorText(factor) {
   return factor >= 1 ? `${numberText(factor, 2)}×` : `1/${numberText(1 / factor, 3)}`;

@@ -10,7 +10,6 @@ const MU_0 = 4e-7 * Math.PI; // H/m
 /**
  * Return the limits of the control currents (A), from the least.
  * @param {Session} session
- * @returns {number[]}
  */
 export function currentLimits(session) {
   return distinct(axesOf(session).flatMap(([bearing, axis]) => ["i_min", "i_max"].map((name) => settingOf(session, `rolac_controller.${bearing}.${name}_${axis}`))));
@@ -23,7 +22,6 @@ export function currentLimits(session) {
  *
  * F_0 is the static load, which a force without its static part leaves out.
  * @param {Session} session
- * @returns {number[]}
  */
 export function forceLimits(session) {
   return distinct(axesOf(session).flatMap(([bearing, axis]) => {
@@ -40,7 +38,6 @@ export function forceLimits(session) {
  * Return limits in words: each once, and ± where both signs have the same.
  * @param {string} name of them
  * @param {readonly number[]} limits in the displayed unit
- * @returns {string}
  */
 export function limitsText(name, limits) {
   const texts = distinct(limits).map((item) => numberText(item, 3)), isBoth = (/** @type {string} */ text) => texts.includes(`\u2212${text}`);

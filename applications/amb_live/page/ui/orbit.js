@@ -27,7 +27,6 @@ const FULL_FORCE = 4000; // N, an arc or arrow of full size
  * @param {number} clearance m
  * @param {Float32Array} x m
  * @param {Float32Array} y m
- * @returns {number}
  */
 export function spanOf(clearance, x, y) {
   let largest = 0;
@@ -41,7 +40,6 @@ export function spanOf(clearance, x, y) {
  * @param {Float32Array} y m
  * @param {Float32Array} force N
  * @param {number} sectors
- * @returns {Float32Array}
  */
 export function contactArcs(x, y, force, sectors) {
   const arcs = new Float32Array(sectors);
@@ -155,11 +153,7 @@ function drawClearance(context, scene, at, scale, palette) {
   });
 }
 
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {OrbitScene} scene
- * @param {Place} at
- */
+/** @param {CanvasRenderingContext2D} context @param {OrbitScene} scene @param {Place} at */
 function drawTrail(context, scene, at) {
   const count = scene.x.length, piece = Math.max(Math.ceil(count / TRAIL_PIECES), 1);
   context.lineWidth = 1.8;

@@ -50,7 +50,6 @@ export function rotationOf(geometry) {
 /**
  * Return the sites that have a view: those where the rotor can touch.
  * @param {Session} session
- * @returns {Site[]}
  */
 export function shownSites(session) {
   return session.rig.geometry.sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0);
@@ -60,7 +59,6 @@ export function shownSites(session) {
  * Return the disc nearest to a place, on which a push at it acts; empty without discs.
  * @param {import("../protocol.js").Geometry} geometry
  * @param {number} z m
- * @returns {string}
  */
 export function nearestDisc(geometry, z) {
   const discs = geometry.discs.filter((item) => item.unbalance);
@@ -70,7 +68,6 @@ export function nearestDisc(geometry, z) {
 /**
  * Return the push (N) for a drag of a clearance: a little more than the bearings hold, in steps of 1, 2 and 5.
  * @param {Session} session
- * @returns {number}
  */
 export function pushScale(session) {
   const stiffness = matching(session, "rolac_controller.*.k_b_?").map((name) => settingOf(session, name)).filter((item) => item > 0);
@@ -155,12 +152,7 @@ function listen(view, session, rotation, apply) {
   }
 }
 
-/**
- * @param {OrbitView} view
- * @param {Session} session
- * @param {number} rotation
- * @param {import("./palette.js").Palette} palette
- */
+/** @param {OrbitView} view @param {Session} session @param {number} rotation @param {import("./palette.js").Palette} palette */
 function drawView(view, session, rotation, palette) {
   const name = `rotor_contact.${view.site.name}`, colour = palette.series[seriesOfSite(session.rig.geometry, view.site)];
   const omega = Math.abs(valueOf(session, "rotor_contact.speed")) || 100;

@@ -19,7 +19,6 @@ const SERIES = ["--series-1", "--series-2", "--series-3", "--series-4", "--serie
 /**
  * Read the palette that is in force.
  * @param {Element} [element]
- * @returns {Palette}
  */
 export function readPalette(element = document.documentElement) {
   const style = getComputedStyle(element);
@@ -47,7 +46,6 @@ export function seriesOfSite(geometry, site) {
  * Return a colour with less than full opacity.
  * @param {string} colour as #rrggbb
  * @param {number} opacity from 0 to 1
- * @returns {string}
  */
 export function faded(colour, opacity) {
   const level = Math.round(255 * Math.min(Math.max(opacity, 0), 1));
@@ -59,7 +57,6 @@ export function faded(colour, opacity) {
  * @param {string} from as #rrggbb
  * @param {string} to as #rrggbb
  * @param {number} share of `to`, from 0 to 1
- * @returns {string}
  */
 export function mixed(from, to, share) {
   const part = (/** @type {string} */ colour, /** @type {number} */ k) => parseInt(colour.slice(1 + 2 * k, 3 + 2 * k), 16);

@@ -8,7 +8,6 @@ const EVENTS = ["pointerdown", "pointermove", "keydown", "input", "click", "resi
  * @param {() => number} heard how many answers of the worker were heard
  * @param {(now: number) => void} draw
  * @param {(now: number) => void} always what is done at every frame
- * @returns {() => void}
  */
 export function startRedraw(heard, draw, always) {
   let drawn = -1, rests = 0; // what was heard when it was drawn last, and when drawing may rest (ms)

@@ -13,7 +13,6 @@
  * Return what goes to times.
  * @param {() => Session} current
  * @param {(request: import("../protocol.js").Request) => void} send
- * @returns {Seeker}
  */
 export function makeSeeker(current, send) {
   /** @type {number | null} */

@@ -3,7 +3,6 @@
 /**
  * Return what tells whether an element is on the screen.
  * @param {Element} element
- * @returns {{ isSeen: () => boolean, end: () => void }}
  */
 export function whetherSeen(element) {
   let seen = true;

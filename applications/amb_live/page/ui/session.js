@@ -61,10 +61,7 @@ export function absorb(session, answer) {
   }
 }
 
-/**
- * @param {Session} session
- * @param {import("../protocol.js").Frame} frame
- */
+/** @param {Session} session @param {import("../protocol.js").Frame} frame */
 function absorbFrame(session, frame) {
   if (frame.anew) {
     const from = frame.from * session.rig.stepSize;
@@ -82,7 +79,6 @@ function absorbFrame(session, frame) {
  * Return the newest value of a signal, NaN without values.
  * @param {Session} session
  * @param {string} name
- * @returns {number}
  */
 export function valueOf(session, name) {
   const column = session.columns.get(name);
@@ -93,7 +89,6 @@ export function valueOf(session, name) {
  * Return what a parameter, input or shared signal is set to: by the user, by the scenario, or from the start.
  * @param {Session} session
  * @param {string} name
- * @returns {number}
  */
 export function settingOf(session, name) {
   const displayed = valueOf(session, name), half = 0.5 * session.rig.stepSize;
@@ -113,7 +108,6 @@ export function settingOf(session, name) {
 /**
  * Return the values that changes leave, but for forces on discs and the speed, which was on its way.
  * @param {readonly import("../protocol.js").Change[]} changes in order of time
- * @returns {Record<string, number>}
  */
 export function lasting(changes) {
   const values = Object.assign({}, ...changes.map((change) => change.values));
@@ -123,7 +117,6 @@ export function lasting(changes) {
 /**
  * Return component and variable of a full name.
  * @param {string} name
- * @returns {[string, string]}
  */
 export function split(name) {
   const at = name.indexOf(".");
@@ -134,7 +127,6 @@ export function split(name) {
  * Return the names of variables that match a pattern with `*` and `?`, as scenarios match them.
  * @param {Session} session
  * @param {string} pattern
- * @returns {string[]}
  */
 export function matching(session, pattern) {
   const text = pattern.replace(/[.+^${}()|[\]\\]/g, "\\$&").replaceAll("*", ".*").replaceAll("?", ".");
@@ -146,7 +138,6 @@ export function matching(session, pattern) {
  * Return when a change of a variable takes effect: at the next step, or when the run starts anew.
  * @param {Session} session
  * @param {string} name
- * @returns {"live" | "anew"}
  */
 export function effectOf(session, name) {
   const variable = session.variables.get(name);

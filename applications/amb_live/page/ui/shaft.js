@@ -30,7 +30,6 @@ const MOST_CURRENT = 10; // A, a magnet of full colour
 /**
  * Return by how much displacements are enlarged: the smallest clearance is as wide as a share of the largest disc.
  * @param {Geometry} geometry
- * @returns {number}
  */
 export function enlargementOf(geometry) {
   const clearance = Math.min(...geometry.sites.map((site) => site.clearance), 1e-3);
@@ -44,7 +43,6 @@ export function enlargementOf(geometry) {
  * @param {Geometry} geometry
  * @param {(signal: string) => number} value
  * @param {number} enlargement
- * @returns {number}
  */
 export function roomOf(geometry, value, enlargement) {
   const bent = deflection(geometry, value), length = geometry.nodes[geometry.nodes.length - 1].z - geometry.nodes[0].z;
@@ -152,7 +150,6 @@ function ringPlace(geometry, site) {
  * @param {ShaftScene} scene
  * @param {import("./solids.js").Project} project
  * @param {import("./palette.js").Palette} palette
- * @returns {Face[]}
  */
 function retainer(site, scene, project, palette) {
   const { z, radius } = ringPlace(scene.geometry, site);
@@ -180,7 +177,6 @@ function gapOf(bearing, scene) {
  * @param {import("./solids.js").Project} project
  * @param {string} colour
  * @param {import("./palette.js").Palette} palette
- * @returns {Face[]}
  */
 function magnets(bearing, scene, radius, project, colour, palette) {
   if (!bearing.magnetic) { return []; }
@@ -200,7 +196,6 @@ function magnets(bearing, scene, radius, project, colour, palette) {
  * @param {(xy: readonly number[]) => [number, number]} across
  * @param {import("./solids.js").Project} project
  * @param {string} colour
- * @returns {Face[]}
  */
 function trail(z, path, across, project, colour) {
   if (path === undefined || path.x.length < 2) { return []; }
@@ -228,7 +223,6 @@ function trail(z, path, across, project, colour) {
  * @param {(z: number) => { z: number, u: number, v: number }} place
  * @param {import("./solids.js").Project} project
  * @param {import("./palette.js").Palette} palette
- * @returns {Face[]}
  */
 function heavySpot(unbalance, scene, place, project, palette) {
   const body = scene.geometry.discs.find((item) => item.name === unbalance.name);

@@ -17,7 +17,6 @@ import { columnsOf } from "./traces.js";
  * Return how the user takes along what a session holds.
  * @param {() => import("./session.js").Session} present
  * @param {(request: import("../protocol.js").Request) => void} send
- * @returns {Sharing}
  */
 export function makeSharing(present, send) {
   function share() {

@@ -17,7 +17,6 @@
 /**
  * Return the shortcuts, with what the help says of them.
  * @param {Actions} act
- * @returns {import("./keys.js").Shortcut[]}
  */
 export function shortcutsOf({ transport, ...act }) {
   return [

@@ -15,7 +15,6 @@ const SMALL = 3e-4; // m of the largest clearance, below which displacements are
 /**
  * Return the charts of a rig: displacements, contact forces, currents and forces of the magnets.
  * @param {() => Session} current
- * @returns {ChartSpec[]}
  */
 export function chartSpecs(current) {
   const session = current(), { bearings, sites } = session.rig.geometry;
@@ -45,7 +44,6 @@ export function chartSpecs(current) {
 /**
  * Return the signals whose samples the page keeps: what it draws over time, and what a CSV file should have.
  * @param {import("../protocol.js").Rig} rig
- * @returns {string[]}
  */
 export function watchedSignals(rig) {
   const { bearings, sites, shape } = rig.geometry;

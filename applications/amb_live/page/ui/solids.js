@@ -55,7 +55,6 @@ export function face(corners, fill, edge = fill, offset = 0) {
  * @param {string} bright
  * @param {number} u
  * @param {number} v
- * @returns {string}
  */
 export function shade(colour, dark, bright, u, v) {
   const light = -0.45 * u + 0.89 * v;
@@ -68,7 +67,6 @@ export function shade(colour, dark, bright, u, v) {
  * @param {Project} project
  * @param {number} angle of the rotor (rad)
  * @param {{ metal: string, dark: string, bright: string }} colours
- * @returns {Face[]}
  */
 export function tube(points, project, angle, colours) {
   const corner = (/** @type {Point} */ p, /** @type {number} */ k) => {
@@ -101,7 +99,6 @@ export function tube(points, project, angle, colours) {
  * @param {number} angle rad
  * @param {{ metal: string, dark: string, bright: string }} colours
  * @param {number} [holes]
- * @returns {Face[]}
  */
 export function disc(place, radius, width, project, angle, colours, holes = 0) {
   const sides = 2 * SIDES, [near, far] = [place.z - 0.5 * width, place.z + 0.5 * width];
@@ -130,11 +127,7 @@ export function disc(place, radius, width, project, angle, colours, holes = 0) {
   return faces;
 }
 
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {import("./camera.js").Projected[]} path
- * @param {string} fill
- */
+/** @param {CanvasRenderingContext2D} context @param {import("./camera.js").Projected[]} path @param {string} fill */
 function fillPath(context, path, fill) {
   context.beginPath();
   path.forEach(([x, y], k) => (k === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
@@ -153,7 +146,6 @@ function fillPath(context, path, fill) {
  * @param {Project} project
  * @param {string} colour
  * @param {number} width pixels
- * @returns {Face[]}
  */
 export function ring(z, centre, radius, from, to, project, colour, width) {
   const pieces = Math.max(Math.ceil((24 * Math.abs(to - from)) / (2 * Math.PI)), 2);

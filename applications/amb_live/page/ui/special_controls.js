@@ -50,7 +50,6 @@ export function makeSpeedControl(session, changes) {
  * Return the control of a push: which disc, how strong, in which direction; it lasts while its button is held.
  * @param {Session} session
  * @param {Changes} changes
- * @returns {Control}
  */
 export function makePushControl(session, changes) {
   const discs = session.rig.geometry.discs.filter((item) => item.unbalance).map((item) => item.name);
@@ -76,7 +75,6 @@ export function makePushControl(session, changes) {
  * Return the control of any parameter or input by its name; what the FMU refuses, it says.
  * @param {Session} session
  * @param {Changes} changes
- * @returns {Control}
  */
 export function makeAnyVariable(session, changes) {
   const names = [...session.variables].filter(([, variable]) => variable.causality !== "output").map(([name]) => name);

@@ -11,7 +11,6 @@ import { valueOf } from "./session.js";
 /**
  * Return the amplitude (m) and phase (rad) of the x axis at each plane that the controller transforms.
  * @param {Session} session
- * @returns {{ name: string, amplitude: number, phase: number }[]}
  */
 export function synchronousVectors(session) {
   return session.rig.geometry.planes.map((plane) => {

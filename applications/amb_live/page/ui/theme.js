@@ -5,7 +5,6 @@ const KEY = "amb-cosim-live-theme";
 /**
  * Apply the theme, and return what switches it.
  * @param {() => void} changed called after each change
- * @returns {() => void}
  */
 export function startTheme(changed) {
   const system = matchMedia("(prefers-color-scheme: light)");

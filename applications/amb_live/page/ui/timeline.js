@@ -10,7 +10,6 @@ import { numberText } from "./format.js";
  * @param {readonly import("../protocol.js").ContactEvent[]} contacts in order of time
  * @param {string} site
  * @param {number} now s, where a contact that lasts ends
- * @returns {[number, number][]}
  */
 export function touches(contacts, site, now) {
   /** @type {[number, number][]} */
@@ -30,7 +29,6 @@ export function touches(contacts, site, now) {
 /**
  * Return what the scenario does at each time, events of a point together.
  * @param {import("../protocol.js").Rig} rig
- * @returns {{ time: number, text: string }[]}
  */
 export function plannedEvents(rig) {
   /** @type {Map<number, string[]>} */

@@ -14,7 +14,6 @@
  * Return empty traces.
  * @param {readonly string[]} names
  * @param {number} capacity
- * @returns {Traces}
  */
 export function emptyTraces(names, capacity) {
   const values = new Map(names.map((name) => [name, new Float32Array(capacity)]));
@@ -53,7 +52,6 @@ export function truncate(traces, time) {
  * Return where sample `k`, counted from the oldest, lies in the rings.
  * @param {Traces} traces
  * @param {number} k
- * @returns {number}
  */
 export function position(traces, k) {
   return (traces.next - traces.count + k + 2 * traces.capacity) % traces.capacity;
@@ -63,7 +61,6 @@ export function position(traces, k) {
  * Return the number of the first sample at or after a time; `count` without any.
  * @param {Traces} traces
  * @param {number} time s
- * @returns {number}
  */
 export function firstAt(traces, time) {
   let low = 0, high = traces.count;
@@ -78,7 +75,6 @@ export function firstAt(traces, time) {
  * Return the newest value of a signal, NaN without samples or if it is not recorded.
  * @param {Traces} traces
  * @param {string} name
- * @returns {number}
  */
 export function latest(traces, name) {
   const ring = traces.values.get(name);
@@ -91,7 +87,6 @@ export function latest(traces, name) {
  * @param {string} name
  * @param {number} from s
  * @param {number} to s
- * @returns {Float32Array}
  */
 export function between(traces, name, from, to) {
   const ring = traces.values.get(name), first = firstAt(traces, from), end = firstAt(traces, to + 1e-9);
@@ -145,7 +140,6 @@ export function thinned(traces, names, from, to, buckets, scales) {
  * @param {number} first
  * @param {number} end
  * @param {number} scale
- * @returns {[number, number]}
  */
 function extremes(traces, ring, first, end, scale) {
   let low = Infinity, high = -Infinity, lowAt = first, highAt = first;
@@ -160,7 +154,6 @@ function extremes(traces, ring, first, end, scale) {
 /**
  * Return everything held as columns, time first.
  * @param {Traces} traces
- * @returns {{ name: string, values: Float64Array | Float32Array }[]}
  */
 export function columnsOf(traces) {
   const ends = traces.count === 0 ? [0, 0] : [traces.time[position(traces, 0)], traces.time[position(traces, traces.count - 1)]];

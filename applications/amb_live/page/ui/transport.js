@@ -98,7 +98,6 @@ export function makeTransport(wishes, current) {
 /**
  * Return a pace drawn to those that have names: 1/1000, 1/100, 1/10, real time, 5.
  * @param {number} decades
- * @returns {number}
  */
 export function snapped(decades) {
   return DETENTS.find((detent) => Math.abs(decades - detent) < 0.04) ?? decades;
@@ -108,7 +107,6 @@ export function snapped(decades) {
  * Return why it runs slower than it was requested to, and than real time; empty where it does not.
  * @param {Session} session
  * @param {number} requested simulated seconds in a second
- * @returns {string}
  */
 export function slowness(session, requested) {
   const { status, speed } = session;
@@ -120,10 +118,7 @@ export function slowness(session, requested) {
   return `Slower than requested, ${factorText(speed)} of real time: ${why}.`;
 }
 
-/**
- * @param {Session} session
- * @returns {string}
- */
+/** @param {Session} session */
 function statusText(session) {
   if (session.status === "loading" || session.status === "settling") { return "settling"; }
   if (session.status === "failed") { return "failed"; }
