@@ -155,10 +155,9 @@
  * Compile the modules, start, settle, and stop at point 0. `userChanges` of a link or another page is done again: its settings hold
  * from the start, and its changes take place when their time comes. `watched` are the signals of frames, all by default.
  *
- * @typedef {{ type: "watch", signals: string[] }} Watch columns of the frames from now on
  * @typedef {{ type: "play", pace: number }} Play simulated seconds in a second; Infinity is as fast as it goes
  * @typedef {{ type: "pause" }} Pause
- * @typedef {{ type: "step", points?: number }} Step pause, then do so many communication steps, 1 by default
+ * @typedef {{ type: "step" }} Step do a communication step, then pause
  * @typedef {{ type: "run", to: number }} Run compute up to a time (s) as fast as it goes, then pause
  * @typedef {{ type: "reset", settings?: Settings }} Reset start anew; settings are those of before by default
  * @typedef {{ type: "set", values: Record<string, number> }} Set inputs, signals and tunable parameters; if any is refused, none is
@@ -170,7 +169,7 @@
  * are forgotten unless `keep`, when they take place again
  * @typedef {{ type: "save", name: string, description?: string }} Save ask for `saved`: the run up to now as a scenario
  *
- * @typedef {Load | Watch | Play | Pause | Step | Run | Reset | Set | Speed | Push | Rewind | Save} Request
+ * @typedef {Load | Play | Pause | Step | Run | Reset | Set | Speed | Push | Rewind | Save} Request
  */
 
 // Worker to page -------------------------------------------------------------------------------------------------------
@@ -197,7 +196,6 @@
  * @property {Float64Array} values newest values of all signals, in the order of `Ready.signals`
  * @property {ContactEvent[]} contacts since the last frame
  * @property {number} speed simulated seconds in a second that it can do
- * @property {number} pace simulated seconds in a second that it does
  */
 
 /**
@@ -209,7 +207,6 @@
  */
 
 /**
- * @typedef {{ type: "columns", watched: string[] }} Columns before the first frame with other columns
  * @typedef {{ type: "userChanges", userChanges: UserChanges }} UserChangesUpdated the record changed: settings, and what was set, pushed, sped up
  * @typedef {{ type: "warning", component: string, time: number, text: string }} Warning that an FMU logged
  * @typedef {{ type: "refused", request: string, text: string }} Refused a request that changed nothing, with the reason: the
@@ -220,7 +217,7 @@
  * scenario's end, by its condition, or where `run` was to lead; play goes on
  * @typedef {{ type: "saved", name: string, toml: string }} Saved
  *
- * @typedef {Ready | Frame | Columns | UserChangesUpdated | Warning | Refused | Failed | Ended | Saved} Answer
+ * @typedef {Ready | Frame | UserChangesUpdated | Warning | Refused | Failed | Ended | Saved} Answer
  */
 
 export {};

@@ -14,7 +14,7 @@ const rig = {
 function session(...frames) {
   const one = newSession(rig);
   absorb(one, { type: "ready", signals: ["c.u", "c.y"], watched: ["c.y"], userChanges: { settings: {}, changes: [] } });
-  for (const frame of frames) { absorb(one, { type: "frame", status: "paused", anew: false, contacts: [], pace: 0, speed: 1, point: 0, ...frame }); }
+  for (const frame of frames) { absorb(one, { type: "frame", status: "paused", anew: false, contacts: [], speed: 1, point: 0, ...frame }); }
   return one;
 }
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { seriesOfSite } from "../../../applications/amb_live/page/ui/palette.js";
-import { forceLimits, limitsText } from "../../../applications/amb_live/page/ui/limits.js";
+import { limitsText } from "../../../applications/amb_live/page/ui/limits.js";
 import { chartSpecs, watchedSignals } from "../../../applications/amb_live/page/ui/signals.js";
 
 // Two magnetic bearings and a passive one between them; a retainer in the plane of its bearing, one beside it, two seals.
@@ -36,23 +36,7 @@ test("clearances are drawn over displacements of their own plane alone", () => {
   assert.ok(Math.abs(levels[1] - 0.1) < 1e-12 && levels[0] === -levels[1]);
 });
 
-// A magnet that pulls with 1000 N at 1 T, where its iron saturates: A_e = mu_0 P/B^2.
-const area = 1000 * 4e-7 * Math.PI, magnet = { turns: 100, gap: 1e-3, half_angle: 0, pole_area: area, current_limit: 20, bias_current: 2, static_current: 0, b_sat: 1 };
-const withMagnets = (more) => ({ ...session, rig: { ...session.rig, components: [{ name: "amb_actuator", variables: [], parameters:
-  Object.fromEntries(["left", "right"].flatMap((name) => ["x", "y"].flatMap((axis) => Object.entries({ ...magnet, ...more }).map(([key, value]) => [`${name}.${key}_${axis}`, value])))) }] } });
-const near = (found, wanted) => found.length === wanted.length && found.every((one, k) => Math.abs(one - wanted[k]) <= 1e-3 * Math.abs(wanted[k]));
-
-test("a magnet pulls at most as its iron or its current allow, less the load that it carries", () => {
-  assert.ok(near(forceLimits(withMagnets({})), [-1000, 1000]));
-  const perAmpere = 4e-7 * Math.PI * 100 / 1e-3; // T/A
-  const limited = 1000 * (perAmpere * 4) ** 2;
-  assert.ok(near(forceLimits(withMagnets({ current_limit: 4 })), [-limited, limited]));
-  const load = 1000 * perAmpere ** 2 * (3 ** 2 - 2 ** 2);
-  assert.ok(near(forceLimits(withMagnets({ static_current: 1 })), [-1000 - load, 1000 - load]));
-});
-
-test("what is not known of a magnet has no limit", () => {
-  assert.deepEqual(forceLimits(session), []);
+test("limits are named once, with both signs where they have them", () => {
   assert.equal(limitsText("limits", []), "");
   assert.equal(limitsText("limits", [-1.5, 2]), "limits −1.5, 2");
   assert.equal(limitsText("clearance", [-0.3, 0.3, -0.2, 0.2]), "clearance ±0.2, ±0.3");

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { append, between, columnsOf, emptyTraces, firstAt, latest, thinned, truncate } from "../../../applications/amb_live/page/ui/traces.js";
+import { append, between, columnsOf, emptyTraces, firstAt, thinned, truncate } from "../../../applications/amb_live/page/ui/traces.js";
 
 /** Traces of t and t^2 at 0, 1, 2, ... */
 function squares(count, capacity) {
@@ -12,7 +12,6 @@ function squares(count, capacity) {
 test("a full ring holds the newest samples", () => {
   const traces = squares(10, 4);
   assert.deepEqual([...between(traces, "square", 0, 99)], [36, 49, 64, 81]);
-  assert.equal(latest(traces, "square"), 81);
 });
 
 test("what lies between two times includes both", () => {
@@ -45,7 +44,6 @@ test("few samples are not thinned", () => {
 
 test("a signal that is not recorded is a gap", () => {
   assert.ok(thinned(squares(2, 8), ["other"], 0, 9, 50, [1])[1].every(Number.isNaN));
-  assert.equal(latest(squares(2, 8), "other"), NaN);
 });
 
 test("columns for a file begin with time and hold every sample", () => {

@@ -31,16 +31,11 @@ export function show(session, now) {
     session.post({ type: "warning", ...warning, time: point * run.rig.stepSize });
   }
   if (session.userChangesUpdated) { session.post({ type: "userChanges", userChanges: userChangesOf(run) }); }
-  if (now > measured.now + 200) {
-    measured.pace = (point - measured.point) * run.rig.stepSize / ((now - measured.now) / 1000);
-    Object.assign(measured, { point, now });
-  }
   measured.displayed = now;
   const data = rows.data.slice(0, rows.length), values = run.assembly.values.slice();
   session.post({
     type: "frame", point, time: point * run.rig.stepSize, status: session.failed ? "failed" : course?.status ?? "paused", anew,
     from: rows.length > 0 ? rows.from : anew ? rows.from : point, rows: data, values, contacts, speed: measured.speed,
-    pace: course ? measured.pace : 0,
   }, [data.buffer, values.buffer]);
   Object.assign(session, { anew: false, contacts: [], userChangesUpdated: false });
   rows.length = 0;

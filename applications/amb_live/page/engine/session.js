@@ -39,8 +39,8 @@ import {
  * @property {boolean} anew
  * @property {boolean} userChangesUpdated
  * @property {{ goal: number, rate: number, until: number } | null} ramp of the speed that the user requested
- * @property {{ speed: number, pace: number, point: number, now: number, displayed: number, steps: number, busy: number }} measured
- * `speed` and `pace` as in frames; since `now` (ms) and `point`, after so many steps in so many ms of work
+ * @property {{ speed: number, displayed: number, steps: number, busy: number }} measured
+ * `speed` as in frames, after so many steps in so many ms of work; when a frame was displayed (ms)
  */
 
 /** Samples that no frame has displayed yet. @typedef {{ data: Float64Array, length: number, from: number }} Rows */
@@ -54,7 +54,7 @@ export function openSession(post) {
   return {
     post, libraries: new Map(), run: null, course: null, failed: false, start: { point: 0, now: 0 }, watched: null,
     columns: new Int32Array(), rows: { data: new Float64Array(4096), length: 0, from: 0 }, contacts: [], anew: false,
-    userChangesUpdated: false, ramp: null, measured: { speed: NaN, pace: 0, point: 0, now: 0, displayed: -Infinity, steps: 0, busy: 0 },
+    userChangesUpdated: false, ramp: null, measured: { speed: NaN, displayed: -Infinity, steps: 0, busy: 0 },
   };
 }
 
@@ -143,18 +143,12 @@ function startCourse(session, course, now) {
   if (session.failed) { throw new Error("the run has failed; go back in time, or reset"); }
   session.course = course;
   session.start = { point: run.assembly.point, now };
-  Object.assign(session.measured, { point: run.assembly.point, now, pace: 0 });
 }
 
 /** @param {Session} session @param {Run} run @param {Exclude<Request, { type: "load" }>} request @param {number} now */
 function answer(session, run, request, now) {
   const { rig, assembly } = run, present = Math.max(assembly.point, 0);
   switch (request.type) {
-    case "watch":
-      show(session, now);
-      watch(session, run, request.signals);
-      session.post({ type: "columns", watched: watchedOf(session, run) });
-      return;
     case "play":
       if (!(request.pace > 0)) { throw new Error(`pace = ${request.pace} is not allowed; it must be > 0`); }
       whenSettled(session);
@@ -165,7 +159,7 @@ function answer(session, run, request, now) {
       return show(session, now);
     case "step":
       whenSettled(session);
-      return startCourse(session, { status: "playing", to: present + (request.points ?? 1), pace: Infinity, notifyAtEnd: false }, now);
+      return startCourse(session, { status: "playing", to: present + 1, pace: Infinity, notifyAtEnd: false }, now);
     case "run":
       whenSettled(session);
       return startCourse(session, { status: "playing", to: Math.round(request.to / rig.stepSize), pace: Infinity, notifyAtEnd: true }, now);

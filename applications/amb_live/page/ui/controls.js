@@ -4,7 +4,7 @@ import { advice, contactTime } from "./advice.js";
 import { apply, effectBadge } from "./changes.js";
 import { declaredGroups } from "./declared.js";
 import { make, setText, typeset } from "./dom.js";
-import { makeAnyVariable, makePushControl, makeSpeedControl } from "./special_controls.js";
+import { makeAnyVariable, makeSpeedControl } from "./special_controls.js";
 import { effectOf, matching, settingOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -22,7 +22,7 @@ import { effectOf, matching, settingOf } from "./session.js";
 export function makeControls(panel, session, changes) {
   /** @type {{ title: string, theory: string, open: boolean, hint?: string, controls: Control[] }[]} */
   const groups = [
-    { title: "Speed and push", theory: "rotor", open: true, controls: [makeSpeedControl(session, changes), makePushControl(session, changes)] },
+    { title: "Speed", theory: "rotor", open: true, controls: [makeSpeedControl(session, changes)] },
     ...declaredGroups(session).map((group) => ({ ...group, controls: group.controls.map((control) => makeControl(session, control, changes)) })),
     { title: "Any variable", theory: "", open: false, controls: [makeAnyVariable(session, changes)] },
   ];

@@ -1,11 +1,10 @@
-// Shortcuts: a list for what they do and for the help that tells them.
+// Shortcuts: those of the buttons with a `data-key`, whose titles say what they do, and of the paces.
 
 import { make } from "./dom.js";
 
 /**
  * @typedef {object} Shortcut
  * @property {string} key as the keyboard reports it
- * @property {string} label
  * @property {string} what
  * @property {() => void} act
  */
@@ -13,10 +12,12 @@ import { make } from "./dom.js";
 /**
  * Listen to shortcuts, except while something is typed or held, and list them in the help.
  * @param {HTMLElement} help
- * @param {readonly Shortcut[]} shortcuts
+ * @param {readonly Shortcut[]} paces
  */
-export function listenToKeys(help, shortcuts) {
-  help.replaceChildren(...shortcuts.flatMap((item) => [make("dt", {}, [make("kbd", { text: item.label })]), make("dd", { text: item.what })]),
+export function listenToKeys(help, paces) {
+  const buttons = [...document.querySelectorAll("button")].filter((button) => button.dataset.key !== undefined);
+  const shortcuts = [...buttons.map((button) => ({ key: button.dataset.key, what: button.title.replace(/ \(.*\)$/, ""), act: () => button.click() })), ...paces];
+  help.replaceChildren(...shortcuts.flatMap((item) => [make("dt", {}, [make("kbd", { text: item.key === " " ? "space" : item.key?.toUpperCase() ?? "" })]), make("dd", { text: item.what })]),
     make("dt", { text: "arrow keys" }), make("dd", { text: "on an orbit: push; on the shaft: turn; on the time line: back and ahead" }));
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey || event.defaultPrevented || isTaken(event)) { return; }

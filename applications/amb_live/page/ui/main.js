@@ -16,9 +16,7 @@ import { startRedraw } from "./redraw.js";
 import { makeSeeker } from "./seeker.js";
 import { absorb, lasting, newSession } from "./session.js";
 import { makeSharing, remember } from "./sharing.js";
-import { shortcutsOf } from "./shortcuts.js";
 import { watchedSignals } from "./signals.js";
-import { startTheme } from "./theme.js";
 import { listenToTheory, showTheory } from "./theory.js";
 import { makeTransport } from "./transport.js";
 import { chooseWindow, makeView } from "./view.js";
@@ -166,12 +164,16 @@ function open(data) {
     transport.draw(session, palette, now);
   }, endNotice);
   const { share, save, saveCsv } = makeSharing(() => session, send);
-  const switchTheme = startTheme(rebuild);
+  matchMedia("(prefers-color-scheme: light)").addEventListener("change", rebuild);
   const help = () => byId("help-dialog", HTMLDialogElement).showModal(), theory = () => showTheory(documentation);
-  const original = () => restart({}), step = () => byId("step", HTMLButtonElement).click();
-  listenToKeys(byId("keys", HTMLElement), shortcutsOf({ transport, step, reset, original, share, save, saveCsv, theory, switchTheme, help }));
+  listenToKeys(byId("keys", HTMLElement), [
+    { key: "-", what: "slower", act: () => transport.change(-0.25) },
+    { key: "+", what: "faster", act: () => transport.change(0.25) },
+    { key: "1", what: "real time", act: () => transport.setPace(1) },
+    { key: "0", what: "a tenth of real time", act: () => transport.setPace(0.1) },
+  ]);
   listenToTheory(documentation);
-  const buttons = { original, share, save, csv: saveCsv, theme: switchTheme, theory, help };
+  const buttons = { original: () => restart({}), share, save, csv: saveCsv, theory, help };
   for (const [id, act] of Object.entries(buttons)) { byId(id, HTMLButtonElement).addEventListener("click", act); }
   chooser.replaceChildren(...rigs.map((rig) => make("option", { value: rig.scenario, text: rig.scenario, title: rig.description })));
   chooser.addEventListener("change", () => {

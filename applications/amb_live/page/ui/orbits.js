@@ -35,7 +35,6 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowD
 /**
  * @typedef {object} Orbits
  * @property {(session: Session, palette: import("./palette.js").Palette) => void} draw
- * @property {() => { disc: string, force: [number, number] }} push
  */
 
 /**
@@ -87,18 +86,15 @@ export function pushScale(session) {
  */
 export function makeOrbits(panel, session, onPush) {
   const { geometry } = session.rig, rotation = rotationOf(geometry);
-  let pushed = { disc: "", force: /** @type {[number, number]} */ ([0, 0]) };
   const views = shownSites(session).map((site) => makeView(site, nearestDisc(geometry, site.z)));
   panel.classList.toggle("many", views.length > 2);
   panel.replaceChildren(...views.map((view) => view.element));
   const apply = (/** @type {OrbitView} */ view, /** @type {[number, number]} */ force) => {
     view.push = force;
-    pushed = { disc: view.disc, force };
     onPush(view.disc, force);
   };
   for (const view of views.filter((item) => item.disc !== "")) { listen(view, session, rotation, apply); }
   return {
-    push: () => pushed,
     draw: (now, palette) => {
       for (const view of views) { drawView(view, now, rotation, palette); }
     },

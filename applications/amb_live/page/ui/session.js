@@ -18,7 +18,6 @@ import { append, emptyTraces, truncate } from "./traces.js";
  * @property {import("../protocol.js").Frame["status"] | "loading"} status
  * @property {number} time s
  * @property {number} reached latest time computed since the run began (s)
- * @property {number} pace
  * @property {number} speed
  * @property {number} heard answers of the worker so far
  */
@@ -35,7 +34,7 @@ export function newSession(rig) {
     component.variables.map((variable) => /** @type {const} */ ([`${component.name}.${variable.name}`, variable]))));
   return {
     rig, variables, columns: new Map(), values: new Float64Array(0), traces: emptyTraces([], 1), contacts: [],
-    userChanges: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, pace: 0, speed: NaN, heard: 0,
+    userChanges: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, speed: NaN, heard: 0,
   };
 }
 
@@ -52,8 +51,6 @@ export function absorb(session, answer) {
     session.contacts = [];
     session.userChanges = answer.userChanges;
     session.status = "settling";
-  } else if (answer.type === "columns") {
-    session.traces = emptyTraces(answer.watched, HELD);
   } else if (answer.type === "userChanges") {
     session.userChanges = answer.userChanges;
   } else if (answer.type === "frame") {
@@ -71,7 +68,7 @@ function absorbFrame(session, frame) {
   }
   append(session.traces, frame.rows);
   session.contacts.push(...frame.contacts);
-  Object.assign(session, { values: frame.values, status: frame.status, time: frame.time, pace: frame.pace, speed: frame.speed });
+  Object.assign(session, { values: frame.values, status: frame.status, time: frame.time, speed: frame.speed });
   session.reached = Math.max(session.reached, frame.time);
 }
 

@@ -1,8 +1,7 @@
 // The shaft in space: its deflection many times enlarged, with discs, magnets, retainers and moving parts.
 
-import { arrow } from "./canvas.js";
 import { fitted, projection } from "./camera.js";
-import { faded, mixed } from "./palette.js";
+import { mixed } from "./palette.js";
 import { disc, face, ring, tube } from "./solids.js";
 
 /** @typedef {import("../protocol.js").Geometry} Geometry */
@@ -17,11 +16,9 @@ import { disc, face, ring, tube } from "./solids.js";
  * @property {(site: string) => boolean} enabled
  * @property {number} rotation angle of the x axis on the screen (rad)
  * @property {number} angle of the rotor (rad)
- * @property {readonly { x: Float32Array, y: Float32Array }[]} trails of each bearing
  * @property {readonly { name: string, u: number, phi: number }[]} unbalances kg m, rad
  * @property {number} enlargement of displacements
  * @property {number} room across the shaft that is displayed (m)
- * @property {{ disc: string, force: readonly [number, number] }} push
  */
 
 const SLEEVE = 0.018; // m, thickness of the journal as drawn on the shaft
@@ -112,14 +109,12 @@ export function drawShaft(surface, scene, camera, palette) {
     const radius = journalRadius(geometry, bearing.z);
     faces.push(...disc(place(bearing.z), radius, 0.035 * length, project, scene.angle + scene.rotation, colours));
     faces.push(...magnets(bearing, scene, radius, project, palette.series[k % palette.series.length], palette));
-    faces.push(...trail(bearing.z, scene.trails[k], across, project, palette.series[k % palette.series.length]));
   });
   for (const site of geometry.sites.filter((item) => scene.enabled(item.name))) { faces.push(...retainer(site, scene, project, palette)); }
 
   drawFloor(context, z[0], z[z.length - 1], -1.2 * reach, project, palette);
   faces.sort((a, b) => b.depth - a.depth).forEach((item) => item.draw(context));
   drawLabels(context, scene, place, project, palette);
-  drawPush(context, scene, place, project, palette);
 }
 
 /** Whether a body is the core of a bearing, which the view leaves out so that its retainer can be seen.
@@ -187,33 +182,6 @@ function magnets(bearing, scene, radius, project, colour, palette) {
     const turn = scene.rotation + 0.5 * Math.PI * k, share = Math.min(Math.abs(current) / MOST_CURRENT, 1);
     return ring(bearing.z, [0, 0], distance, turn - 0.42, turn + 0.42, project, mixed(palette.line, colour, share), 7);
   });
-}
-
-/**
- * The path of a bearing's journal, fading into the past.
- * @param {number} z m
- * @param {{ x: Float32Array, y: Float32Array } | undefined} path
- * @param {(xy: readonly number[]) => [number, number]} across
- * @param {import("./solids.js").Project} project
- * @param {string} colour
- */
-function trail(z, path, across, project, colour) {
-  if (path === undefined || path.x.length < 2) { return []; }
-  const every = Math.max(Math.floor(path.x.length / 90), 1);
-  /** @type {import("./camera.js").Projected[]} */
-  const points = [];
-  for (let k = (path.x.length - 1) % every; k < path.x.length; k += every) { points.push(project(z, ...across([path.x[k], path.y[k]]))); }
-  return points.slice(1).map((point, k) => ({
-    depth: point[2] - 0.2,
-    draw: (/** @type {CanvasRenderingContext2D} */ context) => {
-      context.beginPath();
-      context.moveTo(points[k][0], points[k][1]);
-      context.lineTo(point[0], point[1]);
-      context.strokeStyle = faded(colour, (k + 1) / points.length);
-      context.lineWidth = 1.8;
-      context.stroke();
-    },
-  }));
 }
 
 /**
@@ -311,22 +279,4 @@ function write(context, text, x, y, palette) {
   context.strokeStyle = palette.panel;
   context.strokeText(text, x, y);
   context.fillText(text, x, y);
-}
-
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {ShaftScene} scene
- * @param {(z: number) => { z: number, u: number, v: number }} place
- * @param {import("./solids.js").Project} project
- * @param {import("./palette.js").Palette} palette
- */
-function drawPush(context, scene, place, project, palette) {
-  const [fx, fy] = scene.push.force, force = Math.hypot(fx, fy);
-  const body = scene.geometry.discs.find((item) => item.name === scene.push.disc);
-  if (force === 0 || body === undefined) { return; }
-  const { u, v } = place(body.z), size = 0.25 * Math.min(force / 1000, 1.5) / force;
-  const [c, s] = [Math.cos(scene.rotation), Math.sin(scene.rotation)];
-  const [x0, y0] = project(body.z, u, v);
-  const [x1, y1] = project(body.z, u + size * (c * fx - s * fy), v + size * (s * fx + c * fy));
-  arrow(context, x0, y0, x1, y1, palette.push, 4);
 }

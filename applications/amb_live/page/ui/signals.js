@@ -2,7 +2,7 @@
 
 import { makeChart } from "./charts.js";
 import { make } from "./dom.js";
-import { currentLimits, forceLimits, limitsText } from "./limits.js";
+import { currentLimits, limitsText } from "./limits.js";
 import { seriesOfSite } from "./palette.js";
 import { whetherSeen } from "./seen.js";
 import { settingOf } from "./session.js";
@@ -28,7 +28,7 @@ export function chartSpecs(current) {
     const c = length.scale * settingOf(current(), `rotor_contact.${site.name}.clearance`);
     return [-c, c];
   });
-  const currents = () => currentLimits(current()), forces = () => forceLimits(current()).map((force) => 1e-3 * force);
+  const currents = () => currentLimits(current());
   /** @type {ChartSpec[]} */
   const specs = [
     { key: "displacement", title: `Displacement (${length.unit})`, limits: limitsText("clearance", clearances()), ...length, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`, true), levels: clearances, positive: false },
@@ -36,7 +36,7 @@ export function chartSpecs(current) {
       curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site) => ({
         signal: `rotor_contact.${site.name}.f_n_peak`, label: site.name.toUpperCase(), series: seriesOfSite(session.rig.geometry, site), dashed: false })) },
     { key: "current", title: "Demanded control current (A)", limits: limitsText("limits", currents()), unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: currents, least: 0.1, positive: false },
-    { key: "force", title: "Magnet force (kN)", limits: limitsText("limits", forces()), unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: forces, least: 0.05, positive: false },
+    { key: "force", title: "Magnet force (kN)", limits: "", unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: () => [], least: 0.05, positive: false },
   ];
   return specs.map((spec) => ({ ...spec, curves: spec.curves.filter((curve) => session.columns.has(curve.signal)) })).filter((spec) => spec.curves.length > 0);
 }

@@ -1,9 +1,8 @@
-// Controls of special kinds: the speed, which is reached at a rate; the push; and any variable by its name.
+// Controls of special kinds: the speed, which is reached at a rate; and any variable by its name.
 
 import { apply, effectBadge } from "./changes.js";
 import { make, setText } from "./dom.js";
 import { numberText, unitText } from "./format.js";
-import { pushScale, rotationOf } from "./orbits.js";
 import { settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -44,31 +43,6 @@ export function makeSpeedControl(session, changes) {
       }
     },
   };
-}
-
-/**
- * Return the control of a push: which disc, how strong, in which direction; it lasts while its button is held.
- * @param {Session} session
- * @param {Changes} changes
- */
-export function makePushControl(session, changes) {
-  const discs = session.rig.geometry.discs.filter((item) => item.unbalance).map((item) => item.name);
-  if (discs.length === 0) { return { element: make("span"), update: () => undefined }; }
-  const disc = make("select", { "aria-label": "Disc to push" }, discs.map((name) => make("option", { value: name, text: name.toUpperCase() })));
-  const force = make("input", { type: "number", step: "any", value: String(pushScale(session)), style: "width: 4.1rem", "aria-label": "Force of the push, N" });
-  const angle = make("input", { type: "number", step: "any", value: "-90", style: "width: 3.6rem", "aria-label": "Direction of the push, degrees from the right, upwards positive" });
-  const button = make("button", { type: "button", id: "push", "aria-pressed": "false", text: "Push", title: "Pushes while held, by pointer or key" });
-  const press = (/** @type {boolean} */ isOn) => {
-    const turn = (Math.PI * (angle.valueAsNumber || 0)) / 180 - rotationOf(session.rig.geometry), size = isOn ? force.valueAsNumber || 0 : 0;
-    button.setAttribute("aria-pressed", String(isOn));
-    changes.push(disc.value, [size * Math.cos(turn), size * Math.sin(turn)]);
-  };
-  const isHeld = () => button.getAttribute("aria-pressed") === "true";
-  button.addEventListener("pointerdown", (event) => { button.setPointerCapture(event.pointerId); press(true); });
-  button.addEventListener("keydown", (event) => { if ((event.key === " " || event.key === "Enter") && !event.repeat) { event.preventDefault(); event.stopPropagation(); press(true); } });
-  for (const name of ["pointerup", "pointercancel", "keyup", "blur"]) { button.addEventListener(name, () => { if (isHeld()) { press(false); } }); }
-  const row = make("div", { class: "row" }, [disc, force, make("span", { class: "unit", text: "N at" }), angle, make("span", { class: "unit", text: "°" }), button]);
-  return { element: row, update: () => undefined };
 }
 
 /**

@@ -72,16 +72,6 @@ export function firstAt(traces, time) {
 }
 
 /**
- * Return the newest value of a signal, NaN without samples or if it is not recorded.
- * @param {Traces} traces
- * @param {string} name
- */
-export function latest(traces, name) {
-  const ring = traces.values.get(name);
-  return ring === undefined || traces.count === 0 ? NaN : ring[position(traces, traces.count - 1)];
-}
-
-/**
  * Return the samples of a signal between two times, in order.
  * @param {Traces} traces
  * @param {string} name

@@ -12,7 +12,6 @@ import { drawShaft, enlargementOf, roomOf } from "./shaft.js";
 import { makeSignals } from "./signals.js";
 import { makeContacts, makeEnergies, makeFacts } from "./state.js";
 import { makeSynchronous } from "./synchronous.js";
-import { between } from "./traces.js";
 
 /** @typedef {import("./session.js").Session} Session */
 /** @typedef {import("./palette.js").Palette} Palette */
@@ -38,7 +37,7 @@ const YAW = { home: -1.15, step: 0.08 };
 export function makeView(current, changes, palette, progress) {
   const session = current(), colours = palette();
   const orbits = makeOrbits(byId("orbits", HTMLElement), session, changes.push);
-  const shaft = makeShaft(current, orbits.push);
+  const shaft = makeShaft(current);
   const signals = makeSignals(byId("charts", HTMLElement), current, colours);
   const synchronous = makeSynchronous(byId("polar", HTMLCanvasElement), byId("synchronous", HTMLTableElement), session);
   const window_ = byId("window", HTMLSelectElement);
@@ -75,9 +74,8 @@ export function chooseWindow(rig) {
 /**
  * The shaft view with its camera, which a drag or the arrow keys turn.
  * @param {() => Session} current
- * @param {() => { disc: string, force: readonly [number, number] }} push
  */
-function makeShaft(current, push) {
+function makeShaft(current) {
   const canvas = byId("shaft", HTMLCanvasElement), seen = whetherSeen(canvas), listeners = new AbortController(), { signal } = listeners;
   let room = 0;
   /** @type {import("./camera.js").Camera} */
@@ -97,7 +95,7 @@ function makeShaft(current, push) {
     end: () => { listeners.abort(); seen.end(); },
     draw: (/** @type {Palette} */ palette) => {
       if (!seen.isSeen()) { return; }
-      const scene = sceneOf(current(), push());
+      const scene = sceneOf(current());
       const needed = roomOf(scene.geometry, scene.value, scene.enlargement);
       room = Math.max(needed, room + 0.01 * (needed - room)); // at once wider, slowly narrower
       drawShaft(surfaceOf(canvas), { ...scene, room }, camera, palette);
@@ -107,19 +105,16 @@ function makeShaft(current, push) {
 
 /**
  * @param {Session} session
- * @param {{ disc: string, force: readonly [number, number] }} push
  * @returns {Omit<import("./shaft.js").ShaftScene, "room">}
  */
-function sceneOf(session, push) {
+function sceneOf(session) {
   const { geometry } = session.rig, setting = (/** @type {string} */ name) => settingOf(session, `rotor_contact.${name}`);
-  const omega = Math.abs(valueOf(session, "rotor_contact.speed")) || 100, from = session.time - Math.min((4 * Math.PI) / omega, 0.5);
   return {
-    geometry, push, rotation: rotationOf(geometry), enlargement: enlargementOf(geometry),
+    geometry, rotation: rotationOf(geometry), enlargement: enlargementOf(geometry),
     value: (signal) => valueOf(session, signal),
     clearance: (site) => setting(`${site}.clearance`),
     enabled: (site) => setting(`${site}.enabled`) !== 0,
     angle: valueOf(session, "rotor_contact.theta") || 0,
-    trails: geometry.bearings.map((bearing) => ({ x: between(session.traces, bearing.x, from, session.time), y: between(session.traces, bearing.y, from, session.time) })),
     unbalances: geometry.discs.filter((item) => item.unbalance).map((item) => ({ name: item.name, u: setting(`${item.name}.u`) || 0, phi: setting(`${item.name}.phi`) || 0 })),
   };
 }
