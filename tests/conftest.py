@@ -72,6 +72,14 @@ def receptance() -> Any:
 
 
 @pytest.fixture(scope="session")
+def lag() -> Any:
+    """A first-order lag with state, all variable types, ranges and faults (`fmi_export/support/probe_lag`)."""
+    from probe_lag.lag import MODEL
+
+    return MODEL
+
+
+@pytest.fixture(scope="session")
 def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of this test run that all workers share."""
     local = tmp_path_factory.getbasetemp()

@@ -113,14 +113,6 @@ def test_decibels_are_converted_without_exact_arithmetic():
     assert to_unit("20 dB", "1", "gain") == pytest.approx(100.0)
 
 
-def test_a_speed_in_hertz_means_revolutions_per_second():
-    assert to_unit("16 Hz", "rad/s", "Omega") == pytest.approx(2 * math.pi * 16, rel=1e-12)
-    assert to_unit("0.016 kHz", "rad/s", "Omega") == pytest.approx(2 * math.pi * 16, rel=1e-12)
-    assert to_unit("960 rpm", "rad/s", "Omega") == pytest.approx(2 * math.pi * 16, rel=1e-12)
-    assert to_unit("960 rpm", "Hz", "f") == pytest.approx(16, rel=1e-12)
-    assert to_unit("6.283185307179586 rad/s", "Hz", "f") == pytest.approx(1, rel=1e-12)
-
-
 PER_MINUTE = (
     *("1/min", "/min", "min-1", "min^-1", "min⁻¹", "r/min", "rev/min", "revs/min", "U/min", "tr/min", "1/minute"),
     *("RPM", "Rpm", "rpm", "cpm", "CPM"),
@@ -327,11 +319,6 @@ def test_counts_are_units_without_dimension(unit):
     assert to_unit(f"3 {unit}", "1", "level") == 3.0
     with raises_naming(ValueError, "level", f"unit {unit}", "m"):
         to_unit(f"3 {unit}", "m", "level")
-
-
-def test_a_frequency_in_hertz_is_per_second_where_no_angle_is_involved():
-    assert to_unit("1.4 kHz", "Hz", "bandwidth") == pytest.approx(1400)
-    assert to_unit("7 Hz", "1/s", "alpha") == pytest.approx(7)
 
 
 def test_an_unknown_unit_is_named_with_examples():

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from fmi_export.model import Model
+
 
 @pytest.fixture(scope="session")
 def assembled(create_once: Callable[..., Path]) -> Callable[..., Path]:
@@ -31,12 +33,10 @@ def extracted(assembled: Callable[..., Path], unpack: Callable[[Path], Path]) ->
 
 
 @pytest.fixture(scope="session")
-def native_lag(create_once: Callable[..., Path]) -> Path:
+def native_lag(create_once: Callable[..., Path], lag: Model) -> Path:
     """A native FMU of a first-order lag, to stand beside."""
     import numpy as np
-    from probe_lag.lag import MODEL
 
     from fmi_export.building.native.package import build_native_fmu
 
-    home = create_once("native-lag", lambda folder: build_native_fmu(MODEL, np.zeros(1), folder))
-    return home / f"{MODEL.name}.fmu"
+    return create_once("native-lag", lambda folder: build_native_fmu(lag, np.zeros(1), folder)) / f"{lag.name}.fmu"

@@ -35,21 +35,6 @@ def test_scale_multiplies_a_signal():
     np.testing.assert_allclose(bench(b__scale=1.5).step(Y) / Y, [1.0, 1.0, 1.5], rtol=1e-14)
 
 
-def test_noise_of_an_odd_number_of_signals_is_white_and_independent():
-    item = bench(chain__preset=2, chain__noise=1, chain__noise_rms=1e-6)
-    noise = item.run(np.tile(Y, (4000, 1))) - Y
-    np.testing.assert_allclose(noise.std(axis=0), 1e-6, rtol=0.06)
-    assert np.abs(np.corrcoef(noise.T) - np.eye(3)).max() < 0.08
-
-
-def test_filter_is_at_rest_at_the_first_sample_and_lags_after():
-    item = bench(chain__preset=2, chain__filter=1, chain__cutoff=100.0)
-    np.testing.assert_allclose(item.step(Y), Y, rtol=1e-12)
-    held = item.run(np.tile(2.0 * Y, (3000, 1)))
-    assert 0.0 < held[0, 0] / Y[0] - 1.0 < 0.1
-    np.testing.assert_allclose(held[-1], 2.0 * Y, rtol=1e-9)
-
-
 def test_adc_says_when_a_signal_is_beyond_its_range():
     item = bench(chain__preset=2, chain__adc=1)
     item.step(Y)

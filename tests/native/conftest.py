@@ -24,9 +24,9 @@ HEADERS = FOLDER / "fmi_headers"
 
 
 @pytest.fixture(scope="session")
-def lag() -> Model:
-    """A first-order lag with state, all variable types, ranges and faults (`fmi_export/support/probe_lag`)."""
-    return importlib.import_module("probe_lag.lag").MODEL
+def matrix() -> Model:
+    """A matrix times a vector, whose variables are arrays in FMI 3.0 (`support/probe_matrix`)."""
+    return importlib.import_module("probe_matrix.model").MODEL
 
 
 @pytest.fixture(scope="session")
@@ -148,9 +148,3 @@ def sanitized(cc: Callable[..., None], tmp_path_factory: pytest.TempPathFactory)
         return folder / "host", folder / "fmu.so", guid, folder.as_uri()
 
     return build
-
-
-def needs(*programs: str) -> pytest.MarkDecorator:
-    """Skip a test where a program is missing."""
-    missing = [program for program in programs if not shutil.which(program)]
-    return pytest.mark.skipif(bool(missing), reason=f"needs {', '.join(missing)}")

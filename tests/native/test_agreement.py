@@ -19,25 +19,6 @@ pytestmark = pytest.mark.gate
 
 H = 250e-6
 
-CONTACT = {
-    "rub": {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3, "rb2.mu": 0.3},
-    "rolling, nodal impacts": {"Omega": 90.0, "d1.u": 0.5, "rb1.mu": 0.6, "rb2.mu": 0.6, "contact.impact_law": 0},
-    "yielding, held": {"Omega": 120.0, "d1.u": 0.4, "rb1.law": 1, "rb2.law": 4, "mb1.k_b": 1e6, "mb1.c_b": 500.0}
-    | {"rb1.k_c": 1e8, "rb2.k_c": 1e8, "mb2.k_b": 1e6, "mb2.c_b": 500.0, "gravity": 9.81},
-    "free spin, moving retainers": {
-        "Omega": 150.0,
-        "d1.u": 0.1,
-        "spin.free": 1,
-        "rb1.mu": 0.3,
-        "rb2.mu": 0.3,
-        "gravity": 9.81,
-    }
-    | {"drive.torque_limit": 20.0, "drive.gain": 1.0, "rb1.race_inertia": 2e-4, "rb1.race_drag": 0.05}
-    | {"rb2.housing_mass": 3.0, "rb2.mount_stiffness_x": 2e7, "rb2.mount_stiffness_y": 2e7, "rb2.mount_damping_x": 2e3}
-    | {"rb1.heat_capacity": 300.0, "rb1.heat_transfer": 2.0},
-    "orbit, spinning up": {"Omega": 60.0, "Omega_dot": 40.0, "d1.u": 0.02, "initial.orbit": 1}
-    | {f"mb{k}.{name}": value for k in (1, 2) for name, value in (("k_b", 1e6), ("c_b", 5000.0))},
-}
 
 # What makes each model work, besides inputs that change from step to step.
 START = {
@@ -85,20 +66,6 @@ def test_a_lag_agrees_to_the_last_bit(library, lag):
         native, core, 200, lambda n: {"u": float(rng.uniform(-4, 4)), "hold": float(rng.integers(2))}
     )
     assert difference == 0.0
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", CONTACT)
-def test_the_plant_agrees_to_the_last_bit_through_contact_and_its_events(unpacked, plant, plant_constants, case):
-    native, core = both(unpacked(plant, plant_constants), plant, plant_constants, CONTACT[case])
-    steps = 4000
-    difference, record = largest_difference(native, core, steps, lambda n: {"d2.f_x": 50.0 * np.sin(0.01 * n)})
-    assert difference == 0.0
-    names = [v.name for v in plant.interface.of("output")]
-    modes = record[:, [i for i, name in enumerate(names) if name.endswith(".mode")]]
-    changes = np.count_nonzero(np.diff(modes, axis=0))
-    if case != "orbit, spinning up":
-        assert changes > 20, "there must be events to follow"
 
 
 def test_a_machine_of_another_size_runs_on_the_same_engine(unpacked, plant, plant_constants):

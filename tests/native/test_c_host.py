@@ -1,6 +1,5 @@
 """A host without Python: it runs the FMU on this machine, under sanitizers and valgrind, and on other platforms."""
 
-import importlib
 import os
 import re
 import shutil
@@ -104,8 +103,8 @@ def test_sanitizers_find_nothing_in_a_run_and_in_calls_in_any_order(sanitized, l
 
 
 @pytest.mark.slow
-def test_sanitizers_find_nothing_in_calls_of_fmi_3_in_any_order(sanitized):
-    host, library, guid, resources = sanitized(importlib.import_module("probe_matrix.model").MODEL, np.zeros(1))
+def test_sanitizers_find_nothing_in_calls_of_fmi_3_in_any_order(sanitized, matrix):
+    host, library, guid, resources = sanitized(matrix, np.zeros(1))
     for seed in range(1, 6):
         command = [host.with_name("fuzz3"), library, guid, resources, str(seed), "100000"]
         process = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
@@ -149,22 +148,6 @@ def test_guided_fuzzing_of_calls_finds_nothing(cc, sanitized, lag, tmp_path):
     done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
     assert int(re.findall(r"cov: (\d+)", done.stderr)[-1]) > 300, done.stderr[-3000:]
-
-
-@pytest.mark.slow
-def test_valgrind_finds_no_error_and_no_leak(host, unpacked, plant, plant_constants, lag, lag_program, plant_program):
-    if not shutil.which("valgrind"):
-        pytest.skip("needs valgrind")
-    # What the dynamic loader keeps is still reachable at the end.
-    leaks = [f"--{option}-leak-kinds=definite,indirect,possible" for option in ("show", "errors-for")]
-    valgrind = ["valgrind", "--error-exitcode=9", "--leak-check=full", *leaks, "--quiet"]
-    answers, log = run([*valgrind, host], *binary_of(unpacked(lag)), program=[*lag_program.lines, "fuzz 3 20000"])
-    lag_program.check(answers)
-    assert "==" not in log
-    few = Program(plant, plant_constants, {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3}, blocks=4, every=50)
-    answers, log = run([*valgrind, host], *binary_of(unpacked(plant, plant_constants)), program=few.lines)
-    few.check(answers)
-    assert "==" not in log
 
 
 @pytest.mark.slow

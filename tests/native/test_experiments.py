@@ -1,7 +1,6 @@
 """FMUs carry an experiment with reference results, as FMI-LS-REF lays it out, and `verify` runs and compares it."""
 
 import csv
-import importlib
 import zipfile
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -20,11 +19,6 @@ from tests.support.changed_archive import changed_archive, with_text
 from tests.support.messages import assert_names, raises_naming
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
-
-
-@pytest.fixture(scope="module")
-def matrix():
-    return importlib.import_module("probe_matrix.model").MODEL
 
 
 @pytest.fixture(scope="module")

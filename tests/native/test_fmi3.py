@@ -1,7 +1,6 @@
 """FMI 3.0: the same cores behind a second face, with arrays."""
 
 import dataclasses
-import importlib
 import math
 import shutil
 import zipfile
@@ -20,11 +19,6 @@ from fmi_export.building.native.package import build_native_fmu
 from fmi_export.interface import Interface, interface
 from fmi_export.variables import output
 from tests.support.messages import assert_names, raises_naming
-
-
-@pytest.fixture(scope="module")
-def matrix():
-    return importlib.import_module("probe_matrix.model").MODEL
 
 
 @pytest.fixture(scope="module")
@@ -271,27 +265,3 @@ def test_pythonfmu_says_that_it_has_fmi_2(tmp_path):
     with raises_naming(ValueError, "FMI 3.0", "native"):
         amb_cosim.build(tmp_path, "python", fmi=3)
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-@pytest.mark.gate
-def test_the_plant_of_fmi_3_goes_through_contact_as_that_of_fmi_2(native, plant, plant_constants, run_python):
-    def host(paths: list, start: dict) -> list:
-        import numpy as np
-        from fmpy import simulate_fmu
-
-        runs = []
-        for path in paths:
-            runs.append(simulate_fmu(path, stop_time=0.2, output_interval=250e-6, start_values=start))
-        two, three = runs
-        common = [name for name in three.dtype.names if name in two.dtype.names]
-        differing = [name for name in common if not np.array_equal(two[name], three[name])]
-        sensors = np.array([two[f"s{k}"] for k in range(1, 9)]).T
-        return [len(common), differing, bool(np.array_equal(three["sensors"], sensors)), float(three["rb1.f_n"].max())]
-
-    paths = [str(native(plant, plant_constants, None, fmi)) for fmi in (2, 3)]
-    start = {"Omega": 260.0, "d1.u": 0.3, "rb1.mu": 0.3}
-    common, differing, same, force = run_python(host, paths=paths, start=start)
-    assert common > 70
-    assert (differing, same) == ([], True)
-    assert force > 100.0, "there must be contact"

@@ -13,6 +13,7 @@ from rolac_controller.enumerations import FORCE_FREE, NOTCH
 from rolac_controller.notch import solve_in_place
 
 H, K_S = 250e-6, 2e6
+OMEGA = 2.0 * math.pi * 25.0
 GAINS = {f"{b}__k_s_{a}": K_S for b, a in AXES}
 
 
@@ -31,25 +32,32 @@ def rotor():
     return a, b, c
 
 
-def run(bench, rotor, mode, seconds=2.0):
-    """A controller in that mode on the rotor under synchronous forces, and what it has settled to."""
-    omega = 2.0 * math.pi * 25.0
-    values = {name.replace("__", "."): value for name, value in GAINS.items()}
-    receptance = identified_receptance(zoh_response(*rotor, omega, H), omega, values)
-    b = bench(pack([omega], [receptance]), Omega=omega, rolac__mode=mode, **GAINS)
-    plant = Plant.sampled(*rotor, H)
-    unbalance = 300.0 * np.exp(1j * np.arange(4.0))
-    currents, positions = [], []
+def settled(b, rotor, seconds, K0, K1):
+    """Phasors of the whole force and displacements that a controller settles to on the rotor under synchronous forces.
+
+    Beside its own force, that of an inner loop acts: -(K0 q + K1 (q - q_before)).
+    """
+    plant, before = Plant.sampled(*rotor, H), np.zeros(8)
+    unbalance, forces = 300.0 * np.exp(1j * np.arange(4.0)), []
     for n in range(round(seconds / H)):
+        q = plant.c @ plant.x
         b["rolac_enable"] = float(n > 1000)
-        b.sense(plant.c @ plant.x)
-        force = (unbalance * np.exp(1j * b.theta)).real
+        b.sense(q)
+        turning = (unbalance * np.exp(1j * b.theta)).real
         b.sample()
-        plant.x = plant.a @ plant.x + plant.b @ (b.axis_forces() + force)
-        currents.append(b.axis_forces())
-        positions.append(b.components()[[4, 5, 2, 3]])
-    turn = np.exp(-1j * omega * H * np.arange(len(currents)))[-1600:]
-    return b, 2.0 * np.mean(np.array(currents)[-1600:] * turn[:, None], axis=0), positions[-1]
+        whole = b.axis_forces() - K0 @ q - K1 @ (q - before)
+        plant.x, before = plant.a @ plant.x + plant.b @ (whole + turning), q
+        forces.append(whole)
+    turn = np.exp(-1j * OMEGA * H * np.arange(len(forces)))[-1600:]
+    return 2.0 * np.mean(np.array(forces)[-1600:] * turn[:, None], axis=0), b.components()[[4, 5, 2, 3]]
+
+
+def run(bench, rotor, mode, seconds=2.0):
+    """A controller in that mode on the rotor, and what it has settled to."""
+    values = {name.replace("__", "."): value for name, value in GAINS.items()}
+    receptance = identified_receptance(zoh_response(*rotor, OMEGA, H), OMEGA, values)
+    b = bench(pack([OMEGA], [receptance]), Omega=OMEGA, rolac__mode=mode, **GAINS)
+    return b, *settled(b, rotor, seconds, np.zeros((4, 8)), np.zeros((4, 8)))
 
 
 def test_notch_removes_the_synchronous_currents(bench, rotor):
@@ -94,37 +102,17 @@ def test_equations_without_a_solution_change_nothing(bench):
 
 def beneath_an_inner_loop(bench, rotor, mode, known=True, seconds=2.5):
     """The same without a PID, on top of a controller of its own, u = -(K0 q + K1 (q - q_before)): its whole force."""
-    omega = 2.0 * math.pi * 25.0
     K0, K1 = np.zeros((4, 8)), np.zeros((4, 8))
     for k, (local, far) in enumerate(zip((4, 5, 2, 3), (6, 7, 0, 1), strict=True)):
         K0[k, local], K0[k, far], K1[k, local] = 2.7e6, 3e5, 5e3 / H
-    C = K0 + K1 * (1.0 - np.exp(-1j * omega * H))
-    P = zoh_response(*rotor, omega, H)
+    C = K0 + K1 * (1.0 - np.exp(-1j * OMEGA * H))
+    P = zoh_response(*rotor, OMEGA, H)
     receptance = P @ np.linalg.inv(np.eye(4) + C @ P)
-    constants = pack_rows(LOOP, [(1, omega, receptance)], [(1, 0.5 * omega, 0.5 * C), (1, 1.5 * omega, 1.5 * C)])
-    b = bench(
-        constants if known else pack([omega], [receptance]),
-        pid=False,
-        Omega=omega,
-        rolac__mode=mode,
-        pid__direct=1.0,
-        **GAINS,
-        **{f"{name}__{gain}_{a}": 0.0 for name, a in AXES for gain in ("k_p", "k_d")},
-    )
-    plant = Plant.sampled(*rotor, H)
-    unbalance = 300.0 * np.exp(1j * np.arange(4.0))
-    forces, before = [], np.zeros(8)
-    for n in range(round(seconds / H)):
-        q = plant.c @ plant.x
-        b["rolac_enable"] = float(n > 1000)
-        b.sense(q)
-        turning = (unbalance * np.exp(1j * b.theta)).real
-        b.sample()
-        whole = b.axis_forces() - K0 @ q - K1 @ (q - before)
-        plant.x, before = plant.a @ plant.x + plant.b @ (whole + turning), q
-        forces.append(whole)
-    turn = np.exp(-1j * omega * H * np.arange(len(forces)))[-1600:]
-    return 2.0 * np.mean(np.array(forces)[-1600:] * turn[:, None], axis=0), b.components()[[4, 5, 2, 3]]
+    constants = pack_rows(LOOP, [(1, OMEGA, receptance)], [(1, 0.5 * OMEGA, 0.5 * C), (1, 1.5 * OMEGA, 1.5 * C)])
+    gains = {f"{name}__{gain}_{a}": 0.0 for name, a in AXES for gain in ("k_p", "k_d")}
+    values = {"Omega": OMEGA, "rolac__mode": mode, "pid__direct": 1.0, **GAINS, **gains}
+    b = bench(constants if known else pack([OMEGA], [receptance]), pid=False, **values)
+    return settled(b, rotor, seconds, K0, K1)
 
 
 def test_notch_removes_the_synchronous_force_of_an_inner_loop_too(bench, rotor):

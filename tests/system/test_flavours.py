@@ -2,17 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
-from command_line import run_program
-
-TESTS = Path(__file__).parents[1]
-HEADERS = Path(__file__).parents[2] / "libraries" / "fmi_export" / "building" / "native" / "fmi_headers"
-KEEPS = {"Real": "r", "Integer": "i", "Boolean": "b"}
 
 pytestmark = pytest.mark.slow
 
@@ -58,53 +51,3 @@ def test_both_flavours_give_the_same_bits(
     assert result["variables"] > (80 if name in RIG else 20)
     assert max(result["forces"].values()) > 100.0
     assert touched is None or result["forces"][touched] > 100.0
-
-
-@pytest.mark.gate
-@pytest.mark.skipif(sys.platform != "linux", reason="the host is built and run on Linux")
-def test_a_c_program_gets_the_numbers_of_the_orchestrator_for_fig4_9(tmp_path: Path) -> None:
-    """Python only writes the program's input: libraries, parameters, connections, events."""
-    import numpy as np
-
-    from amb_cosim.cosim.run.options import RunOptions
-    from amb_cosim.scenario.plan_run import plan_run
-    from amb_cosim.scenario.scenario import load_scenario
-    from amb_cosim.scenario.simulation import run_planned
-
-    planned = plan_run(load_scenario("fig4_9").changed(settling="simulated"), options=RunOptions(flavour="native"))
-    command = [sys.executable, "-m", "ziglang", "cc", "-std=gnu11", "-O1", f"-I{HEADERS}"]
-    run_program(*command, TESTS / "native" / "support" / "co_simulation.c", "-o", tmp_path / "host", "-ldl")
-    program, names = instructions(planned)
-    process = run_program(tmp_path / "host", input=program)
-    table = np.array([[float.fromhex(word) for word in line.split()] for line in process.stdout.splitlines()])
-    dataset = run_planned(planned).dataset
-    assert len(table) == dataset.sizes["time"] > 1000
-    for position, name in enumerate(names):
-        np.testing.assert_array_equal(table[:, position], dataset[name].values.astype(float), err_msg=name)
-
-
-def instructions(planned: Any) -> tuple[str, list[str]]:
-    """Return the program's input, and the names of the columns that it prints."""
-    plan, interfaces = planned.plan, planned.interfaces
-    wiring, inputs, outputs = planned.assembly.wiring(plan.inputs, plan.recorded)
-    head = f"components {len(plan.system.components)} first {plan.first} last {plan.last} step {plan.step_size!r}"
-    lines = [f"{head} values {len(wiring.names)} exogenous {wiring.n_exogenous}"]
-    position = wiring.n_exogenous
-    for c, sources in zip(plan.system.components, wiring.sources, strict=True):
-        ports, start = interfaces[c.name].ports, plan.parameters[c.name]
-        library = planned.fmus[c.name].folder / "binaries" / "linux64" / f"{interfaces[c.name].identifier}.so"
-        count = f"every {c.every} parameters {len(start)} inputs {len(inputs[c.name])} outputs {len(outputs[c.name])}"
-        resources = (planned.fmus[c.name].folder / "resources").as_uri()
-        lines.append(f"{library} {interfaces[c.name].guid} {resources} {c.name} {count}")
-        lines += [f"{KEEPS[ports[name].type]} {ports[name].reference} {value!r}" for name, value in start.items()]
-        for name, source in zip(inputs[c.name], sources.tolist(), strict=True):
-            lines.append(f"{KEEPS[ports[name].type]} {ports[name].reference} {source}")
-        for name in outputs[c.name]:
-            lines.append(f"{KEEPS[ports[name].type]} {ports[name].reference} {position}")
-            position += 1
-    lines.append(f"events {len(plan.events)}")
-    lines += [f"{n} {wiring.names.index(name)} {value!r}" for n, name, value in plan.events]
-    lines.append("initial: " + " ".join(repr(float(value)) for value in plan.inputs.values()))
-    recorded = [name for name in wiring.names if name in plan.recorded]
-    assert recorded == list(wiring.names)
-    return "\n".join(lines) + "\n", recorded

@@ -118,10 +118,6 @@ def test_moment_of_a_tilted_disc_is_the_integral_over_its_rings(rings):
     assert moment_stiffness(2e6, rings) > 0.0  # turns it further
 
 
-def test_moment_of_one_ring_is_that_of_its_radii():
-    assert moment_stiffness(2e6, [(0.02, 0.06)]) == pytest.approx(2e6 * (0.06**2 + 0.02**2) / 4.0, rel=1e-12)
-
-
 def test_forces_are_arrays_over_displacement_and_current():
     z, i = np.linspace(-1e-4, 1e-4, 5)[:, None], np.linspace(-2.0, 2.0, 7)
     F = DISC.force(z, i)
