@@ -1,14 +1,13 @@
 """Runs of the expander that go on from a saved state, and what such a state is refused for."""
 
-import re
 import signal
 import subprocess
 import time
 
 import numpy as np
 import pytest
-from command_line import COMMAND, run_command
-from strange_machine import RUB, TOUCHDOWN
+from command_line import COMMAND
+from strange_machine import RUB
 
 import amb_cosim
 from amb_cosim.cosim.record.warnings import warnings_of
@@ -134,19 +133,6 @@ def test_fmus_in_a_process_of_their_own_save_their_state(saved, plain):
     first = amb_cosim.run(SHORT, save_at=[WITHIN_CONTACT], isolated=True)
     assert first.checkpoint().states == saved.checkpoint(WITHIN_CONTACT).states
     assert_same(amb_cosim.run(SHORT, start=first.checkpoint(), isolated=True), plain)
-
-
-@pytest.mark.slow
-def test_the_command_line_saves_a_state_and_goes_on_from_it(tmp_path):
-    first = run_command("run", RUB, "--save-at", WITHIN_CONTACT, "--no-plots", "-o", "one", cwd=tmp_path).stdout
-    assert re.search(r"state at cycle 6 in\s+one/checkpoint_cycle_6.npz", first)
-    state = tmp_path / "one" / "checkpoint_cycle_6.npz"
-    run_command("run", RUB, "--from", state, "--no-plots", "-o", "two", cwd=tmp_path)
-    item, two = (amb_cosim.Result.load(tmp_path / name).dataset for name in ("one", "two"))
-    assert all(np.array_equal(item[name], two[name], equal_nan=True) for name in item)
-    refused = run_command("run", TOUCHDOWN, "--from", state, "-o", "three", cwd=tmp_path, code=2).stderr
-    assert "is of another run" in refused
-    assert not (tmp_path / "three").exists()
 
 
 LONG = "base = '{rub}'\nend_cycle = {cycles}\nrecord.every = 1000\n"

@@ -49,15 +49,6 @@ def test_the_overlay_finds_the_modes_of_both(overlay):
         assert mode.measured_damping == pytest.approx(mode.computed_damping, rel=0.1)
 
 
-def test_the_overlay_prints_and_saves_what_it_compares(overlay, tmp_path):
-    text = str(overlay)
-    assert "FRAC" in text
-    assert "blower.x/turbine.f_x" in text
-    studies.save(overlay, tmp_path)
-    assert (tmp_path / "response.png").stat().st_size > 20000
-    assert {"responses", "modes", "rotor"} <= set(overlay.as_dict())
-
-
 def test_equal_models_deviate_by_the_noise_alone():
     drawn = load_rotor(ROTOR)
     result = studies.response(rotor=drawn, measured=impact_test(drawn, noise=0.05))

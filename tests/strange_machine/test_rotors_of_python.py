@@ -36,12 +36,6 @@ def test_its_run_is_that_of_its_file_to_the_last_bit(rotor):
     assert np.array_equal(table_of(of_file), table_of(of_object), equal_nan=True)
 
 
-def test_a_heavier_rotor_moves_otherwise(rotor):
-    first, *others = rotor.bodies
-    heavier = replace(rotor, bodies=(replace(first, mass=1.5 * first.mass), *others))
-    assert not np.array_equal(table_of(amb_cosim.run(SHORT)), table_of(amb_cosim.run(SHORT, rotor=heavier)))
-
-
 def test_a_scenario_keeps_it_through_changes_and_processes(rotor):
     scenario = SHORT.changed(rotor=rotor).changed(Omega=500.0)
     assert scenario.rotor is rotor

@@ -28,7 +28,6 @@ from amb_analysis.steady_contact.trap_map import (
 )
 from amb_analysis.steady_contact.whirl import whirls
 from amb_analysis.studies import contact_traps
-from amb_analysis.studies.figures.traps import draw
 from amb_analysis.studies.loop_vibrations import vibrations
 from amb_cosim import studies
 from amb_cosim.scenario.plan_run import plan_run
@@ -93,32 +92,6 @@ def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_
     np.testing.assert_allclose(N, stable["labyrinth",].N["labyrinth"], rtol=1e-5)
     friction = run["rotor_contact.labyrinth.f_t"].values[-1]
     np.testing.assert_allclose(-friction, stable["labyrinth",].friction["labyrinth"], rtol=1e-3)
-
-
-@pytest.mark.slow
-def test_runs_begun_in_states_of_any_sites_leave_or_stay_as_told():
-    """One, two and three of the four sites in contact, with friction: N to 1e-3 in the first step; one is stable.
-
-    The saddle of the labyrinth alone is left at the rate of its eigenvalue, 815 1/s, within a turn.
-    """
-    scenario = STEADY.changed(settle_cycles=20, end_cycle=10)
-    settings = {**LINEAR, "rotor_contact.turbine.u": "110 g.mm"}
-    machine = rubbing_rotor(plan_run(scenario, settings))
-    sets = set()
-    for state in states_at(machine, machine.Omega):
-        run = amb_cosim.run(scenario, set=settings, start=checkpoint_in(machine, state), progress=False).dataset
-        N = {site: run[f"rotor_contact.{site}.f_n_mean"].values[1:] for site in machine.sites}
-        sets.add(state.contact)
-        for site, force in N.items():
-            assert abs(force[0] - state.N.get(site, 0.0)) <= 1e-3 * state.N.get(site, 0.0)
-        if state.contact == ("labyrinth",) and state.small.is_stable:
-            np.testing.assert_allclose(N["labyrinth"], state.N["labyrinth"], rtol=1e-4)
-        elif state.contact == ("labyrinth",):
-            away = N["labyrinth"] / state.N["labyrinth"] - 1.0
-            first, last = (int(np.argmax(np.abs(away) > size)) for size in (1e-3, 1e-2))
-            growth, _ = growth_of(away[first:last], 5e-5, 0.0)
-            np.testing.assert_allclose(growth, state.small.growth, rtol=0.01)
-    assert {len(contact) for contact in sets} == {0, 1, 2, 3}
 
 
 @pytest.mark.slow
@@ -277,14 +250,6 @@ def test_the_least_unbalance_that_touches_does_not_depend_on_the_speeds_of_the_m
     of_map = least_touching(expander, np.linspace(0.0, 2.0 * expander.Omega, 31)[1:])
     dense = np.linspace(0.99 * of_map[1], 1.01 * of_map[1], 400)
     assert of_map[0] == pytest.approx(1.0 / clearance_shares(expander, dense).max(), rel=2e-3)
-
-
-@pytest.mark.slow
-def test_a_healthy_machine_has_no_forces_and_its_panel_says_so(few_points):
-    panel = draw(few_points).axes[1]
-    assert not any(len(state.contact) for state in few_points.states)
-    assert_names(" ".join(text.get_text() for text in panel.texts), "no steady contact")
-    assert_names(panel.get_ylabel(), "normal forces")
 
 
 @pytest.mark.slow

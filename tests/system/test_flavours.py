@@ -1,4 +1,4 @@
-"""Native FMUs give the results of those that PythonFMU runs, also in a host without Python."""
+"""Native FMUs give the results of those that PythonFMU runs."""
 
 from __future__ import annotations
 
