@@ -98,35 +98,33 @@ def json_data(value: Any) -> Any:
 
 def units_of(owner: type[Any]) -> dict[str, str]:
     """Return the units of the fields of a dataclass that have one, by name."""
+    return {name: unit for name, notes in _notes(owner).items() for unit in notes if isinstance(unit, str)}
+
+
+def _notes(owner: type[Any]) -> dict[str, tuple[Any, ...]]:
+    """Return the annotations of each field of a dataclass."""
     hints = get_type_hints(owner, include_extras=True)
-    notes = {name: get_args(hint)[1:] for name, hint in hints.items() if get_origin(hint) is Annotated}
-    return {name: unit for name, of_field in notes.items() for unit in of_field if isinstance(unit, str)}
+    annotated = {name: get_args(hint)[1:] if get_origin(hint) is Annotated else () for name, hint in hints.items()}
+    return {field.name: annotated[field.name] for field in dataclasses.fields(owner)}
 
 
 def _object(value: Any) -> dict[str, Any]:
     data: dict[str, Any] = {}
-    for name, key, layouts in _keys(type(value)):
-        item = getattr(value, name)
-        if Layout.OMITTED in layouts or (item is None and Layout.OMITTED_IF_NONE in layouts):
+    for name, notes in _notes(type(value)).items():
+        item, key = getattr(value, name), _key(name, notes)
+        if Layout.OMITTED in notes or (item is None and Layout.OMITTED_IF_NONE in notes):
             continue
-        if Layout.MERGED in layouts:
+        if Layout.MERGED in notes:
             data |= json_data(item)
-        elif Layout.PAIRS in layouts:
+        elif Layout.PAIRS in notes:
             data[key] = np.stack([item.real, item.imag], axis=-1).tolist()
         else:
             data[key] = json_data(item)
     return data
 
 
-def _keys(owner: type[Any]) -> list[tuple[str, str, frozenset[Layout]]]:
-    """Name, key and layouts of each field of a dataclass."""
-    hints = get_type_hints(owner, include_extras=True)
-    return [(field.name, *_key(field.name, hints[field.name])) for field in dataclasses.fields(owner)]
-
-
-def _key(name: str, hint: Any) -> tuple[str, frozenset[Layout]]:
-    notes = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
-    key, layouts = name, frozenset(note for note in notes if isinstance(note, Layout))
+def _key(name: str, notes: tuple[Any, ...]) -> str:
+    key = name
     for note in notes:
         if isinstance(note, JsonKey):
             key = note.name
@@ -134,4 +132,4 @@ def _key(name: str, hint: Any) -> tuple[str, frozenset[Layout]]:
             if note not in SUFFIXES:
                 raise ValueError(f"{name} has the unit {note!r}, which is not allowed; it must be one of {[*SUFFIXES]}")
             key = f"{name}_{SUFFIXES[note]}".rstrip("_")
-    return key, layouts
+    return key

@@ -53,7 +53,7 @@ STYLE: dict[Any, Any] = {
 
 
 class StyledFigure(Figure):
-    """A figure in the project's style, shown as a picture in notebooks."""
+    """A figure in the project's style, which is a picture in notebooks."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)

@@ -20,7 +20,7 @@ WINDOW = 1e-3  # s, over which contact forces are averaged
 
 
 def is_sampled(dataset: Signals, site: str) -> bool:
-    """Return whether only samples of the force at a site are known, not the values between them."""
+    """Return whether only samples of the force at a site are recorded, not the values between them."""
     dataset = at_every_step(dataset)
     step, steps = dataset.attrs.get("communication_step_s", np.inf), np.diff(dataset["time"].values)
     return signal(dataset, f"{site}.f_n_peak") is None or bool(steps.max(initial=0.0) > 1.5 * float(step))

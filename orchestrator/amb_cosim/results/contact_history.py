@@ -5,9 +5,10 @@ Every function returns None if the data set lacks the required variables.
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import largest, peak_force, touches
@@ -44,26 +45,23 @@ def loaded_interval(dataset: Signals) -> tuple[float, float]:
 
 def contact_share(dataset: Signals) -> dict[str, float | None]:
     """Return the share of each of `RotorPlaces.contact_states` of the time between disturbance and relief."""
-    dataset = at_every_step(dataset)
-    begin, end = loaded_interval(dataset)
-    state = signal(dataset, "contact_state")
-    within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
+    states = _while_loaded(dataset, "contact_state")
     values = range(len(places(dataset).contact_states))
-    if state is None or not within.any():
-        return {str(k): None for k in values}
-    return {str(k): float(np.mean(state[within] == k)) for k in values}
+    return {str(k): None if states is None else float(np.mean(states == k)) for k in values}
 
 
 def site_share(dataset: Signals) -> dict[str, float | None]:
     """Return the share of the time between disturbance and relief that the rotor is in contact at each site."""
+    modes = {site: _while_loaded(dataset, f"{site}.mode") for site in touchable(dataset)}
+    return {site: None if mode is None else float(np.mean(mode != FREE)) for site, mode in modes.items()}
+
+
+def _while_loaded(dataset: Signals, name: str) -> NDArray[Any] | None:
+    """Return the samples of a variable of the plant between disturbance and relief; None without any."""
     dataset = at_every_step(dataset)
     begin, end = loaded_interval(dataset)
-    within = (cycles(dataset) >= begin) & (cycles(dataset) < end)
-    modes = {site: signal(dataset, f"{site}.mode") for site in touchable(dataset)}
-    return {
-        site: None if mode is None or not within.any() else float(np.mean(mode[within] != FREE))
-        for site, mode in modes.items()
-    }
+    values, within = signal(dataset, name), (cycles(dataset) >= begin) & (cycles(dataset) < end)
+    return None if values is None or not within.any() else values[within]
 
 
 def in_contact(dataset: Signals) -> Bools | None:

@@ -30,9 +30,8 @@ def final_energies(dataset: Signals) -> dict[str, float] | None:
     series = energies(dataset)
     if series is None:
         return None
-    after = cycles(dataset) >= 0.0
-    figures = {name: float(series[name][-1]) for name in (*HEAT, "work")}
-    return figures | {"balance": float(np.abs(series["balance"][after]).max())}
+    balance = np.abs(series["balance"][cycles(dataset) >= 0.0])
+    return {name: float(series[name][-1]) for name in (*HEAT, "work")} | {"balance": float(balance.max())}
 
 
 def relative_balance(dataset: Signals) -> float | None:

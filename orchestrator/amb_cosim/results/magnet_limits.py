@@ -17,14 +17,12 @@ Limits = tuple[float, float]
 
 def control_current(dataset: Signals, axis: str) -> Array | None:
     """Return the control current (A) of an axis, `BEARING.x`, at each sample; None if it was not recorded."""
-    bearing, _, direction = axis.rpartition(".")
-    return _recorded(dataset, f"{CONTROLLER}.{bearing}.i_{direction}")
+    return _recorded(dataset, axis, f"{CONTROLLER}.{{}}.i_{{}}")
 
 
 def magnet_force(dataset: Signals, axis: str) -> Array | None:
     """Return the force (N) of an axis at each sample; None if it was not recorded."""
-    bearing, _, direction = axis.rpartition(".")
-    return _recorded(dataset, f"{ACTUATOR}.{bearing}.f_{direction}")
+    return _recorded(dataset, axis, f"{ACTUATOR}.{{}}.f_{{}}")
 
 
 def is_magnetic(dataset: Signals, bearing: str) -> bool:
@@ -67,5 +65,6 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     return -pull_of_square * flux**2 - static, pull_of_square * flux**2 - static
 
 
-def _recorded(dataset: Signals, label: str) -> Array | None:
+def _recorded(dataset: Signals, axis: str, form: str) -> Array | None:
+    label = form.format(*axis.rsplit(".", 1))
     return np.asarray(dataset[label].values, np.float64) if label in dataset else None

@@ -7,18 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
-from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.record.signals import Samples, Signals, SignalTable, variables_of
 from amb_cosim.results.contact_forces import received_impulse, touches
 from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchable
 from amb_cosim.results.orbits import moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import amplifiers_off
 from amb_cosim.results.rocking import steady_swing
-from amb_cosim.results.series import at_every_step, cycles, parameters, signal
+from amb_cosim.results.series import Path, at_every_step, cycles, parameters, signal
 from array_types import Array, Bools
 
 SLIDING = 1
@@ -128,46 +128,46 @@ def touchdown(dataset: Signals) -> Touchdown | None:
         return None
     if not values.get("gravity") and not any((off & counted).any() for off in amplifiers_off(steps)):
         return None
-    at_step = _release(steps, contact)
+    released = np.any([contact, *amplifiers_off(steps)], axis=0) & counted
+    at_step = int(np.argmax(released))
     release = float(steps["time"].values[at_step])
     start = int(np.searchsorted(dataset["time"].values[:-1], release))
     lying = contact[np.searchsorted(steps["time"].values, dataset["time"].values[start:])]
-    touched = [site for site in touchable(dataset) if touches(steps, site)[at_step:].any()]
-    rest = _rest(dataset, start, values, lying)
+    after, seen = _from(steps, at_step), _from(dataset, start)
+    received = {site: _impulse(steps, site, at_step) for site in places(dataset).sites}
+    touched = [site for site in touchable(dataset) if touches(after, site).any()]
+    heights = {place: height(seen, place) for place in moving_places(dataset)}
+    radii = {place: radius(seen, place) for place in moving_places(dataset)}
+    rest = _rest(seen, lying)
     return Touchdown(
         release=release,
-        drop={place: _drop(dataset, place, start) for place in moving_places(dataset)},
-        orbit={place: _orbit(dataset, place, start) for place in moving_places(dataset)},
-        first_impacts=_first_impacts(steps, at_step),
-        retainers={site: _retainer(steps, at_step, site) for site in touched},
+        drop={place: None if at is None else 1e3 * float(at[0] - at.min()) for place, at in heights.items()},
+        orbit={place: None if r is None else 1e3 * float(r.max()) for place, r in radii.items()},
+        first_impacts=_first_impacts(after, received),
+        retainers={site: _retainer(after, site, received[site]) for site in touched},
         rest_after=rest,
-        rocks_within=None if rest is not None else _rocks(dataset, start, values, lying),
-        free_after=_free(steps, at_step, contact[at_step:]),
-        standstill_after=_standstill(steps, at_step),
+        rocks_within=None if rest is not None else _rocks(seen, lying),
+        free_after=_free(after, contact[at_step:]),
+        standstill_after=_standstill(after),
     )
 
 
-def _release(dataset: Signals, contact: Bools) -> int:
-    """Return the first sample from cycle 0 on in which an amplifier is off or the rotor in contact."""
-    released = np.any([contact, *amplifiers_off(dataset)], axis=0)
-    return int(np.argmax(released & (cycles(dataset) >= 0.0)))
+def _from(dataset: Signals, start: int) -> Signals:
+    """Return the data set from a sample on, that of the release."""
+    variables = {name: Samples(dataset[name].values[start:], dataset[name].attrs) for name in variables_of(dataset)}
+    coordinates = {name: Samples(dataset[name].values[start:], {}) for name in ("time", "cycle")}
+    return SignalTable(variables, coordinates, dataset.attrs)
 
 
-def _after_release(dataset: Signals, name: str, start: int) -> Array | None:
-    """Return the samples of a variable of the plant from the release on."""
-    values = signal(dataset, name)
-    return None if values is None else np.asarray(values[start:], np.float64)
-
-
-def _times(dataset: Signals, start: int) -> Array:
+def _times(after: Signals) -> Array:
     """Return the times from the release on (s)."""
-    times = dataset["time"].values[start:]
+    times = after["time"].values
     return np.asarray(times - times[0], np.float64)
 
 
-def _steps(dataset: Signals, start: int) -> Array:
+def _steps(after: Signals) -> Array:
     """Return the time step (s) of each sample from the release on; a sample is the end of its step."""
-    return np.diff(_times(dataset, start), prepend=0.0)
+    return np.diff(_times(after), prepend=0.0)
 
 
 def height(dataset: Signals, place: str) -> Array | None:
@@ -182,63 +182,48 @@ def height(dataset: Signals, place: str) -> Array | None:
     return np.asarray(-np.sign(values["gravity"]) * (np.array([np.cos(angle), np.sin(angle)]) @ seen), np.float64)
 
 
-def _drop(dataset: Signals, place: str, start: int) -> float | None:
-    at = height(dataset, place)
-    return None if at is None else 1e3 * float(at[start] - at[start:].min())
-
-
-def _orbit(dataset: Signals, place: str, start: int) -> float | None:
-    r = radius(dataset, place)
-    return None if r is None else 1e3 * float(r[start:].max())
-
-
-def _first_impacts(dataset: Signals, start: int) -> tuple[Impact, ...]:
-    times, result, total = _times(dataset, start), [], 0.0
-    for site in places(dataset).sites:
-        impulse = _after_release(dataset, f"{site}.impulse", start)
+def _first_impacts(after: Signals, received: Mapping[str, float | None]) -> tuple[Impact, ...]:
+    times, result, total = _times(after), [], 0.0
+    for site, whole in received.items():
+        impulse = signal(after, f"{site}.impulse")
         if impulse is not None:
-            total += _impulse(dataset, site, start) or float(impulse.sum())
+            total += whole or float(impulse.sum())
             result += [Impact(site, float(times[k]), float(impulse[k])) for k in np.flatnonzero(impulse > 0.0)]
     counted = (impact for impact in result if impact.impulse >= LEAST_IMPACT * total)
     return tuple(sorted(counted, key=lambda impact: impact.after)[:N_IMPACTS])
 
 
-def _retainer(steps: Signals, start: int, site: str) -> Retainer:
-    """Return the loads of a site, from all steps after `start`."""
-    mode, durations = _after_release(steps, f"{site}.mode", start), _steps(steps, start)
+def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
+    """Return the loads of a site from the release on."""
+    mode, power, heat, temperature = (
+        signal(after, f"{site}.{name}") for name in ("mode", "friction_power", "heat", "temperature")
+    )
+    durations = _steps(after)
     free, sliding, rolling = (
         None if mode is None else float(durations[mode == value].sum()) for value in (FREE, SLIDING, ROLLING)
     )
-    direction, whirl_speed = _whirl(steps, site, start)
-    values = parameters(steps)
-    heat, temperature = (_after_release(steps, f"{site}.{name}", start) for name in ("heat", "temperature"))
-    warms = temperature is not None and bool(values.get(f"{site}.heat_capacity"))
+    direction, whirl_speed = _whirl(after, site)
+    warms = temperature is not None and bool(parameters(after).get(f"{site}.heat_capacity"))
     return Retainer(
         free=free,
         sliding=sliding,
         rolling=rolling,
         whirl=direction,
         whirl_speed=whirl_speed,
-        impulse=_impulse(steps, site, start),
-        friction=_integral(steps, f"{site}.friction_power", start),
+        impulse=impulse,
+        friction=None if power is None else float(np.sum(power * durations)),
         heat=None if heat is None else float(heat[-1] - heat[0]),
-        race_spin_up=_race_spin_up(steps, site, start),
+        race_spin_up=_race_spin_up(after, site),
         temperature=float(temperature.max()) if warms and temperature is not None else None,
     )
 
 
-def _integral(dataset: Signals, name: str, start: int) -> float | None:
-    """Return the sum of a variable times the steps from the release on."""
-    values = _after_release(dataset, name, start)
-    return None if values is None else float(np.sum(values * _steps(dataset, start)))
-
-
-def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, float | None]:
-    mode, whirl = (_after_release(dataset, f"{site}.{name}", start) for name in ("mode", "whirl_speed"))
+def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
+    mode, whirl = (signal(after, f"{site}.{name}") for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
         return None, None
     closed = mode != FREE
-    turned = whirl * _steps(dataset, start) * np.logical_or.accumulate(closed)
+    turned = whirl * _steps(after) * np.logical_or.accumulate(closed)
     around, to_and_fro = float(turned.sum()), float(np.abs(turned).sum())
     in_contact = np.abs(turned) * closed
     if abs(around) < max(2.0 * np.pi, 0.5 * to_and_fro) or in_contact.sum() < WHIRLS * 2.0 * np.pi:
@@ -246,74 +231,71 @@ def _whirl(dataset: Signals, site: str, start: int) -> tuple[Direction | None, f
     return "forward" if around > 0.0 else "backward", float(np.average(whirl, weights=in_contact))
 
 
-def _impulse(dataset: Signals, site: str, start: int) -> float | None:
-    received = received_impulse(dataset, site)
+def _impulse(steps: Signals, site: str, start: int) -> float | None:
+    received = received_impulse(steps, site)
     return None if received is None else float(received[-1] - received[max(start - 1, 0)])
 
 
-def _race_spin_up(dataset: Signals, site: str, start: int) -> float | None:
-    race, mode = (_after_release(dataset, f"{site}.{name}", start) for name in ("race_speed", "mode"))
+def _race_spin_up(after: Signals, site: str) -> float | None:
+    race, mode = (signal(after, f"{site}.{name}") for name in ("race_speed", "mode"))
     if race is None or mode is None or not race.any() or not (mode != FREE).any():
         return None
-    times, speed = _times(dataset, start), np.abs(race)
+    times, speed = _times(after), np.abs(race)
     n = int(np.argmax(speed >= SPUN_UP * speed.max()))
     if not (mode[n:] == ROLLING).any():  # a race on which the rotor still slides is not up to speed
         return None
     return float(times[n] - times[np.argmax(mode != FREE)])
 
 
-def _rest(dataset: Signals, start: int, parameters: Mapping[str, Any], contact: Bools) -> float | None:
-    """Return the time after which the rotor keeps its position in all retainers of the last part of the run.
+def _lying(after: Signals, contact: Bools) -> list[tuple[Path, float]]:
+    """Return position and clearance in each retainer of a rotor that touches in the last part of the run.
 
-    `contact` is that of each sample from the release on; a rotor without contact levitates.
+    The list is empty without contact then, as in levitation, or if a position was not recorded.
     """
-    last, retainers = _last_part(dataset, start), places(dataset).retainers
-    if not contact[last].any() or not retainers:
-        return None
+    retainers, values = places(after).retainers, parameters(after)
+    recorded = [(path(after, site), values.get(f"{site}.clearance")) for site in retainers]
+    result = [(positions, float(c)) for positions, c in recorded if positions is not None and c is not None]
+    return result if contact[_last_part(after)].any() and len(result) == len(retainers) else []
+
+
+def _rest(after: Signals, contact: Bools) -> float | None:
+    """Return the time after which the rotor keeps its position in all retainers of the last part of the run."""
+    last, lying = _last_part(after), _lying(after, contact)
     moving = np.zeros(len(last), bool)
-    for site in retainers:
-        clearance, positions = parameters.get(f"{site}.clearance"), path(dataset, site)
-        if positions is None or clearance is None:
-            return None
-        for position in positions[:, start:]:
+    for positions, clearance in lying:
+        for position in positions:
             moving |= np.abs(position - position[last].mean()) > AT_REST * clearance
-    return None if moving[last].any() else _time_after(_times(dataset, start), moving)
+    return None if not lying or moving[last].any() else _time_after(_times(after), moving)
 
 
-def _rocks(dataset: Signals, start: int, parameters: Mapping[str, Any], contact: Bools) -> float | None:
+def _rocks(after: Signals, contact: Bools) -> float | None:
     """Return the largest swing (deg) of a rotor that rocks steadily in all retainers, and touches in the last part."""
-    retainers, swings = places(dataset).retainers, list[float]()
-    if not retainers or not contact[_last_part(dataset, start)].any():
-        return None
-    for site in retainers:
-        clearance, positions = parameters.get(f"{site}.clearance"), path(dataset, site)
-        if positions is None or clearance is None:
-            return None
-        z = positions[0, start:] + 1j * positions[1, start:]
-        swing = steady_swing(_times(dataset, start), z, float(clearance), float(parameters.get("gravity") or 0.0))
+    gravity, swings = float(parameters(after).get("gravity") or 0.0), list[float]()
+    for positions, clearance in _lying(after, contact):
+        swing = steady_swing(_times(after), positions[0] + 1j * positions[1], clearance, gravity)
         if swing is None:
             return None
         swings.append(swing)
-    return float(np.degrees(max(swings)))
+    return float(np.degrees(max(swings))) if swings else None
 
 
-def _free(dataset: Signals, start: int, contact: Bools) -> float | None:
+def _free(after: Signals, contact: Bools) -> float | None:
     """Return the time of the last contact of a rotor that has none in the last part of the run."""
-    return None if contact[_last_part(dataset, start)].any() else _time_after(_times(dataset, start), contact)
+    return None if contact[_last_part(after)].any() else _time_after(_times(after), contact)
 
 
-def _last_part(dataset: Signals, start: int) -> Bools:
+def _last_part(after: Signals) -> Bools:
     """Return the samples from the release on that are in the last part of the run."""
-    times = _times(dataset, start)
+    times = _times(after)
     return np.asarray(times >= (1.0 - LAST_PART) * times[-1])
 
 
-def _standstill(dataset: Signals, start: int) -> float | None:
-    speed = _after_release(dataset, "speed", start)
+def _standstill(after: Signals) -> float | None:
+    speed = signal(after, "speed")
     if speed is None:
         return None
     turning = np.abs(speed) > STANDSTILL * abs(speed[0])
-    return None if turning[-1] else _time_after(_times(dataset, start), turning)
+    return None if turning[-1] else _time_after(_times(after), turning)
 
 
 def _time_after(times: Array, active: Bools) -> float:

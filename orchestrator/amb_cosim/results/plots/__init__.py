@@ -92,7 +92,7 @@ class Plots:
         Raises
         ------
         ValueError
-            If no variable is named or matches, or there is no sample in this time range.
+            If no variable is named or matches, or this time range has no sample.
         """
         if not variables:
             raise ValueError(f"no variable is named; use names or patterns, or call {', '.join(MODULES)}")

@@ -163,7 +163,7 @@ def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
 
 
 def _draw_contact_times(panel: Axes, dataset: Signals, sites: list[str]) -> None:
-    """Draw a bar for each site while the rotor is in contact there; the first site is the highest."""
+    """Draw a bar for each site while the rotor is in contact; the first site is the highest."""
     times, rows = time_values(dataset), range(len(sites))
     for row, site in zip(reversed(rows), sites, strict=True):
         closed, colour = _in_contact(dataset, site), colour_of(dataset, site)
