@@ -34,7 +34,3 @@ def test_an_example_prints_what_it_says(name, tmp_path, monkeypatch):
     for test in tests:
         runner.run(test, out=said.append)
     assert runner.failures == 0, "".join(said)
-
-
-def test_examples_are_in_many_modules():
-    assert len(MODULES) > 30

@@ -41,7 +41,3 @@ def test_the_readme_installs_every_extra_that_a_page_names():
     result = named(r"extra `(\w+)`", pages)
     assert result >= {"native", "report", "sweep"}
     assert result <= installed()
-
-
-def test_the_site_is_built_with_a_compiler_for_its_live_rig():
-    assert "native" in within("docs")

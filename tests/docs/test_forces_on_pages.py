@@ -27,10 +27,6 @@ NOT_JUDGED = read_page()
 QUOTED = [entry for entry in quoted(PAGE) if set(entry[0]) & set(NOT_JUDGED)]
 
 
-def test_there_are_forces_on_the_page():
-    assert len(QUOTED) > 25
-
-
 @pytest.mark.parametrize(("names", "force", "unit"), QUOTED, ids=str)
 def test_force_is_the_rounded_peak_of_its_run(names, force, unit):
     scenarios = [*names, *(other for name in names for other in OF_ANOTHER.get(name, ()))]

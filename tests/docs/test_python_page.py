@@ -55,7 +55,3 @@ def test_each_parameter_has_the_type_and_default_of_its_signature(documented):
                 wrong.append(f"{path}({row.name}: {row.annotation} = {row.value}), not {local}")
     assert rows > 200
     assert wrong == []
-
-
-def test_the_page_begins_with_run():
-    assert next(declarations.names_of("amb_cosim")) == "::: amb_cosim.run"

@@ -42,12 +42,3 @@ READMES = [folder / "README.md" for folder in LISTING.values()]
 def test_links_and_pictures_of_a_page_lead_to_files(page):
     links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", text_of(page))
     assert [link for link in links if not (page.parent / link).is_file()] == []
-
-
-@pytest.mark.parametrize("page", THEORY, ids=lambda page: page.stem)
-def test_every_theory_page_is_listed_and_states_its_limits(page):
-    index = text_of(ROOT / "docs" / "theory" / "index.md")
-    if page.stem in ("index", "rig"):
-        return
-    assert f"({page.name})" in index
-    assert "## Limits" in text_of(page)

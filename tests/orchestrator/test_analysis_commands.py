@@ -49,13 +49,6 @@ def test_modes_of_any_rotor_at_speeds_with_units(runner, tmp_path):
     assert "forward, unstable" in text
 
 
-def test_motion_without_oscillation_is_reported(runner, tmp_path):
-    text = runner("study", "modes", "--rotor", "free.toml", "-o", "out").stdout
-    data = json.loads((tmp_path / "out" / "modes.json").read_text())
-    assert data["speeds"]["0"]["real_eigenvalues_per_s"] == [0.0] * 8
-    assert "aperiodic motion" in text
-
-
 @pytest.mark.slow
 def test_critical_speeds_are_on_the_synchronous_line(runner, tmp_path):
     runner("study", "campbell", "--up-to", "50 Hz", "-o", "out", "--count", "6")

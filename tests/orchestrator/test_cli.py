@@ -13,18 +13,8 @@ from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.cosim.run.dataset import load
 from amb_cosim.design.plant_data import plant
 from amb_cosim.results.summary import summarise
-from amb_cosim.scenario.scenario import packaged_scenarios
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
-
-
-def test_list_finds_scenarios_that_have_all_words(runner):
-    result = runner("list", "--filter", "seal RECOVERS").stdout
-    assert {word for word in result.split() if word in packaged_scenarios()} == {
-        "compressor_touchdown",
-        "compressor_levitated_touchdown",
-    }
-    assert "'xyzzy'" in runner("list", "--filter", "xyzzy").stderr
 
 
 def test_list_tells_all_of_one_scenario_or_names_the_nearest(runner):
@@ -62,11 +52,6 @@ def test_a_reader_that_leaves_ends_a_command_without_a_word(tmp_path, arguments)
 )
 def test_a_command_that_left_says_where_its_question_is_answered(refuses, former, present):
     refuses(f"any more; use 'amb-cosim {present}'", *former)
-
-
-def test_an_option_that_left_says_which_one_to_use(refuses):
-    message = "there is no option --refine any more; use '--sample boundary:METRIC'"
-    refuses(message, "sweep", "fig4_9", "--refine", "0.01")
 
 
 def test_fmus_without_arrays_are_of_fmi_3(refuses):

@@ -68,11 +68,6 @@ def test_signals_that_only_some_have_are_told(make):
     assert "only in synthetic: rotor_contact.energy.strain" in str(result)
 
 
-def test_runs_of_one_scenario_have_numbers(make):
-    assert amb_cosim.compare(make(), make()).labels == ["synthetic (1)", "synthetic (2)"]
-    assert amb_cosim.compare(make(), make(scenario="other")).labels == ["synthetic", "other"]
-
-
 @pytest.fixture
 def runs(make, monkeypatch):
     """Calls of `run`, which does not run."""

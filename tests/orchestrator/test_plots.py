@@ -70,11 +70,6 @@ def test_a_run_without_gravity_has_no_touchdown_to_draw(synthetic):
         plots.Plots(synthetic()).touchdown()
 
 
-def test_an_energy_figure_needs_energies(synthetic, tmp_path):
-    dataset = synthetic(plot_figures=json.dumps(["energy", "contact"])).drop_vars("rotor_contact.energy.work")
-    assert drawn(dataset, tmp_path) == ["contact"]
-
-
 @pytest.mark.parametrize("samples", slow_but_first([1, 0, 2]))
 def test_the_shortest_runs_can_be_drawn(synthetic, tmp_path, samples):
     dataset = synthetic(plot_figures=json.dumps([*USUAL, "whirl", "energy"]))
@@ -95,13 +90,6 @@ def test_parts_of_a_run_share_a_sample_so_that_lines_join(synthetic):
 
 
 # Figures in Python and in a notebook
-
-
-@pytest.mark.parametrize("name", [name for name in plots.MODULES if name not in ("touchdown", "magnets")])
-def test_every_figure_has_a_method_and_shows_itself(synthetic, name):
-    figure = getattr(plots.Plots(synthetic()), name)()
-    assert figure._repr_png_().startswith(b"\x89PNG")
-    assert figure.get_suptitle().startswith("synthetic, ")
 
 
 def test_figures_that_cannot_be_drawn_are_refused(synthetic):

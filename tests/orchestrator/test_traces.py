@@ -11,7 +11,6 @@ from scipy.io import loadmat
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results.plots.turns import whirl_direction
 from amb_cosim.results.result import Result
-from amb_cosim.results.selection import select
 from tests.support.messages import raises_naming
 
 
@@ -39,12 +38,6 @@ def test_traces_reach_from_one_moment_to_another(result):
     (panel,) = result.plot("mb1.x", begin="cycle 4", until="0.2 s").axes
     assert panel.get_xlim() == pytest.approx((4.0, 10.0))
     assert len(panel.lines[0].get_xdata()) == 601
-
-
-def test_patterns_are_of_names_with_and_without_component(result):
-    whole = select(result.signals, ["rotor_contact.mb?.x"]).names
-    assert whole == select(result.signals, ["mb?.x"]).names == ("rotor_contact.mb1.x", "rotor_contact.mb2.x")
-    assert len(select(result.signals).names) == len(result.dataset.data_vars)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
-from amb_cosim.cosim.record.warnings import WarningRecord, of_component, sentences, to_json, warnings_of
+from amb_cosim.cosim.record.warnings import WarningRecord, of_component, sentences
 from amb_cosim.scenario.coupling import coupling_warning
 from tests.support.messages import assert_names
 
@@ -74,25 +74,9 @@ def test_alike_warnings_are_told_together():
     assert sentences(warned) == [expected]
 
 
-def test_alike_warnings_may_name_their_place():
-    ports = {
-        f"{site}.hot": Port(f"{site}.hot", "Boolean", "output", 0, warning=f"{site.upper()} is beyond {site}.limit")
-        for site in ("rb1", "rb2")
-    }
-    log = [f"at t = {k} s: rb{k}.hot: RB{k} is beyond rb{k}.limit" for k in (2, 1)]
-    warned = of_component("plant", ports, log, -2.0, TIMES, {})
-    assert sentences(warned) == ["RB1 is beyond rb1.limit (rb1.hot, rb2.hot; first at 1 s)"]
-
-
 def test_any_other_warning_of_an_fmu_is_passed_on_once():
     warned = found(["the table is old", "the table is old"])
     assert sentences(warned) == ["the table is old (actuator)"]
-
-
-def test_warnings_come_back_from_a_data_set(synthetic):
-    warned = found([logged("mb1", 1.25)], mb1=[2.0])
-    assert warnings_of(synthetic(warnings=to_json(warned))) == warned
-    assert warnings_of(synthetic()) == []
 
 
 SYSTEM = """

@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 from command_line import run_command
 
-from amb_cosim.scenario.file import read_scenario
-from amb_files import packs
-from tests.support.messages import assert_names, raises_naming
+from tests.support.messages import assert_names
 
 
 @pytest.fixture
@@ -66,11 +64,3 @@ def test_entry_points_that_cannot_be_read_are_refused_with_their_distribution(si
     warned = command(site, line, code=2)[1]
     assert_names(warned, "entry_points.txt", "broken", reason)
     assert "Traceback" not in warned
-
-
-def test_a_scenario_that_is_a_link_to_nothing_is_named_as_such(tmp_path):
-    loop = tmp_path / "loop.toml"
-    loop.symlink_to(loop)
-    with raises_naming(ValueError, "loop.toml", "link"):
-        read_scenario(str(loop))
-    assert packs.pack_of(packs.packs()["bath_thesis"] / "scenarios" / "drop.toml") == "bath_thesis"

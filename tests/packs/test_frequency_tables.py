@@ -1,14 +1,12 @@
 """The thesis's own numbers, Tables 2.1, 3.1 to 3.4."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bath_thesis.studies.frequency_tables import frequency_tables
-from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text(encoding="utf-8"))
@@ -53,8 +51,3 @@ def test_diagonal_mass_needs_more_nodes_than_consistent_mass(computed):
     assert np.all(np.diff(errors["diagonal"]) > 0.0)
     assert errors["diagonal"][-1] > 0.05
     assert errors["consistent"][-1] < 1e-3
-
-
-def test_rotor_without_master_planes_has_no_condensed_table():
-    rotor = load_rotor()
-    assert frequency_tables(replace(rotor, reduction=ReductionOptions())).condensed == {}

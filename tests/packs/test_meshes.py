@@ -8,7 +8,7 @@ import pytest
 
 from bath_thesis.meshes import coarsen, mesh_family, refine
 from rotor_analysis.modes import damped_frequencies
-from rotor_analysis.rotor import ReductionOptions, Rotor
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_rotor
@@ -64,11 +64,6 @@ def test_frequencies_of_nested_consistent_meshes_fall_to_their_limit():
     for coarse, fine in pairwise(rows):
         assert np.all(fine <= coarse * (1.0 + 1e-9))
     assert rows[0][-1] > rows[-1][-1] * (1.0 + 1e-4)
-
-
-def test_a_rotor_whose_master_planes_make_no_mesh_has_no_coarse_one():
-    assert list(mesh_family(replace(RIG, reduction=ReductionOptions()))) == [23, 19, 13]
-    assert list(mesh_family(STEPPED)) == [14, 10, 4]
 
 
 @pytest.mark.parametrize(

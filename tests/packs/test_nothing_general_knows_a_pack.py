@@ -86,11 +86,6 @@ def test_no_file_names_a_scenario_or_a_rotor_that_only_a_pack_has():
     assert {name: of for name, of in result.items() if of} == {}
 
 
-def test_pages_of_examples_are_those_that_name_things_of_a_pack():
-    pages = {page: (ROOT / "docs" / "how-to" / f"{page}.md").read_text(encoding="utf-8") for page in EXAMPLES}
-    assert [page for page, text in pages.items() if not named(text)] == []
-
-
 def helps() -> dict[str, str]:
     """The help texts of all commands where no pack is installed, by the names of the commands."""
     import click
