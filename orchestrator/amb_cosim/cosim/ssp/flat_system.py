@@ -13,11 +13,11 @@ from typing import Any
 
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmu_description import read_interface
-from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.fmu.fmu_interface import Port, TextVariable
 from amb_cosim.cosim.fmu.fmus import provide
 from amb_cosim.cosim.ssp.bindings import Setting, read_bindings
-from amb_cosim.cosim.ssp.hierarchy import NAMES, Node, number_of, read_hierarchy
-from amb_cosim.cosim.ssp.nets import Delivered, Nets, Reached
+from amb_cosim.cosim.ssp.hierarchy import NAMES, Hierarchy, Node, number_of
+from amb_cosim.cosim.ssp.nets import Nets, Way
 from amb_cosim.cosim.ssp.structure import MASTER
 from amb_cosim.cosim.ssp.unit_conversion import Unit, conversion, unit_of
 from amb_cosim.cosim.system.system import UNCHANGED, Component, Connection, Output, Signal
@@ -31,7 +31,7 @@ class FlatSystem:
 
     def __init__(self, root: Any, folder: Path, what: str) -> None:
         self.root, self.what = root, what
-        self.hierarchy = read_hierarchy(root, folder, what)
+        self.hierarchy = Hierarchy(root, folder, what)
         components = self.hierarchy.components
         if not components:
             raise ValueError(f"{what} has no component with an FMU; there is nothing to simulate")
@@ -39,9 +39,12 @@ class FlatSystem:
         self.folders = {name: provide(str(file)).folder for name, file in self.files.items()}
         self.interfaces = {name: read_interface(place, name, self.files[name]) for name, place in self.folders.items()}
         self.nets = Nets(self.hierarchy, self.interfaces, what)
+        self._parameters: dict[str, dict[str, Raw]] = {name: {} for name in self.interfaces}
+        self._inputs: dict[str, Raw] = {}
         self.connections = tuple(self._connections())
-        self.exposed = {node: self.nets.claim(node) for node in self.hierarchy.outer_connectors if self._is_free(node)}
-        for node in self.hierarchy.inner_connectors:
+        outer, inner = (self.hierarchy.of_systems(outermost) for outermost in (True, False))
+        self.exposed = {node: self.nets.claim(node) for node in outer if self._is_free(node)}
+        for node in inner:
             if self._is_free(node):
                 self.nets.claim(node)
 
@@ -75,15 +78,14 @@ class FlatSystem:
                 if self.nets.causality(reached.node) == "output":
                     both = f"{source.text} and {reached.node.text}"
                     raise ValueError(f"{self.what}: {both} are outputs that are connected with each other")
-                outputs = self._ports(source, reached.start_indices)
-                inputs = self._ports(reached.node, reached.end_indices)
+                outputs = self._ends(source, reached.start_indices)
+                inputs = self._ends(reached.node, reached.end_indices)
                 if len(outputs) != len(inputs):
-                    said = f"{outputs[0]} ({len(outputs)} values) and {inputs[0]} ({len(inputs)})"
+                    said = f"{next(iter(outputs))} ({len(outputs)} values) and {next(iter(inputs))} ({len(inputs)})"
                     raise ValueError(f"{self.what}: a connection joins {said}, which must be equal in number")
+                self._check_law(reached, {**outputs, **inputs})
+                factor, offset = reached.law
                 for output, target in zip(outputs, inputs, strict=True):
-                    factor, offset = reached.law
-                    if reached.law != UNCHANGED:
-                        self._check_real(output, target)
                     yield Connection(output, target, factor=factor, offset=offset, converts_units=True)
         for link in self.hierarchy.links:
             ends = (link.start, link.end)
@@ -107,10 +109,9 @@ class FlatSystem:
         result = [Signal(name, targets) for name, targets in annotated.items()]
         for node, reached in self.exposed.items():
             for name, fed in self._elements_fed(node, reached).items() if node.name not in annotated else ():
-                signal = self._signal(node, name, fed)
-                values = {inputs[target] for target in signal.targets if target in inputs}
+                values = {inputs[target] for target in fed if target in inputs}
                 if name in inputs or len(values) < 2:
-                    result.append(signal)
+                    result.append(self._signal(node, name, fed))
         return tuple(result)
 
     def outputs(self) -> tuple[Output, ...]:
@@ -122,39 +123,37 @@ class FlatSystem:
             for output in self._delivered(node.name, value)
         )
 
-    def _delivered(self, name: str, value: Delivered) -> Iterator[Output]:
+    def _delivered(self, name: str, way: Way) -> Iterator[Output]:
         """Return the output of a connector, or of each element of an array; its source may be a signal."""
-        node = value.source
-        sources = self._ports(node, value.indices) if node.kind == "component" else [node.text]
+        node = way.source
+        sources = self._ends(node, way.start_indices) if node.kind == "component" else {node.text: None}
+        self._check_law(way, sources)
         for source in sources:
-            if value.law != UNCHANGED:
-                self._check_real(source)
             place = "" if len(sources) == 1 else source.removeprefix(node.text)
-            unit = None if value.unit is None else value.unit.name
-            yield Output(f"{name}{place}", source, unit, *value.law)
+            yield Output(f"{name}{place}", source, None if way.unit is None else way.unit.name, *way.law)
 
-    def _elements_fed(self, node: Node, reached: Iterable[Reached]) -> dict[str, dict[str, Reached]]:
+    def _elements_fed(self, node: Node, reached: Iterable[Way]) -> dict[str, dict[str, tuple[Way, Port | None]]]:
         """Return the inputs of components that a connector, or each element of an array, feeds."""
-        result: dict[str, dict[str, Reached]] = {}
-        for item in reached:
-            if self.nets.causality(item.node) == "input":
-                targets = self._ports(item.node, item.end_indices)
-                for k, target in enumerate(targets, 1):
-                    place = item.start_indices or ((k,) if len(targets) > 1 else ())
-                    result.setdefault(_element(node.name, place), {})[target] = item
+        result: dict[str, dict[str, tuple[Way, Port | None]]] = {}
+        for way in reached:
+            if self.nets.causality(way.node) == "input":
+                targets = self._ends(way.node, way.end_indices)
+                for k, (target, port) in enumerate(targets.items(), 1):
+                    place = way.start_indices or ((k,) if len(targets) > 1 else ())
+                    name = f"{node.name}[{','.join(map(str, place))}]" if place else node.name
+                    result.setdefault(name, {})[target] = way, port
         return result
 
-    def _signal(self, node: Node, name: str, fed: Mapping[str, Reached]) -> Signal:
+    def _signal(self, node: Node, name: str, fed: Mapping[str, tuple[Way, Port | None]]) -> Signal:
         """Return the signal of a connector, with a separate port if not all inputs are equal to it."""
-        laws = {target: item.law for target, item in fed.items() if item.law != UNCHANGED}
-        ports = {target: self._port(target) for target in fed}
+        laws = {target: way.law for target, (way, _) in fed.items() if way.law != UNCHANGED}
         unit = self._start_unit(node)
-        if not laws and len({port.unit for port in ports.values() if port is not None and port.unit}) <= 1:
+        if not laws and len({port.unit for _, port in fed.values() if port is not None and port.unit}) <= 1:
             return Signal(name, tuple(fed))
-        for target in laws:
-            self._check_real(target)
-        target, first = next(iter(ports.items()))
-        factor, offset = fed[target].law
+        for target, (way, port) in fed.items():
+            self._check_law(way, {target: port})
+        way, first = next(iter(fed.values()))
+        factor, offset = way.law
         port = Port(
             name=name,
             type="Real" if first is None else first.type,
@@ -172,7 +171,7 @@ class FlatSystem:
         declared = self.nets.unit(node)
         if declared is not None or node not in self.exposed:
             return declared
-        units = dict.fromkeys(item.unit for item in self.exposed[node] if item.unit is not None)
+        units = dict.fromkeys(way.presumed for way in self.exposed[node] if way.presumed is not None)
         first = next(iter(units), None)
         for unit in units:
             if first is not None and conversion(first, unit) != UNCHANGED:
@@ -184,8 +183,6 @@ class FlatSystem:
 
     def values(self) -> tuple[dict[str, dict[str, Raw]], dict[str, Raw], tuple[str, ...]]:
         """Return values of parameters by component and name, of inputs and signals by name, and unknown names."""
-        parameters: dict[str, dict[str, Raw]] = {name: {} for name in self.interfaces}
-        inputs: dict[str, Raw] = {}
         unknown: dict[str, None] = {}
         settings: list[tuple[Node, Setting]] = []
         for path, element, document in self.hierarchy.bindings:  # what an outer system says counts more
@@ -198,14 +195,15 @@ class FlatSystem:
                     settings.append((node, setting))
         for node, setting in sorted(settings, key=lambda item: -_depth(item[0])):  # a connection counts more than both
             if node.kind == "component":
-                self._set(parameters, inputs, node, self._read(node, setting)[0], ())
+                self._set(node, self._read(node, setting)[0])
             else:
-                self._spread(parameters, inputs, node, setting)
+                self._spread(node, setting)
         fed = {link.target for link in self.connections}
         for node, reached in self.exposed.items():
             for name, targets in self._elements_fed(node, reached).items():
-                fed |= targets.keys() if name in inputs else set()
-        return parameters, {name: value for name, value in inputs.items() if name not in fed}, tuple(unknown)
+                fed |= targets.keys() if name in self._inputs else set()
+        inputs = {name: value for name, value in self._inputs.items() if name not in fed}
+        return self._parameters, inputs, tuple(unknown)
 
     def _exists(self, node: Node) -> bool:
         if node.kind == "component":
@@ -213,23 +211,19 @@ class FlatSystem:
             return bool(interface.elements(node.name)) or node.name in interface.texts
         return node in self.hierarchy.connectors
 
-    def _spread(
-        self, parameters: dict[str, dict[str, Raw]], inputs: dict[str, Raw], node: Node, setting: Setting
-    ) -> None:
+    def _spread(self, node: Node, setting: Setting) -> None:
         """Set what a connector of a system reaches, and its signal."""
         values, unit = self._read(node, setting)
-        for reached in self.nets.below(node, unit):
-            factor, offset = reached.law
-            if reached.law == UNCHANGED:
-                passed = values
-            else:
-                self._check_real(*self._ports(reached.node, reached.end_indices))
+        for way in self.nets.below(node, unit):
+            (factor, offset), passed = way.law, values
+            if way.law != UNCHANGED:
+                self._check_law(way, self._ends(way.node, way.end_indices))
                 passed = [factor * _checked_number(value, setting.name, self.what) + offset for value in values]
-            self._set(parameters, inputs, reached.node, passed, reached.end_indices, reached.start_indices)
+            self._set(way.node, self._selected(passed, way.start_indices, way.node.text), way.end_indices)
         if node in self.exposed:
             for name in self._elements_fed(node, self.exposed[node]):
                 place = [int(index) for index in name.removeprefix(node.name).strip("[]").split(",") if index]
-                inputs[name] = self._selected(values, place, setting.name)[0]
+                self._inputs[name] = self._selected(values, place, setting.name)[0]
 
     def _read(self, node: Node, setting: Setting) -> tuple[list[Raw], Unit | None]:
         """Return values in the unit of a connector, if it has one, and the unit that they then have."""
@@ -254,38 +248,24 @@ class FlatSystem:
             result.append(number)
         return result, after
 
-    def _set(
-        self,
-        parameters: dict[str, dict[str, Raw]],
-        inputs: dict[str, Raw],
-        node: Node,
-        values: Sequence[Raw],
-        indices: tuple[int, ...],
-        selected: Sequence[int] = (),
-    ) -> None:
+    def _set(self, node: Node, values: Sequence[Raw], indices: tuple[int, ...] = ()) -> None:
         """Set a variable of a component, or the elements of an array."""
-        values = self._selected(values, selected, node.text)
-        text = self.interfaces[node.place].texts.get(node.name)
-        if text is not None:
-            if len(values) != 1:
-                said = f"{len(values)} values for {node.text}, which is a {text.type}"
-                raise ValueError(f"{self.what}: a parameter set has {said}")
-            if text.causality == "input":
-                inputs[node.text] = values[0]
-            else:
-                parameters[node.place][text.name] = values[0]
-            return
         interface = self.interfaces[node.place]
-        ports = interface.elements(node.name, indices) or (interface.port(node.name, node.place),)
+        text = interface.texts.get(node.name)
+        if text is not None and len(values) != 1:
+            said = f"{len(values)} values for {node.text}, which is a {text.type}"
+            raise ValueError(f"{self.what}: a parameter set has {said}")
+        ports: Sequence[Port | TextVariable] = interface.elements(node.name, indices)
+        ports = (text,) if text is not None else ports or (interface.port(node.name, node.place),)
         if len(ports) != len(values):
             raise ValueError(
                 f"{self.what}: a parameter set has {len(values)} values for {node.text}, which has {len(ports)}"
             )
         for port, value in zip(ports, values, strict=True):
             if port.causality == "input":
-                inputs[f"{node.place}.{port.name}"] = value
+                self._inputs[f"{node.place}.{port.name}"] = value
             else:
-                parameters[node.place][port.name] = value
+                self._parameters[node.place][port.name] = value
 
     def _selected(self, values: Sequence[Raw], place: Sequence[int], name: str) -> Sequence[Raw]:
         """Return the value of an element of an array with one dimension, or all values without indices."""
@@ -295,31 +275,24 @@ class FlatSystem:
             raise ValueError(f"{self.what}: {name} has {len(values)} values and no element {list(place)}")
         return [values[place[0] - 1]]
 
-    def _ports(self, node: Node, indices: tuple[int, ...]) -> list[str]:
-        """Return the variables of a component's connector: one, or the elements of an array."""
+    def _ends(self, node: Node, indices: tuple[int, ...]) -> dict[str, Port | None]:
+        """Return the variables of a component's connector, or of the elements of an array, by their names.
+
+        A connector without a variable has None, which the check of the system reports.
+        """
         ports = self.interfaces[node.place].elements(node.name, indices)
         if indices and not ports:
             raise ValueError(f"{self.what}: {node.text} has no element [{','.join(map(str, indices))}]")
-        return [f"{node.place}.{port.name}" for port in ports] or [node.text]
+        return {f"{node.place}.{port.name}": port for port in ports} or {node.text: None}
 
-    def _check_real(self, *ends: str) -> None:
-        """Raise a ValueError unless all variables are Reals, of which a linear transformation can be."""
-        for end in ends:
-            port = self._port(end)
+    def _check_law(self, way: Way, ends: Mapping[str, Port | None]) -> None:
+        """Raise a ValueError unless all variables are Reals where a way transforms values."""
+        for end, port in ends.items() if way.law != UNCHANGED else ():
             if port is not None and port.type != "Real":
                 raise ValueError(
                     f"{self.what}: {end} is {port.type}; only values of Reals can be transformed or have their unit "
                     f"converted"
                 )
-
-    def _port(self, end: str) -> Port | None:
-        """Return a component's variable; None if there is none, which the check of the system reports."""
-        candidates = (
-            interface.ports.get(end.removeprefix(f"{component}."))
-            for component, interface in self.interfaces.items()
-            if end.startswith(f"{component}.")
-        )
-        return next((port for port in candidates if port is not None), None)
 
 
 def _depth(node: Node) -> float:
@@ -327,10 +300,6 @@ def _depth(node: Node) -> float:
     if node.kind == "component":
         return math.inf
     return node.place.count(".") + 1 if node.place else 0
-
-
-def _element(name: str, place: Sequence[int]) -> str:
-    return f"{name}[{','.join(map(str, place))}]" if place else name
 
 
 def _checked_number(value: Raw, name: str, what: str) -> float:

@@ -10,8 +10,8 @@ A source is relative to the document that names it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 from urllib.parse import unquote, urlsplit
@@ -30,13 +30,14 @@ FMU, DEFINITION, PACKAGE = (f"application/x-{kind}" for kind in ("fmu-sharedlibr
 TYPES = (FMU, DEFINITION, PACKAGE)
 HARMLESS = [tag(name) for name in ("ssd:ConnectionGeometry", "ssd:Annotations", "ssc:LinearTransformation")]
 MOST_NESTED = 20  # systems in each other
+Kind = Literal["component", "system", "dictionary"]
 OUTERMOST = ("system", "")  # kind and place of the connectors of the outermost system
 
 
 class Node(NamedTuple):
     """A connector of a component, of a system, or an entry of a signal dictionary; `place` is the path of that."""
 
-    kind: Literal["component", "system", "dictionary"]
+    kind: Kind
     place: str
     name: str
 
@@ -99,9 +100,8 @@ class Document:
         return systems[name]
 
 
-@dataclass(frozen=True)
 class Hierarchy:
-    """The elements of all systems of an archive.
+    """The elements of all systems of an archive, whose files are in `folder`.
 
     Attributes
     ----------
@@ -114,30 +114,34 @@ class Hierarchy:
     bindings
         Path, element and document of everything that can have parameter bindings, inner ones first: outer ones count
         more.
-    elements
-        Kind and path of the elements of each system, by the system's path and their names in it.
     bases
         Folder of the document of each system in a separate document, by the system's path.
+
+    Raises
+    ------
+    ValueError
+        If it has an element that is not supported; the message begins with `what` and names it.
     """
 
-    components: dict[str, tuple[Path, Any, Document]] = field(default_factory=dict)
-    connectors: dict[Node, Connector] = field(default_factory=dict)
-    links: list[Link] = field(default_factory=list)
-    bindings: list[tuple[str, Any, Document]] = field(default_factory=list)
-    elements: dict[str, dict[str, tuple[Literal["component", "system", "dictionary"], str]]] = field(
-        default_factory=dict
-    )
-    bases: dict[str, Path] = field(default_factory=dict)
+    def __init__(self, root: Any, folder: Path, what: str) -> None:
+        self.components: dict[str, tuple[Path, Any, Document]] = {}
+        self.connectors: dict[Node, Connector] = {}
+        self.links: list[Link] = []
+        self.bindings: list[tuple[str, Any, Document]] = []
+        self.bases: dict[str, Path] = {}
+        self._elements: dict[str, dict[str, tuple[Kind, str]]] = {}  # kind and path, by the path of their system
+        document = Document(root, folder, what, folder)
+        self._add_system(document.system(), "", document, {}, 0)
+        for node in (end for link in self.links for end in (link.start, link.end)):
+            if node.kind != "component" and node not in self.connectors:
+                beside = [other.name for other in self.connectors if other[:2] == node[:2]]
+                inside = f"{node.kind} {node.place}" if node.place else "the system"
+                raise ValueError(f"{what}: {inside} has no connector {node.name!r}; {suggest(node.name, beside)}")
 
-    @property
-    def outer_connectors(self) -> list[Node]:
-        """The connectors of the outermost system."""
-        return [node for node in self.connectors if node[:2] == OUTERMOST]
-
-    @property
-    def inner_connectors(self) -> list[Node]:
-        """The connectors of all other systems, and the entries of signal dictionaries."""
-        return [node for node in self.connectors if node.kind != "component" and node[:2] != OUTERMOST]
+    def of_systems(self, outermost: bool) -> list[Node]:
+        """Return the connectors of the outermost system, or those of all others and entries of dictionaries."""
+        nodes = (node for node in self.connectors if node.kind != "component")
+        return [node for node in nodes if (node[:2] == OUTERMOST) == outermost]
 
     def resolve(self, path: str, name: str) -> Node | None:
         """Return the connector with a hierarchical name in a system or a component; None without such an element.
@@ -149,91 +153,107 @@ class Hierarchy:
         system = Node("system", path, name)
         if system in self.connectors:
             return system
-        for element, (kind, place) in self.elements[path].items():
+        for element, (kind, place) in self._elements[path].items():
             if name.startswith(f"{element}."):
                 rest = name[len(element) + 1 :]
                 return self.resolve(place, rest) if kind == "system" else Node(kind, place, rest)
         return None
 
+    def _add_system(
+        self, system: Any, path: str, document: Document, dictionaries: dict[str, str], depth: int
+    ) -> tuple[Kind, str]:
+        if depth > MOST_NESTED:
+            raise ValueError(
+                f"{document.what}: {path} is nested too deeply; at most {MOST_NESTED} systems are supported"
+            )
+        self._add_connectors("system", path, system, document)
+        dictionaries = dictionaries | {
+            dictionary.get("name"): self._add_dictionary(dictionary, path, document)
+            for dictionary in system.iterfind("ssd:SignalDictionaries/ssd:SignalDictionary", NAMES)
+        }
+        elements = self._elements[path] = {}
+        for element in system.iterfind("ssd:Elements/*", NAMES):
+            name = element.get("name")
+            place = f"{path}.{name}" if path else name
+            if name in elements:
+                raise ValueError(f"{document.what}: two elements are called {place}")
+            if "." in name:
+                raise ValueError(f"{document.what}: element {place} has a dot in its name, which is not supported")
+            if element.tag == tag("ssd:System"):
+                elements[name] = self._add_system(element, place, document, dictionaries, depth + 1)
+            elif element.tag == tag("ssd:SignalDictionaryReference"):
+                dictionary = element.get("dictionary")
+                if dictionary not in dictionaries:
+                    hint = suggest(dictionary, dictionaries)
+                    raise ValueError(f"{document.what}: {place} refers to no signal dictionary {dictionary!r}; {hint}")
+                elements[name] = "dictionary", dictionaries[dictionary]
+            else:
+                elements[name] = self._add_component(element, place, document, depth)
+        for link in system.iterfind("ssd:Connections/ssd:Connection", NAMES):
+            self.links.append(self._link(link, path, document))
+        self.bindings.append((path, system, document))
+        return "system", path
 
-def read_hierarchy(root: Any, folder: Path, what: str) -> Hierarchy:
-    """Return the flat structure of a document; `folder` has the files of the archive.
+    def _add_connectors(self, kind: Kind, place: str, element: Any, document: Document) -> None:
+        units = document.units
+        for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMES):
+            node = Node(kind, place, connector.get("name"))
+            self.connectors.setdefault(node, Connector(connector.get("kind"), _unit(connector, units)))
 
-    Raises
-    ------
-    ValueError
-        If it has an element that is not supported; the message begins with `what` and names it.
-    """
-    result = Hierarchy()
-    document = Document(root, folder, what, folder)
-    _add_system(result, document.system(), "", document, {}, 0)
-    for node in (end for link in result.links for end in (link.start, link.end)):
-        if node.kind != "component" and node not in result.connectors:
-            beside = [other.name for other in result.connectors if other[:2] == node[:2]]
-            inside = f"{node.kind} {node.place}" if node.place else "the system"
-            raise ValueError(f"{what}: {inside} has no connector {node.name!r}; {suggest(node.name, beside)}")
-    return result
-
-
-def _add_system(
-    result: Hierarchy, system: Any, path: str, document: Document, dictionaries: dict[str, str], depth: int
-) -> None:
-    if depth > MOST_NESTED:
-        raise ValueError(f"{document.what}: {path} is nested too deeply; at most {MOST_NESTED} systems are supported")
-    _add_connectors(result, "system", path, system, document)
-    dictionaries = dictionaries | {
-        dictionary.get("name"): _add_dictionary(result, dictionary, path, document)
-        for dictionary in system.iterfind("ssd:SignalDictionaries/ssd:SignalDictionary", NAMES)
-    }
-    elements = result.elements[path] = {}
-    for element in system.iterfind("ssd:Elements/*", NAMES):
-        name = element.get("name")
-        place = f"{path}.{name}" if path else name
-        if name in elements:
-            raise ValueError(f"{document.what}: two elements are called {place}")
-        if "." in name:
-            raise ValueError(f"{document.what}: element {place} has a dot in its name, which is not supported")
-        if element.tag == tag("ssd:System"):
-            elements[name] = "system", place
-            _add_system(result, element, place, document, dictionaries, depth + 1)
-        elif element.tag == tag("ssd:SignalDictionaryReference"):
-            dictionary = element.get("dictionary")
-            if dictionary not in dictionaries:
-                hint = suggest(dictionary, dictionaries)
-                raise ValueError(f"{document.what}: {place} refers to no signal dictionary {dictionary!r}; {hint}")
-            elements[name] = "dictionary", dictionaries[dictionary]
+    def _add_component(self, element: Any, place: str, document: Document, depth: int) -> tuple[Kind, str]:
+        kind = element.get("type") or FMU
+        if kind not in TYPES:
+            raise ValueError(f"{document.what}: component {place} is of type {kind}, which is not supported")
+        result: tuple[Kind, str] = "component", place
+        if kind == FMU:
+            self.components[place] = document.file(element.get("source")), element, document
+            self._add_connectors("component", place, element, document)
         else:
-            elements[name] = _add_component(result, element, place, document, depth)
-    for link in system.iterfind("ssd:Connections/ssd:Connection", NAMES):
-        result.links.append(_link(result, link, path, document))
-    result.bindings.append((path, system, document))
+            inner, system = _referenced(document, element.get("source"), kind == PACKAGE)
+            result = self._add_system(system, place, inner, {}, depth + 1)
+            self.bases[place] = inner.folder
+        self.bindings.append((place, element, document))
+        return result
 
+    def _add_dictionary(self, dictionary: Any, path: str, document: Document) -> str:
+        """Add the entries of a signal dictionary, and return its path."""
+        name, source = dictionary.get("name"), dictionary.get("source")
+        place = f"{path}.{name}" if path else name
+        if source is None:
+            content = dictionary.find("ssb:SignalDictionary", NAMES)
+            if content is None:
+                raise ValueError(f"{document.what}: signal dictionary {place} has no entries of SSP")
+            check(content, DICTIONARY, f"{document.what}: signal dictionary {place}")
+        else:
+            content = parse(document.file(source).read_bytes(), DICTIONARY, f"{document.what}: {source}")
+        units = {**document.units, **unit_definitions(content, "ssb")}
+        for entry in content.iterfind("ssb:DictionaryEntry", NAMES):
+            self.connectors[Node("dictionary", place, entry.get("name"))] = Connector("inout", _unit(entry, units))
+        return place
 
-def _add_connectors(
-    result: Hierarchy, kind: Literal["component", "system"], place: str, element: Any, document: Document
-) -> None:
-    units = document.units
-    for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMES):
-        node = Node(kind, place, connector.get("name"))
-        result.connectors.setdefault(node, Connector(connector.get("kind"), _unit(connector, units)))
+    def _link(self, link: Any, path: str, document: Document) -> Link:
+        start, end = (self._end(link, side, path, document) for side in ("start", "end"))
+        for element in link:
+            if element.tag not in HARMLESS:
+                kind = etree.QName(element).localname
+                raise ValueError(
+                    f"{document.what}: the connection from {start.text} transforms its value by {kind}, which is not "
+                    f"supported in connections"
+                )
+        first, last = (tuple(map(int, link.get(f"{side}Indices", "").split())) for side in ("start", "end"))
+        return Link(start, end, first, last, law_of(link), suppresses_units(link))
 
-
-def _add_component(
-    result: Hierarchy, element: Any, place: str, document: Document, depth: int
-) -> tuple[Literal["component", "system"], str]:
-    kind = element.get("type") or FMU
-    if kind not in TYPES:
-        raise ValueError(f"{document.what}: component {place} is of type {kind}, which is not supported")
-    if kind == FMU:
-        result.components[place] = document.file(element.get("source")), element, document
-        _add_connectors(result, "component", place, element, document)
-        result.bindings.append((place, element, document))
-        return "component", place
-    inner, system = _referenced(document, element.get("source"), kind == PACKAGE)
-    _add_system(result, system, place, inner, {}, depth + 1)
-    result.bases[place] = inner.folder
-    result.bindings.append((place, element, document))
-    return "system", place
+    def _end(self, link: Any, side: str, path: str, document: Document) -> Node:
+        """Return a connector of a connection in a system."""
+        elements, element, name = self._elements[path], link.get(f"{side}Element"), link.get(f"{side}Connector")
+        if not element:
+            return Node("system", path, name)
+        if element not in elements:
+            inside = f" of {path}" if path else ""
+            raise ValueError(
+                f"{document.what}: a connection{inside} names no element {element!r}; {suggest(element, elements)}"
+            )
+        return Node(*elements[element], name)
 
 
 def _referenced(document: Document, source: str, is_package: bool) -> tuple[Document, Any]:
@@ -249,55 +269,9 @@ def _referenced(document: Document, source: str, is_package: bool) -> tuple[Docu
     return inner, inner.system(part)
 
 
-def _add_dictionary(result: Hierarchy, dictionary: Any, path: str, document: Document) -> str:
-    """Add the entries of a signal dictionary, and return its path."""
-    name, source = dictionary.get("name"), dictionary.get("source")
-    place = f"{path}.{name}" if path else name
-    if source is None:
-        content = dictionary.find("ssb:SignalDictionary", NAMES)
-        if content is None:
-            raise ValueError(f"{document.what}: signal dictionary {place} has no entries of SSP")
-        check(content, DICTIONARY, f"{document.what}: signal dictionary {place}")
-    else:
-        content = parse(document.file(source).read_bytes(), DICTIONARY, f"{document.what}: {source}")
-    units = {**document.units, **unit_definitions(content, "ssb")}
-    for entry in content.iterfind("ssb:DictionaryEntry", NAMES):
-        result.connectors[Node("dictionary", place, entry.get("name"))] = Connector("inout", _unit(entry, units))
-    return place
-
-
 def _unit(connector: Any, units: Mapping[str, UnitDefinition]) -> Unit | None:
     """Return the unit that the type of a connector has."""
     return next((unit_of(kind.get("unit"), units) for kind in connector if kind.get("unit")), None)
-
-
-def _link(result: Hierarchy, link: Any, path: str, document: Document) -> Link:
-    start, end = _ends(result, link, path, document)
-    for element in link:
-        if element.tag not in HARMLESS:
-            kind = etree.QName(element).localname
-            raise ValueError(
-                f"{document.what}: the connection from {start.text} transforms its value by {kind}, which is not "
-                f"supported in connections"
-            )
-    indices = [tuple(map(int, link.get(f"{side}Indices", "").split())) for side in ("start", "end")]
-    return Link(start, end, indices[0], indices[1], law_of(link), suppresses_units(link))
-
-
-def _ends(result: Hierarchy, link: Any, path: str, document: Document) -> Iterator[Node]:
-    """Return the two connectors of a connection in a system."""
-    elements = result.elements[path]
-    for side in ("start", "end"):
-        element, name = link.get(f"{side}Element"), link.get(f"{side}Connector")
-        if not element:
-            yield Node("system", path, name)
-        elif element in elements:
-            yield Node(*elements[element], name)
-        else:
-            inside = f" of {path}" if path else ""
-            raise ValueError(
-                f"{document.what}: a connection{inside} names no element {element!r}; {suggest(element, elements)}"
-            )
 
 
 def number_of(root: Any, path: str, name: str) -> float | None:

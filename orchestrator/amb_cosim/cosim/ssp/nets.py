@@ -16,27 +16,20 @@ from amb_cosim.cosim.ssp.unit_conversion import Law, Unit, composed, conversion,
 from amb_cosim.cosim.system.system import UNCHANGED
 
 
-class Reached(NamedTuple):
-    """A component's variable that a value reaches.
+class Way(NamedTuple):
+    """The way of a value from a source to a connector, with the law that it passes.
 
-    `law` is that of the value; `unit` is the unit at the start that this law presumes, or None. Indices
-    are those of an element of an array, at the start and at the end.
+    `presumed` is the unit at the source that the law presumes, and `unit` the unit after it, None without a unit.
+    Indices are those of an element of an array.
     """
 
+    source: Node
     node: Node
     law: Law
+    presumed: Unit | None
     unit: Unit | None
     start_indices: tuple[int, ...]
     end_indices: tuple[int, ...]
-
-
-class Delivered(NamedTuple):
-    """A value at a connector of the outermost system: its source, its law, and its unit after that."""
-
-    source: Node
-    indices: tuple[int, ...]
-    law: Law
-    unit: Unit | None
 
 
 class Nets:
@@ -59,7 +52,7 @@ class Nets:
             self._at.setdefault(link.start, []).append((link, True))
             self._at.setdefault(link.end, []).append((link, False))
         self._arrival: dict[Node, Link] = {}  # by which the value of a net comes to a connector
-        self.delivered: dict[Node, Delivered] = {}  # of the connectors of the outermost system to which outputs come
+        self.delivered: dict[Node, Way] = {}  # of the connectors of the outermost system to which outputs come
 
     def causality(self, node: Node) -> str:
         """Return whether a connector is input, output, ... : of a component as its FMU says, else as the document."""
@@ -90,43 +83,43 @@ class Nets:
         """Return whether `claim` was called for something that feeds a connector."""
         return node in self._arrival
 
-    def claim(self, start: Node) -> list[Reached]:
-        """Return what a source of a net reaches, and remember the way of its values through the connectors."""
+    def claim(self, start: Node) -> list[Way]:
+        """Return the ways to what a source of a net reaches, and remember them at the connectors."""
         return list(self._spread(start, self.unit(start), claims=True))
 
-    def below(self, node: Node, unit: Unit | None) -> list[Reached]:
-        """Return what a value of a connector reaches, which may be on the way of a source; `unit` is the value's."""
+    def below(self, node: Node, unit: Unit | None) -> list[Way]:
+        """Return the ways on from a connector, which may be on that of a source; `unit` is the value's."""
         return list(self._spread(node, self.unit(node) or unit, claims=False))
 
-    def _spread(self, start: Node, unit: Unit | None, claims: bool) -> Iterator[Reached]:
-        waiting = [(Reached(start, UNCHANGED, unit, (), ()), unit, self._arrival.get(start))]
+    def _spread(self, start: Node, unit: Unit | None, claims: bool) -> Iterator[Way]:
+        waiting = [(Way(start, start, UNCHANGED, unit, unit, (), ()), self._arrival.get(start))]
         seen = {start}
         while waiting:
-            at, current, arrival = waiting.pop(0)
+            at, arrival = waiting.pop(0)
             for link, forward in self._at.get(at.node, ()):
                 node = link.end if forward else link.start
                 if link is arrival or node in seen:
                     continue
                 from_indices, to_indices = (link.start_indices, link.end_indices)[:: 1 if forward else -1]
-                law, after = self._passed(link, at.node, current, node)
-                is_same = composed(at.law, law) == UNCHANGED and not link.suppresses_units
-                presumed = at.unit or (self.unit(node) if is_same else None)
-                begin = at.start_indices or from_indices
                 if (at.node != start and from_indices) or (node.kind != "component" and to_indices):
                     raise ValueError(
                         f"{self.what}: the connection of {at.node.text} and {node.text} has indices at a connector of "
                         f"a system, which is not supported"
                     )
-                reached = Reached(node, composed(at.law, law), presumed, begin, to_indices)
+                law, after = self._passed(link, at.node, at.unit, node)
+                whole = composed(at.law, law)
+                is_same = whole == UNCHANGED and not link.suppresses_units
+                presumed = at.presumed or (self.unit(node) if is_same else None)
+                way = Way(start, node, whole, presumed, after, at.start_indices or from_indices, to_indices)
                 if node.kind == "component":
-                    yield reached
+                    yield way
                     continue
                 seen.add(node)
                 if claims:
                     self._arrival.setdefault(node, link)
                     if node[:2] == OUTERMOST:
-                        self.delivered.setdefault(node, Delivered(start, begin, reached.law, after))
-                waiting.append((reached, after, link))
+                        self.delivered.setdefault(node, way)
+                waiting.append((way, link))
 
     def _passed(self, link: Link, source: Node, unit: Unit | None, target: Node) -> tuple[Law, Unit | None]:
         """Return the law of a connection in this direction, and the unit of the value after it."""
