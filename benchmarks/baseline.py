@@ -76,7 +76,7 @@ class Baseline:
         if order != "gauss_seidel" or planned.profile:
             raise ValueError(f"{planned.name} has no baseline; it must run this project's models in Gauss-Seidel order")
         outputs = [f"{c}.{port.name}" for c, i in planned.interfaces.items() for port in i.of("output")]
-        wiring, inputs, _ = planned.assembly.wiring(plan.inputs, outputs)
+        wiring = planned.assembly.wiring(plan.inputs, outputs)
         names = [*plan.inputs, *outputs]  # each model's outputs in the order in which its kernel writes them
         place = np.array([names.index(name) for name in wiring.names], np.intp)
         self._plan = plan
@@ -94,7 +94,9 @@ class Baseline:
             for name, value in plan.parameters[component.name].items():
                 instance[name] = value
             table, written = instance.model.interface, self._values[first : first + len(instance.outputs)]
-            to = np.array([table.position[name] - table.n_parameters for name in inputs[component.name]], np.intp)
+            to = np.array(
+                [table.position[name] - table.n_parameters for name in wiring.inputs[component.name]], np.intp
+            )
             self._instances.append((instance, written))
             self._calls.append(
                 _kernel_call(instance, written, to, place[source], step_kernel(component.fmu), component.every)

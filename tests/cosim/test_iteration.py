@@ -158,10 +158,10 @@ def test_weights_follow_from_what_outputs_depend_on():
     links += [("actuator.f", "plant.f"), ("plant.x", "controller.x")]
     components = tuple(Component(name, name) for name in interfaces)
     system = System("s", "d", components, tuple(Connection(*link) for link in links))
-    wiring, inputs, _ = Assembly(system, {}, interfaces).wiring(["controller.u"])
+    wiring = Assembly(system, {}, interfaces).wiring(["controller.u"])
     weights = {
         f"{name}.{variable}": weight
-        for (name, variables), of_one in zip(inputs.items(), wiring.weights, strict=True)
+        for (name, variables), of_one in zip(wiring.inputs.items(), wiring.weights, strict=True)
         for variable, weight in zip(variables, of_one.tolist(), strict=True)
     }
     assert weights == {

@@ -93,20 +93,20 @@ def test_a_component_name_must_be_unique():
 
 
 def test_wiring_puts_exogenous_signals_first_and_gathers_by_position():
-    wiring, inputs, outputs = Assembly(SYSTEM, {}, INTERFACES).wiring(["Omega"], ["rotor.state"])
+    wiring = Assembly(SYSTEM, {}, INTERFACES).wiring(["Omega"], ["rotor.state"])
     assert wiring.names == ("Omega", "magnet.f", "rotor.x", "rotor.state")
-    assert inputs == {"magnet": ["x"], "rotor": ["f", "Omega"]}
-    assert outputs == {"magnet": ["f"], "rotor": ["x", "state"]}
+    assert wiring.inputs == {"magnet": ["x"], "rotor": ["f", "Omega"]}
+    assert wiring.outputs == {"magnet": ["f"], "rotor": ["x", "state"]}
     assert [s.tolist() for s in wiring.sources] == [[2], [1, 0]]
     assert wiring.depends_on == ((), (2,), (), ())
 
 
 def test_a_scheduled_input_is_its_own_source():
     system = replace(SYSTEM, signals=())
-    wiring, inputs, _ = Assembly(system, {}, INTERFACES).wiring(["rotor.Omega"])
+    wiring = Assembly(system, {}, INTERFACES).wiring(["rotor.Omega"])
     assert wiring.names[0] == "rotor.Omega"
     assert wiring.sources[1].tolist() == [1, 0]
-    assert inputs["rotor"] == ["f", "Omega"]
+    assert wiring.inputs["rotor"] == ["f", "Omega"]
 
 
 def test_the_gradient_can_be_left_unconnected():

@@ -255,8 +255,8 @@ def test_an_event_sets_a_tunable_parameter_which_the_component_then_receives():
     planned = plan({"sampler.gain": 3.0}, extra="event = [{ time = 0.1, set.sampler.gain = 2 }]\n", scenario=NO_EVENTS)
     assert planned.events == ((400, "sampler.gain", 2.0),)
     assert (planned.inputs["sampler.gain"], planned.parameters["sampler"]["gain"]) == (3.0, 3.0)
-    wiring, inputs, _ = Assembly(planned.system, {}, INTERFACES).wiring(planned.inputs)
-    assert inputs["sampler"][-1] == "gain"
+    wiring = Assembly(planned.system, {}, INTERFACES).wiring(planned.inputs)
+    assert wiring.inputs["sampler"][-1] == "gain"
     assert wiring.names[wiring.sources[0][-1]] == "sampler.gain"
 
 

@@ -71,7 +71,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
         master.exogenous[:] = np.where(amounts, PROBE_UNBALANCE, final)
         master.run(begin, -2)
         master.exogenous[:] = final
-        loop = loop_at(master, simulator.layout, assembly.fmus, assembly.interfaces, -2)
+        loop = loop_at(master, assembly, -2)
         responses = [
             _pressed(rotor, state, omega, loop, part, answer) if part.component.name == PLANT else answer
             for part, answer in zip(loop.parts, loop.responses(), strict=True)

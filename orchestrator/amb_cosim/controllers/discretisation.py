@@ -15,10 +15,11 @@ of the matrix exponential, are then relative to each state. The scaling is undon
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 
-from amb_cosim.controllers.laws import Law, law_of, with_step
+from amb_cosim.controllers.laws import Law, law_of
 from amb_files.suggestions import suggest
 
 METHODS = ("tustin", "zoh", "foh", "euler", "backward_diff", "matched", "impulse")
@@ -74,7 +75,7 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
         )
     if method == "matched" and law.D.shape != (1, 1):
         raise ValueError("matched is not allowed for several signals or demands; it must be one of each")
-    return _sampled(law, sample_time, method, prewarp) if len(law.A) else with_step(law, sample_time)
+    return _sampled(law, sample_time, method, prewarp) if len(law.A) else replace(law, sample_time=sample_time)
 
 
 def _sampled(law: Law, sample_time: float, method: str, prewarp: float | None) -> Law:
@@ -93,6 +94,6 @@ def _sampled(law: Law, sample_time: float, method: str, prewarp: float | None) -
         except (ValueError, ArithmeticError, RuntimeWarning, np.linalg.LinAlgError) as error:
             raise ValueError(f"the law cannot be sampled by {method}: {error}") from error
     if method == "matched":
-        return with_step(law_of(result), sample_time)
+        return replace(law_of(result), sample_time=sample_time)
     A = result.A * scale[:, None] / scale[None, :]
     return Law(A, result.B * scale[:, None], result.C / scale[None, :], result.D, sample_time)

@@ -10,7 +10,7 @@ Each library is imported only for its own objects.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -72,14 +72,14 @@ def law_of(K: Any, sampled: bool = False) -> Law:
         return Law(K.A, K.B, K.C, K.D, _step_of(K.dt, 0.0))
     if library == "control" and kind == "TransferFunction":
         rows = [[_of_ratio(K.num[i][j], K.den[i][j]) for j in range(K.ninputs)] for i in range(K.noutputs)]
-        return with_step(_assembled(rows), _step_of(K.dt, 0.0))
+        return replace(_assembled(rows), sample_time=_step_of(K.dt, 0.0))
     if library == "scipy" and kind.startswith(("StateSpace", "TransferFunction", "ZerosPolesGain")):
         if kind.startswith("StateSpace"):
             return Law(K.A, K.B, K.C, K.D, _step_of(K.dt, None))
         parts = (K.num, K.den) if kind.startswith("TransferFunction") else (K.zeros, K.poles, K.gain)
-        return with_step(_of_arrays(parts), _step_of(K.dt, None))
+        return replace(_of_arrays(parts), sample_time=_step_of(K.dt, None))
     if isinstance(K, tuple | list) and len(K) in (2, 3, 4) and not _is_matrix(K):
-        return with_step(_of_arrays(K), 0.0 if sampled else None)
+        return replace(_of_arrays(K), sample_time=0.0 if sampled else None)
     if isinstance(K, int | float | np.ndarray | list | tuple):
         D = np.atleast_2d(_numbers("D", K))
         return Law(np.zeros((0, 0)), np.zeros((0, D.shape[1])), np.zeros((D.shape[0], 0)), D, 0.0)
@@ -160,11 +160,6 @@ def _of_ratio(numerator: Any, denominator: Any) -> Law:
     A = np.eye(n, k=-1)
     A[:1] = -a[None, :]
     return Law(A, np.eye(n, 1), (b[1:] - a * b[0])[None, :], np.array([[b[0]]]))
-
-
-def with_step(law: Law, sample_time: float | None) -> Law:
-    """Return a law with another sample time."""
-    return Law(law.A, law.B, law.C, law.D, sample_time)
 
 
 def _step_of(dt: Any, continuous: float | None) -> float | None:

@@ -9,7 +9,6 @@ from pydantic import StringConstraints
 
 from amb_cosim.cosim.basics.choices import Role
 from amb_cosim.cosim.system.stopping import StopCondition
-from amb_cosim.cosim.system.system_tables import stop_condition
 from amb_cosim.cosim.system.tables import Cycles, Table, Value, Values
 from amb_cosim.cosim.system.values import quantity
 
@@ -85,7 +84,7 @@ class Stop(Table):
         """The condition with its times in s, for cycles of `period` s."""
         hold = self._duration("hold", self.hold_cycles, self.hold_time, period)
         begin = self._duration("from", self.from_cycle, self.from_time, period)
-        return stop_condition(self.variable, self.above, self.below, hold, begin)
+        return StopCondition(self.variable, self.above, self.below, hold, begin)
 
     def _duration(self, what: str, cycles: float | None, time: Value | None, period: float) -> float:
         if cycles is not None and time is not None:

@@ -17,18 +17,16 @@ simulated turn. At its end each signal must agree with (2), which detects contac
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from amb_cosim.cosim.basics.errors import FmuError, StepFailed
 from amb_cosim.cosim.fmu.component import FmuComponent
-from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
-from amb_cosim.cosim.fmu.fmus import Fmu
 from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.master.responses import ANGLES, Response, StateMap, first_harmonic
-from amb_cosim.cosim.system.assembly import MasterLayout
+from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import WARM_UP
 from array_types import Array, Indices
 
@@ -123,13 +121,7 @@ class Orbit:
 
 
 def settle(
-    master: Master[FmuComponent],
-    layout: MasterLayout,
-    fmus: Mapping[str, Fmu],
-    interfaces: Mapping[str, FmuInterface],
-    advance: Callable[[int, int], None],
-    first: int,
-    begin: int,
+    master: Master[FmuComponent], assembly: Assembly, advance: Callable[[int, int], None], first: int, begin: int
 ) -> int:
     """Bring a master into its settled motion, and return the resulting communication point, before 0.
 
@@ -155,7 +147,7 @@ def settle(
     parts: Sequence[StateMap] = ()
     try:
         advance(begin, n)
-        loop = loop_at(master, layout, fmus, interfaces, n)
+        loop = loop_at(master, assembly, n)
         parts = loop.parts
         orbit = solve(loop, loop.responses(), begin - first)
         loop.put(orbit.at(orbit.angle), orbit.angle)
@@ -175,13 +167,7 @@ def settle(
     return -1
 
 
-def loop_at(
-    master: Master[FmuComponent],
-    layout: MasterLayout,
-    fmus: Mapping[str, Fmu],
-    interfaces: Mapping[str, FmuInterface],
-    n: int,
-) -> SettledLoop:
+def loop_at(master: Master[FmuComponent], assembly: Assembly, n: int) -> SettledLoop:
     """Return the loop of a master at point n after a step from there; arguments as of `settle`.
 
     Raises
@@ -191,7 +177,7 @@ def loop_at(
     FmuError, StepFailed
         If an FMU refuses.
     """
-    unable = [c.name for c in master.components if fmus[c.name].linear_state is None]
+    unable = [c.name for c in master.components if assembly.fmus[c.name].linear_state is None]
     if unable:
         raise CannotSettle(f"the FMU of {unable[0]} does not declare which part of its state moves linearly")
     if master.coupling == "iterative":
@@ -201,8 +187,10 @@ def loop_at(
     parts = []
     for component, sources, slot in zip(master.components, master.wiring.sources, master.slots, strict=True):
         name = component.name
-        exchanged, positions = (layout.inputs[name], layout.outputs[name]), (sources, np.arange(len(before))[slot])
-        parts.append(StateMap(component, interfaces[name], exchanged, positions, fmus[name].linear_state or {}))
+        exchanged = master.wiring.inputs[name], master.wiring.outputs[name]
+        positions = sources, np.arange(len(before))[slot]
+        places = assembly.fmus[name].linear_state or {}
+        parts.append(StateMap(component, assembly.interfaces[name], exchanged, positions, places))
     _refuse_what_is_on(parts)
     used = np.unique(np.concatenate(master.wiring.sources))
     moved = used[(used >= master.wiring.n_exogenous) & (master.values[used] != before[used])]

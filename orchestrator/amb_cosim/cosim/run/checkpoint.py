@@ -24,18 +24,8 @@ from array_types import Array, Indices
 
 VERSION, MOST_VERSION = 2, 1000
 HEAD = (
-    "point",
-    "step_size",
-    "start_time",
-    "past",
-    "sources",
-    "notice",
-    "names",
-    "recorded",
-    "recorded_each",
-    "since",
-    "components",
-    "warnings",
+    *("point", "step_size", "start_time", "past", "sources", "notice"),
+    *("recorded", "recorded_each", "since", "warnings"),
 )
 
 
@@ -116,7 +106,7 @@ class Checkpoint:
             raise ValueError("the state cannot be written, because it is in the memory of its FMUs")
         head = {
             "version": VERSION,
-            **{name: getattr(self, name) for name in HEAD if hasattr(self, name)},
+            **{name: getattr(self, name) for name in HEAD},
             "names": list(self.signals),
             "components": list(self.states),
         }
@@ -169,23 +159,16 @@ class Checkpoint:
 
     @classmethod
     def _read(cls, head: Mapping[str, Any], arrays: Mapping[str, Any]) -> Checkpoint:
+        recorded = {name: tuple(head[name]) for name in ("recorded", "recorded_each")}
+        available: dict[str, Any] = {name: head[name] for name in HEAD if name in head} | recorded
         return cls(
-            point=int(head["point"]),
-            step_size=float(head["step_size"]),
-            past=head["past"],
-            notice=head["notice"],
+            **available,
             signals=dict(zip(head["names"], arrays["signals"].tolist(), strict=True)),
             scales=arrays["scales"],
-            recorded=tuple(head["recorded"]),
             points=arrays["points"].astype(np.intp, casting="same_kind"),
             table=arrays["table"],
-            recorded_each=tuple(head["recorded_each"]),
             steps=arrays["steps"],
-            since=head["since"],
             states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head["components"])},
-            warnings=head["warnings"],
-            start_time=float(head.get("start_time", 0.0)),
-            sources=head.get("sources", {}),
         )
 
 

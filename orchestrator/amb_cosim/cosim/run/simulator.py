@@ -73,13 +73,12 @@ class Simulator:
         explicit = not transformed and coupling != "iterative"
         separate = separate_components(assembly.fmus, assembly.interfaces)
         self._is_compiled = explicit and not separate and loop == "compiled" and load_loop() is not None
-        self.layout = assembly.wiring(plan.inputs, plan.recorded)
-        wiring = self.layout.wiring
+        self.wiring = wiring = assembly.wiring(plan.inputs, plan.recorded)
         self._instances = instances
         self._at = {name: position for position, name in enumerate(wiring.names)}
         self.components = [self._loaded(c, plan, c.name in separate) for c in plan.system.components]
         for component in self.components if transformed else ():
-            names = [f"{component.name}.{v}" for v in self.layout.inputs[component.name]]
+            names = [f"{component.name}.{v}" for v in self.wiring.inputs[component.name]]
             if transformed.keys() & set(names):
                 component.transform([transformed.get(name, UNCHANGED) for name in names])
         end = None if plan.stop_time is None else (plan.last, plan.stop_time)
@@ -119,8 +118,8 @@ class Simulator:
                 name,
                 self.assembly.fmus[name].folder,
                 self.assembly.interfaces[name],
-                self.layout.inputs[name],
-                self.layout.outputs[name],
+                self.wiring.inputs[name],
+                self.wiring.outputs[name],
                 {**plan.parameters[name], **plan.texts.get(name, {})},
                 component.every,
                 is_separate,
@@ -148,8 +147,7 @@ class Simulator:
             return plan.begin
         if plan.system.transformed:
             raise CannotSettle("a connection transforms its value")
-        fmus, interfaces = self.assembly.fmus, self.assembly.interfaces
-        return settle(self.master, self.layout, fmus, interfaces, self._step, plan.first, plan.begin)
+        return settle(self.master, self.assembly, self._step, plan.first, plan.begin)
 
     def _step(self, first: int, last: int) -> None:
         """Step from one point to another, without schedules and record."""

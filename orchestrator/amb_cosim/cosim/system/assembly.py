@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -19,14 +19,6 @@ from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.replacement import fitted
 from amb_cosim.cosim.system.signal_map import SignalMap
 from amb_cosim.cosim.system.system import System
-
-
-class MasterLayout(NamedTuple):
-    """Positions of all signals for the master, and the names of exchanged inputs and outputs of each component."""
-
-    wiring: SignalMap
-    inputs: Mapping[str, list[str]]
-    outputs: Mapping[str, list[str]]
 
 
 @dataclass(frozen=True)
@@ -69,7 +61,7 @@ class Assembly:
         """Return the values of the system's parameters, for additions."""
         return self._assignments.copy()
 
-    def wiring(self, exogenous: Iterable[str], recorded: Iterable[str] = ()) -> MasterLayout:
+    def wiring(self, exogenous: Iterable[str], recorded: Iterable[str] = ()) -> SignalMap:
         """Lay out all signals for a master; runs that differ only in values share the layout.
 
         Parameters
@@ -86,7 +78,7 @@ class Assembly:
         return self._wirings[key]
 
     @cached_property
-    def _wirings(self) -> dict[tuple[tuple[str, ...], tuple[str, ...]], MasterLayout]:
+    def _wirings(self) -> dict[tuple[tuple[str, ...], tuple[str, ...]], SignalMap]:
         return {}
 
     @cached_property
@@ -128,7 +120,7 @@ def _interface(fmu: Fmu, component: str) -> FmuInterface:
 
 def _layout(
     system: System, interfaces: Mapping[str, FmuInterface], exogenous: Collection[str], recorded: Collection[str]
-) -> MasterLayout:
+) -> SignalMap:
     """Return the layout of a system's signals for a master; see `Assembly.wiring`."""
     wanted = {link.source for link in system.connections} | set(recorded)
     # Reals first: they are then a block of the value array, which an FMU can write itself.
@@ -160,8 +152,7 @@ def _layout(
         np.array([_weight(system, source_of[f"{name}.{u}"], interfaces[name], interfaces) for u in variables])
         for name, variables in inputs.items()
     )
-    wiring = SignalMap(tuple(names), len(exogenous), sources, tuple(depends_on), weights)
-    return MasterLayout(wiring, inputs, outputs)
+    return SignalMap(tuple(names), len(exogenous), sources, tuple(depends_on), weights, inputs, outputs)
 
 
 def _weight(system: System, source: str, target: FmuInterface, interfaces: Mapping[str, FmuInterface]) -> float:

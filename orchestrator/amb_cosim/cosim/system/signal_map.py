@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from array_types import Array, Indices
 
@@ -23,6 +24,8 @@ class SignalMap:
         For each position, the positions that reach it without delay.
     weights
         For each component, the weight of the value at the end of a step for each input; see `iteration`.
+    inputs, outputs
+        Names of the exchanged inputs and outputs of each component.
     """
 
     names: tuple[str, ...]
@@ -30,3 +33,5 @@ class SignalMap:
     sources: tuple[Indices, ...]
     depends_on: tuple[tuple[int, ...], ...]
     weights: tuple[Array, ...] = ()
+    inputs: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    outputs: Mapping[str, Sequence[str]] = field(default_factory=dict)

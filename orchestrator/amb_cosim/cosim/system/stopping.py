@@ -19,26 +19,30 @@ from array_types import Array, Indices
 
 @dataclass(frozen=True)
 class StopCondition:
-    """Ends the run once `variable` has been above (or below) a limit for `hold` s without a break.
+    """Ends the run once `variable` has been `above` or `below` a limit for `hold` s without a break.
 
-    It is checked from `begin` (s), or from the beginning; with `hold` = 0 a single point suffices.
+    The other limit is None. It is checked from `begin` (s), or from the beginning; a `hold` of 0 is a single point.
     """
 
     variable: str
-    above: bool
-    limit: Raw
+    above: Raw | None
+    below: Raw | None
     hold: float = 0.0
     begin: float | None = None
 
+    def __post_init__(self) -> None:
+        if (self.above is None) == (self.below is None):
+            raise ValueError(f"stop on {self.variable} needs either above or below")
+
     def on_grid(self, port: Port, grid: TimeGrid, beginning: int = 0) -> Condition:
         """Convert the condition to the unit of its variable and to communication steps, from point `beginning`."""
-        side = "above" if self.above else "below"
-        limit = convert(self.limit, port, f"stop: {self.variable} {side}")
+        side, raw = ("below", self.below) if self.above is None else ("above", self.above)
+        limit = convert(raw or 0.0, port, f"stop: {self.variable} {side}")
         first = beginning if self.begin is None else grid.nearest("from_time of stop", self.begin)
         hold = nearest_point("hold_time of stop", self.hold, grid.step_size)
         text = f"{self.variable} {side} {limit:.9g}{port.display_unit}"
         text += f" for {hold * grid.step_size:.9g} s" if hold else ""
-        return Condition(self.variable, self.above, limit, first, hold, text)
+        return Condition(self.variable, side == "above", limit, first, hold, text)
 
 
 class Condition(NamedTuple):

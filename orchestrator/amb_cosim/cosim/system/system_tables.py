@@ -8,7 +8,6 @@ from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Profile
 from amb_cosim.cosim.system.stopping import StopCondition
 from amb_cosim.cosim.system.tables import Count, Table, Value, Values, time_of
-from amb_cosim.cosim.system.values import Raw
 
 LONGEST = 1e12  # s, of times in a file
 
@@ -93,13 +92,8 @@ class StopTable(Table):
     def condition(self, beginning: float) -> StopCondition:
         """Return the condition, times in s; raises ValueError unless one of `above` and `below` is set."""
         begin = None if self.from_time is None else time_of(self.from_time, "from_time of stop", least=beginning)
-        return stop_condition(
-            self.variable,
-            self.above,
-            self.below,
-            time_of(self.hold_time, "hold_time of stop", least=0.0),
-            begin,
-        )
+        hold = time_of(self.hold_time, "hold_time of stop", least=0.0)
+        return StopCondition(self.variable, self.above, self.below, hold, begin)
 
 
 class Record(Table):
@@ -190,13 +184,3 @@ class OverlayTable(SystemTable):
     base: str
     remove: tuple[str, ...] = ()
     component: tuple[ComponentTable, ...] = ()
-
-
-def stop_condition(
-    variable: str, above: Raw | None, below: Raw | None, hold: float, begin: float | None
-) -> StopCondition:
-    """Return a stop condition; raises ValueError unless either `above` or `below` is set."""
-    limit = above if below is None else below
-    if (above is None) == (below is None) or limit is None:
-        raise ValueError(f"stop on {variable} needs either above or below")
-    return StopCondition(variable, above is not None, limit, hold, begin)
