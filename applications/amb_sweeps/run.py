@@ -16,7 +16,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from amb_analysis.studies.spawned_processes import end_if_imported_anew
+from amb_analysis.studies.processes import end_if_imported_anew
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.run.options import RunOptions

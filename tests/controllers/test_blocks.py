@@ -7,7 +7,7 @@ import pytest
 import tomli_w
 
 from amb_analysis.linear.control import law_at
-from amb_analysis.studies.controller_paths import response
+from amb_analysis.studies.controller_description import response
 from amb_cosim import linear_controller
 from amb_cosim.controllers.block_file import read_blocks
 from tests.support.messages import raises_naming

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from matplotlib.image import imread
 from scipy.io import savemat
 
-from amb_analysis.studies.controller_paths import response
+from amb_analysis.studies.controller_description import response
 from amb_cosim import linear_controller
 from amb_cosim.commands.cli import main
 from amb_cosim.controllers.laws import Law

@@ -14,7 +14,7 @@ from waiting import is_running, of_process, wait_until
 from amb_cosim.cosim.basics.descendants import descendants
 from tests.support.messages import assert_names
 
-CHECK = "from amb_analysis.studies.spawned_processes import check_script; check_script()"
+CHECK = "from amb_analysis.studies.processes import check_script; check_script()"
 SWEEP = """
 import sys, time
 

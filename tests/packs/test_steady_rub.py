@@ -11,7 +11,7 @@ from amb_analysis.linear.linearisable import of_planned
 from amb_analysis.steady_contact.contact_whirl import contact_whirls, pressed
 from amb_analysis.steady_contact.forward_loop import contact_pair, flat, parts_in_contact
 from amb_analysis.steady_contact.freeing import smallest_demand, smallest_freeing
-from amb_analysis.steady_contact.receptances import receptances_at
+from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.rolling import rolling
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
@@ -195,7 +195,7 @@ def test_rotor_that_is_relieved_whirls_on_in_contact_at_its_own_frequency():
     assert frequency == pytest.approx(145.4, abs=0.2)
     bands = [whirl for whirl in contact_whirls(relieved, 140.0) if whirl.signs == (1, 1)]
     assert [whirl.frequencies[0] < frequency < whirl.frequencies[1] for whirl in bands] == [True]
-    at = receptances_at(relieved.loop(140.0), frequency)
+    at = receptances(relieved.loop(140.0), frequency)
     forces = pressed(at.R[None], (0, 1), (1, 1), relieved.c)[0][0].real
     means = [run[f"rotor_contact.{site}.f_n_mean"].values[late].mean() for site in relieved.sites]
     np.testing.assert_allclose(means, forces, rtol=0.02)

@@ -12,7 +12,7 @@ from strange_machine import LEVITATION
 import amb_cosim
 from amb_analysis.linear.linearisable import of_planned
 from amb_analysis.linear.loop import Loop
-from amb_analysis.steady_contact.receptances import receptances_at
+from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.started import checkpoint_in
@@ -127,7 +127,7 @@ def test_dry_whirl_has_the_friction_of_its_own_slip(expander):
         k, omega = machine.sites.index(whirl.contact[0]), whirl.frequency
         v = Omega * machine.records[k].journal_radius + omega * machine.c[k]
         falling = (static - 0.08) * np.exp(-((v / scale) ** 2))
-        R = receptances_at(machine.loop(Omega), omega).R[k, k] * (1.0 + 1j * (0.08 + falling))
+        R = receptances(machine.loop(Omega), omega).R[k, k] * (1.0 + 1j * (0.08 + falling))
         assert abs(R.imag) < 1e-6 * abs(R)
         assert R.real < 0.0
         slope = -2.0 * v / scale**2 * falling

@@ -20,8 +20,7 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, TimeRecord
-from amb_analysis.measured.run_data import even_step
-from amb_analysis.measured.units import si_unit
+from amb_analysis.measured.units import even_step, si_channel
 from amb_files.array_files import read_content
 
 
@@ -76,8 +75,7 @@ def _channels(content: dict[str, Any], kind: str) -> list[tuple[float, Channel]]
     names, units = (_texts(content, key) for key in (f"{kind}s", f"{kind}_units"))
     if len(units) != len(names):
         raise ValueError(f"{kind}_units has {len(units)} units; it must have {len(names)}, as many as {kind}s")
-    pairs = [(name, *si_unit(unit, name)) for name, unit in zip(names, units, strict=True)]
-    return [(factor, Channel(name, unit)) for name, factor, unit in pairs]
+    return [si_channel(name, unit) for name, unit in zip(names, units, strict=True)]
 
 
 def _record(content: dict[str, Any]) -> TimeRecord:
@@ -93,8 +91,8 @@ def _record(content: dict[str, Any]) -> TimeRecord:
     for name, value in content.items():
         if name not in ("time", "sample_time") and value.dtype.kind in "fiu" and np.size(value) == n:
             unit = _texts(content, f"units.{name}") if f"units.{name}" in content else ["1"]
-            factor, si = si_unit(unit[0], name)
-            signals[Channel(name, si)] = factor * np.asarray(value, np.float64).ravel()
+            factor, channel = si_channel(name, unit[0])
+            signals[channel] = factor * np.asarray(value, np.float64).ravel()
     if not signals:
         raise ValueError(f"it has no channel: no array with the {n} samples of time")
     return TimeRecord(step, signals)

@@ -30,7 +30,6 @@ LEAST_SAMPLES = 8  # of a segment
 def estimate(
     record: TimeRecord,
     inputs: Sequence[str],
-    outputs: Sequence[str] = (),
     *,
     estimator: Estimator = "H1",
     segment: float | None = None,
@@ -42,8 +41,8 @@ def estimate(
     ----------
     record
         Signals over time.
-    inputs, outputs
-        Names of channels; by default all except the inputs are outputs.
+    inputs
+        Names of channels; all others are outputs.
     estimator
         `H1`, or `H2` for one input.
     segment
@@ -61,7 +60,7 @@ def estimate(
     chosen = [record.channel(name) for name in dict.fromkeys(inputs)]
     if not chosen:
         raise ValueError("an estimate needs an input; name one of " + ", ".join(c.name for c in record.signals))
-    displayed = [record.channel(name) for name in outputs] or [c for c in record.signals if c not in chosen]
+    displayed = [c for c in record.signals if c not in chosen]
     if not displayed:
         raise ValueError("an estimate needs an output; all channels of the record are inputs")
     if estimator == "H2" and len(chosen) > 1:

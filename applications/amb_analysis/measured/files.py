@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from amb_analysis.measured.array_data import read_array_data
-from amb_analysis.measured.estimates import Estimator, estimate
+from amb_analysis.measured.estimates import estimate
 from amb_analysis.measured.records import FrequencyResponse, Measurement, TimeRecord
 from amb_analysis.measured.run_data import read_run
 from amb_analysis.measured.table_data import read_table
@@ -20,32 +21,8 @@ TABLES = (".csv", ".tsv", ".txt")
 RUN = "result.nc"
 
 
-@dataclass(frozen=True)
-class Estimation:
-    """How responses are estimated from a time record.
-
-    inputs, outputs
-        Names of channels; all that are no inputs are outputs by default.
-    estimator
-        `H1`, or `H2` for one input.
-    segment
-        Length of a segment (s); an eighth of the record by default.
-    window
-        Name of a window of scipy.
-    """
-
-    inputs: tuple[str, ...] = ()
-    outputs: tuple[str, ...] = ()
-    estimator: Estimator = "H1"
-    segment: float | None = None
-    window: str = "hann"
-
-
-BY_DEFAULT = Estimation()
-
-
 def read_measured(
-    path: str | Path, estimation: Estimation = BY_DEFAULT, names: Mapping[str, str] | None = None
+    path: str | Path, names: Mapping[str, str] | None = None, inputs: Sequence[str] = (), **estimation: Any
 ) -> Measurement:
     """Return the frequency responses or modes of a file, in SI units.
 
@@ -54,10 +31,10 @@ def read_measured(
     path
         UFF (`.uff`, `.unv`; sets 58 and 55), arrays (`.mat`, `.npz`), a table (`.csv`, `.tsv`, `.txt`), or the
         result of a run.
-    estimation
-        How responses are estimated, if the file is a record over time; it must name the inputs.
     names
         Names of channels in the model by their names in the file.
+    inputs, estimation
+        Arguments of `estimate`, for a file that is a record over time.
 
     Raises
     ------
@@ -68,7 +45,7 @@ def read_measured(
     try:
         content = _content(path)
         if isinstance(content, TimeRecord):
-            content = Measurement(estimate(content, **vars(estimation)))
+            content = Measurement(estimate(content, inputs, **estimation))
         return replace(content, responses=_renamed(content.responses, names or {}))
     except ValueError as error:
         raise ValueError(f"measured data {path}: {error}") from error

@@ -6,12 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from amb_analysis.measured.records import Channel, TimeRecord
-from amb_analysis.measured.units import si_unit
+from amb_analysis.measured.records import TimeRecord
+from amb_analysis.measured.units import even_step, si_channel
 from amb_cosim.cosim.record.signals import AT_STEPS
 from amb_cosim.cosim.run.dataset import load
-
-UNEVEN = 1e-6  # of a step, in which sample times may differ
 
 
 def read_run(path: Path) -> TimeRecord:
@@ -32,23 +30,8 @@ def read_run(path: Path) -> TimeRecord:
         if str(name).endswith(AT_STEPS) or variable.dims != ("time",):
             continue
         try:
-            factor, unit = si_unit(str(variable.attrs.get("units", "1")), str(name))
+            factor, channel = si_channel(str(name), str(variable.attrs.get("units", "1")))
         except ValueError:
             continue  # an angle, a torque, an energy
-        signals[Channel(str(name), unit)] = factor * np.asarray(variable.values, np.float64)
+        signals[channel] = factor * np.asarray(variable.values, np.float64)
     return TimeRecord(even_step(np.asarray(dataset["time"].values, np.float64)), signals)
-
-
-def even_step(times: np.ndarray) -> float:
-    """Return the step of evenly spaced times (s).
-
-    Raises
-    ------
-    ValueError
-        If they are not evenly spaced.
-    """
-    steps = np.diff(times)
-    step = float(np.mean(steps)) if len(steps) else 0.0
-    if not step > 0.0 or not np.isfinite(times).all() or np.abs(steps - step).max() > UNEVEN * step + 1e-12:
-        raise ValueError("its times are not evenly spaced; resample the record")
-    return step

@@ -14,9 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, Modes, TimeRecord
-from amb_analysis.measured.run_data import even_step
-from amb_analysis.measured.units import si_unit, split_quotient
+from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes, TimeRecord
+from amb_analysis.measured.units import even_step, si_channel, split_quotient
 from amb_files.csv_files import read_csv
 from array_types import Array
 from fmi_export.building.units import to_unit
@@ -69,8 +68,8 @@ def _columns(path: Path) -> dict[str, Column]:
 def _record(step: float, columns: Mapping[str, Column]) -> TimeRecord:
     signals = {}
     for name, (unit, values) in columns.items():
-        factor, si = si_unit(unit, name)
-        signals[Channel(name, si)] = factor * values
+        factor, channel = si_channel(name, unit)
+        signals[channel] = factor * values
     return TimeRecord(step, signals)
 
 
@@ -98,8 +97,6 @@ def _response(frequencies: Array, output: str, source: str, parts: Mapping[str, 
     else:
         raise ValueError(f"{name} needs the columns amplitude and phase, or real and imag")
     above, below = split_quotient(unit, name)
-    (factor, si_above), (divisor, si_below) = si_unit(above, name), si_unit(below, name)
+    (factor, of_output), (divisor, of_input) = si_channel(output, above), si_channel(source, below)
     coherence = parts["coherence"][1] if "coherence" in parts else None
-    return FrequencyResponse(
-        Channel(output, si_above), Channel(source, si_below), frequencies, values * (factor / divisor), coherence
-    )
+    return FrequencyResponse(of_output, of_input, frequencies, values * (factor / divisor), coherence)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, Modes, TimeRecord
-from amb_analysis.measured.units import si_unit
+from amb_analysis.measured.units import even_step, si_channel
 from fmi_export.building.extras import require_extra
 
 TIME, RESPONSE, COHERENCE = 1, 4, 6  # types of function
@@ -87,8 +87,8 @@ def _channel(item: Mapping[str, Any], end: str) -> tuple[float, Channel]:
     kind = int(item[f"{axis}_spec_data_type"])
     if label in ("", "NONE") and kind not in SI_BY_TYPE:
         raise ValueError(f"channel {name}: data of type {kind} without a unit are not allowed")
-    factor, unit = si_unit(SI_BY_TYPE[kind] if label in ("", "NONE") else label, name)
-    return sign * factor, Channel(name, unit)
+    factor, channel = si_channel(name, SI_BY_TYPE[kind] if label in ("", "NONE") else label)
+    return sign * factor, channel
 
 
 def _name(item: Mapping[str, Any], end: str) -> tuple[str, float]:
@@ -103,8 +103,6 @@ def _name(item: Mapping[str, Any], end: str) -> tuple[str, float]:
 
 
 def _record(functions: Sequence[Mapping[str, Any]]) -> TimeRecord:
-    from amb_analysis.measured.run_data import even_step
-
     steps, lengths = {round(even_step(np.asarray(f["x"])), 12) for f in functions}, {len(f["x"]) for f in functions}
     if len(steps) > 1 or len(lengths) > 1:
         raise ValueError("its time records have different times; a record has one sample time")

@@ -1,11 +1,16 @@
-"""SI units of measured channels."""
+"""SI units and sample times of measured channels."""
 
 from __future__ import annotations
 
+import numpy as np
+
+from amb_analysis.measured.records import Channel
+from array_types import Array
 from fmi_export.building.units import to_unit
 
 SI = ("m", "m/s", "m/s2", "N", "A", "V", "rad/s", "1")
 STANDARD_GRAVITY = 9.80665  # m/s^2
+UNEVEN = 1e-6  # of a step, in which sample times may differ
 
 
 def si_unit(unit: str, name: str) -> tuple[float, str]:
@@ -25,6 +30,27 @@ def si_unit(unit: str, name: str) -> tuple[float, str]:
         except ValueError:
             continue
     raise ValueError(f"{name}: unit {unit!r} is not allowed; it must be one of {', '.join(SI)}, g, or a multiple")
+
+
+def si_channel(name: str, unit: str) -> tuple[float, Channel]:
+    """Return the factor from a unit to its SI unit, and the channel in that unit; errors as of `si_unit`."""
+    factor, si = si_unit(unit, name)
+    return factor, Channel(name, si)
+
+
+def even_step(times: Array) -> float:
+    """Return the step of evenly spaced times (s).
+
+    Raises
+    ------
+    ValueError
+        If they are not evenly spaced.
+    """
+    steps = np.diff(times)
+    step = float(np.mean(steps)) if len(steps) else 0.0
+    if not step > 0.0 or not np.isfinite(times).all() or np.abs(steps - step).max() > UNEVEN * step + 1e-12:
+        raise ValueError("its times are not evenly spaced; resample the record")
+    return step
 
 
 def split_quotient(unit: str, name: str) -> tuple[str, str]:

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop
-from amb_analysis.steady_contact.receptances import receptances_at
+from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from array_types import Array
 from rotor_analysis.refinement import refined
@@ -93,7 +93,7 @@ class _Search:
         """Return receptances, shape (n, all, all)."""
         for omega in map(float, frequencies):
             if omega not in self.available:
-                self.available[omega] = receptances_at(self.loop, omega).R
+                self.available[omega] = receptances(self.loop, omega).R
         return np.array([self.available[float(omega)] for omega in frequencies])
 
     def forces(self, number: int, frequencies: Array) -> Array:

@@ -46,25 +46,15 @@ class Receptances:
     currents: tuple[Complex, Complex, Complex]
 
 
-def receptances(loop: ForwardLoop) -> Receptances:
-    """Return the receptances of a loop at its spin speed.
+def receptances(loop: ForwardLoop, whirl: float | None = None) -> Receptances:
+    """Return the receptances at a whirl frequency (rad/s), negative for backward whirl; the spin speed by default.
 
     Raises
     ------
     ValueError
-        If the speed is zero.
+        If the frequency is zero.
     """
-    return receptances_at(loop, loop.Omega)
-
-
-def receptances_at(loop: ForwardLoop, omega: float) -> Receptances:
-    """Return the receptances of a loop at a whirl frequency (rad/s), which is negative for backward whirl.
-
-    Raises
-    ------
-    ValueError
-        If it is zero.
-    """
+    omega = loop.Omega if whirl is None else whirl
     if omega == 0.0:
         raise ValueError("a frequency of 0 rad/s is not allowed; it must not be zero")
     at_sites, at_unbalance, at_currents = loop.columns
@@ -89,23 +79,19 @@ def receptances_at(loop: ForwardLoop, omega: float) -> Receptances:
 
 
 def sampled_response(loop: ForwardLoop, z: complex) -> Complex:
-    """Return the sampled response of all plant outputs to held currents, shape (n_outputs, n_currents)."""
-    A, C, D = loop.plant.A, loop.plant.C, loop.plant.D
-    columns = loop.columns[2]
-    Phi, old, new = held_steps(loop)
-    x = np.linalg.solve(z * np.eye(len(A)) - Phi, new + old / z)
-    at_once = np.where(loop.late > 0.0, 1.0 / z, 1.0)
-    return np.asarray(C @ x + D[:, columns] * at_once)
+    """Return the sampled response of all plant outputs to held currents, shape (n_outputs, n_currents).
 
-
-def held_steps(loop: ForwardLoop) -> tuple[Complex, Complex, Complex]:
-    """Return Phi, Gamma_1, Gamma_0 of x(n+1) = Phi x(n) + Gamma_1 u(n-1) + Gamma_0 u(n), currents u held (2)."""
+    x(n+1) = Phi x(n) + Gamma_1 u(n-1) + Gamma_0 u(n), with currents u held (2)
+    """
     assert loop.sample_time is not None
-    A, B = loop.plant.A, loop.plant.B[:, loop.columns[2]]
-    Phi, new = zoh(A, B, loop.sample_time)
+    columns, T = loop.columns[2], loop.sample_time
+    A, B, C, D = loop.plant.A, loop.plant.B[:, columns], loop.plant.C, loop.plant.D
+    Phi, new = zoh(A, B, T)
     old = np.zeros_like(new)
     for k, f in enumerate(loop.late):
         if f > 0.0:
-            before, after = zoh(A, B, f * loop.sample_time), zoh(A, B, (1.0 - f) * loop.sample_time)
+            before, after = zoh(A, B, f * T), zoh(A, B, (1.0 - f) * T)
             old[:, k], new[:, k] = (after[0] @ before[1])[:, k], after[1][:, k]
-    return Phi, old, new
+    x = np.linalg.solve(z * np.eye(len(A)) - Phi, new + old / z)
+    at_once = np.where(loop.late > 0.0, 1.0 / z, 1.0)
+    return np.asarray(C @ x + D[:, columns] * at_once)

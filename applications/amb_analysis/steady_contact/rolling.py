@@ -20,7 +20,7 @@ from typing import Annotated
 
 import numpy as np
 
-from amb_analysis.steady_contact.receptances import receptances_at
+from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.synchronous_states import all_sets
 from amb_cosim.presentation.json_data import JsonKey
@@ -69,7 +69,7 @@ def rolling(rotor: RubbingRotor, Omega: float) -> list[Rolling]:
         if np.ptp(ratio[at]) > SAME * ratio[at[0]]:
             continue
         omega = -Omega * float(ratio[at[0]])
-        R = receptances_at(rotor.loop(Omega), omega).R
+        R = receptances(rotor.loop(Omega), omega).R
         E, c = np.linalg.inv(R[np.ix_(at, at)]), rotor.c[at]
         forces = -E * c
         a, b = np.diag(forces), np.abs(forces - np.diag(np.diag(forces))).sum(axis=1)

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from amb_analysis.steady_contact.forward_loop import Complex
-from amb_analysis.steady_contact.receptances import receptances_at
+from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.synchronous_states import all_sets
@@ -85,7 +85,7 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
 
     @cache
     def R(omega: float) -> Complex:
-        return receptances_at(loop, omega).R
+        return receptances(loop, omega).R
 
     grid = np.geomspace(1e-3 * reach, reach, POINTS)
     radii = [site.journal_radius for site in rotor.records]

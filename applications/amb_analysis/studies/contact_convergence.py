@@ -7,8 +7,6 @@ starts are compared.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -145,24 +143,6 @@ class ContactConvergence(DrawnResult):
                 forces = f"peak forces change by up to {change:.2g} %, those averaged over 1 ms by {averaged:.2g} %"
                 lines.append(f"{verdict}: with {what}, {forces}")
         return lines
-
-    def data_files(self) -> dict[str, str]:
-        """Return the texts of `convergence.json`, and of `convergence.csv`, a line for each run and site."""
-        return super().data_files() | {f"{self.name}.csv": self.to_csv()}
-
-    def to_csv(self) -> str:
-        """Return a line for each run and each site that it touched; the column names include units."""
-        file = io.StringIO()
-        writer = csv.writer(file, lineterminator="\n")
-        forces = ("peak_force_N", "mean_force_N", "peak_impulse_Ns", "impulse_Ns")
-        writer.writerow(("varied", "label", "value", "start", "site", *forces, "outcome", "energy_balance"))
-        for row in self.rows:
-            outcome = row.failure or row.recovery or ""
-            for site, contact in row.sites.items():
-                values = (contact.peak_force, contact.mean_force, contact.peak_impulse, contact.impulse)
-                run = (row.varied, row.label, row.value, row.start)
-                writer.writerow((*run, site, *values, outcome, row.energy_balance))
-        return file.getvalue()
 
 
 def _cells(contact: Contact | None) -> Sequence[str]:

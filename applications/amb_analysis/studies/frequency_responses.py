@@ -16,10 +16,10 @@ from amb_analysis.machine.frequency_response import Loop, Structure, frequency_r
 from amb_analysis.machine.machine import Machine
 from amb_analysis.measured.deviation import CurveDeviation, ModeDeviation, curve_deviation, mode_deviations
 from amb_analysis.measured.estimates import Estimator
-from amb_analysis.measured.files import Estimation, read_measured
+from amb_analysis.measured.files import read_measured
 from amb_analysis.measured.modal_fit import fitted_modes
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
-from amb_analysis.measured.units import si_unit
+from amb_analysis.measured.units import si_channel
 from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
@@ -257,7 +257,7 @@ def measured_content(
     length = None if segment is None else quantity(segment, "s", "segment")
     content = measured
     if not isinstance(content, Measurement):
-        content = read_measured(content, Estimation(named, (), estimator, length, window), channels)
+        content = read_measured(content, channels, named, estimator=estimator, segment=length, window=window)
     if not content.responses:
         return content
     highest = None if up_to is None else positive(up_to, "Hz", "up-to")
@@ -322,7 +322,7 @@ def _channel(text: str, unit: str) -> Channel:
         raise ValueError(f"channel {text!r} is not allowed; it must be a name such as 'fan.x' or 'fan.x [m/s2]'")
     name = match["name"]
     default = "A" if name.rpartition(".")[2].startswith("i_") else unit
-    return Channel(name, si_unit(match["unit"] or default, name)[1])
+    return si_channel(name, match["unit"] or default)[1]
 
 
 def _place(channel: Channel, rotor: Rotor, is_input: bool) -> Place:

@@ -1,19 +1,21 @@
-"""Runs of a study in parallel processes."""
+"""Runs in parallel processes, each of which imports the script that Python runs (multiprocessing's `spawn`)."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
+from multiprocessing import process
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import TypeVar
 
-from amb_analysis.studies.spawned_processes import check_script, end_if_imported_anew, main_guard_advice
 from amb_cosim.cosim.basics.descendants import continue_without_parent
 from amb_cosim.cosim.basics.interruption import deferred
 from amb_cosim.cosim.run.options import Progress
@@ -78,3 +80,26 @@ def _end_with(parent: Connection) -> None:
     with suppress(EOFError, OSError):
         parent.recv_bytes()
     os._exit(1)
+
+
+def end_if_imported_anew() -> None:
+    """End a new process that called this as it imported a script without a main guard; see `main_guard_advice`."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        raise SystemExit(1)
+
+
+def check_script() -> None:
+    """Check that new processes can import the script that Python runs, if it runs one."""
+    main = sys.modules["__main__"]
+    script = getattr(main, "__file__", None)
+    if script is None or getattr(main, "__spec__", None) is not None:
+        return  # an interactive session, or a module that processes import by name
+    if not Path(getattr(process, "ORIGINAL_DIR", None) or "", script).is_file():
+        is_input = script == "<stdin>"
+        reason = "Python reads the script from standard input" if is_input else f"the script {script} is no file"
+        raise ValueError(f"{reason}, but the processes started here must import the script; save it as a file")
+
+
+def main_guard_advice(function: str) -> str:
+    """Return the advice for a script whose call of `function` ended the processes that imported the script."""
+    return f'a script must call {function} below if __name__ == "__main__":, since each process imports it'

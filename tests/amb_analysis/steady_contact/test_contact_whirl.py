@@ -19,7 +19,7 @@ def whirls_of(monkeypatch, damping, mu, Omega=300.0):
     def receptances(loop, omega):
         return SimpleNamespace(R=np.array([[1.0 / (K - M * omega**2 + 1j * damping * omega)]]))
 
-    monkeypatch.setattr(module, "receptances_at", receptances)
+    monkeypatch.setattr(module, "receptances", receptances)
     rotor = SimpleNamespace(sites=("ring",), c=np.array([C]), loop=lambda Omega: None, mu=lambda Omega: np.array([mu]))
     return contact_whirls(rotor, Omega)
 
@@ -54,7 +54,7 @@ def test_forces_of_a_whirl_near_a_mode_without_damping_have_no_limit(monkeypatch
     def receptances(loop, omega):
         return SimpleNamespace(R=np.array([[(omega**2 - b**2) / (K * ((omega**2 - a**2) or 1e-9))]], dtype=complex))
 
-    monkeypatch.setattr(module, "receptances_at", receptances)
+    monkeypatch.setattr(module, "receptances", receptances)
     rotor = SimpleNamespace(sites=("ring",), c=np.array([C]), loop=lambda Omega: None, mu=lambda Omega: np.zeros(1))
     (whirl,) = contact_whirls(rotor, 300.0)
     assert whirl.frequencies == pytest.approx((a, b), rel=1e-9)

@@ -22,7 +22,7 @@ def rotor_of(monkeypatch, R, clearances):
     names, radii = SITES[: len(c)], (100.0 * c[0], 100.0 * c[1], 1.0)
     records = np.zeros(len(c), SITE)
     records["journal_radius"] = radii[: len(c)]
-    monkeypatch.setattr(module, "receptances_at", lambda loop, omega: SimpleNamespace(R=R))
+    monkeypatch.setattr(module, "receptances", lambda loop, omega: SimpleNamespace(R=R))
     return SimpleNamespace(sites=names, c=c, loop=lambda Omega: None, records=records, valid_to=np.inf)
 
 

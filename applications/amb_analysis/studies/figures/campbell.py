@@ -6,9 +6,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from amb_analysis.studies.campbell_diagram import CampbellDiagram
-from amb_analysis.studies.figures.coefficient_limits import hatch_extrapolated, with_frozen
-from amb_analysis.studies.figures.over_speed import SIZE, add_legend, draw_over_speed, draw_zones, label_points
-from amb_analysis.studies.figures.whirl import WHIRL_STYLES
+from amb_analysis.studies.figures.over_speed import (
+    SIZE,
+    WHIRL_STYLES,
+    add_legend,
+    draw_over_speed,
+    draw_zones,
+    hatch_extrapolated,
+    label_points,
+    with_frozen,
+)
 from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import speed_unit
 

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from amb_analysis.studies.controller_description import ControllerDescription
-from amb_analysis.studies.controller_paths import LawPath, degrees
+from amb_analysis.studies.controller_description import ControllerDescription, LawPath, degrees
 from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
 
 

@@ -10,8 +10,7 @@ from matplotlib.lines import Line2D
 from scipy.interpolate import CubicHermiteSpline
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
-from amb_analysis.studies.figures.coefficient_limits import with_frozen
-from amb_analysis.studies.figures.whirl import WHIRL_STYLES
+from amb_analysis.studies.figures.over_speed import WHIRL_STYLES, with_frozen
 from amb_analysis.studies.natural_modes import ModeShapes
 from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import speed_unit, spin_text

@@ -11,15 +11,27 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
+from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, covered_speeds, frozen_at
 from amb_analysis.studies.damping_zones import ZONES, damping_ratio
-from amb_analysis.studies.figures.whirl import WHIRL_STYLES
-from amb_cosim.presentation.style import DASHED, GREY, spread
+from amb_cosim.presentation.style import BLUE, DASHED, GREY, ORANGE, PURPLE, spread
 from amb_cosim.presentation.units import speed_unit, spin_label
 from array_types import Array
 
 Vibration = tuple[Sequence[str | None], Array, Array]  # whirl directions, frequencies (rad/s), damping over speed
 
+WHIRL_STYLES: dict[str, tuple[str, Any]] = {
+    "backward": (ORANGE, DASHED),
+    "forward": (BLUE, "-"),
+    "mixed": (PURPLE, ":"),
+}
+HATCH: dict[str, Any] = {
+    "facecolor": "none",
+    "edgecolor": "0.8",
+    "hatch": "////",
+    "lw": 0.0,
+}
 SHADES = ("0.86", "0.92", "0.97")  # of the zones of damping
 SIZE = (7.4, 6.6)  # inches, of both plots
 DECADES = (1e-4, 1e1)  # that an axis of damping may have
@@ -139,3 +151,24 @@ def _number(axes: Axes, curves: Sequence[Array]) -> None:
             ends[number] = float(axes.transAxes.inverted().transform(scale.transform((0.0, available[-1])))[1])
     for number, height in zip(ends, spread(list(ends.values()), LETTERS), strict=True):
         axes.text(1.008, height, str(number), transform=axes.transAxes, va="center", fontsize=7, color="0.3")
+
+
+def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) -> list[Patch]:
+    """Hatch the speeds (rad/s) that a table of coefficients does not cover, and return their legend, if there are any.
+
+    `speeds` ascend; the panels have the spin speed as their x axis.
+    """
+    unit, (lowest, highest) = speed_unit(), covered_speeds(limits)
+    first, last = float(speeds[0]), float(speeds[-1])
+    spans = [(first, min(lowest, last))] if first < lowest else []
+    spans += [(max(highest, first), last)] if last > highest else []
+    for panel in panels:
+        for ends in spans:
+            panel.axvspan(*unit.of(ends), zorder=-1, **HATCH)
+    return [Patch(label=f"coefficients {EXTRAPOLATED}", **HATCH)] if spans else []
+
+
+def with_frozen(title: str, limits: Limits) -> str:
+    """Return a title with a line for each whirl frequency at which coefficients are frozen."""
+    frozen = [item for item in limits if item.whirl_frequency is not None]
+    return "\n".join([title, *(f"{', '.join(i.parts)}: {frozen_at(i.whirl_frequency or 0.0)}" for i in frozen)])

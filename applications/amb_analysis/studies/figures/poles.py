@@ -14,16 +14,17 @@ from matplotlib.lines import Line2D
 
 from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles
 from amb_analysis.studies.damping_zones import ZONES, damping_ratio
-from amb_analysis.studies.figures.coefficient_limits import hatch_extrapolated, with_frozen
 from amb_analysis.studies.figures.over_speed import (
     SHADES,
     SIZE,
+    WHIRL_STYLES,
     add_legend,
     draw_over_speed,
     draw_zones,
+    hatch_extrapolated,
     label_points,
+    with_frozen,
 )
-from amb_analysis.studies.figures.whirl import WHIRL_STYLES
 from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import speed_unit
 

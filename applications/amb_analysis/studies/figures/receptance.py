@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
-from amb_analysis.studies.figures.sensors import PLANE_COLOURS, add_sensor_legend
 from amb_analysis.studies.sensor_receptance import SensorReceptance
-from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, PURPLE, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import SIZES, speed_unit
 from array_types import Array
+
+PLANE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
 
 
 def draw(result: SensorReceptance) -> Figure:
@@ -44,3 +48,16 @@ def draw(result: SensorReceptance) -> Figure:
 def _without_wraps(phase: Array) -> Array:
     """Return the phase (deg) with gaps at jumps between -180 and 180 degrees."""
     return np.where(np.abs(np.diff(phase, prepend=phase[0])) > 180.0, np.nan, phase)
+
+
+def add_sensor_legend(figure: Figure, planes: Sequence[float]) -> None:
+    """Add a legend with the colour of each sensor plane, given by its axial position (m), and two line styles."""
+    handles = [
+        Line2D([], [], color=colour, label=f"s{2 * k + 1}, s{2 * k + 2} at z = {z:.4g} m")
+        for k, (colour, z) in enumerate(zip(PLANE_COLOURS, planes, strict=True))
+    ]
+    handles += [
+        Line2D([], [], color="0.3", label="in x, along the force"),
+        Line2D([], [], color="0.3", ls=DASHED, lw=0.7, label="in y, across"),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)

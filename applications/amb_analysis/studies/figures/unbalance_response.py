@@ -13,8 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from amb_analysis.studies.figures.coefficient_limits import hatch_extrapolated, with_frozen
-from amb_analysis.studies.figures.over_speed import BOX
+from amb_analysis.studies.figures.over_speed import BOX, hatch_extrapolated, with_frozen
 from amb_analysis.studies.unbalance_records import UnbalanceResponse, amplification_text
 from amb_cosim.presentation.style import COLOURS, DASHED, GREY, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import ShownUnit, length_unit, speed_unit, spin_label
