@@ -1,19 +1,16 @@
-"""Sweeps whose client or worker is killed: those that go on equal those that were not disturbed."""
+"""Sweeps whose client is killed: those that go on equal those that were not disturbed."""
 
 from __future__ import annotations
 
-import json
 import os
 import random
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from command_line import COMMAND
-from killer import Killer
 from waiting import wait_until
 
 import amb_cosim
@@ -35,60 +32,6 @@ amb_cosim.sweep(
     scenario, {"Omega": speeds}, until=float(until), scheduler=scheduler, output=folder, progress=killer
 )
 """
-
-
-class Processes:
-    """A scheduler and two workers, each a process."""
-
-    def __init__(self, folder: Path) -> None:
-        folder.mkdir()
-        self.folder, self.started = folder, []
-        file = folder / "scheduler.json"
-        self.scheduler = self.start(
-            "dask_scheduler",
-            "--port",
-            "0",
-            "--dashboard-address",
-            "127.0.0.1:0",
-            "--host",
-            "127.0.0.1",
-            "--scheduler-file",
-            str(file),
-        )
-        wait_until(file.exists)
-        self.file = str(file)
-        self.workers = [self.add_worker() for _ in range(2)]
-
-    def start(self, name: str, *arguments: str) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", f"distributed.cli.{name}", *arguments]
-        process = subprocess.Popen(command, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        self.started.append(process)
-        return process
-
-    def add_worker(self) -> subprocess.Popen[bytes]:
-        return self.start(
-            "dask_worker", "--scheduler-file", self.file, "--nthreads", "1", "--no-nanny", "--no-dashboard"
-        )
-
-    @property
-    def address(self) -> str:
-        return str(json.loads(Path(self.file).read_text())["address"])
-
-    def revive(self) -> None:
-        """Start again what has ended."""
-        self.workers = [w if w.poll() is None else self.add_worker() for w in self.workers]
-
-    def close(self) -> None:
-        for process in self.started:
-            process.kill()
-            process.wait()
-
-
-@pytest.fixture
-def processes(tmp_path: Path) -> Iterator[Processes]:
-    cluster = Processes(tmp_path / "cluster")
-    yield cluster
-    cluster.close()
 
 
 @pytest.fixture
@@ -126,24 +69,14 @@ def landed(folder: Path) -> int:
         return 0
 
 
-def test_a_sweep_survives_the_death_of_workers(undisturbed, processes, scenario, tmp_path, moments):
-    for k, moment in enumerate(moments):
-        worker = processes.workers[k % 2]
-        options = {"until": UNTIL, "scheduler": processes.address, "output": tmp_path / f"swept_{k}"}
-        swept = amb_cosim.sweep(scenario, VARY, progress=Killer(worker.pid, *moment), **options)
-        assert worker.wait() == -signal.SIGKILL, moment
-        same(swept.dataset, undisturbed)
-        processes.revive()
-
-
-def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, processes, scenario, tmp_path, moments):
+def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, cluster, scenario, tmp_path, moments):
     for k, moment in enumerate(moments):
         folder = tmp_path / f"swept_{k}"
-        arguments = map(str, (*moment, scenario, VARY["Omega"], UNTIL, processes.address, folder))
+        arguments = map(str, (*moment, scenario, VARY["Omega"], UNTIL, cluster, folder))
         environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1] / "support")}
         done = subprocess.run([sys.executable, "-c", KILLED_CLIENT, *arguments], env=environment, check=False)
         assert done.returncode == -signal.SIGKILL, moment
-        go_on(scenario, folder, processes.address, undisturbed, moment)
+        go_on(scenario, folder, cluster, undisturbed, moment)
 
 
 def go_on(scenario: str, folder: Path, scheduler: str, expected, moment: tuple[int, float]) -> None:
@@ -157,8 +90,8 @@ def go_on(scenario: str, folder: Path, scheduler: str, expected, moment: tuple[i
 
 
 @pytest.mark.parametrize("local", [True, False])
-def test_ctrl_c_keeps_what_came_and_exits_with_130(processes, scenario, tmp_path, local):
-    where = ["--jobs", "1"] if local else ["--scheduler", processes.address]
+def test_ctrl_c_keeps_what_came_and_exits_with_130(cluster, scenario, tmp_path, local):
+    where = ["--jobs", "1"] if local else ["--scheduler", cluster]
     process = client(tmp_path / "swept", scenario, *where)
     wait_until(lambda: landed(tmp_path / "swept") > 0 or process.poll() is not None)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does

@@ -78,12 +78,6 @@ def test_a_sweep_goes_on_with_what_is_missing(undisturbed, sweep, tmp_path):
     assert set(before) <= set(open_sweep(tmp_path)["seconds"].values.ravel())
 
 
-def test_a_folder_has_one_sweep(sweep, tmp_path):
-    sweep(tmp_path, vary={"Omega": [200.0]})
-    with raises_naming(ValueError, "until", "0.06", "0.05"):
-        sweep(tmp_path, vary={"Omega": [200.0]}, until=0.05)
-
-
 @pytest.mark.slow
 def test_one_process_writes_a_folder(sweep, tmp_path):
     from amb_sweeps.run import only_writer

@@ -153,24 +153,22 @@ def test_own_metrics_are_added_and_see_the_whole_record():
     assert Runner(task).run(0, {}).metrics["samples"] == 241
 
 
-def test_a_metric_that_exits_ends_no_process():
-    matches = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: sys.exit(0),))).run(0, {})
-    assert (matches.outcome, matches.reason) == ("failed", "metric <lambda>: SystemExit: 0")
+def broken(result):
+    raise KeyError("nothing")
 
 
-def test_what_a_metric_raises_is_the_reason_of_its_point():
-    def broken(result):
-        raise KeyError("nothing")
-
-    matches = Runner(Task(SCENARIO, until=UNTIL, metrics=(broken,))).run(0, {})
-    assert (matches.outcome, matches.reason) == ("failed", "metric broken: KeyError: 'nothing'")
-
-
-@pytest.mark.parametrize("name", ["a/b", "outcome", "", "1st"])
-def test_a_metric_has_a_name_that_a_store_can_have(name):
-    matches = Runner(Task(SCENARIO, until=UNTIL, metrics=(lambda result: {name: 1.0},))).run(0, {})
-    assert (matches.outcome, name in matches.metrics) == ("failed", False)
-    assert_names(matches.reason, "name")
+@pytest.mark.parametrize(
+    ("metric", "words"),
+    [
+        (lambda result: sys.exit(0), ("metric <lambda>: SystemExit: 0",)),
+        (broken, ("metric broken: KeyError: 'nothing'",)),
+        *((lambda result, name=name: {name: 1.0}, ("name",)) for name in ("a/b", "outcome", "", "1st")),
+    ],
+)
+def test_a_metric_that_cannot_be_used_fails_its_point_with_the_reason(metric, words):
+    point = Runner(Task(SCENARIO, until=UNTIL, metrics=(metric,))).run(0, {})
+    assert (point.outcome, {"a/b", "outcome", "", "1st"} & point.metrics.keys()) == ("failed", set())
+    assert_names(point.reason, *words)
 
 
 def test_a_value_that_is_not_allowed_is_an_invalid_point():

@@ -97,26 +97,6 @@ test("slower than asked is told with its reason, a pace that is kept is not", ()
   assert.equal(slowness(at(0, {}, { speed: 0.2, status: "paused" }), 1), "");
 });
 
-test("without power no sentence speaks of magnets that act, nor of a trap", () => {
-  const [push, trap] = experimentsOf(at(0)), dead = (time, values = {}) => at(time, values, off(1));
-  const [run, pushed, letGo] = push.steps, [increase] = trap.steps;
-  assert.match(run.say(dead(0)), /No magnet has power/);
-  assert.doesNotMatch(run.say(dead(0)), /magnets hold/);
-  assert.match(pushed.remark(dead(0.2), newNotes(0)), /No magnet has power/);
-  assert.doesNotMatch(pushed.remark(dead(0.2), newNotes(0)), /more current/);
-  assert.match(letGo.remark(dead(0.6, { "catch.mode": 1 }), newNotes(0)), /lies on CATCH: without power/);
-  const contacts = [contact(0.1, 1)], lying = at(0.9, { "catch.mode": 1 }, { ...off(1), contacts });
-  assert.ok(!follow(increase, newNotes(0), lying), "a rotor that has landed is not trapped");
-  assert.match(increase.say(lying), /landed, not trapped/);
-  assert.ok(follow(increase, newNotes(0), at(0.9, { "catch.mode": 1 }, { contacts })));
-});
-
-test("with power the sentences speak of the magnets", () => {
-  const [push] = experimentsOf(at(0)), [run, pushed] = push.steps;
-  assert.match(run.say(at(0)), /magnets hold it/);
-  assert.match(pushed.remark(at(0.2), newNotes(0)), /more current/);
-});
-
 test("a scenario that switches magnets off suits the landing, and is announced", () => {
   const falls = at(0, {}, { rig: { ...at(0).rig, events: [{ point: 200, variable: OFF, value: 1, label: "" }] } });
   const suiting = (session) => experimentsOf(session).filter((item) => item.suits).map((item) => item.title);
