@@ -1,18 +1,18 @@
 // The worker: hands requests to a session, and lets it work in slices between them.
 
-import { handle, openSession, work } from "./engine/session.js";
+import { Session } from "./engine/session.js";
 
 const REST = 4; // ms between slices where nothing is late
 
 const scope = /** @type {{ postMessage: (message: unknown, transfer?: ArrayBuffer[]) => void, onmessage: unknown }} */ (
   /** @type {unknown} */ (globalThis));
-const session = openSession((answer, transfer = []) => scope.postMessage(answer, transfer));
+const session = new Session((answer, transfer = []) => scope.postMessage(answer, transfer));
 const channel = new MessageChannel(); // its messages come as soon as those of the page have been heard
 let due = false;
 
 function slice() {
   due = false;
-  const now = performance.now(), isLate = work(session, now, () => performance.now());
+  const now = performance.now(), isLate = session.work(now, () => performance.now());
   if (session.course) { schedule(isLate); }
 }
 
@@ -25,6 +25,6 @@ function schedule(atOnce) {
 
 channel.port1.onmessage = slice;
 scope.onmessage = (/** @type {MessageEvent<import("./protocol.js").Request>} */ { data }) => {
-  handle(session, data, performance.now());
+  session.handle(data, performance.now());
   if (session.course) { schedule(true); }
 };

@@ -74,126 +74,98 @@ export function fromCanvas(px, py, width, height, span, rotation) {
   return [c * u + s * v, c * v - s * u];
 }
 
-/**
- * Draw an orbit view.
- * @param {import("./canvas.js").Surface} surface
- * @param {OrbitScene} scene
- * @param {import("./palette.js").Palette} palette
- */
-export function drawOrbit(surface, scene, palette) {
-  const { context, width, height } = surface;
-  const scale = (0.5 * Math.min(width, height)) / scene.span;
-  const [c, s] = [Math.cos(scene.rotation), Math.sin(scene.rotation)];
-  const at = (/** @type {number} */ x, /** @type {number} */ y) =>
-    /** @type {[number, number]} */ ([0.5 * width + scale * (c * x - s * y), 0.5 * height - scale * (s * x + c * y)]);
-  drawAxes(context, scene, at, palette);
-  drawClearance(context, scene, at, scale, palette);
-  drawTrail(context, scene, at);
-  drawRotor(context, scene, at, palette);
-}
-
-/** @typedef {(x: number, y: number) => [number, number]} Place */
-
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {OrbitScene} scene
- * @param {Place} at
- * @param {import("./palette.js").Palette} palette
- */
-function drawAxes(context, scene, at, palette) {
-  const reach = 1.16 * scene.clearance;
-  context.lineWidth = 1;
-  context.strokeStyle = palette.line;
-  context.fillStyle = palette.soft;
-  context.font = `italic 13px ${palette.font}`;
-  context.textAlign = "center";
-  context.textBaseline = "middle";
-  for (const [name, ux, uy] of /** @type {const} */ ([["x", 1, 0], ["y", 0, 1]])) {
-    context.beginPath();
-    context.moveTo(...at(-reach * ux, -reach * uy));
-    context.lineTo(...at(reach * ux, reach * uy));
-    context.stroke();
-    context.fillText(name, ...at(1.25 * scene.clearance * ux, 1.25 * scene.clearance * uy));
+/** An orbit view on a surface. */
+export class OrbitPicture {
+  /**
+   * @param {import("./canvas.js").Surface} surface
+   * @param {OrbitScene} scene
+   * @param {import("./palette.js").Palette} palette
+   */
+  constructor({ context, width, height }, scene, palette) {
+    this.context = context;
+    this.scene = scene;
+    this.palette = palette;
+    this.scale = (0.5 * Math.min(width, height)) / scene.span;
+    const [c, s] = [Math.cos(scene.rotation), Math.sin(scene.rotation)];
+    this.at = (/** @type {number} */ x, /** @type {number} */ y) =>
+      /** @type {[number, number]} */ ([0.5 * width + this.scale * (c * x - s * y), 0.5 * height - this.scale * (s * x + c * y)]);
   }
-  for (const share of [-0.5, 0.5]) {
-    for (const [ux, uy] of [[1, 0], [0, 1]]) {
-      const [px, py] = at(share * scene.clearance * ux, share * scene.clearance * uy);
+
+  draw() {
+    this.drawAxes();
+    this.drawClearance();
+    this.drawTrail();
+    this.drawRotor();
+  }
+
+  drawAxes() {
+    const { context, scene, palette, at } = this, reach = 1.16 * scene.clearance;
+    Object.assign(context, { lineWidth: 1, strokeStyle: palette.line, fillStyle: palette.soft, font: `italic 13px ${palette.font}`, textAlign: "center", textBaseline: "middle" });
+    for (const [name, ux, uy] of /** @type {const} */ ([["x", 1, 0], ["y", 0, 1]])) {
       context.beginPath();
-      context.arc(px, py, 1.5, 0, 2 * Math.PI);
-      context.fill();
+      context.moveTo(...at(-reach * ux, -reach * uy));
+      context.lineTo(...at(reach * ux, reach * uy));
+      context.stroke();
+      context.fillText(name, ...at(1.25 * scene.clearance * ux, 1.25 * scene.clearance * uy));
+      for (const share of [-0.5, 0.5]) {
+        context.beginPath();
+        context.arc(...at(share * scene.clearance * ux, share * scene.clearance * uy), 1.5, 0, 2 * Math.PI);
+        context.fill();
+      }
     }
   }
-}
 
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {OrbitScene} scene
- * @param {Place} at
- * @param {number} scale
- * @param {import("./palette.js").Palette} palette
- */
-function drawClearance(context, scene, at, scale, palette) {
-  const [px, py] = at(0, 0), radius = scale * scene.clearance;
-  context.lineWidth = 1.75;
-  context.strokeStyle = palette.ink;
-  context.beginPath();
-  context.arc(px, py, radius, 0, 2 * Math.PI);
-  context.stroke();
-  const sector = (2 * Math.PI) / scene.arcs.length;
-  scene.arcs.forEach((force, k) => {
-    if (force > 0) {
-      const thickness = 2.5 + 9 * Math.min(Math.sqrt(force / FULL_FORCE), 1);
-      const from = -(k * sector + scene.rotation);
-      context.lineWidth = thickness;
-      context.strokeStyle = palette.touch;
+  drawClearance() {
+    const { context, scene, palette } = this, [px, py] = this.at(0, 0), radius = this.scale * scene.clearance;
+    Object.assign(context, { lineWidth: 1.75, strokeStyle: palette.ink });
+    context.beginPath();
+    context.arc(px, py, radius, 0, 2 * Math.PI);
+    context.stroke();
+    const sector = (2 * Math.PI) / scene.arcs.length;
+    scene.arcs.forEach((force, k) => {
+      if (force > 0) {
+        const thickness = 2.5 + 9 * Math.min(Math.sqrt(force / FULL_FORCE), 1);
+        const from = -(k * sector + scene.rotation);
+        Object.assign(context, { lineWidth: thickness, strokeStyle: palette.touch });
+        context.beginPath();
+        context.arc(px, py, radius + 0.5 * thickness + 1, from - sector - 0.01, from + 0.01);
+        context.stroke();
+      }
+    });
+  }
+
+  drawTrail() {
+    const { context, scene, at } = this, count = scene.x.length, piece = Math.max(Math.ceil(count / TRAIL_PIECES), 1);
+    Object.assign(context, { lineWidth: 1.8, lineJoin: "round" });
+    for (let first = 0; first < count - 1; first += piece) {
+      context.strokeStyle = faded(scene.colour, 0.1 + 0.9 * ((first + piece) / count) ** 1.6);
       context.beginPath();
-      context.arc(px, py, radius + 0.5 * thickness + 1, from - sector - 0.01, from + 0.01);
+      context.moveTo(...at(scene.x[first], scene.y[first]));
+      for (let k = first + 1; k <= Math.min(first + piece, count - 1); k++) { context.lineTo(...at(scene.x[k], scene.y[k])); }
       context.stroke();
     }
-  });
-}
+  }
 
-/** @param {CanvasRenderingContext2D} context @param {OrbitScene} scene @param {Place} at */
-function drawTrail(context, scene, at) {
-  const count = scene.x.length, piece = Math.max(Math.ceil(count / TRAIL_PIECES), 1);
-  context.lineWidth = 1.8;
-  context.lineJoin = "round";
-  for (let first = 0; first < count - 1; first += piece) {
-    context.strokeStyle = faded(scene.colour, 0.1 + 0.9 * ((first + piece) / count) ** 1.6);
+  drawRotor() {
+    const { context, scene, palette, at } = this, last = scene.x.length - 1;
+    if (last < 0) { return; }
+    const [x, y] = [scene.x[last], scene.y[last]], [px, py] = at(x, y);
+    const r = Math.hypot(x, y);
+    if (scene.touching && r > 0) { // inward N, forward T
+      const size = (0.6 * scene.clearance * Math.min(Math.sqrt(scene.f_n / FULL_FORCE), 1)) / r;
+      arrow(context, px, py, ...at(x - size * x, y - size * y), palette.touch);
+      const share = scene.f_n > 0 ? (size * scene.f_t) / scene.f_n : 0;
+      arrow(context, px, py, ...at(x - share * y, y + share * x), palette.touch, 1.6);
+    }
+    const force = Math.hypot(...scene.push);
+    if (force > 0) {
+      const size = (scene.clearance * Math.min(force / 1000, 1.2)) / force;
+      arrow(context, px, py, ...at(x + size * scene.push[0], y + size * scene.push[1]), palette.push, 3.5);
+    }
     context.beginPath();
-    context.moveTo(...at(scene.x[first], scene.y[first]));
-    for (let k = first + 1; k <= Math.min(first + piece, count - 1); k++) { context.lineTo(...at(scene.x[k], scene.y[k])); }
+    context.arc(px, py, 6, 0, 2 * Math.PI);
+    Object.assign(context, { fillStyle: scene.touching ? palette.touch : scene.colour, lineWidth: 2, strokeStyle: palette.ground });
+    context.fill();
     context.stroke();
   }
-}
-
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {OrbitScene} scene
- * @param {Place} at
- * @param {import("./palette.js").Palette} palette
- */
-function drawRotor(context, scene, at, palette) {
-  const last = scene.x.length - 1;
-  if (last < 0) { return; }
-  const [x, y] = [scene.x[last], scene.y[last]], [px, py] = at(x, y);
-  const r = Math.hypot(x, y);
-  if (scene.touching && r > 0) { // inward N, forward T
-    const size = (0.6 * scene.clearance * Math.min(Math.sqrt(scene.f_n / FULL_FORCE), 1)) / r;
-    arrow(context, px, py, ...at(x - size * x, y - size * y), palette.touch);
-    const share = scene.f_n > 0 ? (size * scene.f_t) / scene.f_n : 0;
-    arrow(context, px, py, ...at(x - share * y, y + share * x), palette.touch, 1.6);
-  }
-  const force = Math.hypot(...scene.push);
-  if (force > 0) {
-    const size = (scene.clearance * Math.min(force / 1000, 1.2)) / force;
-    arrow(context, px, py, ...at(x + size * scene.push[0], y + size * scene.push[1]), palette.push, 3.5);
-  }
-  context.beginPath();
-  context.arc(px, py, 6, 0, 2 * Math.PI);
-  context.fillStyle = scene.touching ? palette.touch : scene.colour;
-  context.fill();
-  context.lineWidth = 2;
-  context.strokeStyle = palette.ground;
-  context.stroke();
 }

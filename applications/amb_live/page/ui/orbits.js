@@ -3,7 +3,7 @@
 import { surfaceOf } from "./canvas.js";
 import { make, setText } from "./dom.js";
 import { quantityText } from "./format.js";
-import { contactArcs, drawOrbit, fromCanvas, spanOf } from "./orbit.js";
+import { contactArcs, fromCanvas, OrbitPicture, spanOf } from "./orbit.js";
 import { seriesOfSite } from "./palette.js";
 import { matching, settingOf, valueOf } from "./session.js";
 import { between } from "./traces.js";
@@ -162,10 +162,10 @@ function drawView(view, session, rotation, palette) {
   const wanted = spanOf(clearance, x, y);
   view.span = wanted > view.span || view.span > 1.6 * wanted ? wanted : view.span + 0.05 * (wanted - view.span);
   const touching = valueOf(session, `${name}.mode`) > 0;
-  drawOrbit(surfaceOf(view.canvas), {
+  new OrbitPicture(surfaceOf(view.canvas), {
     clearance, span: view.span, rotation, x, y, arcs: contactArcs(x, y, force, SECTORS),
     f_n, f_t: valueOf(session, `${name}.f_t`), touching, push: view.push, colour,
-  }, palette);
+  }, palette).draw();
   const pushing = Math.hypot(...view.push);
   view.element.classList.toggle("touching", touching);
   setText(view.force, pushing > 0 ? `push ${quantityText(pushing, "N")} on ${view.disc.toUpperCase()}`

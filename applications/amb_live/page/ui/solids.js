@@ -139,7 +139,6 @@ function fillPath(context, path, fill) {
 /**
  * Return part of a ring about the axis as strokes, each at its depth.
  * @param {number} z m
- * @param {readonly [number, number]} centre m
  * @param {number} radius m
  * @param {number} from rad
  * @param {number} to rad
@@ -147,11 +146,11 @@ function fillPath(context, path, fill) {
  * @param {string} colour
  * @param {number} width pixels
  */
-export function ring(z, centre, radius, from, to, project, colour, width) {
+export function ring(z, radius, from, to, project, colour, width) {
   const pieces = Math.max(Math.ceil((24 * Math.abs(to - from)) / (2 * Math.PI)), 2);
   const at = (/** @type {number} */ k) => {
     const turn = from + ((to - from) * k) / pieces;
-    return project(z, centre[0] + radius * Math.cos(turn), centre[1] + radius * Math.sin(turn));
+    return project(z, radius * Math.cos(turn), radius * Math.sin(turn));
   };
   return Array.from({ length: pieces }, (_, k) => {
     const [a, m, b] = [at(k), at(k + 0.5), at(k + 1)];

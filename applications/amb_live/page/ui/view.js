@@ -8,7 +8,7 @@ import { makeGuide } from "./guide.js";
 import { makeOrbits, rotationOf } from "./orbits.js";
 import { whetherSeen } from "./seen.js";
 import { settingOf, valueOf } from "./session.js";
-import { drawShaft, enlargementOf, roomOf } from "./shaft.js";
+import { enlargementOf, roomOf, ShaftPicture } from "./shaft.js";
 import { makeSignals } from "./signals.js";
 import { makeContacts, makeEnergies, makeFacts } from "./state.js";
 import { makeSynchronous } from "./synchronous.js";
@@ -98,7 +98,7 @@ function makeShaft(current) {
       const scene = sceneOf(current());
       const needed = roomOf(scene.geometry, scene.value, scene.enlargement);
       room = Math.max(needed, room + 0.01 * (needed - room)); // at once wider, slowly narrower
-      drawShaft(surfaceOf(canvas), { ...scene, room }, camera, palette);
+      new ShaftPicture(surfaceOf(canvas), { ...scene, room }, camera, palette).draw();
     },
   };
 }
