@@ -10,7 +10,7 @@ import xarray as xr
 from amb_sweeps.figures import draw_sweep
 from amb_sweeps.maps import draw_map
 from amb_sweeps.panels import common_words
-from amb_sweeps.phases import distribution, draw_distribution, draw_phases, phase_of
+from amb_sweeps.phases import distribution, draw_distribution, draw_phases
 from amb_sweeps.refine import Refinement
 from amb_sweeps.run import Sweep
 from amb_sweeps.sampling import make_design
@@ -24,14 +24,6 @@ CONTROLS = {"PID": {}, "ROLAC": {"a.on": True}}
 
 def force(settings):
     return {"peak_contact_force": 100.0 * settings["a.x"] / (2.0 if settings.get("a.on") else 1.0)}
-
-
-def test_each_alternative_has_a_line_with_its_peak_and_where(tmp_path):
-    swept = filled(tmp_path, {"control": CONTROLS, "a.x": "1:3:3"}, force)
-    assert swept.summary.splitlines() == [
-        "PID: 3 runs, 3 recovered; peak contact force up to 300 N, with x = 3",
-        "ROLAC: 3 runs, 3 recovered; peak contact force up to 150 N, with x = 3",
-    ]
 
 
 def test_the_averaged_force_comes_before_the_peak_each_with_its_site_and_point(tmp_path):
@@ -53,12 +45,15 @@ def test_the_averaged_force_comes_before_the_peak_each_with_its_site_and_point(t
     assert_names(peak, "peak", "900 N", "RB1", "x = 1")
 
 
-def test_a_summary_counts_outcomes_and_tells_reasons(tmp_path):
-    design = make_design({"a.x": "1:4:4"})
+def test_a_summary_counts_outcomes_of_each_alternative_and_tells_what_was_shared_and_reasons(tmp_path):
+    design = make_design({"control": CONTROLS, "a.x": "1:4:4"})
     store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, {})
-    store.add([PointResult(n, "failed", "no power") for n in (0, 1)] + [PointResult(2, "trapped", "", {"m": math.nan})])
+    store.add([PointResult(n, "failed", "no power") for n in (0, 1)])
+    store.add([PointResult(n, "trapped", "", {"m": math.nan, "shared": 0.25 * (n - 5)}) for n in (5, 6, 7)])
     assert Sweep(tmp_path, design).summary.splitlines() == [
-        "4 runs, 2 failed, 1 trapped, 1 not run yet",
+        "PID: 4 runs, 2 failed, 2 not run yet",
+        "ROLAC: 4 runs, 3 trapped, 1 not run yet",
+        "25 % of all steps were shared with earlier points",
         "2 of the runs: no power",
     ]
 
@@ -75,15 +70,6 @@ def test_a_summary_compares_the_boundary_with_a_grid_as_fine(tmp_path):
         f"boundary of recovered: 2 points, to within 1 % of an axis; {2 * halvings} additional runs, "
         f"{10 + 2 * halvings} in total; a grid this fine takes 202"
     )
-
-
-def test_a_summary_tells_what_points_shared(tmp_path):
-    swept = filled(tmp_path, {"a.x": "1:4:4"}, lambda s: {"shared": 0.0 if s["a.x"] == 1.0 else 0.5})
-    assert swept.summary.splitlines()[-1] == "37.5 % of all steps were shared with earlier points"
-
-
-def test_a_phase_is_an_angle_within_the_turn_of_the_first(tmp_path):
-    np.testing.assert_allclose(phase_of(np.array([5.0, 5.25, 6.0])), [0.0, 90.0, 360.0])
 
 
 def test_a_distribution_has_the_quantiles_over_all_other_axes(tmp_path):
