@@ -1,10 +1,9 @@
 // A session: requests in, answers out, and work in slices between them. It knows no clock and no worker; see `worker.js`.
 
+import { FmuError } from "../fmi/instance.js";
 import { startLibrary } from "../fmi/library.js";
+import { Run } from "./run.js";
 import { scenarioToml } from "./scenario.js";
-import {
-  addPiece, arrive, change, componentOf, endRun, FmuError, goBackTo, startRun, stepRun, stopsBy, takeWarnings, tryOut, speedsOf, valueAt,
-} from "./run.js";
 
 /** @typedef {import("../protocol.js").Request} Request */
 /** @typedef {import("../protocol.js").Answer} Answer */
@@ -32,7 +31,7 @@ export class Session {
     this.post = post;
     /** @type {Map<string, import("../fmi/library.js").Library>} */
     this.libraries = new Map();
-    /** @type {import("./run.js").Run | null} */
+    /** @type {Run | null} */
     this.present = null;
     /** @type {Course | null} */
     this.course = null; // while it pauses
@@ -122,8 +121,8 @@ export class Session {
   begin(rig, { settings, changes }, now) {
     const library = this.libraries.get(rig.module);
     if (!library) { throw new Error(`there is no module ${rig.module}`); }
-    const run = startRun(rig, library, settings, changes);
-    if (this.present) { endRun(this.present); }
+    const run = new Run(rig, library, settings, changes);
+    this.present?.end();
     this.present = run;
     this.seek(0, now);
   }
@@ -182,12 +181,12 @@ export class Session {
         break;
       case "rewind": {
         const point = Math.min(Math.max(Math.round(request.time / rig.stepSize), 0), present);
-        goBackTo(run, point, request.keep ?? false);
+        run.goBackTo(point, request.keep ?? false);
         this.seek(point, now);
         return this.show(now);
       }
       case "save":
-        return this.post({ type: "saved", name: request.name, toml: scenarioToml(rig, this.userChanges, speedsOf(run), present, request.description) });
+        return this.post({ type: "saved", name: request.name, toml: scenarioToml(rig, this.userChanges, run.speeds, present, request.description) });
     }
     this.userChangesUpdated = true;
     if (!this.course) { this.show(now); }
@@ -199,7 +198,7 @@ export class Session {
    */
   change(values) {
     const { run, rows, columns } = this, { arrived } = run;
-    change(run, values);
+    run.change(values);
     if (run.arrived === arrived || arrived < 0) { return; }
     if (rows.length > 0) { rows.length -= columns.length + 1; } else { this.anew = true; }
     if (rows.length === 0) { rows.from = arrived; }
@@ -213,7 +212,7 @@ export class Session {
   speedUp(speed, acceleration) {
     if (!(speed > 0)) { throw new Error(`Omega = ${speed} rad/s is not allowed; it must be > 0 rad/s, since cycles count its turns`); }
     if (!(acceleration > 0)) { throw new Error(`acceleration = ${acceleration} rad/s2 is not allowed; it must be > 0 rad/s2`); }
-    tryOut(this.run, { Omega: speed });
+    this.run.tryOut({ Omega: speed });
     this.addPiece(speed, acceleration);
   }
 
@@ -222,7 +221,7 @@ export class Session {
    * @param {number} rate rad/s2
    */
   addPiece(goal, rate) {
-    this.ramp = { goal, rate, until: addPiece(this.run, goal, rate, Math.round(PIECE * this.run.rig.rate)) };
+    this.ramp = { goal, rate, until: this.run.addPiece(goal, rate, Math.round(PIECE * this.run.rig.rate)) };
     this.userChangesUpdated = true;
   }
 
@@ -230,29 +229,29 @@ export class Session {
   advance(course) {
     const { run, ramp } = this;
     if (ramp && ramp.until <= run.assembly.point) {
-      if (valueAt(run, "Omega", run.assembly.point) === ramp.goal) { this.ramp = null; } else { this.addPiece(ramp.goal, ramp.rate); }
+      if (run.valueAt("Omega", run.assembly.point) === ramp.goal) { this.ramp = null; } else { this.addPiece(ramp.goal, ramp.rate); }
     }
     if (this.look(course)) { return; }
     try {
-      const events = stepRun(run);
+      const events = run.step();
       if (course.status === "playing") { this.contacts.push(...events); }
     } catch (error) {
       Object.assign(this, { course: null, failed: true });
       const time = run.assembly.point * run.rig.stepSize, text = textOf(error);
-      this.post({ type: "failed", component: error instanceof FmuError ? componentOf(run.rig, text) : "", time, text });
+      this.post({ type: "failed", component: error instanceof FmuError ? run.componentOf(text) : "", time, text });
     }
   }
 
   /** Record the present point, and return whether the run ends at it. @param {Course} course */
   look(course) {
     const { run } = this;
-    if (!arrive(run)) { return false; }
+    if (!run.arrive()) { return false; }
     if (course.status === "playing") { this.record(); }
-    const text = stopsBy(run), { point } = run.assembly, time = point * run.rig.stepSize;
+    const text = run.stopsBy(), { point } = run.assembly, time = point * run.rig.stepSize;
     if (text !== null && course.status === "playing") {
       this.post({ type: "ended", reason: "stopped", time, text });
       this.course = null;
-    } else if (point === run.rig.last && course.status === "playing" && run.settings.events !== false && !run.completed) {
+    } else if (point === run.rig.last && course.status === "playing" && run.planned && !run.completed) {
       run.completed = true;
       this.post({ type: "ended", reason: "completed", time, text: `completed at t = ${time} s` });
       this.course = null;
@@ -284,7 +283,7 @@ export class Session {
   /** Post a frame. @param {number} now */
   show(now) {
     const { run, rows, measured, contacts, course, anew } = this, { point } = run.assembly, time = point * run.rig.stepSize;
-    takeWarnings(run).forEach((warning) => this.post({ type: "warning", ...warning, time }));
+    run.takeWarnings().forEach((warning) => this.post({ type: "warning", ...warning, time }));
     if (this.userChangesUpdated) { this.post({ type: "userChanges", userChanges: this.userChanges }); }
     measured.displayed = now;
     const data = rows.data.slice(0, rows.length), values = run.assembly.values.slice();
