@@ -37,7 +37,7 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     """Return tables of bearings, sensors, retainers and stages of a machine, and lines on its speeds and criteria."""
     rotor, z, speed = subject.rotor, subject.z, subject.file.speed
     carried = carried_masses(rotor)
-    bearings = labelled_table(f"Bearings of {rotor.name}", "bearing", "z (mm)", "carries (kg)", "magnet")
+    bearings = labelled_table(f"Bearings of {rotor.name}", "bearing", "z (mm)", "share of the mass (kg)", "magnet")
     for bearing in rotor.bearings:
         magnet = "yes" if bearing.name in subject.magnets else "no"
         bearings.add_row(bearing.name, number(1e3 * z[bearing.node - 1]), number(carried[bearing.name]), magnet)
