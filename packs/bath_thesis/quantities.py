@@ -35,7 +35,7 @@ SENSOR_PLANES = [(f"s{n}", f"s{n + 1}") for n in (1, 3, 5, 7)]
 END_PLANES = {"motor end": ("s1", "s2"), "non-driven end": ("s7", "s8")}
 HERTZ = 2.0 * np.pi  # rad/s
 ROUNDING = 1e-11  # relative error of H, below which it is not drawn
-FLOOR = 1e-5  # %, below which an error is drawn there
+FLOOR = 1e-5  # %, that stands for smaller errors in plots
 REFERENCE = "23_node"  # mesh that the thesis compares with, with consistent mass
 
 
@@ -108,7 +108,7 @@ def h_norm(result: InverseReceptance, frequency: float) -> Annotated[float, "N/m
 
 
 def h_row_norms(result: InverseReceptance, frequency: float) -> Annotated[list[float], "N/m"]:
-    """Return the norm of each row of H, one for each force, at a speed (Hz) (N/m)."""
+    """Return the norm of the row of H for each force at a speed (Hz) (N/m)."""
     at = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
     return [float(value) for value in np.linalg.norm(result.h[at], axis=1)]
 

@@ -157,12 +157,9 @@ def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -
     for statement in chosen:
         if statement.source:
             requests.setdefault(statement.source, [])
-        for way in (
-            *computations(statement, statements),
-            *alternatives(statement, statements),
-            *on_converged(statement),
-        ):
-            requests.setdefault(way.source, []).append(way.request)
+        for ways in (computations, alternatives, on_converged):
+            for way in ways(statement, statements):
+                requests.setdefault(way.source, []).append(way.request)
     code, module = code_digest(), statements.quantities
     jobs = [job_of(name, statements.sources[name], module, of, folder, code) for name, of in requests.items()]
     return sorted(jobs, key=lambda job: bool(job.source.scenario))  # studies take longer than runs
@@ -178,8 +175,12 @@ def judged(
 
     `outcomes` states the robustness of outcomes of runs, by name.
     """
+
+    def value_of(way: Computation) -> Computed | None:
+        return by_source[way.source].values.get(way.request.key)
+
     tried = computations(statement, statements)
-    values = [by_source[way.source].values.get(way.request.key) for way in tried]
+    values = [value_of(way) for way in tried]
     verdict, chosen = judge(statement, [(value, way.reading) for value, way in zip(values, tried, strict=True)])
     if verdict is Verdict.PICTURE:
         return Judged(statement, verdict, statement.source)
@@ -187,11 +188,9 @@ def judged(
         failed = (by_source[way.source].failures.get(way.request.key, "") for way in tried)
         return Judged(statement, verdict, reason=statement.missing or next(filter(None, failed), ""))
     way, ours = tried[chosen], values[chosen]
-    reason = statement.why if verdict is Verdict.MISSED else ""
-    others = alternatives(statement, statements)
-    displayed = [(other.reading, by_source[other.source].values.get(other.request.key)) for other in others]
-    beside = tuple((how, value) for how, value in displayed if value is not None)
-    present = next((by_source[other.source].values.get(other.request.key) for other in on_converged(statement)), None)
+    displayed = [(other.reading, value_of(other)) for other in alternatives(statement, statements)]
+    present = next((value_of(other) for other in on_converged(statement, statements)), None)
+    repeated = outcomes.get(way.source)  # an outcome is a text or a truth value
     return Judged(
         statement,
         verdict,
@@ -199,60 +198,39 @@ def judged(
         ours,
         way.reading,
         ratios(statement, ours),
-        reason,
-        beside,
+        reason=statement.why if verdict is Verdict.MISSED else "",
+        beside=tuple((how, value) for how, value in displayed if value is not None),
         converged=present,
         converged_is_met=None if present is None else meets(statement, present),
-        robustness=_robustness(statement, way.source, outcomes),
+        robustness=repeated.text if repeated is not None and isinstance(statement.value, str | bool) else "",
     )
-
-
-def _robustness(statement: Statement, source: str, outcomes: Mapping[str, StoredOutcome]) -> str:
-    """Return the verdict on an outcome (a text or truth value) of a run that was repeated with small changes."""
-    available = outcomes.get(source)
-    return available.text if available is not None and isinstance(statement.value, str | bool) else ""
 
 
 def computations(statement: Statement, statements: Statements) -> list[Computation]:
     """Return the ways to compute a statement, in the order of trial."""
-    if not statement.quantity:
-        return []
-    first = _way(statement, statement.source, statement.quantity, dict(statement.arguments), "", statements.sources)
-    tried = [first, *(_other(statement, reading, statements) for reading in statement.reading)]
+    ways = (Reading(source=statement.source), *statement.reading) if statement.quantity else ()
+    tried = [_way(statement, way, statements) for way in ways]
     return [way._replace(reading="; ".join(filter(None, (way.reading, statement.inferred)))) for way in tried]
 
 
 def alternatives(statement: Statement, statements: Statements) -> list[Computation]:
     """Return the additional ways to display with a statement."""
-    return [_other(statement, reading, statements) for reading in statement.beside]
+    return [_way(statement, way, statements) for way in statement.beside]
 
 
-def on_converged(statement: Statement) -> list[Computation]:
+def on_converged(statement: Statement, statements: Statements) -> list[Computation]:
     """Return the way to compute a statement on the model with more modes, if there is one."""
-    request = QuantityRequest(statement.quantity, tuple(sorted(statement.arguments.items())), statement.unit)
-    return [Computation(statement.converged, request, "")] if statement.converged else []
+    return [_way(statement, Reading(source=statement.converged), statements)] if statement.converged else []
 
 
-def _other(statement: Statement, other: Reading, statements: Statements) -> Computation:
-    return _way(
-        statement,
-        other.source,
-        other.quantity or statement.quantity,
-        dict(statement.arguments if other.arguments is None else other.arguments),
-        other.how,
-        statements.sources,
-    )
-
-
-def _way(
-    statement: Statement, source: str, quantity: str, arguments: dict[str, Any], how: str, sources: Mapping[str, Source]
-) -> Computation:
-    request = QuantityRequest(quantity, tuple(sorted(arguments.items())), statement.unit)
-    return Computation(source, request, how or "; ".join(reading_of(sources[source])))
+def _way(statement: Statement, way: Reading, statements: Statements) -> Computation:
+    arguments = statement.arguments if way.arguments is None else way.arguments
+    request = QuantityRequest(way.quantity or statement.quantity, tuple(sorted(arguments.items())), statement.unit)
+    return Computation(way.source, request, way.how or "; ".join(reading_of(statements.sources[way.source])))
 
 
 def reading_of(source: Source) -> list[str]:
-    """Return the factor on all unbalances of a source's scenario, if it has one, and the reading that it declares."""
+    """Return the factor on all unbalances of a source's scenario, if any, and the reading that it declares."""
     factor = source.unbalance_factor or (load_scenario(source.scenario).unbalance_factor if source.scenario else 1.0)
     scaled = [] if factor == 1.0 else [f"all unbalances times {factor:g}"]
     return [*scaled, *([source.reading] if source.reading else [])]

@@ -93,5 +93,5 @@ def sections(report: Report, chapter: Chapter) -> Iterator[Section]:
 
 
 def _source_of_group(report: Report) -> dict[str, str]:
-    """Return a source for each figure and table that has one, for its statements without a source."""
+    """Return a source for each figure and table with statements of a source, for its statements without a source."""
     return {item.statement.group: item.statement.source for item in reversed(report.judged) if item.statement.source}

@@ -23,50 +23,34 @@ Quantities = Mapping[str, tuple[Callable[..., Any], str]]
 
 def quantities_of_runs(module: str = "") -> Quantities:
     """Return the quantities of runs, with those of a module, if any."""
-    return {
-        f.name: (f.call, f.unit) for f in _functions(run_quantities.__name__, module) if f.is_of_run and not f.draws
-    }
+    available = _functions(run_quantities.__name__, module)
+    return {f.call.__name__: (f.call, f.unit) for f in available if f.subject is Signals and not f.draws}
 
 
 def quantities_of_studies(module: str = "") -> Quantities:
     """Return the quantities of studies, with those of a module, if any."""
-    available = [f for f in _functions(study_quantities.__name__, module) if is_dataclass(f.subject)]
-    return {f.name: (f.call, f.unit) for f in available if not f.draws}
+    available = _functions(study_quantities.__name__, module)
+    return {f.call.__name__: (f.call, f.unit) for f in available if is_dataclass(f.subject) and not f.draws}
 
 
 def panels_of_run(run: Signals, module: str = "") -> tuple[Panel, ...]:
     """Return the plots of a run, with those of a module, if any."""
-    return run_panels(run, [f.call for f in _functions(module) if f.is_of_run and f.draws])
+    return run_panels(run, [f.call for f in _functions(module) if f.subject is Signals and f.draws])
 
 
 def panels_of_study(result: Any, module: str = "") -> tuple[Panel, ...]:
     """Return the plots of a study's result, of this package or of a module; none if a study has no curves."""
-    available = [f for f in _functions(study_panels.__name__, module) if f.draws and not f.is_of_run]
+    available = [f for f in _functions(study_panels.__name__, module) if f.draws and is_dataclass(f.subject)]
     return next((tuple(f.call(result)) for f in available if isinstance(result, f.subject)), ())
 
 
 class _Function(NamedTuple):
-    """A public function of a module, with the types of its first argument and return value."""
+    """A public function of a module: the type of its first argument, its unit, and whether it returns panels."""
 
     call: Callable[..., Any]
     subject: Any
-    returned: Any
-
-    @property
-    def name(self) -> str:
-        return self.call.__name__
-
-    @property
-    def unit(self) -> str:
-        return str(getattr(self.returned, "__metadata__", ("",))[0])
-
-    @property
-    def is_of_run(self) -> bool:
-        return self.subject is Signals
-
-    @property
-    def draws(self) -> bool:
-        return get_args(self.returned) == (Panel,)
+    unit: str
+    draws: bool
 
 
 def _functions(*modules: str) -> Iterator[_Function]:
@@ -76,4 +60,5 @@ def _functions(*modules: str) -> Iterator[_Function]:
             if isfunction(function) and function.__module__ == module and not function.__name__.startswith("_"):
                 *arguments, returned = get_type_hints(function, include_extras=True).values()
                 if arguments:
-                    yield _Function(function, arguments[0], returned)
+                    unit = str(getattr(returned, "__metadata__", ("",))[0])
+                    yield _Function(function, arguments[0], unit, get_args(returned) == (Panel,))

@@ -26,11 +26,6 @@ def peak_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf)
     return contact_forces.peak_force(run, site, begin, end)
 
 
-def averaged_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "N"]:
-    """Return the largest normal contact force at a site averaged over 1 ms, impacts included (N)."""
-    return contact_forces.largest_averaged_force(run, site, begin, end)
-
-
 def contact_share(
     run: Signals, states: str, begin: float | None = None, end: float | None = None
 ) -> Annotated[float | None, "1"]:
@@ -42,14 +37,6 @@ def contact_share(
     state = signal(run, "contact_state")
     within = _window(run, step if begin is None else begin, removal if end is None else end)
     return None if state is None or not within.any() else float(np.mean(_is_in(run, states)[within]))
-
-
-def cycles_in(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
-    """Return the time in some contact states, in cycles."""
-    if signal(run, "contact_state") is None:
-        return None
-    within = _window(run, begin, end)
-    return float(np.sum(_is_in(run, states)[within]) * _spacing(run))
 
 
 def longest_spell(run: Signals, states: str, begin: float = 0.0, end: float = np.inf) -> Annotated[float | None, "1"]:
@@ -224,12 +211,6 @@ def _is_in(run: Signals, states: str) -> Bools:
 def _is_in_any(run: Signals) -> Bools:
     state = signal(run, "contact_state")
     return np.zeros(run.sizes["time"], bool) if state is None else np.asarray(state > 0)
-
-
-def _spacing(run: Signals) -> float:
-    """Return the cycles between two samples."""
-    when = cycles(run)
-    return float(when[-1] - when[0]) / max(len(when) - 1, 1)
 
 
 def _spells(when: Array, inside: Bools, bounce: float = BOUNCE) -> list[tuple[float, float]]:

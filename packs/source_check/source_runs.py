@@ -24,7 +24,7 @@ def plan_source(source: Source) -> PlannedRun:
 
 
 def scenario_of(source: Source) -> Scenario:
-    """Return the scenario of a source without its settings; arguments and errors as for `plan_source`."""
+    """Return the scenario of a source without its settings."""
     scenario = load_scenario(source.scenario)
     if source.rotor_file:
         scenario = scenario.changed(rotor=source.rotor_file)

@@ -71,6 +71,8 @@ class Job:
 class SourceResult:
     """Results of a source.
 
+    key
+        That of the job.
     values, failures
         Requested values in their units, by key, and reasons for missing ones.
     title, text, parameters
@@ -81,6 +83,7 @@ class SourceResult:
         Wall-clock time (s).
     """
 
+    key: str
     values: Mapping[str, Computed]
     failures: Mapping[str, str]
     title: str
@@ -107,7 +110,8 @@ def job_of(
 ) -> Job:
     """Return the job of a source; its key changes with scenario, parameters, requests, and code."""
     ordered = tuple(sorted(set(requests), key=lambda request: request.key))
-    facts = [name, source.model_dump(mode="json"), _scenario_data(source), [request.key for request in ordered], code]
+    scenario = read_scenario(source.scenario) if source.scenario else None
+    facts = [name, source.model_dump(mode="json"), scenario, [request.key for request in ordered], code]
     key = hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
     return Job(name, source, quantities, ordered, folder / FOLDER / f"{name}.json", key)
 
@@ -239,30 +243,17 @@ def study_title(study: str) -> str:
     return STUDIES[study].description if study in STUDIES else "Start values of the models"
 
 
-def _scenario_data(source: Source) -> Any:
-    return read_scenario(source.scenario) if source.scenario else None
-
-
 def _stored(job: Job) -> SourceResult | None:
     try:
-        data = json.loads(job.file.read_text(encoding="utf-8"))
-        return _answer(data) if data["key"] == job.key else None
+        answer = _read(job)
     except (OSError, ValueError, KeyError, TypeError):
         return None
+    return answer if answer.key == job.key else None
 
 
 def _read(job: Job) -> SourceResult:
-    return _answer(json.loads(job.file.read_text(encoding="utf-8")))
-
-
-def _answer(data: dict[str, Any]) -> SourceResult:
+    data = json.loads(job.file.read_text(encoding="utf-8"))
+    parameters, panels = tuple((k, v) for k, v in data["parameters"]), tuple(map(panel_of, data["panels"]))
     return SourceResult(
-        values=data["values"],
-        failures=data["failures"],
-        title=data["title"],
-        text=data["text"],
-        parameters=tuple((k, v) for k, v in data["parameters"]),
-        panels=tuple(panel_of(panel) for panel in data["panels"]),
-        picture=base64.b64decode(data["picture"]),
-        wall=data["wall"],
+        **data | {"parameters": parameters, "panels": panels, "picture": base64.b64decode(data["picture"])}
     )

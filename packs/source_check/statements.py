@@ -102,7 +102,7 @@ class Statement(Table):
     beside: tuple[Reading, ...] = ()
     """Other ways, which are shown but not judged."""
     converged: str = ""
-    """Source of the same quantity on a model with more modes, shown and judged in a separate column."""
+    """Source of the same quantity on a model with more modes, printed and judged in a separate column."""
     given: bool = False
     """Whether the value is an input of the model."""
     definition: bool = False

@@ -9,7 +9,6 @@ import numpy as np
 from amb_analysis.studies.campbell_diagram import CampbellDiagram
 from amb_analysis.studies.natural_modes import ModeShapes
 from amb_analysis.studies.sensor_receptance import SensorReceptance
-from amb_analysis.studies.unbalance_records import UnbalanceResponse
 from amb_assessment.reporting.panels import Panel, curve
 
 DRAWN_MODES = 8
@@ -24,23 +23,18 @@ def campbell_panels(result: CampbellDiagram) -> list[Panel]:
 
 def mode_panels(result: ModeShapes) -> list[Panel]:
     """Return the shapes of the lowest four pairs of modes along the shaft."""
+    frequencies = result.frequencies.speeds[result.speed].frequencies
     return [
         Panel(
             f"Mode shapes at {result.speed:g} rad/s",
             "axial position (m)",
             "displacement in x",
             tuple(
-                curve(f"{_frequency(result, k):.1f} rad/s", result.z, _real(result.shapes[k].x))
+                curve(f"{frequencies[k]:.1f} rad/s", result.z, _real(result.shapes[k].x))
                 for k in range(0, min(DRAWN_MODES, len(result.shapes)), 2)
             ),
         )
     ]
-
-
-def response_panels(result: UnbalanceResponse) -> list[Panel]:
-    """Return amplitudes over the spin speed."""
-    curves = tuple(curve(name, result.speeds, 1e3 * place.amplitude) for name, place in result.places.items())
-    return [Panel("Response to unbalance", "spin speed (rad/s)", "amplitude (mm)", curves)]
 
 
 def receptance_panels(result: SensorReceptance) -> list[Panel]:
@@ -54,7 +48,3 @@ def _real(shape: Any) -> Any:
     """Return a complex shape, rotated so that its largest displacement is real and positive."""
     largest = shape[int(np.argmax(np.abs(shape)))]
     return np.real(shape * np.conj(largest)) / abs(largest)
-
-
-def _frequency(result: ModeShapes, k: int) -> float:
-    return float(result.frequencies.speeds[result.speed].frequencies[k])

@@ -86,11 +86,6 @@ def node_count(inputs: ModelInputs) -> Annotated[float, "1"]:
     return float(len(inputs.rotor.shaft.nodes))
 
 
-def plane_count(inputs: ModelInputs) -> Annotated[float, "1"]:
-    """Return the number of planes of the condensed model."""
-    return float(len(inputs.rotor.masters))
-
-
 def rolling_ratio(inputs: ModelInputs, site: str) -> Annotated[float, "1"]:
     """Return the whirl speed of rolling over the spin speed, without sign, R_s/C_r (1) (4.30)."""
     return parameter(inputs, "rotor_contact", f"{site}.journal_radius") / clearance(inputs, site)

@@ -33,7 +33,7 @@ def stated_text(statement: Statement) -> str:
 
 
 def ratio_text(item: Judged) -> str:
-    """Return the computed over the stated value: one number, or the smallest and the largest."""
+    """Return the computed over the stated value: a number, or the smallest and the largest."""
     if not item.ratios:
         return "–"
     low, high = f"{min(item.ratios):.3g}", f"{max(item.ratios):.3g}"

@@ -42,7 +42,7 @@ class HysteresisLoop:
     deepest
         Largest penetration (m).
     largest_force, smallest_force
-        Largest and smallest force (N); a negative one pulls the mass back, point B of Fig. 4.1.
+        Largest and smallest force (N); a negative force pulls the mass back, point B of Fig. 4.1.
     force_at_touch
         Force at the first touch (N), point A of Fig. 4.1; nonzero: a jump.
     restitution

@@ -9,7 +9,7 @@ limit of the control.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import Annotated, ClassVar
@@ -23,20 +23,11 @@ from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_files.checks import require
-from bath_thesis.studies.recovery_trials import CONTROLS, END, SCENARIO, RecoveryTrial, TrialResult, simulate_all
+from bath_thesis.studies.recovery_trials import CONTROLS, END, SCENARIO, RecoveryTrial, TrialRow, simulate_all
 
 FIRST_STEP = 5.0  # cycle
 UNIT = "kg.m"
 NUMBER = re.compile(r"[+-]?[\d.]+(?:[eE][+-]?\d+)?")
-
-
-@dataclass(frozen=True)
-class TrialRow:
-    """A trial in the result: cycle of the step, whether the rotor recovered, and cycles from step to last contact."""
-
-    disturbance_cycle: float
-    recovered: bool
-    cycles: float
 
 
 @dataclass(frozen=True)
@@ -150,8 +141,8 @@ def recovery(
         for k in range(instants)
     ]
     with progress_bar(progress) as report:
-        results = dict(zip(trials, simulate_all(trials, report), strict=True))
-    scenario = load_scenario(SCENARIO)
+        rows = simulate_all(trials, report)
+    scenario, left = load_scenario(SCENARIO), iter(rows)
     return ControlComparison(
         scenario=SCENARIO,
         speed=quantity(scenario.Omega, "Hz", "Omega"),
@@ -161,9 +152,7 @@ def recovery(
         instants=instants,
         added=tuple(added),
         controls={
-            control: tuple(
-                _statistics({t: r for t, r in results.items() if (t.control, t.added) == (control, u)}) for u in added
-            )
+            control: tuple(_statistics(tuple(next(left) for _ in range(instants))) for _ in added)
             for control in CONTROLS
         },
     )
@@ -187,11 +176,7 @@ def unbalances(raw: str | Sequence[Number]) -> list[float]:
     return sorted({positive(text, UNIT, "steps") for text in texts})
 
 
-def _statistics(results: Mapping[RecoveryTrial, TrialResult]) -> RecoveryStatistics:
-    """Return the statistics of the trials of one control and one unbalance."""
-    rows = tuple(
-        TrialRow(trial.cycle, result.recovered, max(0.0, (result.last_contact_cycle or 0.0) - trial.cycle))
-        for trial, result in results.items()
-    )
+def _statistics(rows: tuple[TrialRow, ...]) -> RecoveryStatistics:
+    """Return the statistics of the trials of a control and an unbalance."""
     durations = [row.cycles for row in rows if row.recovered]
     return RecoveryStatistics(len(durations) / len(rows), median(durations) if durations else None, rows)

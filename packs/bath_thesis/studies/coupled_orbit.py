@@ -17,7 +17,7 @@ from amb_cosim.scenario.simulation import run_planned
 from array_types import Complex
 from bath_thesis.studies.monolithic import Levitation
 
-SUBSTEP = 15.625e-6  # s, of the plant's own integration; the shortest communication step
+SUBSTEP = 15.625e-6  # s, of the plant's integration; the shortest communication step
 
 
 @dataclass(frozen=True)

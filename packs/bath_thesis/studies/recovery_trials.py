@@ -41,14 +41,15 @@ class RecoveryTrial:
 
 
 @dataclass(frozen=True)
-class TrialResult:
-    """Whether the rotor is free at the end, and the cycle of its last contact, if it touched at all."""
+class TrialRow:
+    """A trial in the result: cycle of the step, whether the rotor recovered, and cycles from step to last contact."""
 
+    disturbance_cycle: float
     recovered: bool
-    last_contact_cycle: float | None
+    cycles: float
 
 
-def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[TrialResult]:
+def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[TrialRow]:
     """Simulate trials with one process per processor, and return their results.
 
     Raises
@@ -61,7 +62,7 @@ def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[Tr
     return simulate_in_processes(simulate_trial, trials, progress)
 
 
-def simulate_trial(trial: RecoveryTrial) -> TrialResult:
+def simulate_trial(trial: RecoveryTrial) -> TrialRow:
     """Simulate one trial and return its result.
 
     Raises
@@ -72,7 +73,12 @@ def simulate_trial(trial: RecoveryTrial) -> TrialResult:
     result = run_planned(plan_trial(trial), trial.options)
     if result.outcome.failure is not None:
         raise ValueError(f"{trial.control}, {trial.added:g} kg m added: {result.outcome.failure}")
-    return TrialResult(bool(recovered(result.signals)), contact_cycles(result.signals)[1])
+    return row_of(trial, bool(recovered(result.signals)), contact_cycles(result.signals)[1])
+
+
+def row_of(trial: RecoveryTrial, is_free: bool, last: float | None) -> TrialRow:
+    """Return the row of a trial with the last contact in cycle `last`, None without any."""
+    return TrialRow(trial.cycle, is_free, max(0.0, (last or 0.0) - trial.cycle))
 
 
 def plan_trial(trial: RecoveryTrial) -> PlannedRun:
