@@ -7,26 +7,6 @@ from strange_machine import RUB, TOUCHDOWN
 import amb_cosim
 from amb_cosim.results.places import places
 from amb_cosim.scenario.scenario import Scenario
-from rotor_analysis.rotor_file import load_rotor
-
-RIG, EXPANDER = load_rotor(), load_rotor(RUB.parent / "expander.toml")
-
-
-def names(rotor):
-    parts = (*rotor.bodies, *rotor.bearings, *rotor.sites, *rotor.sensors)
-    signals = (name for sensor in rotor.sensors for name in (sensor.x, sensor.y))
-    return {*(part.name for part in parts), *signals}
-
-
-def test_no_name_of_the_expander_is_one_of_the_rig():
-    assert not names(EXPANDER) & names(RIG)
-    assert not [name for name in names(EXPANDER) if name[-1].isdigit()]
-
-
-def test_sensors_and_retainers_are_away_from_all_bearings():
-    elsewhere = {*EXPANDER.sensor_nodes, *EXPANDER.site_nodes}
-    assert not elsewhere & {*EXPANDER.bearing_nodes}
-    assert not {*EXPANDER.sensor_nodes} & {*EXPANDER.site_nodes}
 
 
 def test_one_of_three_bearings_is_passive(levitation):

@@ -107,11 +107,6 @@ def test_a_map_over_one_axis_has_its_crosses_above_all_values(tmp_path):
     assert crosses(draw_map(swept, swept.dataset, PEAK)) == [(2.0, 1.0)]
 
 
-def test_a_map_without_failures_has_no_cross(tmp_path):
-    figure = draw_map(swept := filled(tmp_path, {"a.x": "1:2:2"}, [at(1.0, 2.0)] * 2), swept.dataset, PEAK)
-    assert (crosses(figure), legend_texts(figure)) == ([], [])
-
-
 def test_a_failed_run_is_the_worst_of_its_phase(tmp_path):
     """Of five runs at each phase one, then three fail: the extreme, and then the median too, are beyond all."""
     forces = np.arange(1.0, 6.0)

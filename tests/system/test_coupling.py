@@ -6,6 +6,7 @@ orders of other couplings are in `test_convergence.py`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -15,7 +16,9 @@ import pytest
 from monolithic import CLEARANCE, orbit_with_contact
 from slow import slow_but_first
 
+from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.system.system_tables import Record
+from amb_cosim.results.summary import Summary
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario, parse_scenario
 from amb_cosim.scenario.simulation import run_planned
@@ -81,59 +84,33 @@ def cosimulate() -> Callable[..., tuple[np.ndarray, np.ndarray]]:
     return run
 
 
-@pytest.fixture(scope="module")
-def in_orders() -> list[dict[str, Any]]:
-    """Runs of fig4_9: in Gauss-Seidel order, and in Jacobi order by default, at 50 us, and at 250 us.
-
-    At 50 and 250 us the controller does not predict, at last it does.
-    """
-    matches = []
-    plain = {"rolac_controller.prediction_time": 0.0}
-    for change, settings in [
-        ({}, {}),
-        ({"coupling": "jacobi"}, {}),
-        ({"coupling": "jacobi", "communication_step": "50 us"}, plain),
-        ({"coupling": "jacobi", "communication_step": "250 us"}, plain),
-        ({"coupling": "jacobi", "communication_step": "250 us"}, {}),
-    ]:
-        scenario = load_scenario("fig4_9").changed(**change).model_copy(update={"record": Record()})
-        result = run_planned(plan_run(scenario, settings))
-        summary = result.summary
-        warnings = [text for text in summary.warnings if "Jacobi" in text]
-        matches.append({"orbit": summary.orbit_before, "recovery": summary.recovery, "warnings": warnings})
-    return matches
+@cache
+def summary_in(coupling: Coupling, step: str | None = None, predicts: bool = True) -> Summary:
+    """Return the summary of fig4_9 in an order, whose controller predicts in Jacobi order."""
+    scenario = load_scenario("fig4_9").changed(coupling=coupling, communication_step=step)
+    settings = {} if predicts else {"rolac_controller.prediction_time": 0.0}
+    return run_planned(plan_run(scenario.model_copy(update={"record": Record()}), settings)).summary
 
 
-def deviation(found: dict[str, Any], reference: dict[str, Any]) -> float:
-    return max(abs(found["orbit"][at] / radius - 1.0) for at, radius in reference["orbit"].items())
-
-
-def test_jacobi_order_levitates_the_rig_at_its_default_step(in_orders: Any, regression: Any) -> None:
-    """The orbit is that in Gauss-Seidel order, and the rotor recovers from the step of unbalance."""
-    sequential, default, *_ = in_orders
-    for at, radius in default["orbit"].items():
-        regression(f"orbit of {at} in Jacobi order (mm)", radius, rel=1e-4)
-    assert 0.0 < deviation(default, sequential) < 1e-3
-    assert [run["recovery"] for run in (sequential, default)] == ["recovered"] * 2
-    assert sequential["warnings"] == default["warnings"] == []
-
-
-def test_jacobi_order_at_a_fifth_of_a_sample_needs_no_prediction(in_orders: Any) -> None:
-    sequential, _, late, *_ = in_orders
-    assert 0.02 < deviation(late, sequential) < 0.05
-    assert (late["recovery"], late["warnings"]) == ("recovered", [])
-
-
-def test_jacobi_order_at_steps_of_a_sample_is_warned_of(in_orders: Any) -> None:
-    *_, trapped, predicting = in_orders
-    assert trapped["recovery"] == "trapped"
-    assert predicting["recovery"] == "recovered"
-    assert deviation(predicting, in_orders[0]) < 0.05
-    ((late,), (foreseen,)) = (run["warnings"] for run in (trapped, predicting))
-    assert "communication_step = 250 us in Jacobi order each force comes 500 us after the displacements that it" in late
-    assert "that it responds to; that changes the damping" in late
-    assert "that it responds to, of which the controller predicts 500 us;" in foreseen
-    assert late.endswith("Keep to steps of at most 50 us, a fifth of the controller's sample time (coupling)")
+@pytest.mark.parametrize(
+    ("step", "predicts", "recovery", "least", "most"),
+    [
+        (None, True, "recovered", 0.0, 1e-3),
+        ("50 us", False, "recovered", 0.02, 0.05),
+        ("250 us", False, "trapped", 0.05, math.inf),
+        ("250 us", True, "recovered", 0.0, 0.05),
+    ],
+)
+def test_jacobi_order_levitates_the_rig(step, predicts, recovery, least, most) -> None:
+    """A step of a sample without prediction traps it, and is warned of as with prediction."""
+    summary, sequential = summary_in("jacobi", step, predicts), summary_in("gauss_seidel")
+    deviation = max(abs(summary.orbit_before[at] / radius - 1.0) for at, radius in sequential.orbit_before.items())
+    assert least < deviation < most
+    assert (summary.recovery, sequential.recovery) == (recovery, "recovered")
+    late = [text for text in summary.warnings if "Jacobi" in text]
+    assert len(late) == (step == "250 us")
+    assert all("500 us after the displacements" in text for text in late)
+    assert all(("predicts 500 us" in text) == predicts for text in late)
 
 
 FREE = Levitation(Omega=120.0, disc="d3", unbalance=0.02)

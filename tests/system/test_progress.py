@@ -6,6 +6,7 @@ from itertools import count
 from types import SimpleNamespace
 
 import click
+import pytest
 from click.testing import CliRunner
 
 import source_check.evaluation
@@ -81,23 +82,23 @@ def test_a_piped_sweep_prints_how_many_runs_have_ended(monkeypatch):
     assert "3 of 12 runs" in CliRunner().invoke(sweeping).stderr
 
 
-def test_a_piped_first_design_prints_how_many_gains_it_has_tried(monkeypatch, tmp_path):
-    def design(sizes, scenario, flavour, progress):
-        progress(50e-6, 24)
+SHAFT = ("--mass", "60 kg", "--length", "1.2 m", "--speed", "12000 rpm")
+
+
+@pytest.mark.parametrize(
+    ("module", "function", "done", "command", "line"),
+    [
+        (files, "first_design", (50e-6, 24), ("new", "pump", *SHAFT), "samples of 50 us, 24 gains tried"),
+        (source_check.evaluation, "assess", (7, 80), ("report", "--pack", "bath_thesis"), "7 of 80 runs and studies"),
+    ],
+)
+def test_a_piped_command_prints_what_it_has_done(monkeypatch, tmp_path, module, function, done, command, line):
+    def answer(*arguments, **options):
+        *_, progress = (argument for argument in (*arguments, *options.values()) if callable(argument))
+        progress(*done)
         raise ValueError("ended here")
 
-    monkeypatch.setattr(files, "first_design", design)
+    monkeypatch.setattr(module, function, answer)
+    monkeypatch.chdir(tmp_path)
     clock(monkeypatch, count(step=20.0))
-    shaft = ("--mass", "60 kg", "--length", "1.2 m", "--speed", "12000 rpm")
-    assert lines_of("new", str(tmp_path / "pump"), *shaft) == ["samples of 50 us, 24 gains tried"]
-
-
-def test_a_piped_report_prints_how_many_runs_have_ended(monkeypatch, tmp_path):
-    def answer(statements, folder, only, jobs, progress, *_):
-        progress(7, 80)
-        raise ValueError("ended here")
-
-    monkeypatch.setattr(source_check.evaluation, "assess", answer)
-    clock(monkeypatch, count(step=20.0))
-    lines = lines_of("report", "--pack", "bath_thesis", "-o", str(tmp_path / "report"))
-    assert lines == ["7 of 80 runs and studies"]
+    assert lines_of(*command) == [line]

@@ -3,17 +3,14 @@
 tests/packs/test_stored_robustness.py sees how they end, and `amb-cosim report` what the thesis states of them.
 """
 
-import math
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from slow import slow_but_first
 
 import amb_cosim
 from amb_cosim.cosim.system.values import quantity
-from amb_cosim.scenario.scenario import load_scenario, parse_scenario
+from amb_cosim.scenario.scenario import load_scenario
 
 CLEARANCE = 0.75e-3  # m
 RATIO = 0.025 / CLEARANCE  # R_s/C_r
@@ -164,39 +161,3 @@ def test_unbalances_at_the_bearings_are_the_forces_of_the_thesis(name):
         for variable, value in step.set["rotor_contact"].items()
     }
     assert forces == pytest.approx(FORCES_N[name], rel=1e-3)
-
-
-PROFILE = """
-description = "Up and down within a second"
-Omega = "10 Hz"
-settle_cycles = 1
-end_time = "1 s"
-system = "{system}"
-record.variables = ["rotor_contact.theta", "Omega*"]
-
-[[speed]]
-time = "100 ms"
-Omega = "10 Hz"
-
-[[speed]]
-time = "433 ms"
-Omega = "35 Hz"
-
-[[speed]]
-time = "800 ms"
-Omega = "5 Hz"
-"""
-
-
-@pytest.mark.parametrize("system", slow_but_first(["levitated", "passive"]))
-def test_rotor_turns_by_the_integral_of_its_speed(system):
-    """Trapezoids are exact for a speed that is linear between communication points."""
-    result = amb_cosim.run(parse_scenario(PROFILE.format(system=system), "profile"), progress=False)
-    assert result.outcome.failure is None, result.outcome.failure
-    points = np.array([result.dataset[name].values for name in ("time", "Omega", "rotor_contact.theta")]).T
-    start, turned = points[0, 2], 0.0
-    for (t_0, Omega_0, _), (t_1, Omega_1, theta) in pairwise(points):
-        turned += 0.5 * (Omega_0 + Omega_1) * (t_1 - t_0)
-        assert math.remainder(theta - start - turned, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-9)
-    hertz = 10 * 0.1 + 0.5 * (10 + 35) * 0.333 + 0.5 * (35 + 5) * 0.367 + 5 * 0.2
-    assert turned == pytest.approx(2.0 * math.pi * hertz, rel=1e-12)

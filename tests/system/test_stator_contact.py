@@ -9,13 +9,10 @@ import pytest
 from messages import assert_names, raises_naming
 
 import amb_cosim
-from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.design.plant_data import plant
 from amb_cosim.results.result import Result
-from amb_cosim.scenario.plan import plan_scenario
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run, system_of
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import run_planned
 from amb_sweeps.metrics import evaluate, outcome_of
 from rotor_analysis.parts import Bearing, Site
 from rotor_analysis.rotor import Rotor
@@ -96,16 +93,6 @@ def test_soft_mounts_let_the_rotor_pass_the_retainers():
         assert housing.max() > GAP - CLEARANCE - 0.05e-3
 
 
-def test_stators_beyond_reach_leave_every_bit_of_a_landing():
-    with_stators = plan_run(LANDING, until=0.05)
-    assembly = assemble(system_of(LANDING), rotor=LANDING.rotor)
-    without = PlannedRun(LANDING, plan_scenario(LANDING, assembly, until=0.05), assembly)
-    results = [run_planned(run).dataset for run in (with_stators, without)]
-    assert any(name.startswith("rotor_contact.stator_mb1.") for name in results[0].data_vars)
-    for name in results[1].data_vars:
-        np.testing.assert_array_equal(results[0][name].values, results[1][name].values, err_msg=str(name))
-
-
 def test_power_that_returns_on_the_stator_is_a_fault():
     back = {"role": "relief", "time": 0.1, "set": {"amb_actuator": {"*.amplifier_off_?": False}}}
     events = [event.model_dump(exclude_none=True) for event in LANDING.event]
@@ -113,25 +100,6 @@ def test_power_that_returns_on_the_stator_is_a_fault():
     assert result.outcome.status == "failed"
     assert result.outcome.time == pytest.approx(0.1, abs=1e-3)
     assert_names(result.outcome.reason, "mb1.x", "air gap", "0.0012 m")
-
-
-def test_rotor_with_power_touches_no_stator():
-    """Magnets that keep their power have no bore to touch: the air gap is the limit of the run."""
-    levitated = plan_run(LANDING.changed(event=[]))
-    assert not [name for name in levitated.interfaces["rotor_contact"].ports if name.startswith("stator_")]
-
-
-def test_one_bearing_without_power_has_one_stator():
-    lost = {"time": 0, "set": {"amb_actuator": {"mb2.amplifier_off_x": True}}}
-    ports = plan_run(LANDING.changed(event=[lost])).interfaces["rotor_contact"].ports
-    assert "stator_mb2.clearance" in ports
-    assert "stator_mb1.clearance" not in ports
-
-
-def test_setting_that_switches_amplifiers_off_adds_stators():
-    settings = {"amb_actuator.*.amplifier_off_?": True}
-    ports = plan_run(LANDING.changed(event=[]), settings).interfaces["rotor_contact"].ports
-    assert {"stator_mb1.clearance", "stator_mb2.clearance"} <= ports.keys()
 
 
 def test_clearance_of_a_stator_is_the_smaller_air_gap():
