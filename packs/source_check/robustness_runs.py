@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import click
 
+from amb_analysis.studies.processes import simulate_in_processes
 from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.cosim.system.values import Raw
+from amb_cosim.presentation.plain_console import plain_console
+from amb_cosim.presentation.progress import bars
+from amb_cosim.scenario.scenario import Scenario, load_scenario
+from amb_files import packs
+from amb_files.suggestions import suggest
+from amb_sweeps.stored_robustness import StoredOutcome, write_robustness
+from source_check.source_runs import scenario_of
+from source_check.statements import load_statements, packs_with_statements
 
-if TYPE_CHECKING:
-    from amb_cosim.cosim.system.values import Raw
-    from amb_cosim.scenario.scenario import Scenario
-    from amb_sweeps.stored_robustness import StoredOutcome
+BATCH = 8  # cases between two writes of the file
 
 
 @dataclass(frozen=True)
@@ -30,11 +36,6 @@ def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict
     Runs are repeated with H identified and with 1 % more and less of each quantity. The report and pages show the
     stored results.
     """
-    from amb_analysis.studies.processes import simulate_in_processes
-    from amb_cosim.presentation.plain_console import plain_console
-    from amb_cosim.presentation.progress import bars
-    from amb_sweeps.stored_robustness import write_robustness
-
     retained = 0
     failures: dict[str, str] = {}
     with refusing(), bars(plain_console(stderr=True)) as displayed:
@@ -52,9 +53,6 @@ def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict
     return failures
 
 
-BATCH = 8  # cases between two writes of the file
-
-
 def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
     """Return the runs of a pack: its scenarios, and different runs for its statements.
 
@@ -70,15 +68,9 @@ def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
     ValueError
         If there is no such pack, or a name is not that of a run.
     """
-    from amb_cosim.scenario.scenario import load_scenario
-    from amb_files.packs import packs
-    from amb_files.suggestions import suggest
-    from source_check.source_runs import scenario_of
-    from source_check.statements import load_statements, packs_with_statements
-
-    if pack not in packs():
-        raise ValueError(f"there is no pack {pack!r}; {suggest(pack, packs())}")
-    names = sorted(file.stem for file in (packs()[pack] / "scenarios").glob("[!_]*.toml"))
+    if pack not in packs.packs():
+        raise ValueError(f"there is no pack {pack!r}; {suggest(pack, packs.packs())}")
+    names = sorted(file.stem for file in (packs.packs()[pack] / "scenarios").glob("[!_]*.toml"))
     cases = [OutcomeCase(name, load_scenario(name), {}) for name in names]
     stated = load_statements(pack) if pack in packs_with_statements() else None
     beside = {statement.converged for statement in stated.statement} if stated is not None else set()
@@ -95,11 +87,10 @@ def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
 
 def outcome_of_case(case: OutcomeCase) -> StoredOutcome | str:
     """Return the outcome of a run and what flips it, or the reason why there is none."""
-    from amb_sweeps.robustness import robustness as study
-    from amb_sweeps.stored_robustness import StoredOutcome
+    from amb_sweeps.robustness import robustness
 
     try:
-        result = study(case.scenario, set=case.settings, progress=False)
+        result = robustness(case.scenario, set=case.settings, progress=False)
     except ValueError as error:
         return str(error)
     return StoredOutcome(outcome=result.outcome, flips=result.flips)

@@ -78,49 +78,56 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def displacement(runs: Runs, bearings: list[str]) -> Figure:
-    """Draw the radius over the clearance at each bearing along the run; see `_axis`."""
-    label, axis = _axis(runs)
-    figure = StyledFigure(figsize=(7.6, 2.2 * len(bearings) + 0.6), layout="constrained")
-    panels = figure.subplots(len(bearings), 1, sharex=True, squeeze=False)[:, 0]
-    for panel, bearing in zip(panels, bearings, strict=True):
-        unit = length_unit(_largest(radius(run, support(run, bearing)) for run in runs.values()))
-        available = any(_clearance(run, bearing) is not None for run in runs.values())
-        for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
-            r, c = radius(run, support(run, bearing)), _clearance(run, bearing)
-            if r is not None and (c is not None or not available):
-                panel.plot(axis(run), r / c if c is not None else unit.of(r), color=colour, alpha=OPACITY, zorder=2)
-        if available:
+    """Draw the radius over the clearance at each bearing along the run, as a length where no run has a clearance."""
+
+    def curves(bearing: str) -> tuple[str, list[Array | None]]:
+        radii = [radius(run, support(run, bearing)) for run in runs.values()]
+        gaps = [_clearance(run, bearing) for run in runs.values()]
+        if any(c is not None for c in gaps):
+            pairs = zip(radii, gaps, strict=True)
+            return "radius / clearance", [None if r is None or c is None else r / c for r, c in pairs]
+        unit = length_unit(_largest(radii))
+        return f"radius ({unit.label})", [None if r is None else unit.of(r) for r in radii]
+
+    figure = _along_the_run("Radial displacement", runs, bearings, curves)
+    for panel in figure.axes:
+        if panel.get_ylabel() == "radius / clearance":
             panel.axhline(1.0, color="black", lw=0.9, ls=DASHED, zorder=1)
-        panel.set_title(bearing.upper(), loc="left", pad=16.0 if panel is panels[0] else None)
-        panel.set(ylabel="radius / clearance" if available else f"radius ({unit.label})", ylim=(0.0, None))
-        _mark_events(panel, runs, named=panel is panels[0])
-    panels[-1].set_xlabel(label)
-    return _with_legend(figure, "Radial displacement", panels[0], runs)
+    return figure
 
 
 def contact(runs: Runs, sites: list[str]) -> Figure:
-    """Draw the normal contact force at each site along the run; see `_axis`."""
-    label, axis = _axis(runs)
-    figure = StyledFigure(figsize=(7.6, 2.2 * len(sites) + 0.6), layout="constrained")
-    panels = figure.subplots(len(sites), 1, sharex=True, squeeze=False)[:, 0]
+    """Draw the normal contact force at each site along the run."""
     unit = force_unit(_largest(peaks(run, site) for run in runs.values() for site in sites))
-    for panel, site in zip(panels, sites, strict=True):
-        for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
-            force = peaks(run, site)
-            if force is not None:
-                panel.plot(axis(run), unit.of(force), color=colour, alpha=OPACITY)
-        panel.set_title(site.upper(), loc="left", pad=16.0 if panel is panels[0] else None)
-        panel.set(ylabel=f"force ({unit.label})", ylim=(0.0, None))
+
+    def curves(site: str) -> tuple[str, list[Array | None]]:
+        forces = (peaks(run, site) for run in runs.values())
+        return f"force ({unit.label})", [None if force is None else unit.of(force) for force in forces]
+
+    return _along_the_run("Normal contact force, maximum per step", runs, sites, curves)
+
+
+def _along_the_run(
+    what: str, runs: Runs, names: list[str], curves: Callable[[str], tuple[str, list[Array | None]]]
+) -> Figure:
+    """Draw a panel for each name, with a curve of each run over cycles or, if a speed varies, time.
+
+    `curves` returns the label of a panel, and its values for each run, None without.
+    """
+    changing = any(speed_changes(run) for run in runs.values())
+    figure = StyledFigure(figsize=(7.6, 2.2 * len(names) + 0.6), layout="constrained")
+    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for panel, name in zip(panels, names, strict=True):
+        label, values = curves(name)
+        for colour, run, result in zip(COLOURS * 2, runs.values(), values, strict=False):
+            if result is not None:
+                axis = np.asarray(run["time"].values) if changing else cycles(run)
+                panel.plot(axis, result, color=colour, alpha=OPACITY, zorder=2)
+        panel.set_title(name.upper(), loc="left", pad=16.0 if panel is panels[0] else None)
+        panel.set(ylabel=label, ylim=(0.0, None))
         _mark_events(panel, runs, named=panel is panels[0])
-    panels[-1].set_xlabel(label)
-    return _with_legend(figure, "Normal contact force, maximum per step", panels[0], runs)
-
-
-def _axis(runs: Runs) -> tuple[str, Callable[[Signals], Array]]:
-    """Return label and values of the axis along a run: cycles or, if a speed varies, time."""
-    if any(speed_changes(run) for run in runs.values()):
-        return "time (s)", lambda run: np.asarray(run["time"].values)
-    return "synchronous cycles", cycles
+    panels[-1].set_xlabel("time (s)" if changing else "synchronous cycles")
+    return _with_legend(figure, what, panels[0], runs)
 
 
 def _union(names: Iterable[Iterable[str]]) -> list[str]:

@@ -47,10 +47,10 @@ def averaged_force(dataset: Signals, site: str) -> Array | None:
     return _at_samples(dataset, _averaged(at_every_step(dataset), site))
 
 
-def largest_averaged_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
-    """Return the largest normal force (N) at a site averaged over `WINDOW`, impacts included, between two cycles."""
+def largest_averaged_force(dataset: Signals, site: str) -> float | None:
+    """Return the largest normal force (N) at a site averaged over `WINDOW`, impacts included, from cycle 0 on."""
     steps = at_every_step(dataset)
-    return largest(steps, _averaged(steps, site), begin, end)
+    return largest(steps, _averaged(steps, site))
 
 
 def received_impulse(dataset: Signals, site: str) -> Array | None:

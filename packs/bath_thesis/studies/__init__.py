@@ -8,25 +8,10 @@ STUDIES = {
         ".reduced_models",
         "Compare full, condensed and coarse rotor models. Figures 3.4 to 3.7 and Table 3.4 have them.",
     ),
-    "coupling_error": Study(
-        ".coupling_convergence",
-        "Compare co-simulation and monolithic model.",
-    ),
+    "coupling_error": Study(".coupling_convergence", "Compare co-simulation and monolithic model."),
     "contact_laws": Study(".contact_hysteresis", "Draw the hysteresis of contact laws (Figs 4.1, 4.2)."),
-    "synchronous_response": Study(
-        ".measured_response",
-        "Compute and measure S(f) (Figs 5.1, 5.18, 5.19).",
-    ),
-    "test_force": Study(
-        ".identification_force",
-        "Compute an identification's test force (Figure 5.2).",
-    ),
-    "h_matrix": Study(
-        ".h_interpolation",
-        "Compare exact and interpolated H (Figure 5.3).",
-    ),
-    "recovery": Study(
-        ".contact_recovery",
-        "Compare controls that free a rub (Figure 5.6).",
-    ),
+    "synchronous_response": Study(".measured_response", "Compute and measure S(f) (Figs 5.1, 5.18, 5.19)."),
+    "test_force": Study(".identification_force", "Compute an identification's test force (Figure 5.2)."),
+    "h_matrix": Study(".h_interpolation", "Compare exact and interpolated H (Figure 5.3)."),
+    "recovery": Study(".contact_recovery", "Compare controls that free a rub (Figure 5.6)."),
 }
