@@ -7,7 +7,6 @@ from dataclasses import replace
 import control
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from scipy.optimize import brentq
 from slow import slow_but_first
 from strange_machine import LEVITATION
@@ -27,7 +26,6 @@ from amb_assessment.assessment.machine_file import CompressorStage, MachineFile,
 from amb_assessment.assessment.retainer_bearings import TITLE
 from amb_assessment.assessment.stages import anticipated, co_simulated, real_coefficients
 from amb_assessment.assessment.subject import subject_of
-from amb_cosim.commands.cli import main
 from amb_cosim.design.plant_data import plant
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
@@ -58,20 +56,6 @@ def test_fast_parts_answer_by_the_names_of_the_machine(name):
     data = result.as_dict()
     data.pop("machine")
     assert bool(OF_THE_RIG.search(json.dumps(data))) == (name == "rig")
-
-
-def test_commands_describe_the_machine_and_write_its_page(tmp_path):
-    pytest.importorskip("plotly")
-    file, run = str(LEVITATION.parent / "machine.toml"), CliRunner()
-    message = run.invoke(main, ["assess", "--check", file])
-    assert message.exit_code == 0, message.output
-    assert {"north", "gland", "catch_n", "turbine"} <= set(re.findall(r"\w+", message.output))
-    assert not OF_THE_RIG.search(message.output)
-    values = ["assess", file, "--only", "free_modes", "--no-pdf", "-o", str(tmp_path / "page")]
-    done = run.invoke(main, values)
-    assert done.exit_code == 0, done.output
-    assert "0 not answered" in done.output
-    assert sorted(path.name for path in (tmp_path / "page").iterdir()) == ["assessment.html", "assessment.json"]
 
 
 def test_level_one_takes_the_seals_away_and_level_two_has_them(expander):

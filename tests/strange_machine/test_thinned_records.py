@@ -6,7 +6,6 @@ import pytest
 from strange_machine import TOUCHDOWN
 
 import amb_cosim
-from amb_cosim.results.summary_table import table
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names
 
@@ -83,11 +82,3 @@ def test_forces_at_thinned_samples_are_those_of_all_steps(thin, touchdown):
         full = averaged_force(touchdown.signals, site)
         assert averaged_force(thin.signals, site) == pytest.approx(full[::100])
         assert peaks(thin.signals, site).max() == peaks(touchdown.signals, site).max()
-
-
-def test_averaged_contact_force_comes_before_the_peak_and_its_band(touchdown):
-    labels = list(table(touchdown.summary, whole=True).columns[0].cells)
-    first, second = (label for label in labels if label.startswith(("contact force averaged", "peak contact force")))
-    assert first == "contact force averaged over 1 ms"
-    assert second.startswith("peak contact force without impacts,\nmodes to ")
-    assert second.endswith(" rad/s")

@@ -7,16 +7,14 @@ from typing import Any
 
 import fmpy
 import pytest
-from click.testing import CliRunner
 from fmpy.fmi2 import FMU2Slave
 from host_marks import in_host
-from strange_machine import LEVITATION, SYSTEM
+from strange_machine import LEVITATION
 
 import amb_cosim
-from amb_cosim.commands.cli import main
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
-from tests.support.messages import assert_names, raises_naming
+from tests.support.messages import raises_naming
 
 SCENARIO = Scenario.load(LEVITATION).changed(settle_cycles=0, end_cycle=4)
 
@@ -121,17 +119,3 @@ def test_an_fmu_of_a_file_cannot_have_a_scenarios_values(tmp_path):
     with raises_naming(ValueError, "amb_actuator", "models"):
         amb_cosim.build(tmp_path / "fmus", scenario=SCENARIO.changed(fmu={"amb_actuator": "mine.fmu"}))
     assert not (tmp_path / "fmus").exists()
-
-
-def test_the_command_writes_the_same_files_and_refuses_two_ways_at_once(files, tmp_path):
-    file = tmp_path / "short.toml"
-    file.write_text(f'base = "{LEVITATION}"\nsettle_cycles = 0\nend_cycle = 4\n', encoding="utf-8")
-    command = ["build", "--scenario", str(file), "-o"]
-    done = CliRunner().invoke(main, [*command, str(tmp_path / "fmus")])
-    assert done.exit_code == 0, done.output
-    for path in files:
-        assert (tmp_path / "fmus" / path.name).read_bytes() == path.read_bytes()
-    both = CliRunner().invoke(main, [*command, str(tmp_path / "both"), "--assembled", str(SYSTEM)])
-    assert both.exit_code != 0
-    assert_names(both.output, "--assembled", "--scenario")
-    assert not (tmp_path / "both").exists()

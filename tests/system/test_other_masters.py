@@ -102,13 +102,6 @@ def test_the_cases_rub_and_use_rolac(reference: Reference) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", CASES)
-def test_jacobi_and_gauss_seidel_order_differ(case: str, reference: Reference) -> None:
-    jacobi, gauss_seidel = (reference(case, coupling)["series"] for coupling in ("jacobi", "gauss_seidel"))
-    assert deviations(jacobi, gauss_seidel)["rotor_contact.mb1.x"] > 0.01
-
-
-@pytest.mark.slow
 @in_host("libcosim", "the three")
 @pytest.mark.parametrize("step", [250, pytest.param(125, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("case", CASES)
