@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.scenario.scenario import load_scenario
-from amb_files.atomic import write_file
 from amb_sweeps.stored_robustness import StoredOutcome
 from source_check.requests import QuantityRequest
 from source_check.sources import Job, SourceResult, answers, code_digest, job_of
@@ -106,12 +105,9 @@ class Report:
         """Chapters with judged statements."""
         return tuple(chapter for chapter in self.statements.chapter if self.of_chapter(chapter))
 
-    def save_data(self, folder: Path) -> Path:
-        """Write `report.json`, and return its path."""
-        text = json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n"
-        path = folder / DATA
-        write_file(path, text)
-        return path
+    def to_json(self) -> str:
+        """Return `as_dict` as JSON text."""
+        return json.dumps(self.as_dict(), indent=1, allow_nan=False) + "\n"
 
 
 def assess(

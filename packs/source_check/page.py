@@ -6,11 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
-from pathlib import Path
 
 from amb_assessment.reporting.page_parts import asset, in_script, picture_url, plotly_script
 from amb_cosim.presentation.templates import templates_of
-from amb_files.atomic import write_file
 from source_check.evaluation import Judged, Report
 from source_check.sources import SourceResult
 from source_check.statements import Chapter
@@ -44,12 +42,6 @@ class Section:
     def picture(self) -> str:
         """The picture of the plots, as a data URL."""
         return picture_url(self.answer.picture) if self.answer is not None else ""
-
-
-def write_page(report: Report, path: Path) -> Path:
-    """Write the page; it appears completely or not at all."""
-    write_file(path, page(report))
-    return path
 
 
 def page(report: Report) -> str:

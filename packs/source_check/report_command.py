@@ -9,7 +9,7 @@ import click
 
 from amb_cosim.commands.cli_errors import Failed, Refused, refusing
 from amb_cosim.commands.options import UNITS, output
-from amb_files.atomic import check_writable
+from amb_files.atomic import check_writable, write_file
 from fmi_export.building.extras import require_extra
 
 if TYPE_CHECKING:
@@ -70,9 +70,9 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
     from amb_sweeps.stored_robustness import load_robustness
-    from source_check.evaluation import assess
-    from source_check.page import PAGE, write_page
-    from source_check.table import TABLE, write_table
+    from source_check.evaluation import DATA, assess
+    from source_check.page import PAGE, page
+    from source_check.table import TABLE, markdown
     from source_check.verdict import Verdict
 
     with refusing(), bars(plain_console(stderr=True)) as displayed:
@@ -84,9 +84,8 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
             displayed.update(task, description=text, completed=done, total=total)
 
         result = assess(statements, folder, only, jobs, progress, load_robustness(pack))
-        result.save_data(folder)
-        write_table(result, folder / TABLE)
-        write_page(result, folder / PAGE)
+        for name, text in ((DATA, result.to_json()), (TABLE, markdown(result)), (PAGE, page(result))):
+            write_file(folder / name, text)
     counts = result.counts()
     for verdict in Verdict:
         click.echo(f"{counts[verdict]:4d} {verdict.value}")

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
-from amb_files.atomic import write_file
 from source_check.evaluation import Judged, Report
 from source_check.statements import Chapter
 from source_check.texts import converged_text, ratio_text, remark_text, stated_text, value_text
@@ -17,11 +15,6 @@ TABLE = "report.md"
 def markdown(report: Report) -> str:
     """Return the counts by verdict and chapter, and a table of the statements of each chapter."""
     return "\n".join([*_counts(report), *(line for c in report.chapters for line in _chapter(report, c))]) + "\n"
-
-
-def write_table(report: Report, path: Path) -> None:
-    """Write the text of `markdown`."""
-    write_file(path, markdown(report))
 
 
 def _counts(report: Report) -> Iterator[str]:

@@ -24,38 +24,24 @@ def energies(dataset: Signals) -> dict[str, Array] | None:
     return {name: v if name in stored else v - v[begin] for name, v in values.items() if v is not None}
 
 
-def final_energies(dataset: Signals) -> dict[str, float] | None:
-    """Return heat and work from cycle 0 to the end, and `balance`: the largest difference of gain and work (J)."""
+def energy_balance(dataset: Signals) -> tuple[dict[str, float] | None, float | None, float | None]:
+    """Return heat, work and `balance` (J), and the balance over the largest of all energies and over the heat.
+
+    `balance` is the largest difference of gain and work from cycle 0 on. The largest energy may be that of the spin,
+    which hides the error; without heat, or energies, a share is None.
+    """
     dataset = at_every_step(dataset)
     series = energies(dataset)
     if series is None:
-        return None
-    balance = np.abs(series["balance"][cycles(dataset) >= 0.0])
-    return {name: float(series[name][-1]) for name in (*HEAT, "work")} | {"balance": float(balance.max())}
-
-
-def relative_balance(dataset: Signals) -> float | None:
-    """Return the error of the energy balance over the largest of all energies from cycle 0 on."""
-    dataset = at_every_step(dataset)
-    series = energies(dataset)
-    if series is None:
-        return None
+        return None, None, None
     after = cycles(dataset) >= 0.0
     largest = {name: float(np.abs(values[after]).max()) for name, values in series.items()}
     balance = largest.pop("balance")
-    scale = max(largest.values())
-    return balance / scale if scale > 0.0 else None
+    energy = {name: float(series[name][-1]) for name in (*HEAT, "work")} | {"balance": balance}
+    heat, scale = heat_of(energy), max(largest.values())
+    return energy, balance / scale if scale > 0.0 else None, balance / heat if heat else None
 
 
 def heat_of(energy: dict[str, float]) -> float:
-    """Return the heat (J) of `final_energies`, its parts without their signs: a rule of impacts may create energy."""
+    """Return the heat (J) of `energy_balance`, its parts without their signs: a rule of impacts may create energy."""
     return sum(abs(energy[name]) for name in HEAT)
-
-
-def balance_of_heat(dataset: Signals) -> float | None:
-    """Return the error of the energy balance over the heat from cycle 0 on; None without heat.
-
-    The largest energy may be that of the spin, which hides the error.
-    """
-    energy = final_energies(dataset)
-    return None if energy is None or not heat_of(energy) else energy["balance"] / heat_of(energy)

@@ -169,6 +169,7 @@ def summarise(dataset: Signals) -> Summary:
     sites = contact_history.touchable(dataset)
     recovered, recovery = _recovery(dataset, last)
     fall = touchdown(dataset)
+    energy, balance, of_heat = energies.energy_balance(dataset)
     return Summary(
         scenario=dataset.attrs["scenario"],
         flavour=dataset.attrs["flavour"],
@@ -200,9 +201,9 @@ def summarise(dataset: Signals) -> Summary:
         orbit_after=orbit_after(dataset),
         orbit_largest=orbit_largest(dataset),
         settled_amplitude=settled_amplitudes(dataset),
-        energy=energies.final_energies(dataset),
-        energy_balance=energies.relative_balance(dataset),
-        energy_balance_of_heat=energies.balance_of_heat(dataset),
+        energy=energy,
+        energy_balance=balance,
+        energy_balance_of_heat=of_heat,
         share_beyond_reduction=share_beyond_reduction(dataset),
         stators=stator_touches(dataset),
         touchdown=fall,
