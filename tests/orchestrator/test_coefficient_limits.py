@@ -64,12 +64,6 @@ def test_modes_are_marked_at_speeds_beyond_a_table_alone():
     assert "extrapolated" in figure(result).get_suptitle()
 
 
-def test_modes_at_rest_below_a_table_are_marked_in_the_layout():
-    result = studies.layout(SHORT)
-    assert_names(str(result), "at rest on its bearings (extrapolated)", "100 to 300 rad/s")
-    assert "extrapolated" in figure(result).get_suptitle()
-
-
 @pytest.mark.parametrize("study", [studies.campbell, studies.modes, studies.unbalance_response, studies.layout])
 def test_coefficients_of_one_whirl_frequency_are_told(study):
     result = study(FROZEN)
