@@ -5,9 +5,7 @@ FMI 2.0 has values at fmi2LastSuccessfulTime after fmi2Discard with fmi2Terminat
 
 from __future__ import annotations
 
-import shutil
 import sys
-import zipfile
 from pathlib import Path
 
 import pytest
@@ -17,6 +15,7 @@ import amb_cosim
 from tests.support.c_fmus import OUTPUT, PARAMETER, described
 from tests.support.fmu_systems import system_text
 from tests.support.messages import assert_names
+from tests.support.reference_results import verified_with
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
@@ -24,8 +23,6 @@ SOURCE = Path(__file__).parent / "support" / "ending.c"
 VARIABLES = [(name, PARAMETER, 'Real start="0"') for name in ("end", "kind")]
 VARIABLES += [("y", OUTPUT, "Real"), ("said", f'{OUTPUT} variability="discrete"', "String")]
 DESCRIPTIONS = {version: described("Ending", VARIABLES, version) for version in (2, 3)}
-FOLDER = "extra/org.fmi-standard.fmi-ls-ref"
-MANIFEST = '<m><Related type="application/x-ma-hs-experiments" source="one.exp" role="experiment"/></m>'
 EXPERIMENT = """<Experiments><Experiment name="one" stopTime="0.4" stepSize="0.1">
 <Parameters type="application/x-ssp-parameter-set" source="set.ssv"/><References type="text/csv" source="out.csv"/>
 </Experiment></Experiments>"""
@@ -40,13 +37,9 @@ def verified(fmu_from_c, tmp_path):
     """`verified(version, references, kind=0)`: the result for an FMU that ends at 0.25 s; `ending.c` has the kinds."""
 
     def verify(version, references, kind=0):
-        shutil.copy(fmu_from_c(SOURCE, DESCRIPTIONS[version], version), path := tmp_path / "Ending.fmu")
-        texts = {"fmi-ls-manifest.xml": MANIFEST, "one.exp": EXPERIMENT, "set.ssv": SET.format(kind)}
-        with zipfile.ZipFile(path, "a") as fmu:
-            for name, text in (texts | {"out.csv": references}).items():
-                fmu.writestr(f"{FOLDER}/{name}", text)
-        (item,) = amb_cosim.verify(path)
-        return item
+        fmu = fmu_from_c(SOURCE, DESCRIPTIONS[version], version)
+        files = {"one.exp": EXPERIMENT, "set.ssv": SET.format(kind), "out.csv": references}
+        return verified_with(fmu, tmp_path / "Ending.fmu", files)
 
     return verify
 

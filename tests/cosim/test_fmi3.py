@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import sys
-import zipfile
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.fmus import provide
 from amb_cosim.cosim.record.warnings import warnings_of
 from tests.support.messages import assert_names, raises_naming
+from tests.support.reference_results import table, verified_with
 
 GOOD, END, EARLY, MINUS_ONE, WARN, FAIL = range(6)
 INTEGERS = [f"{sign}Int{bits}" for bits in (8, 16, 32, 64) for sign in ("", "U")]
@@ -126,18 +126,8 @@ def test_iterative_coupling_saves_states_of_fmi_3(run, tmp_path):
 
 def test_results_without_an_experiment_are_those_of_the_default_one(arrays3_fmu, tmp_path):
     """As FMUs carry them that are not this project's: a table alone, with texts in it, which are no numbers."""
-    shutil.copy(arrays3_fmu, path := tmp_path / "Arrays3.fmu")
-    with zipfile.ZipFile(path, "a") as fmu:
-        place = "extra/org.fmi-standard.fmi-ls-ref"
-        related = '<Related type="text/csv" source="out.csv" role="result"/>'
-        fmu.writestr(f"{place}/fmi-ls-manifest.xml", f"<fmiReferences>{related}</fmiReferences>")
-        rows = (f"{time},1 2 3 4 5 6,{total},a" for time, total in ((0, 0), (0.1, 91), (0.2, 90)))
-        fmu.writestr(f"{place}/out.csv", "\n".join(("time,m,sum,text", *rows)))
-    (item,) = amb_cosim.verify(path)
+    rows = ["1 2 3 4 5 6,0,a", "1 2 3 4 5 6,91,a", "1 2 3 4 5 6,90,a"]
+    item = verified_with(arrays3_fmu, tmp_path / "Arrays3.fmu", {"out.csv": table("m,sum,text", rows)})
     assert (item.experiment, item.n_points, item.n_values) == ("out", 3, 3 * 7)
-    assert (item.largest.variable, item.largest.time, item.largest.expected, item.largest.computed) == (
-        "sum",
-        0.2,
-        90.0,
-        91.0,
-    )
+    largest = item.largest
+    assert (largest.variable, largest.time, largest.expected, largest.computed) == ("sum", 0.2, 90.0, 91.0)

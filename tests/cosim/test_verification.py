@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
-import zipfile
 
 import pytest
 
@@ -12,10 +10,10 @@ import amb_cosim
 from tests.cosim.test_variables import DESCRIPTIONS, SOURCE
 from tests.support.changed_archive import changed_archive
 from tests.support.messages import assert_names
+from tests.support.reference_results import FOLDER, table, verified_with
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
-PLACE = "extra/org.fmi-standard.fmi-ls-ref"
 GOOD, END = 0, 1  # of the input `what` of arrays3.c
 EXPERIMENT = """<Experiments><Experiment name="one" stopTime="0.4" stepSize="0.1">
 <Stimuli type="text/csv" source="in.csv"/><References type="text/csv" source="out.csv"/></Experiment></Experiments>"""
@@ -26,17 +24,10 @@ def verified(arrays3_fmu, tmp_path):
     """`verified(rows, columns, what)`: the result of reference rows from 0 s in steps of 0.1 s."""
 
     def verify(rows, columns="sum", what=GOOD, stimulus=()):
-        shutil.copy(arrays3_fmu, path := tmp_path / "Arrays3.fmu")
         more = f",{','.join(stimulus)}" if stimulus else ""
         inputs = "\n".join([f"time,what{more}", *(f"{t},{what}{',3 4' if stimulus else ''}" for t in (0.0, 0.4))])
-        table = "\n".join([f"time,{columns}", *(f"{0.1 * k:.1f},{row}" for k, row in enumerate(rows))])
-        with zipfile.ZipFile(path, "a") as fmu:
-            related = '<Related type="application/x-ma-hs-experiments" source="one.exp" role="experiment"/>'
-            fmu.writestr(f"{PLACE}/fmi-ls-manifest.xml", f"<fmiReferences>{related}</fmiReferences>")
-            for name, text in (("one.exp", EXPERIMENT), ("in.csv", inputs), ("out.csv", table)):
-                fmu.writestr(f"{PLACE}/{name}", text)
-        (item,) = amb_cosim.verify(path)
-        return item
+        files = {"one.exp": EXPERIMENT, "in.csv": inputs, "out.csv": table(columns, rows)}
+        return verified_with(arrays3_fmu, tmp_path / "Arrays3.fmu", files)
 
     return verify
 
@@ -46,14 +37,8 @@ def texts_fmu(fmu_from_c, tmp_path):
     """`texts_fmu(columns, rows, version=3)`: the result of reference rows of the FMU of `texts.c`."""
 
     def verify(columns, rows, version=3):
-        shutil.copy(fmu_from_c(SOURCE, DESCRIPTIONS[version], version), path := tmp_path / "Texts.fmu")
-        with zipfile.ZipFile(path, "a") as fmu:
-            related = '<Related type="text/csv" source="out.csv" role="result"/>'
-            fmu.writestr(f"{PLACE}/fmi-ls-manifest.xml", f"<fmiReferences>{related}</fmiReferences>")
-            lines = [f"time,{columns}", *(f"{0.1 * k:.1f},{row}" for k, row in enumerate(rows))]
-            fmu.writestr(f"{PLACE}/out.csv", "\n".join(lines))
-        (item,) = amb_cosim.verify(path)
-        return item
+        fmu = fmu_from_c(SOURCE, DESCRIPTIONS[version], version)
+        return verified_with(fmu, tmp_path / "Texts.fmu", {"out.csv": table(columns, rows)})
 
     return verify
 
@@ -64,7 +49,7 @@ def test_references_of_a_german_spreadsheet_are_compared(verified, tmp_path, val
     verified([0.0])
     rows = ["time;sum", "0,0;0,0", *(f"0,{k};{value}" for k in range(1, 5))]
     path = tmp_path / "Arrays3.fmu"
-    changed_archive(path, path, {f"{PLACE}/out.csv": "\r\n".join(rows).encode("utf-16")})
+    changed_archive(path, path, {f"{FOLDER}/out.csv": "\r\n".join(rows).encode("utf-16")})
     (item,) = amb_cosim.verify(path)
     assert (item.is_equal, item.n_values) == (is_equal, 5)
 
