@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from amb_cosim.cosim.basics.cache import cache_folder
 from amb_cosim.cosim.basics.differences import LARGEST, described
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.scenario.plan_run import assemble_scenario, system_of
+from amb_files.user_cache import user_cache
 from tests.support.messages import raises_naming
 
 AXES = [f"{bearing}.{axis}" for bearing in ("mb1", "mb2") for axis in "xy"]
@@ -33,10 +33,10 @@ def fmu_of(scenario, controller):
 
 def test_controller_needs_no_file(scenario, tmp_path):
     """The FMU is that of its file, and the cache has no `.npz`."""
-    before = {*cache_folder().glob("*.npz")}
+    before = {*user_cache().glob("*.npz")}
     controller = proportional(2e4)
     assert fmu_of(scenario, controller) == fmu_of(scenario, str(controller.save(tmp_path / "law.npz")))
-    assert {*cache_folder().glob("*.npz")} == before
+    assert {*user_cache().glob("*.npz")} == before
 
 
 def test_another_law_is_another_fmu(scenario):

@@ -20,7 +20,7 @@ SHORT = 'system = "passive"\nOmega = "10 Hz"\nend_time = "20 ms"\nsettle_cycles 
 def load_anew(tmp_path, monkeypatch):
     """`load_library` as a new process has it, with an empty cache and nothing shipped."""
     monkeypatch.setattr(loop_library, "SHIPPED", tmp_path / "nothing")
-    monkeypatch.setattr(loop_library, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(loop_library, "user_cache", lambda: tmp_path)
     return loop_library.load_library.__wrapped__
 
 

@@ -16,7 +16,8 @@ def cache(clear: bool) -> None:
 
     The list shows when each was used last.
     """
-    from amb_cosim.cosim.basics.cache import LIMIT, cache_entries, cache_folder, remove_entries
+    from amb_cosim.cosim.basics.cache import LIMIT, cache_entries, remove_entries
+    from amb_files.user_cache import user_cache
 
     with refusing():
         entries = remove_entries() if clear else cache_entries()
@@ -24,7 +25,7 @@ def cache(clear: bool) -> None:
         for entry in () if clear else entries:
             day = time.strftime("%Y-%m-%d", time.localtime(entry.used))
             click.echo(f"{day} {entry.size / 2**20:8.1f} MB  {entry.path.name}")
-        message = f"{len(entries)} in {cache_folder()}, {size / 2**20:.1f} MB"
+        message = f"{len(entries)} in {user_cache()}, {size / 2**20:.1f} MB"
         click.echo(
             f"removed {message}"
             if clear

@@ -40,11 +40,6 @@ class CacheEntry:
     used: float
 
 
-def cache_folder() -> Path:
-    """Return the folder of built and unpacked FMUs."""
-    return user_cache()
-
-
 def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
     """Return the cache folder with the unpacked archive, and whether it is new; `name` is for messages.
 
@@ -60,7 +55,7 @@ def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
         digest = hashlib.sha256(archive.read_bytes()).hexdigest()[:32]
     except OSError as error:
         raise ValueError(f"{name} cannot be read: {error.strerror or error}") from error
-    home = cache_folder() / f"{ENCODED.sub('_', archive.stem)[:LONGEST_NAME]}-{digest}"
+    home = user_cache() / f"{ENCODED.sub('_', archive.stem)[:LONGEST_NAME]}-{digest}"
     is_new = not home.is_dir()
     create_atomically(home, lambda folder: unpack(archive, folder, name), lambda folder: is_unpacked(archive, folder))
     note_use(home, is_new)
@@ -71,13 +66,13 @@ def note_use(home: Path, is_new: bool) -> None:
     """Mark a folder of the cache as used; a new one may displace others."""
     with suppress(OSError):  # another user's cache, or a folder that has gone since
         os.utime(home)
-        if is_new and _is_due(cache_folder() / MEASURED):
+        if is_new and _is_due(user_cache() / MEASURED):
             remove_entries(over=LIMIT, unused_for=IN_USE)
 
 
 def cache_entries() -> list[CacheEntry]:
     """Return the entries of the cache, the least recently used first."""
-    paths = [path for path in cache_folder().iterdir() if path.is_dir()]
+    paths = [path for path in user_cache().iterdir() if path.is_dir()]
     result = [_entry(path) for path in paths if ENTRY.fullmatch(path.name) or path.name in COMPILED]
     return sorted(result, key=lambda entry: entry.used)
 
@@ -92,7 +87,7 @@ def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
     for entry in entries:
         if (over and size <= over) or now - entry.used < unused_for:
             break
-        with temporary_folder(cache_folder()) as folder, suppress(OSError):  # another process was faster
+        with temporary_folder(user_cache()) as folder, suppress(OSError):  # another process was faster
             entry.path.rename(folder / entry.path.name)  # at once, so that nobody finds a part of it
             removed.append(entry)
         size -= entry.size

@@ -11,8 +11,8 @@ from ctypes import CDLL
 from functools import cache
 from pathlib import Path
 
-from amb_cosim.cosim.basics.cache import cache_folder
 from amb_files.stored_folder import is_undamaged, keep
+from amb_files.user_cache import user_cache
 from fmi_export.building.native.compiler import PLATFORMS, compile_library, host_platform
 from fmi_export.building.native.sources import digest_of, texts_of
 from fmi_export.compiling import compiling
@@ -35,7 +35,7 @@ def load_library() -> CDLL | None:
         place = loop_place(host_platform())
         path = SHIPPED / place
         if not path.is_file():
-            folder = cache_folder() / "loops" / place.with_suffix("")
+            folder = user_cache() / "loops" / place.with_suffix("")
             with nullcontext() if is_undamaged(folder) else compiling(folder, "the loop"):
                 keep(folder, lambda stage: (stage / place.name).write_bytes(compile_loop(host_platform())))
             path = folder / place.name

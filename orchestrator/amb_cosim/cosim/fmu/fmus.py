@@ -29,12 +29,13 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.cosim.basics.build_target import BuildTarget
-from amb_cosim.cosim.basics.cache import cache_folder, note_use, unpacked
+from amb_cosim.cosim.basics.cache import note_use, unpacked
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
 from amb_files.suggestions import suggest
 from amb_files.toml import read_bytes
+from amb_files.user_cache import user_cache
 from array_types import Array
 from fmi_export.compiling import compiling
 
@@ -235,7 +236,7 @@ def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) ->
         If no such model exists, or it cannot be made with these options.
     """
     name, options = _resolved(fmu, options)
-    home = cache_folder() / f"{name}-{_key(_source(name), BuildTarget(flavour), options)}"
+    home = user_cache() / f"{name}-{_key(_source(name), BuildTarget(flavour), options)}"
 
     def fill(stage: Path) -> None:
         built = BuildTarget(flavour).build(*model_source(name, **options), stage)
