@@ -32,27 +32,22 @@ def constants_of(speeds: Sequence[float], laws: Sequence[Law], modes: Sequence[S
     order = np.concatenate([*groups, np.zeros(0, np.intp)]).astype(np.intp)
     ends = np.cumsum([0, *_joined([len(group) for group in groups])]).tolist()
     states, signals, demands = list(pairwise(ends)), [(0, m)], [(0, p)]
+    columns, rows = (states, [(n, n + m)]), (states, [(n, n + p)])
     law = np.array([np.block([[x.A[np.ix_(order, order)], x.B[order]], [x.C[:, order], x.D]]) for x in laws])
     parts = {
-        "n_law": [
-            (law, _cheapest(law[:, :n, :n], states, states)),
-            (law, _shifted(_cheapest(law[:, :n, n:], states, signals), 0, n)),
-            (law, _shifted(_cheapest(law[:, n:, :n], demands, states), n, 0)),
-            (law, _shifted(_cheapest(law[:, n:, n:], demands, signals), n, n)),
-        ],
-        "n_tracking": [_blocks_of([x.tracking[order] for x in modes], states, demands)],
-        "n_rest": [_blocks_of([x.rest[order] for x in modes], states, signals)],
-        "n_slow": [_blocks_of([x.slow[np.ix_(order, order)] for x in modes], states, states)],
+        "n_law": (law, [block for r in rows for c in columns for block in _cheapest(law, r, c)]),
+        "n_tracking": _with_blocks([x.tracking[order] for x in modes], states, demands),
+        "n_rest": _with_blocks([x.rest[order] for x in modes], states, signals),
+        "n_slow": _with_blocks([x.slow[np.ix_(order, order)] for x in modes], states, states),
     }
     table, values, start, counts = [], [], 0, {}
-    for name, of_part in parts.items():
-        counts[name] = sum(len(blocks) for _, blocks in of_part)
-        for matrices, blocks in of_part:
-            for row, rows, column, columns in blocks:
-                table.append((row, rows, column, columns, start))
-                block = matrices[:, row : row + rows, column : column + columns]
-                values.append(block.transpose(0, 2, 1).reshape(len(laws), -1))
-                start += rows * columns
+    for name, (matrices, blocks) in parts.items():
+        counts[name] = len(blocks)
+        for row, height, column, width in blocks:
+            table.append((row, height, column, width, start))
+            block = matrices[:, row : row + height, column : column + width]
+            values.append(block.transpose(0, 2, 1).reshape(len(laws), -1))
+            start += height * width
     head = np.zeros(1, dtype=SIZES)
     sizes = {"n_states": n, "n_signals": m, "n_demands": p, "n_speeds": len(laws), "n_values": start, **counts}
     for name, value in sizes.items():
@@ -67,7 +62,7 @@ def constants_of(speeds: Sequence[float], laws: Sequence[Law], modes: Sequence[S
     return np.concatenate([np.ascontiguousarray(piece).ravel().view(np.float64) for piece in pieces])
 
 
-def _blocks_of(
+def _with_blocks(
     matrices: Sequence[Array], rows: Sequence[tuple[int, int]], columns: Sequence[tuple[int, int]]
 ) -> tuple[Array, list[Block]]:
     stacked = np.array(matrices)
@@ -75,9 +70,11 @@ def _blocks_of(
 
 
 def _cheapest(matrices: Array, rows: Sequence[tuple[int, int]], columns: Sequence[tuple[int, int]]) -> list[Block]:
-    """Return blocks that cover all nonzero entries: one for all, or one for each pair of ranges."""
+    """Return blocks that cover all nonzero entries in these ranges: a single block, or a block for each pair."""
+    if not rows or not columns:
+        return []
     filled = np.any(matrices != 0.0, axis=0)
-    item = _filled(filled, (0, filled.shape[0]), (0, filled.shape[1]))
+    item = _filled(filled, (rows[0][0], rows[-1][1]), (columns[0][0], columns[-1][1]))
     many = [block for row in rows for column in columns for block in _filled(filled, row, column)]
     return min(item, many, key=lambda blocks: sum(rows * columns + OVERHEAD for _, rows, _, columns in blocks))
 
@@ -101,7 +98,3 @@ def _joined(sizes: Sequence[int]) -> list[int]:
         else:
             joined.append(size)
     return joined
-
-
-def _shifted(blocks: Sequence[Block], by_rows: int, by_columns: int) -> list[Block]:
-    return [(row + by_rows, rows, column + by_columns, columns) for row, rows, column, columns in blocks]
