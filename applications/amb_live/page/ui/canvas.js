@@ -1,11 +1,6 @@
 // A canvas that is as sharp as the screen, and knows its size in CSS pixels.
 
-/**
- * @typedef {object} Surface
- * @property {CanvasRenderingContext2D} context in CSS pixels
- * @property {number} width
- * @property {number} height
- */
+/** @typedef {ReturnType<typeof surfaceOf>} Surface */
 
 /** Sizes that were measured, so that drawing does not ask for the layout. @type {WeakMap<Element, { width: number, height: number }>} */
 const sizes = new WeakMap();

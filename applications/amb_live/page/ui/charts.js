@@ -1,6 +1,5 @@
 // Scrolling curves over time, by uPlot: a chart for each kind of quantity, with a common window of time.
 
-import { thinned } from "./traces.js";
 import { numberText } from "./format.js";
 
 /**
@@ -26,21 +25,13 @@ import { numberText } from "./format.js";
  * @property {boolean} positive whether no curve is below zero
  */
 
-/**
- * @typedef {object} Chart
- * @property {ChartSpec} spec
- * @property {(traces: import("./traces.js").Traces, from: number, to: number) => void} draw
- * @property {() => void} resize
- * @property {(visible: readonly boolean[]) => void} show
- * @property {() => void} destroy
- */
+/** @typedef {ReturnType<typeof makeChart>} Chart */
 
 /**
  * Return a chart in an element.
  * @param {HTMLElement} place
  * @param {ChartSpec} spec
  * @param {import("./palette.js").Palette} palette
- * @returns {Chart}
  */
 export function makeChart(place, spec, palette) {
   /** @type {[number, number]} */
@@ -63,14 +54,14 @@ export function makeChart(place, spec, palette) {
   const names = spec.curves.map((curve) => curve.signal), scales = names.map(() => spec.scale);
   return {
     spec,
-    draw: (traces, from, to) => {
+    draw: (/** @type {import("./traces.js").Traces} */ traces, /** @type {number} */ from, /** @type {number} */ to) => {
       window = [from, to];
-      const curves = thinned(traces, names, from, to, Math.max(Math.round(plot.width / 2), 100), scales);
+      const curves = traces.thinned(names, from, to, Math.max(Math.round(plot.width / 2), 100), scales);
       half = roomFor(curves.slice(1), spec.least, half);
       plot.setData(/** @type {uPlot.AlignedData} */ (curves));
     },
     resize: () => plot.setSize({ width: Math.max(place.clientWidth, 120), height: Math.max(place.clientHeight, 60) }),
-    show: (visible) => visible.forEach((isVisible, k) => { if (plot.series[k + 1].show !== isVisible) { plot.setSeries(k + 1, { show: isVisible }); } }),
+    show: (/** @type {readonly boolean[]} */ visible) => visible.forEach((isVisible, k) => { if (plot.series[k + 1].show !== isVisible) { plot.setSeries(k + 1, { show: isVisible }); } }),
     destroy: () => plot.destroy(),
   };
 }

@@ -3,18 +3,13 @@
 /** @typedef {import("../protocol.js").Request} Request */
 /** @typedef {import("../protocol.js").Answer} Answer */
 
-/**
- * @typedef {object} Engine
- * @property {(request: Request) => void} send
- * @property {() => void} end
- */
+/** @typedef {ReturnType<typeof startEngine>} Engine */
 
 /**
  * Start a worker.
  * @param {string} script
  * @param {(answer: Answer) => void} hear
  * @param {(text: string) => void} fail
- * @returns {Engine}
  */
 export function startEngine(script, hear, fail) {
   const url = URL.createObjectURL(new Blob([script], { type: "text/javascript" }));
@@ -22,7 +17,7 @@ export function startEngine(script, hear, fail) {
   worker.onmessage = (event) => hear(event.data);
   worker.onerror = (event) => fail(event.message || "the worker could not be started");
   return {
-    send: (request) => worker.postMessage(request),
+    send: (/** @type {Request} */ request) => worker.postMessage(request),
     end: () => {
       worker.terminate();
       URL.revokeObjectURL(url);

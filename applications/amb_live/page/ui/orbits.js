@@ -6,7 +6,6 @@ import { quantityText } from "./format.js";
 import { contactArcs, fromCanvas, OrbitPicture, spanOf } from "./orbit.js";
 import { seriesOfSite } from "./palette.js";
 import { matching, settingOf, valueOf } from "./session.js";
-import { between } from "./traces.js";
 
 const SECTORS = 120;
 const REVOLUTIONS = 3; // of a trail
@@ -32,10 +31,7 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowD
  * @property {[number, number]} push N
  */
 
-/**
- * @typedef {object} Orbits
- * @property {(session: Session, palette: import("./palette.js").Palette) => void} draw
- */
+/** @typedef {ReturnType<typeof makeOrbits>} Orbits */
 
 /**
  * Return the angle of the x axis on the screen, such that gravity pulls down.
@@ -82,7 +78,6 @@ export function pushScale(session) {
  * @param {HTMLElement} panel
  * @param {Session} session
  * @param {(disc: string, force: [number, number]) => void} onPush
- * @returns {Orbits}
  */
 export function makeOrbits(panel, session, onPush) {
   const { geometry } = session.rig, rotation = rotationOf(geometry);
@@ -95,7 +90,7 @@ export function makeOrbits(panel, session, onPush) {
   };
   for (const view of views.filter((item) => item.disc !== "")) { listen(view, session, rotation, apply); }
   return {
-    draw: (now, palette) => {
+    draw: (/** @type {Session} */ now, /** @type {import("./palette.js").Palette} */ palette) => {
       for (const view of views) { drawView(view, now, rotation, palette); }
     },
   };
@@ -154,10 +149,10 @@ function drawView(view, session, rotation, palette) {
   const omega = Math.abs(valueOf(session, "rotor_contact.speed")) || 100;
   const from = session.time - Math.min((REVOLUTIONS * 2 * Math.PI) / omega, LONGEST);
   const [x, y] = [view.site.x, view.site.y].map((signal) => {
-    const path = between(session.traces, signal, from, session.time), now = valueOf(session, signal);
+    const path = session.traces.between(signal, from, session.time), now = valueOf(session, signal);
     return path.length === 0 && Number.isFinite(now) ? Float32Array.of(now) : path; // no samples before the first step
   });
-  const force = between(session.traces, `${name}.f_n_peak`, from, session.time);
+  const force = session.traces.between(`${name}.f_n_peak`, from, session.time);
   const clearance = settingOf(session, `${name}.clearance`), f_n = valueOf(session, `${name}.f_n`);
   const wanted = spanOf(clearance, x, y);
   view.span = wanted > view.span || view.span > 1.6 * wanted ? wanted : view.span + 0.05 * (wanted - view.span);

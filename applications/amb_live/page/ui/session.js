@@ -1,6 +1,6 @@
 // What the page knows of the run: the rig, the newest values, the samples of late, and when the rotor touched.
 
-import { append, emptyTraces, truncate } from "./traces.js";
+import { Traces } from "./traces.js";
 
 /** @typedef {import("../protocol.js").Rig} Rig */
 /** @typedef {import("../protocol.js").Variable} Variable */
@@ -12,7 +12,7 @@ import { append, emptyTraces, truncate } from "./traces.js";
  * @property {Map<string, Variable>} variables by `component.variable`
  * @property {Map<string, number>} columns where a signal stands in `values`
  * @property {Float64Array} values
- * @property {import("./traces.js").Traces} traces
+ * @property {Traces} traces
  * @property {import("../protocol.js").ContactEvent[]} contacts
  * @property {import("../protocol.js").UserChanges} userChanges
  * @property {import("../protocol.js").Frame["status"] | "loading"} status
@@ -33,7 +33,7 @@ export function newSession(rig) {
   const variables = new Map(rig.components.flatMap((component) =>
     component.variables.map((variable) => /** @type {const} */ ([`${component.name}.${variable.name}`, variable]))));
   return {
-    rig, variables, columns: new Map(), values: new Float64Array(0), traces: emptyTraces([], 1), contacts: [],
+    rig, variables, columns: new Map(), values: new Float64Array(0), traces: new Traces([], 1), contacts: [],
     userChanges: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, speed: NaN, heard: 0,
   };
 }
@@ -47,7 +47,7 @@ export function absorb(session, answer) {
   session.heard += 1;
   if (answer.type === "ready") {
     session.columns = new Map(answer.signals.map((name, k) => [name, k]));
-    session.traces = emptyTraces(answer.watched, HELD);
+    session.traces = new Traces(answer.watched, HELD);
     session.contacts = [];
     session.userChanges = answer.userChanges;
     session.status = "settling";
@@ -62,11 +62,11 @@ export function absorb(session, answer) {
 function absorbFrame(session, frame) {
   if (frame.anew) {
     const from = frame.from * session.rig.stepSize;
-    truncate(session.traces, from - 0.5 * session.rig.stepSize);
+    session.traces.truncate(from - 0.5 * session.rig.stepSize);
     session.contacts = session.contacts.filter((contact) => contact.point <= frame.from); // a step before led there
     if (from <= 0 || session.traces.count === 0) { session.reached = frame.time; }
   }
-  append(session.traces, frame.rows);
+  session.traces.append(frame.rows);
   session.contacts.push(...frame.contacts);
   Object.assign(session, { values: frame.values, status: frame.status, time: frame.time, speed: frame.speed });
   session.reached = Math.max(session.reached, frame.time);

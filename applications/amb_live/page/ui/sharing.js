@@ -4,14 +4,8 @@ import { csvOf } from "../engine/csv.js";
 import { toHash } from "../engine/link.js";
 import { download } from "./dom.js";
 import { showNotice } from "./messages.js";
-import { columnsOf } from "./traces.js";
 
-/**
- * @typedef {object} Sharing
- * @property {() => void} share copy a link that holds the settings
- * @property {() => void} save save what was done as a scenario
- * @property {() => void} saveCsv save the curves
- */
+/** @typedef {ReturnType<typeof makeSharing>} Sharing */
 
 /**
  * Return how the user takes along what a session holds.
@@ -36,7 +30,7 @@ export function makeSharing(present, send) {
   function saveCsv() {
     const session = present();
     const unit = (/** @type {string} */ name) => (name === "time" ? "s" : session.variables.get(name)?.unit ?? "");
-    download(`${session.rig.scenario}.csv`, csvOf(columnsOf(session.traces).map((column) => ({ ...column, unit: unit(column.name) }))), "text/csv");
+    download(`${session.rig.scenario}.csv`, csvOf(session.traces.columns().map((column) => ({ ...column, unit: unit(column.name) }))), "text/csv");
   }
 
   return { share, save, saveCsv };

@@ -91,15 +91,9 @@ function limitsText(session) {
 
 /** @param {Session} session */
 function largestForce(session) {
-  const { traces } = session;
-  let largest = 0;
-  for (const site of session.rig.geometry.sites) {
-    const ring = traces.values.get(`rotor_contact.${site.name}.f_n_peak`);
-    for (let k = Math.max(traces.count - 4000, 0); ring !== undefined && k < traces.count; k++) {
-      largest = Math.max(largest, ring[(traces.next - traces.count + k + 2 * traces.capacity) % traces.capacity]);
-    }
-  }
-  return largest;
+  const { traces, rig } = session, first = Math.max(traces.count - 4000, 0);
+  const rings = rig.geometry.sites.flatMap((site) => traces.values.get(`rotor_contact.${site.name}.f_n_peak`) ?? []);
+  return Math.max(0, ...rings.flatMap((ring) => (traces.count > 0 ? traces.extremes(ring, first, traces.count) : [])));
 }
 
 const ENERGIES = /** @type {const} */ ([

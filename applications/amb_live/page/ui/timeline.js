@@ -49,85 +49,81 @@ export function endOfLine(session) {
   return Math.max(session.rig.last * session.rig.stepSize, 1.02 * session.reached);
 }
 
-/**
- * Draw the time line.
- * @param {HTMLCanvasElement} canvas
- * @param {Session} session
- * @param {import("./palette.js").Palette} palette
- */
-export function drawTimeline(canvas, session, palette) {
-  const { context, width, height } = surfaceOf(canvas);
-  const end = endOfLine(session), inset = 8, base = height - 15;
-  const at = (/** @type {number} */ time) => inset + ((width - 2 * inset) * Math.min(Math.max(time, 0), end)) / end;
-  context.font = `11px ${palette.font}`;
-  context.textBaseline = "alphabetic";
-  context.fillStyle = palette.line;
-  context.fillRect(inset, base - 3, width - 2 * inset, 3);
-  context.fillStyle = palette.series[0];
-  context.fillRect(inset, base - 3, at(session.time) - inset, 3);
+const INSET = 8; // pixels at both ends
 
-  const sites = session.rig.geometry.sites;
-  context.fillStyle = palette.touch;
-  sites.forEach((site) => {
-    for (const [begin, stop] of touches(session.contacts, site.name, session.time)) {
-      context.fillRect(at(begin), base - 10, Math.max(at(stop) - at(begin), 1.2), 6);
-    }
-  });
-  drawTicks(context, end, at, base, palette);
-  drawEvents(context, session, at, base, width, palette);
-
-  const x = at(session.time);
-  context.fillStyle = palette.ink;
-  context.beginPath();
-  context.arc(x, base - 1.5, 6, 0, 2 * Math.PI);
-  context.fill();
-  context.strokeStyle = palette.ground;
-  context.lineWidth = 2;
-  context.stroke();
-}
-
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {number} end
- * @param {(time: number) => number} at
- * @param {number} base
- * @param {import("./palette.js").Palette} palette
- */
-function drawTicks(context, end, at, base, palette) {
-  const rough = end / 6, decade = 10 ** Math.floor(Math.log10(rough));
-  const step = decade * ([1, 2, 5, 10].find((item) => item * decade >= rough) ?? 10);
-  context.fillStyle = palette.soft;
-  for (let time = 0; time <= end + 1e-9; time += step) {
-    context.textAlign = time === 0 ? "left" : at(time) > at(end) - 14 ? "right" : "center";
-    context.fillText(`${numberText(time, 4)} s`, at(time), base + 13);
+/** The time line on a canvas. */
+export class Timeline {
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Session} session
+   * @param {import("./palette.js").Palette} palette
+   */
+  constructor(canvas, session, palette) {
+    const { context, width, height } = surfaceOf(canvas);
+    this.context = context;
+    this.width = width;
+    this.session = session;
+    this.palette = palette;
+    this.base = height - 15;
+    this.end = endOfLine(session);
+    context.font = `11px ${palette.font}`;
+    context.textBaseline = "alphabetic";
   }
-}
 
-/**
- * @param {CanvasRenderingContext2D} context
- * @param {Session} session
- * @param {(time: number) => number} at
- * @param {number} base
- * @param {number} width
- * @param {import("./palette.js").Palette} palette
- */
-function drawEvents(context, session, at, base, width, palette) {
-  const mine = session.userChanges.changes.map((change) => ({ time: change.time, text: "", isUser: true }));
-  const planned = session.userChanges.settings.events === false ? [] : plannedEvents(session.rig).map((event) => ({ ...event, isUser: false }));
-  let free = -Infinity;
-  for (const mark of [...planned, ...mine]) {
-    const x = at(mark.time), colour = mark.isUser ? palette.push : palette.ink;
-    context.strokeStyle = context.fillStyle = colour;
-    context.lineWidth = 1.5;
+  /** Return the place of a time (pixels). @param {number} time s */
+  at(time) {
+    return INSET + ((this.width - 2 * INSET) * Math.min(Math.max(time, 0), this.end)) / this.end;
+  }
+
+  draw() {
+    const { context, session, palette, base } = this, x = this.at(session.time);
+    context.fillStyle = palette.line;
+    context.fillRect(INSET, base - 3, this.width - 2 * INSET, 3);
+    context.fillStyle = palette.series[0];
+    context.fillRect(INSET, base - 3, x - INSET, 3);
+    context.fillStyle = palette.touch;
+    for (const site of session.rig.geometry.sites) {
+      for (const [begin, stop] of touches(session.contacts, site.name, session.time)) {
+        context.fillRect(this.at(begin), base - 10, Math.max(this.at(stop) - this.at(begin), 1.2), 6);
+      }
+    }
+    this.drawTicks();
+    this.drawEvents();
+    Object.assign(context, { fillStyle: palette.ink, strokeStyle: palette.ground, lineWidth: 2 });
     context.beginPath();
-    context.moveTo(x, mark.isUser ? base - 13 : base - 16);
-    context.lineTo(x, base + 1);
+    context.arc(x, base - 1.5, 6, 0, 2 * Math.PI);
+    context.fill();
     context.stroke();
-    if (mark.text !== "" && x > free) {
-      const room = context.measureText(mark.text).width;
-      context.textAlign = x + room > width - 8 ? "right" : "left";
-      context.fillText(mark.text, x, base - 20);
-      free = x + room + 8;
+  }
+
+  drawTicks() {
+    const { context, end } = this, rough = end / 6, decade = 10 ** Math.floor(Math.log10(rough));
+    const step = decade * ([1, 2, 5, 10].find((item) => item * decade >= rough) ?? 10);
+    context.fillStyle = this.palette.soft;
+    for (let time = 0; time <= end + 1e-9; time += step) {
+      context.textAlign = time === 0 ? "left" : this.at(time) > this.at(end) - 14 ? "right" : "center";
+      context.fillText(`${numberText(time, 4)} s`, this.at(time), this.base + 13);
+    }
+  }
+
+  drawEvents() {
+    const { context, palette, base, session: { userChanges, rig } } = this;
+    const mine = userChanges.changes.map((change) => ({ time: change.time, text: "", colour: palette.push, height: 13 }));
+    const planned = userChanges.settings.events === false ? [] : plannedEvents(rig).map((event) => ({ ...event, colour: palette.ink, height: 16 }));
+    let free = -Infinity;
+    for (const { time, text, colour, height } of [...planned, ...mine]) {
+      const x = this.at(time);
+      Object.assign(context, { strokeStyle: colour, fillStyle: colour, lineWidth: 1.5 });
+      context.beginPath();
+      context.moveTo(x, base - height);
+      context.lineTo(x, base + 1);
+      context.stroke();
+      if (text !== "" && x > free) {
+        const room = context.measureText(text).width;
+        context.textAlign = x + room > this.width - 8 ? "right" : "left";
+        context.fillText(text, x, base - 20);
+        free = x + room + 8;
+      }
     }
   }
 }

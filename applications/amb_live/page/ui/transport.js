@@ -4,7 +4,7 @@ import { touched } from "./advice.js";
 import { byId, setText } from "./dom.js";
 import { clockText, factorText, numberText } from "./format.js";
 import { valueOf } from "./session.js";
-import { drawTimeline, endOfLine } from "./timeline.js";
+import { endOfLine, Timeline } from "./timeline.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -18,14 +18,7 @@ import { drawTimeline, endOfLine } from "./timeline.js";
  * @property {(time: number, keep: boolean) => void} go
  */
 
-/**
- * @typedef {object} Transport
- * @property {(session: Session, palette: import("./palette.js").Palette, now: number) => void} draw
- * @property {() => void} toggle
- * @property {(decades: number) => void} change the pace
- * @property {() => number} pace
- * @property {(pace: number) => void} setPace
- */
+/** @typedef {ReturnType<typeof makeTransport>} Transport */
 
 const DETENTS = [-3, -2, -1, 0, Math.log10(5)]; // 1/1000, 1/100, 1/10, 1, 5
 const ENOUGH = 0.9; // of the requested pace, from which on it is reached
@@ -36,7 +29,6 @@ const SEEKS = 120; // ms between going to times while the handle is dragged
  * Make the controls of time work.
  * @param {Wishes} wishes
  * @param {() => Session} current
- * @returns {Transport}
  */
 export function makeTransport(wishes, current) {
   const play = byId("play", HTMLButtonElement), pace = byId("pace", HTMLInputElement), seek = byId("seek", HTMLInputElement);
@@ -71,9 +63,9 @@ export function makeTransport(wishes, current) {
   return {
     toggle,
     pace: paceNow,
-    setPace: (value) => { pace.value = String(Math.log10(value)); repace(); },
-    change: (decades) => { pace.value = String(Number(pace.value) + decades); repace(); },
-    draw: (session, palette, now) => {
+    setPace: (/** @type {number} */ value) => { pace.value = String(Math.log10(value)); repace(); },
+    change: (/** @type {number} */ decades) => { pace.value = String(Number(pace.value) + decades); repace(); },
+    draw: (/** @type {Session} */ session, /** @type {import("./palette.js").Palette} */ palette, /** @type {number} */ now) => {
       play.classList.toggle("running", isRunning());
       play.setAttribute("aria-label", isRunning() ? "Pause" : "Run");
       setText(clock, clockText(session.time));
@@ -89,7 +81,7 @@ export function makeTransport(wishes, current) {
       seek.setAttribute("aria-valuetext", `${numberText(session.time, 4)} s`);
       if (now - lastLine > LINES) {
         lastLine = now;
-        drawTimeline(canvas, session, palette);
+        new Timeline(canvas, session, palette).draw();
       }
     },
   };

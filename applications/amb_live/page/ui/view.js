@@ -20,11 +20,7 @@ const TEXTS = 100; // ms between updates of what is read
 const USUAL_WINDOW = 0.5; // s, of the curves
 const YAW = { home: -1.15, step: 0.08 };
 
-/**
- * @typedef {object} View
- * @property {(now: number) => void} draw
- * @property {() => void} end
- */
+/** @typedef {ReturnType<typeof makeView>} View */
 
 /**
  * Make the view of a session.
@@ -32,7 +28,6 @@ const YAW = { home: -1.15, step: 0.08 };
  * @param {import("./changes.js").Changes} changes
  * @param {() => Palette} palette
  * @param {import("./guide.js").Progress} progress
- * @returns {View}
  */
 export function makeView(current, changes, palette, progress) {
   const session = current(), colours = palette();
@@ -48,7 +43,7 @@ export function makeView(current, changes, palette, progress) {
   setText(byId("enlargement", HTMLElement), `displacements enlarged ${enlargementOf(session.rig.geometry)} times`);
   let lastTexts = -Infinity;
   return {
-    draw: (now) => {
+    draw: (/** @type {number} */ now) => {
       orbits.draw(current(), colours);
       shaft.draw(colours);
       signals.draw(Number(window_.value));
