@@ -14,6 +14,7 @@ from amb_cosim.presentation.style import COLOURS, DASHED, GREY, StyledFigure
 
 RESOLUTION = 80  # dots per inch
 WIDTH, HEIGHT = 4.4, 3.3  # inches, of a plot
+LEGEND_SIZE = 6.5  # points
 LINES: tuple[Any, ...] = ("-", (0, (1, 1)), (0, (5, 1, 1, 1)))  # of curves beyond the number of colours
 
 
@@ -44,10 +45,19 @@ def figure_of(panels: Sequence[Panel]) -> Figure:
         if panel.is_round:
             axes.set_aspect("equal", "datalim")
         if len(panel.curves) > 1:
-            axes.legend(fontsize=6.5, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.19))
+            columns = _legend_columns([curve.name for curve in panel.curves])
+            axes.legend(
+                fontsize=LEGEND_SIZE, ncols=columns, loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=5.5
+            )
     for axes in figure.axes[len(panels) :]:
         axes.remove()
     return figure
+
+
+def _legend_columns(names: Sequence[str]) -> int:
+    """Return the number of columns of a legend, at most three, that fit below a plot."""
+    of_column = LEGEND_SIZE * (0.55 * max(len(name) for name in names) + 4.0)  # with handle and gap
+    return max(1, min(3, int(72.0 * WIDTH / of_column)))
 
 
 def _draw_zones(axes: Axes, panel: Panel) -> None:
