@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from benchmarks import process
+from benchmarks import process, sweeps
 from benchmarks.live.measure import BROWSERS
 from benchmarks.timing import interleaved_times, ratio, ratios
 from tests.support.messages import raises_naming
@@ -105,6 +105,18 @@ BLOWER = str(process.REPOSITORY / "tests/amb_assessment/assessment/blower/levita
 
 
 @pytest.mark.slow
+@needs_compiler
+@pytest.mark.slow
+def test_every_cost_of_a_sweep_is_measured() -> None:
+    pytest.importorskip("distributed")
+    data = sweeps.measure(sweeps.SweepEffort(batch=2, loop=1, commands=1, rounds=1, runs=4), lambda status: None)
+    assert all(rate > 0.0 for rate in data["runs_per_second"].values())
+    assert data["steps_ms"] > 0.0
+    assert data["memory_mb"][-1][0] == 4
+    assert all(1.0 < memory < 1e5 for _, *sampled in data["memory_mb"] for memory in sampled)
+    assert sweeps.as_tables(data)
+
+
 @needs_compiler
 @pytest.mark.parametrize(
     ("scenario", "until", "contact"),
