@@ -33,7 +33,7 @@ def si_unit(unit: str, name: str) -> tuple[float, str]:
 
 
 def si_channel(name: str, unit: str) -> tuple[float, Channel]:
-    """Return the factor from a unit to its SI unit, and the channel in that unit; errors as of `si_unit`."""
+    """Return the factor from a unit to its SI unit, and the channel in that unit; see `si_unit` for errors."""
     factor, si = si_unit(unit, name)
     return factor, Channel(name, si)
 

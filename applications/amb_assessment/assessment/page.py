@@ -55,12 +55,12 @@ def page(assessment: Assessment) -> str:
 
 
 def _sentences(*texts: str) -> str:
-    """Return the texts that are not empty as sentences."""
+    """Join texts, without the empty ones, into sentences that begin with a capital letter."""
     return ". ".join(text[0].upper() + text[1:] for text in texts if text)
 
 
 def _with_code(text: str) -> Markup:
-    """Return a text with what is between backticks as code."""
+    """Return a text as HTML, in which backticks mark code."""
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 

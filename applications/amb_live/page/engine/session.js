@@ -21,7 +21,7 @@ const SLICE = 8; // ms of work at a time
 const FRAME = 15; // ms between frames
 const PIECE = 0.1; // s, of a ramp of the speed
 const BATCH = 16; // most steps between two looks at the clock
-const ENOUGH = 5; // ms of work that tell how fast it is; clocks of browsers are coarse
+const ENOUGH = 5; // ms of work between two measurements of the speed; clocks of browsers are coarse
 const BEHIND = 250; // ms that a course may be late before it gives them up
 
 /** A run, the course that computes it, and what of it no frame has displayed yet. Times `now` are in ms. */

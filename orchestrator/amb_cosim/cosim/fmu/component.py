@@ -43,7 +43,7 @@ class HeldState(NamedTuple):
     address: int
 
 
-Binding = Binding2 | Binding3
+FmuBinding = Binding2 | Binding3
 StartValues = Mapping[str, float | str | bytes]
 FmuState = bytes | HeldState  # serialised, for any instance of the same FMU, or held for the one that it is of
 
@@ -90,7 +90,7 @@ class FmuComponent:
         self.name = name
         self._interface, self._folder = interface, folder
         self._log = Log()
-        self._fmu: Binding | None = None
+        self._fmu: FmuBinding | None = None
         self._running = False  # between initialisation and an error, when the FMU may be terminated
         self._state, self._after = c_void_p(), c_void_p()
         self._held: set[HeldState] = set()
@@ -281,7 +281,7 @@ class FmuComponent:
             fmu.free()
 
     @property
-    def _binding(self) -> Binding:
+    def _binding(self) -> FmuBinding:
         assert self._fmu is not None, "it is closed"
         return self._fmu
 
@@ -308,7 +308,7 @@ class FmuComponent:
             self._exchanges[names] = Exchange(self._binding, ports, self._interface)
         return self._exchanges[names]
 
-    def _free_states(self, fmu: Binding) -> None:
+    def _free_states(self, fmu: FmuBinding) -> None:
         for state in (self._state, self._after):
             if state:
                 fmu.call("FreeFMUState", byref(state))
