@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 BATCH_TIME = 1.0  # s
 LARGEST_BATCH = 500  # points
-WRITE_TIME = 1.0  # s between two writes of the store, for any number of processes
+WRITE_TIME = 5.0  # s between two writes of the store, for any number of processes
 POLL = 0.1  # s until an interruption is noticed
 START_TIME = 120  # s until a process of the cluster has started
 ANSWER_TIME = 10  # s until a scheduler answers

@@ -93,7 +93,7 @@ def _received(dataset: Signals, site: str) -> Array | None:
         received = impacts[1:] + 0.5 * steps * (force[1:] + force[:-1])
     else:
         return None
-    return np.asarray(np.cumsum([0.0, *received])[: dataset.sizes["time"]], np.float64)
+    return np.asarray(np.cumsum(np.append(0.0, received))[: dataset.sizes["time"]], np.float64)
 
 
 def _at_samples(dataset: Signals, values: Array | None) -> Array | None:

@@ -59,7 +59,8 @@ def _poles(motion: Array) -> Complex:
     """Return the poles z of (1), without those that decay within a sample."""
     width = len(motion) // 3
     windows = [sliding_window_view(signal, len(motion) - width + 1) for signal in motion.T]
-    U, s, _ = np.linalg.svd(np.concatenate(windows, axis=1), full_matrices=False)
+    triangle = np.asarray(np.linalg.qr(np.concatenate(windows, axis=1).T, mode="r"))
+    U, s, _ = np.linalg.svd(triangle.T)  # that of the windows, which have more columns
     U = U[:, : min(int(np.count_nonzero(s > RANK * s[0])), MOST_POLES, width - 1)]
     z = np.linalg.eigvals(np.linalg.lstsq(U[:-1], U[1:], rcond=None)[0]).astype(np.complex128)
     return z[np.abs(z) > RANK]

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from contextlib import suppress
 from ctypes import byref, c_char, c_char_p, c_double, c_int, c_uint
+from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -60,6 +61,7 @@ class Binding2(Binding):
             raise
 
     @staticmethod
+    @cache
     def function(name: str) -> str:
         return "fmi2" + name.replace("FMUState", "FMUstate").replace("Deserialize", "DeSerialize")
 

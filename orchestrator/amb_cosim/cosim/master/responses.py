@@ -133,14 +133,18 @@ class StateMap:
             self.memory[place] = 0.0
         return Response(matrix, first_harmonic(forced))
 
-    def start(self, states: Array, values: Array, moved: Indices, angle: float) -> None:
-        """Set states, the master's values at positions `moved`, and the angle (rad) of the part."""
+    def places_of(self, positions: Indices) -> tuple[Indices, Indices]:
+        """Return the places in memory of variables at these positions, and the position of each."""
+        places, at = np.append(self._inputs, self._outputs), np.append(self.sources, self.slot)
+        which = np.isin(at, positions)
+        return places[which], at[which]
+
+    def start(self, states: Array, places: Indices, values: Array, angle: float) -> None:
+        """Set states, the values at places in memory, and the angle (rad) of the part."""
         self.memory[:] = self.base
         self.memory[self.rows] = states
         self.memory[self._energy[1:]] = HUGE
-        for places, at in ((self._inputs, self.sources), (self._outputs, self.slot)):
-            which = np.isin(at, moved)
-            self.memory[places[which]] = values[at[which]]
+        self.memory[places] = values
         if self._angle is not None:
             self.memory[self._angle] = angle
         self.component.restore()

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -60,13 +61,19 @@ class SettledLoop:
         """The number of states, which precede the signals in x."""
         return sum(len(part.rows) for part in self.parts)
 
+    @cached_property
+    def _places(self) -> list[tuple[Indices, Indices]]:
+        """Places of the moving signals in the memory of each part, and their positions."""
+        moved = np.append(self.signals, self.angles)
+        return [part.places_of(moved) for part in self.parts]
+
     def put(self, x: Array, angle: float) -> None:
         """Set states, signals and angle (rad) of master and parts, at point n."""
-        values, moved = self.master.values, np.concatenate([self.signals, self.angles])
+        values = self.master.values
         values[self.signals], values[self.angles] = x[self.n_states :], angle
         row = 0
-        for part in self.parts:
-            part.start(x[row : row + len(part.rows)], values, moved, angle)
+        for part, (places, positions) in zip(self.parts, self._places, strict=True):
+            part.start(x[row : row + len(part.rows)], places, values[positions], angle)
             row += len(part.rows)
 
     def step(self) -> Array:
