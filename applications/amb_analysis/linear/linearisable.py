@@ -72,13 +72,13 @@ class LinearSource:
         return [replace(part, law=self.changed(self, name, part)) for name, part in zip(names, parts, strict=True)]
 
     def _part(self, name: str) -> LinearComponent:
-        kind = self._kind(name)
-        if kind in (PLANT, LINEAR):
-            constants = self.constants(name)
-            make = rotor_component if kind == PLANT else law_component
-            return make(name, self.layout(name), constants, self.parameters(name), self.speed_of(name))
-        makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid}
-        part: LinearComponent = self.retained(name, lambda: makers.get(kind, self._foreign)(name))
+        kind, Omega = self._kind(name), self.speed_of(name)
+        if kind == PLANT:
+            return rotor_component(name, self.layout(name), self.constants(name), self.parameters(name), Omega)
+        makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid, LINEAR: self._law}
+        depends_on_speed = kind == LINEAR and len(self._speeds(name)) > 1
+        key = f"{name} at {Omega!r} rad/s" if depends_on_speed else name
+        part: LinearComponent = self.retained(key, lambda: makers.get(kind, self._foreign)(name))
         return part
 
     def units(self) -> dict[str, str]:
@@ -114,6 +114,9 @@ class LinearSource:
     def _pid(self, name: str) -> LinearComponent:
         return pid_component(name, self.layout(name), self.parameters(name))
 
+    def _law(self, name: str) -> LinearComponent:
+        return law_component(name, self.layout(name), self.constants(name), self.parameters(name), self.speed_of(name))
+
     def _foreign(self, name: str) -> LinearComponent:
         system, interface = self.assembly.system, self.assembly.interfaces[name]
         every = next(c.every for c in self.plan.system.components if c.name == name)
@@ -139,8 +142,11 @@ class LinearSource:
 
     def table_speeds(self) -> list[float]:
         """Return the speeds (rad/s) at which linear controllers have laws; between these they are interpolated."""
-        laws = [matrices_of(self.constants(name)).speeds for name in self.names if self._kind(name) == LINEAR]
-        return sorted({float(speed) for speeds in laws for speed in speeds if math.isfinite(speed)})
+        return sorted({speed for name in self.names if self._kind(name) == LINEAR for speed in self._speeds(name)})
+
+    def _speeds(self, name: str) -> list[float]:
+        """Return the speeds (rad/s) at which a linear controller has laws."""
+        return [float(speed) for speed in matrices_of(self.constants(name)).speeds if math.isfinite(speed)]
 
     def mass(self, name: str) -> Array:
         """Return the mass matrix of a rotor; empty if a component is not this project's model."""

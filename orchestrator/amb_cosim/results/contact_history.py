@@ -166,14 +166,19 @@ def _rolled(dataset: Signals) -> list[_Rolling]:
     result = []
     for site in places(dataset).sites:
         mode, whirl, race = (signal(dataset, f"{site}.{name}") for name in ("mode", "whirl_speed", "race_speed"))
-        if mode is None or whirl is None or not np.any(mode == ROLLING):
+        if mode is None or whirl is None:
             continue
-        rolls = np.concatenate([[False], (mode == ROLLING) & (cycles(dataset) >= 0.0), [False]])
-        begins, ends = np.flatnonzero(rolls[1:] & ~rolls[:-1]), np.flatnonzero(rolls[:-1] & ~rolls[1:])
-        for i, j in zip(begins, ends, strict=True):
-            whirled, turned = (
-                0.0 if speed is None else abs(float(np.sum(speed[i + 1 : j] * steps[i + 1 : j])))
-                for speed in (whirl, race)
-            )
-            result.append(_Rolling(site, float(cycles(dataset)[i]), whirled, turned, j == len(mode)))
+        rolls = (mode == ROLLING) & (cycles(dataset) >= 0.0)
+        before = np.append(False, rolls[:-1])
+        begins, ends = np.flatnonzero(rolls & ~before), np.flatnonzero(before & ~rolls)
+        if not len(begins):
+            continue
+        whirled, turned = (
+            np.zeros(len(begins))
+            if speed is None
+            else np.abs(np.add.reduceat(np.where(rolls & before, speed * steps, 0.0), begins))
+            for speed in (whirl, race)
+        )
+        for k, start in enumerate(cycles(dataset)[begins]):
+            result.append(_Rolling(site, float(start), float(whirled[k]), float(turned[k]), k == len(ends)))
     return result

@@ -13,12 +13,13 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 from xml.etree import ElementTree
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable, UnitDefinition
-from amb_cosim.cosim.fmu.tolerant_reading import read_tolerantly
+from amb_cosim.cosim.fmu.tolerant_reading import DESCRIPTION, read_tolerantly
 from amb_files.checks import single_line
 from fmi_export.building.units import SI
 from fmi_export.variables import TOOL
@@ -69,7 +70,13 @@ def read_interface(folder: Path, name: str, archive: Path | None = None) -> FmuI
     ValueError
         If it is not a co-simulation FMU of FMI 2.0 or 3.0.
     """
-    source = archive or folder
+    file = folder / DESCRIPTION
+    return _read(folder, name, archive or folder, file.stat().st_mtime_ns if file.is_file() else 0)
+
+
+@lru_cache(maxsize=64)  # a study runs the same FMUs many times
+def _read(folder: Path, name: str, source: Path, _changed: int) -> FmuInterface:
+    """Return the interface of an FMU whose description was changed at that time (ns)."""
     try:
         description, deviations = read_tolerantly(folder)
         return replace(_interface(description, folder, f"{name}: {source}"), deviations=deviations)
@@ -176,7 +183,7 @@ def _notes(folder: Path) -> dict[str, _Notes]:
     if (file := folder / NOTES).is_file():
         said = json.loads(file.read_bytes())
         return {v: _Notes(s.get("warning", ""), tuple(map(tuple, s.get("elements", ())))) for v, s in said.items()}
-    content = (folder / "modelDescription.xml").read_bytes()
+    content = (folder / DESCRIPTION).read_bytes()
     result = {}
     for variable in ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable[Annotations]"):
         warning = variable.find(f"Annotations/Tool[@name='{TOOL}']/Warning")
