@@ -11,10 +11,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from fmi_export.model import AssembledModel, Wiring
+from fmi_export.model import GATHERED, AssembledModel, Wiring
 from fmi_export.variables import FAULT_CODE, Causality, Variable
 
-IMPULSE = "N.s"  # unit of outputs that are sums over a step
 SAMPLE_TIME = "sample_time"  # parameter of a part that samples
 SLOPE = "_dot"  # ends the name of an input that is the slope of another input over a step
 
@@ -111,7 +110,9 @@ class Composite:
             sources=tuple(position[source] for source in self.sources.values()),
             ramps=tuple((position[name], position[slope]) for name, slope in self.slopes.items()),
             gathered=tuple(
-                (k, v.unit == IMPULSE) for k, v in enumerate(self.outputs.values()) if v.warning or v.unit == IMPULSE
+                (k, GATHERED.index("largest" if v.warning else v.over_step))
+                for k, v in enumerate(self.outputs.values())
+                if v.warning or v.over_step in GATHERED
             ),
             sample_time=self.sample_time or self.step_size,
             jacobi=self.jacobi,

@@ -152,6 +152,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             "N",
             f"Largest normal contact force {at} during the last communication step, without impact impulses",
             initially_depends_on=forces,
+            over_step="largest",
         ),
         output(
             f"{site}.f_n_mean",
@@ -159,6 +160,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             f"Mean of the normal contact force {at} over the last communication step, including impact impulses "
             f"(whose mean grows as steps get shorter)",
             initially_depends_on=(),
+            over_step="mean",
         ),
         output(
             f"{site}.f_t",
@@ -172,6 +174,7 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             f"Normal impulse of the impacts {at} during the last communication step, conserving momentum; the sum "
             f"over steps does not depend on the step size",
             initially_depends_on=(),
+            over_step="sum",
         ),
         output(
             f"{site}.slip_velocity",

@@ -23,6 +23,7 @@ StepKernel = Callable[[Array, Array, Array, Array, Array, Array, float, float], 
 Size = int | Callable[[Array], int]
 
 UNCHANGED = -1  # returned by a step without fault that leaves all outputs unchanged
+GATHERED = ("largest", "sum", "mean")  # over a step; as in `building/native/assembly.c`
 MOST_PARTS = 8  # of an assembly, limited by the fault codes; as in `building/native/data.h`
 STEP_SIZE = "step_size"  # name of the communication step in the text of a fault
 
@@ -124,7 +125,7 @@ class Wiring:
     ramps
         Positions of an input of the assembly, and of its slope over a step.
     gathered
-        Outputs that cover all of a step, and whether they are sums over it; the others are maxima.
+        Outputs that cover all of a step, and the place in `GATHERED` of what they are over it.
     sample_time
         Parameter of the assembly with the time between the instants that divide steps (s), or that time.
     jacobi
@@ -133,7 +134,7 @@ class Wiring:
 
     sources: tuple[int, ...]
     ramps: tuple[tuple[int, int], ...]
-    gathered: tuple[tuple[int, bool], ...]
+    gathered: tuple[tuple[int, int], ...]
     sample_time: str | float
     jacobi: bool = False
 

@@ -19,6 +19,7 @@ TOOL = "amb-cosim"  # whose annotations in a modelDescription mark the outputs t
 
 Causality = Literal["parameter", "input", "output"]
 Type = Literal["Real", "Integer", "Boolean"]
+OverStep = Literal["end", "largest", "sum", "mean"]
 ORDER: tuple[Causality, ...] = get_args(Causality)  # of the variables in a table
 
 
@@ -75,6 +76,8 @@ class Variable:
 
     `warning` makes a Boolean output a warning: the text that is logged when it becomes true. `{name}` in it is replaced
     by that variable's value.
+
+    `over_step` says what an output is of a step: its value at the end, or the largest value, sum or mean over the step.
     """
 
     name: str
@@ -91,6 +94,7 @@ class Variable:
     initially_equals: str = ""
     field: str = ""
     warning: str = ""
+    over_step: OverStep = "end"
     enumeration: Enumeration | None = None
     display_unit: str = ""
     array: Array | None = None

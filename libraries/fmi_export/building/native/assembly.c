@@ -372,15 +372,19 @@ static End step_parts(Run *run, double time, double step_size, double sample_tim
     return end;
 }
 
-/* Gather outputs over the pieces of a step, anew where it begins: sums, and whether a warning was true. */
-static void gather(const Run *run, int begins)
+/* What outputs are gathered to; as `GATHERED` in `fmi_export/model.py`. */
+enum { LARGEST, SUM, MEAN };
+
+/* Gather outputs over the pieces of a step, anew where it begins; `share` is that of the piece in the step. */
+static void gather(const Run *run, int begins, double share)
 {
     const struct Assembly *assembly = run->assembly;
     const double *outputs = assembly->program.values + run->data.n_inputs;
     for (int64_t i = 0; i < assembly->wiring->n_gathered; i++) {
         const int64_t *pair = assembly->gathers + 2 * i;
-        double before = begins ? 0.0 : assembly->gathered[i];
-        assembly->gathered[i] = pair[1] ? before + outputs[pair[0]] : fmax(before, outputs[pair[0]]);
+        double before = begins ? 0.0 : assembly->gathered[i], value = outputs[pair[0]];
+        assembly->gathered[i] =
+            pair[1] == LARGEST ? fmax(before, value) : before + (pair[1] == MEAN ? share : 1.0) * value;
     }
 }
 
@@ -411,7 +415,7 @@ int64_t step_assembly(Run *run, double time, double step_size)
         left -= size;
         at = time + step_size - left;
         if (left > 0.0 || pieces > 0)
-            gather(run, pieces == 0);
+            gather(run, pieces == 0, size / step_size);
         pieces++;
     }
     show_outputs(run);

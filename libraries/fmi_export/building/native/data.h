@@ -57,7 +57,8 @@ typedef struct {
        sources:  position of what feeds each input of each part; the inputs of the assembly come first, then the
                  outputs of the parts in turn, without their fault codes, which are its outputs
        ramps:    position of an input of the assembly, and of the input that is its slope over a step
-       gathered: an output that tells of all of a step, and 1 if it is summed, or 0 if its largest value counts */
+       gathered: an output that tells of all of a step, and whether its largest value (0), its sum (1) or its mean over
+                 time (2) counts */
 typedef struct {
     int64_t n_sources, n_ramps, n_gathered;
     int64_t jacobi;      /* whether all parts see what the others show at the beginning of a step */
