@@ -92,6 +92,18 @@ def test_before_the_first_step_its_size_is_not_known(library):
         assert derivative(fmu, ["y"], ["u"], [0.0]) == (OK, [0.0])
 
 
+def test_a_restored_state_has_the_derivatives_over_its_own_step(library):
+    with library.instantiate() as fmu, library.instantiate() as other:
+        fmu.begin(u=2.0)
+        fmu.step(0)
+        saved, before = fmu.save(), derivative(fmu, ["y"], ["u"], [1.0])
+        fmu.advance(H, H / 7)
+        fmu.restore(saved)
+        assert derivative(fmu, ["y"], ["u"], [1.0]) == before
+        other.restore(other.deserialise(fmu.serialise(saved))[1])
+        assert derivative(other, ["y"], ["u"], [1.0]) == before
+
+
 def test_at_a_bound_of_an_input_differences_are_to_one_side(library):
     with library.instantiate() as fmu:
         fmu.begin(u=-10.0, gain=3.0)

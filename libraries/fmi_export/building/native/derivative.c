@@ -59,7 +59,7 @@ static int64_t probe(const Question *question, const double *seed, double share,
     memcpy(instance->now, question->before, instance->saved_size);
     for (size_t i = 0; i < question->n_knowns; i++)
         instance->run.values[question->knowns[i]] += share * seed[i];
-    int64_t fault = run_step(&instance->run, instance->now->time, instance->run.step_size);
+    int64_t fault = run_step(&instance->run, instance->now->time, instance->now->outcome.step_size);
     for (size_t j = 0; j < question->n; j++)
         outputs[j] = instance->run.values[question->unknowns[j]];
     return fault;
@@ -203,7 +203,7 @@ static Status prepare(Question *question, const char *call, char **block)
     if (!are_of(instance, question->unknowns, question->n, 1) ||
         !are_of(instance, question->knowns, question->n_knowns, 0))
         return decline(instance, "%s: there are derivatives of Real outputs by Real inputs alone", call);
-    if (!(instance->run.step_size > 0.0))
+    if (!(instance->now->outcome.step_size > 0.0))
         return decline(instance, "%s: derivatives are those over a step of the size of the last one; there was none",
                        call);
     size_t saved = (instance->saved_size + 15) / 16 * 16, n_columns = question->n + question->n_knowns;

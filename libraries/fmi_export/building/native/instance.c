@@ -42,7 +42,7 @@ static void explain(char *text, const Run *run, const Sentence *sentence, const 
     for (uint32_t i = 0; i < sentence->n_pieces; i++, piece++) {
         append(text, "%s", run->data.text + piece->text);
         if (piece->variable == STEP_SIZE)
-            append_number(text, run->step_size);
+            append_number(text, run->outcome->step_size);
         else if (piece->variable != NO_VALUE)
             append_number(text,
                           piece->variable < first ? run->values[piece->variable] : outputs[piece->variable - first]);
@@ -169,7 +169,6 @@ void run_clear(Run *run)
     memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
     memset(run->work, 0, (size_t)data->n_work * sizeof *run->work);
     memset(run->reported, 0, (size_t)data->n_warnings);
-    run->step_size = 0.0;
 }
 
 int64_t run_initialise(Run *run)
@@ -202,7 +201,7 @@ int64_t run_step(Run *run, double time, double step_size)
     }
     if (check_inputs(run))
         return run->outcome->fault;
-    run->step_size = step_size;
+    run->outcome->step_size = step_size;
     if (run->assembly)
         fault = step_assembly(run, time, step_size);
     else

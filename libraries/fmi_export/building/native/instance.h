@@ -13,7 +13,8 @@ enum { UNCHANGED = -1 };
 
 /* What there is to save besides `values` and `state`. */
 typedef struct {
-    int64_t checked; /* whether the parameters are within their ranges, as far as is known */
+    double step_size; /* of the present step, and of the last one after it; 0 before the first (s) */
+    int64_t checked;  /* whether the parameters are within their ranges, as far as is known */
     int64_t fault;
     char reason[TEXT_SIZE]; /* of the fault, or of the call that was refused last; empty after a step that was done */
 } Outcome;
@@ -28,7 +29,6 @@ typedef struct {
     double *values, *state;
     Outcome *outcome;
     double *next_outputs, *work;
-    double step_size;        /* of the present step, and of the last one after it; 0 before the first (s) */
     unsigned char *reported; /* which warnings */
 } Run;
 
