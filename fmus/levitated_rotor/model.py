@@ -38,7 +38,7 @@ def model_for(composite: Composite, name: str, description: str) -> Model:
         packages=tuple(dict.fromkeys(("levitated_rotor", *packages))),
         faults=FAULTS,
         variable_step=all(part.model.variable_step for part in composite.parts),
-        step_size=interface[composite.sample_time].start if composite.sample_time else composite.step_size,
+        step_size=composite.step_size,
         parts=composite.parts,
         wiring=composite.wiring(),
     )

@@ -139,8 +139,8 @@ class Wiring:
     jacobi: bool = False
 
 
-def with_starts(model: Model, starts: Mapping[str, float]) -> Model:
-    """Return a model with other start values of parameters and inputs.
+def with_starts(model: Model, starts: Mapping[str, float], step_size: float | None = None) -> Model:
+    """Return a model with other start values of parameters and inputs, and another usual communication step (s).
 
     Raises
     ------
@@ -151,7 +151,7 @@ def with_starts(model: Model, starts: Mapping[str, float]) -> Model:
     if unknown:
         raise ValueError(f"{model.name} has no parameters or inputs {', '.join(sorted(unknown))}")
     variables = tuple(replace(v, start=starts.get(v.name, v.start)) for v in model.interface.variables)
-    return replace(model, interface=Interface(variables))
+    return replace(model, interface=Interface(variables), step_size=step_size or model.step_size)
 
 
 @kernel

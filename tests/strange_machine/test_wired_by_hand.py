@@ -106,6 +106,12 @@ def test_their_descriptions_say_the_values_of_the_scenario(files):
     )
 
 
+def test_their_default_experiments_take_the_steps_of_the_scenario(files):
+    for path in files:
+        assert float(fmpy.read_model_description(path).defaultExperiment.stepSize) == 50e-6
+        assert [item.is_equal for item in amb_cosim.verify(path)] == [True]
+
+
 def test_fmus_are_called_like_the_components_whatever_the_model(tmp_path):
     law = tmp_path / "law.toml"
     law.write_text((LEVITATION.parents[2] / "examples/controllers/lead_notches.toml").read_text("utf-8"), "utf-8")

@@ -43,8 +43,9 @@ def build(
     fmi
         FMI version of native FMUs, 2 or 3; FMUs of flavour python have 2.
     scenario
-        Provides the start values of parameters and inputs: a `Scenario`, a name or the path of a TOML or system file.
-        Each FMU then has the name of its component. Events and speed profiles are not included.
+        Provides the start values of parameters and inputs, and the step of the default experiment: a `Scenario`, a name
+        or the path of a TOML or system file. Each FMU then has the name of its component. Events and speed profiles are
+        not included.
     arrays
         Whether FMUs of FMI 3.0 have array variables; without, each value has a separate reference.
     sources
@@ -67,8 +68,11 @@ def build(
     from fmi_export.model import with_starts
 
     planned = plan_models(scenario, rotor, receptances)
-    starts = planned.plan.start_values()
-    made = planned.made.items()
-    fmus = {name: target.fmu(with_starts(model, starts[name]), constants) for name, (model, constants) in made}
+    plan, fmus = planned.plan, {}
+    starts = plan.start_values()
+    for component in plan.system.components:
+        model, constants = planned.made[component.name]
+        model = with_starts(model, starts[component.name], component.every * plan.step_size)
+        fmus[component.name] = target.fmu(model, constants)
     folder.mkdir(parents=True, exist_ok=True)
     return [write_archive(folder / f"{name}.fmu", fmu) for name, fmu in fmus.items()]

@@ -178,8 +178,10 @@ def build_models(
     return [target.build(model, constants, folder) for model, constants in made]
 
 
-def fmu_with_starts(name: FmuSource, target: BuildTarget, starts: Mapping[str, float], **options: Any) -> bytes:
-    """Return the FMU of a model whose parameters and inputs have these start values.
+def fmu_with_starts(
+    name: FmuSource, target: BuildTarget, starts: Mapping[str, float], step_size: float, **options: Any
+) -> bytes:
+    """Return the FMU of a model whose parameters and inputs have these start values, with this usual step (s).
 
     Raises
     ------
@@ -189,7 +191,7 @@ def fmu_with_starts(name: FmuSource, target: BuildTarget, starts: Mapping[str, f
     from fmi_export.model import with_starts
 
     model, constants = model_source(name, **options)
-    return target.fmu(with_starts(model, starts), constants)
+    return target.fmu(with_starts(model, starts, step_size), constants)
 
 
 def ingredients(fmu: FmuSource, **options: Any) -> dict[str, Any]:

@@ -73,7 +73,7 @@ def export_ssp(
         content[place] = parameter_set(component, starts[component], run.interfaces[component].ports)
     for c in system.components:
         if is_model(c.fmu):
-            fmu = fmu_with_starts(c.fmu, target, starts[c.name], **options)
+            fmu = fmu_with_starts(c.fmu, target, starts[c.name], c.every * plan.step_size, **options)
         else:
             fmu = assembly.fmus[c.name].path.read_bytes()
         content[run.sources[c.name]] = with_integers(fmu) if integers else fmu
