@@ -172,6 +172,9 @@ def test_what_leaves_a_connection_as_it_is_is_taken(archive, harmless):
     assert load_ssp(archive(text), STEP)[0].signal("push").targets == ("left.push", "right.push")
 
 
+SWAPPED = {"left": "right", "right": "left"}
+
+
 def annotated(content):
     """The structure with an annotation of its system."""
     names = " ".join(f'xmlns:{prefix}="{name}"' for prefix, name in TOOLS.items())
@@ -195,6 +198,13 @@ def test_the_step_of_an_annotation_is_taken(archive, content, coupling):
     assert load_ssp(path)[1].step_size == 2e-3
     assert load_ssp(path)[0].coupling == coupling
     assert load_ssp(path, STEP)[1].step_size == STEP
+
+
+def test_components_step_in_the_order_of_the_annotation(archive):
+    steps = "".join(f'<amb:Step component="{name}" every="1"/>' for name in ("right", "absent", "left"))
+    text = annotated(f'<amb:Master stepSize="2e-3" coupling="gauss_seidel">{steps}</amb:Master>')
+    names, plain = ([c.name for c in load_ssp(archive(t), STEP)[0].components] for t in (text, structure()))
+    assert (plain.index("left") < plain.index("right"), names) == (True, [SWAPPED.get(name, name) for name in plain])
 
 
 def test_an_order_that_is_not_known_is_refused(archive):

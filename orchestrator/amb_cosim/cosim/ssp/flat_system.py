@@ -54,13 +54,19 @@ class FlatSystem:
         return [interface.internal_step for interface in self.interfaces.values()]
 
     def components(self) -> tuple[Component, ...]:
-        """Return components in the order of the document; their own step sizes come from annotations."""
+        """Return components in the order of the document; their own step sizes come from annotations.
+
+        Components that this package's annotation names are in its order, because tools may write elements in any order.
+        """
         base = number_of(self.root, ".//osp:FixedStepAlgorithm", "baseStepSize")
         every: dict[str, int] = {}
         for name, (_, element, _) in self.hierarchy.components.items():
             hint = number_of(element, ".//osp:StepSizeHint", "value")
             every[name] = max(1, round(in_steps(hint, base))) if hint and base else 1
-        return tuple(Component(name, str(file), every[name]) for name, file in self.files.items())
+        order = [step.get("component") for step in self.root.iterfind(f".//{MASTER}/amb:Step", NAMES)]
+        named = iter(sorted(set(order) & set(self.files), key=order.index))
+        names = [next(named) if name in order else name for name in self.files]
+        return tuple(Component(name, str(self.files[name]), every[name]) for name in names)
 
     def remarks(self) -> tuple[str, ...]:
         """Return notices on what does not run as the document has it."""
