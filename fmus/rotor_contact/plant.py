@@ -283,8 +283,8 @@ def _faults(planes: Planes) -> dict[int, str]:
         "forces; lower the coefficients of friction",
         FAULT_NO_ORBIT: "initial.orbit = {initial.orbit} is not allowed; it requires passive bearings with stiffness "
         f"that support the rotor, {stiffness}",
-        FAULT_LONG_STEP: "the communication step is too long; it must be at most 100000 times solver.max_substep = "
-        "{solver.max_substep} s",
+        FAULT_LONG_STEP: "step size = {step_size} s is not allowed; it must be at most 100000 times "
+        "solver.max_substep = {solver.max_substep} s",
         FAULT_ENERGY: "energy is not conserved: energy.balance = {energy.balance} J is more than solver.energy_limit = "
         "{solver.energy_limit} of the largest energy so far; lower solver.max_substep; in contact, lower its stiffness "
         "or friction",
