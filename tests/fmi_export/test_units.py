@@ -1,6 +1,7 @@
 """Units against the SI definitions."""
 
 import math
+import re
 import time
 from contextlib import suppress
 from fractions import Fraction
@@ -386,3 +387,10 @@ def test_a_display_unit_of_another_dimension_is_refused():
 
 def test_every_usual_display_unit_can_be_converted():
     assert all(display_unit(unit, name)["factor"] > 0.0 for unit, name in DISPLAYED.items())
+
+
+@pytest.mark.parametrize("text", ["1e400", "much"])
+def test_a_number_without_dimension_is_refused_without_a_unit(text):
+    with pytest.raises(ValueError, match=r"ratio") as refused:
+        to_unit(text, "1", "ratio")
+    assert not re.search(r"\d 1\b", str(refused.value))

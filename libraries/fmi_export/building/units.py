@@ -272,9 +272,8 @@ def to_unit(text: str | float, unit: str, name: str) -> float:
     said = str(text).strip("+- ").startswith("inf")
     if 0.0 < abs(value) < LEAST or (abs(value) > MOST and not said):
         displayed = str(text) if len(str(text)) <= LONGEST_UNIT else f"{str(text)[:LONGEST_UNIT]}..."
-        raise ValueError(
-            f"{name} = {displayed} is not allowed; it must be from {LEAST:g} to {MOST:g} {unit} in size, or 0"
-        )
+        largest = f"{MOST:g} {unit}" if unit != "1" else f"{MOST:g}"
+        raise ValueError(f"{name} = {displayed} is not allowed; it must be from {LEAST:g} to {largest} in size, or 0")
     return value
 
 
@@ -284,7 +283,8 @@ def _converted(text: str | float, unit: str, name: str) -> float:
     text = text.replace("−", "-")
     match = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf|nan)\s*(.*?)\s*", text)
     if match is None:
-        raise ValueError(f"{name} = {text!r} is no number; write for example {name}=0.5 or {name}='0.5 {unit}'")
+        with_unit = f" or {name}='0.5 {unit}'" if unit != "1" else ""
+        raise ValueError(f"{name} = {text!r} is no number; write for example {name}=0.5{with_unit}")
     number, values = float(match[1]), match[2]
     if not values or values == unit:
         return number
