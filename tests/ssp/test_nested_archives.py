@@ -18,6 +18,7 @@ from gain_archives import (
     OUT,
     bind,
     binding,
+    component,
     connect,
     connector,
     gain,
@@ -194,6 +195,16 @@ def test_a_component_that_requests_model_exchange_runs_with_a_notice(gain_archiv
     result = amb_cosim.simulate(gain_archive(system("root", "", element))).dataset
     (notice,) = json.loads(result.attrs["notices"])
     assert_names(notice, "a", "model exchange", "co-simulation")
+
+
+@pytest.mark.parametrize("unit", ["mm", "N"])
+def test_the_unit_of_an_fmu_counts_with_a_notice(gain_archive, unit):
+    ends = connector("u", "input") + connector("y", "output", unit)
+    root = system("root", "", component("a", "resources/Metres.fmu", ends) + gain("b", "Metres"), connect("a.y", "b.u"))
+    result = amb_cosim.simulate(gain_archive(root, units=("mm",)), set={"a.u": 2.0, "a.k": 1.0, "b.k": 1.0}).dataset
+    (notice,) = json.loads(result.attrs["notices"])
+    assert_names(notice, "a.y", unit, "in the FMU m")
+    assert result["b.y"].values[-1] == result["a.y"].values[-1]
 
 
 BOOLEANS = """<ssc:BooleanMappingTransformation><ssc:MapEntry source="true" target="false"/>

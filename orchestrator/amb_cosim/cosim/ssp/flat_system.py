@@ -73,6 +73,14 @@ class FlatSystem:
         listed = self.hierarchy.components.items()
         exchanged = [name for name, (_, element, _) in listed if element.get("implementation") == "ModelExchange"]
         said = [f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged]
+        units = ((node, connector.unit, self.nets.unit(node)) for node, connector in self.hierarchy.connectors.items())
+        other = [
+            f"{node.text} ({declared.name}, in the FMU {unit.name})"
+            for node, declared, unit in units
+            if declared is not None and unit is not None and conversion(declared, unit) != UNCHANGED
+        ]
+        if other:
+            said.append(f"units of connectors are not those of the FMUs, which count: {', '.join(other)}")
         if any(node.name == TIME for node in self.nets.delivered):
             said.append(f"the output {TIME} of the archive is not recorded; the times of the record have this name")
         return tuple(said)
