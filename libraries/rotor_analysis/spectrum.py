@@ -50,8 +50,9 @@ def slowest_eigenvalues(model: Matrices, Omega: float, count: int) -> Complex:
         A, B = _first_order(model, Omega)
         factors = lu_factor(A - SHIFT * B)
         inverse = LinearOperator(A.shape, matvec=lambda v: lu_solve(factors, B @ v), dtype=np.float64)
+        start = np.random.default_rng(0).standard_normal(len(A))  # alike in x and y, it would miss half of equal pairs
         try:
-            nearest = eigs(inverse, number, v0=np.ones(len(A)), return_eigenvectors=False)
+            nearest = eigs(inverse, number, v0=start, return_eigenvectors=False)
         except ArpackNoConvergence:
             return eigenvalues(model, Omega)
         values = _in_rad_per_s(SHIFT + 1.0 / nearest)
