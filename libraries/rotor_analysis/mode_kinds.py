@@ -18,7 +18,8 @@ class ModeKind(NamedTuple):
     """Kind of a mode shape.
 
     name
-        `cylindrical` or `conical` for rigid-body motion, `flexural` for bending.
+        `cylindrical` or `conical` for rigid-body motion whose line crosses the axis nowhere or between the ends,
+        `flexural` for bending.
     rigid_share
         Share of the kinetic energy in the rigid-body motion nearest to the mode (1).
     crossings
@@ -54,7 +55,7 @@ def kind_of(model: Matrices, z: Array, shape: Complex) -> ModeKind:
     crossings = _crossings(translations(model, shape))
     if share < RIGID:
         return ModeKind("flexural", share, crossings)
-    return ModeKind("conical" if crossings else "cylindrical", share, crossings)
+    return ModeKind("conical" if _crossings(translations(model, nearest)) else "cylindrical", share, crossings)
 
 
 def _crossings(displacement: Complex) -> int:

@@ -11,7 +11,10 @@ from strange_machine import ROTOR as EXPANDER
 from amb_cosim import studies
 from rotor_analysis.assembly import assemble
 from rotor_analysis.mode_kinds import kind_of
+from rotor_analysis.parts import Bearing, Body
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 
 
 def test_modes_of_the_rig_are_those_of_figs_3_2_and_3_3():
@@ -34,6 +37,20 @@ def test_motion_of_a_rigid_body_is_all_rigid(offset, kind, crossings):
     result = kind_of(assemble(rotor), z, shape.ravel() * np.exp(0.7j))
     assert result.rigid_share == pytest.approx(1.0)
     assert (result.name, result.crossings) == (kind, crossings)
+
+
+def light_shaft():
+    """A disc of 2 kg on an undamped shaft of 0.07 g with overhanging ends, in stiff bearings."""
+    shaft = Shaft(tuple(np.linspace(0.0, 0.6, 13).tolist()), 0.012, 2e11, 1.0, 0.3)
+    ends = (Bearing("a", 2, stiffness=1e9), Bearing("b", 12, stiffness=1e9))
+    return Rotor("jeffcott", shaft, (Body("disc", 7, 2.0, 0.005, 0.01),), ends)
+
+
+def test_a_disc_on_a_light_shaft_with_free_ends_moves_in_a_cylinder():
+    """The shaft bends, and its ends cross the axis at the bearings, but it has hardly any kinetic energy."""
+    shapes = studies.modes(light_shaft(), count=4).shapes
+    assert [shape.kind for shape in shapes] == ["cylindrical"] * 2 + ["conical"] * 2
+    assert shapes[0].crossings == 2
 
 
 def test_bent_line_without_net_motion_is_flexural():
