@@ -46,6 +46,13 @@ def light_shaft():
     return Rotor("jeffcott", shaft, (Body("disc", 7, 2.0, 0.005, 0.01),), ends)
 
 
+def test_an_undamped_rotor_on_a_light_shaft_grows_at_no_critical_speed():
+    """Rounding gives its whirl damping ratios of 1e-8, of either sign."""
+    diagram = studies.campbell(light_shaft(), up_to="3000 rpm")
+    assert len(diagram.critical_speeds) == 2
+    assert "unstable" not in str(diagram)
+
+
 def test_a_disc_on_a_light_shaft_with_free_ends_moves_in_a_cylinder():
     """The shaft bends, and its ends cross the axis at the bearings, but it has hardly any kinetic energy."""
     shapes = studies.modes(light_shaft(), count=4).shapes

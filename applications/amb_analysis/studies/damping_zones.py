@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from rotor_analysis.modes import Whirl
+from rotor_analysis.modes import SAME_EIGENVALUE, Whirl
 from rotor_analysis.spectrum import AT_REST
 
 AMPLIFYING = 2.0 * math.pi * 0.2 / math.sqrt(1.0 - 0.2**2)  # zeta = 0.2: an amplification 1/(2 zeta) of 2.5
@@ -17,9 +17,6 @@ ZONES = (
     (AMPLIFYING, "amplifies more than 2.5 times"),
 )
 
-ROUNDING = 1e-9  # a damping ratio above minus this is that of an undamped mode, not of a growing one; near rest it is
-# that of an error of `AT_REST` squared in the square of an eigenvalue
-
 
 def damping_ratio(decrement: float) -> float:
     """Return the damping ratio of a logarithmic decrement: zeta = delta / sqrt(4 pi^2 + delta^2)."""
@@ -27,7 +24,11 @@ def damping_ratio(decrement: float) -> float:
 
 
 def damping_cells(ratio: float, frequency: float, whirl: Whirl) -> tuple[str, str]:
-    """Return damping ratio and whirl of a mode of some frequency (rad/s) as texts, with a mark if it grows."""
-    grows = ratio < -max(ROUNDING, (AT_REST / frequency) ** 2)
+    """Return damping ratio and whirl of a mode of some frequency (rad/s) as texts, with a mark if it grows.
+
+    A mode grows if its damping ratio is below zero by more than rounding, which near rest is an error of `AT_REST`
+    squared in the square of an eigenvalue.
+    """
+    grows = ratio < -max(SAME_EIGENVALUE, (AT_REST / frequency) ** 2)
     displayed = f"{round(ratio if grows else max(ratio, 0.0), 4) + 0.0:.4f}"  # not -0.0000
     return displayed, whirl + (", unstable" if grows else "")
