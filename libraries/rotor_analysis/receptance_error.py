@@ -29,14 +29,16 @@ class ReceptanceError:
         Lowest frequency at which the error exceeds it (rad/s); infinite if there is none.
     frequencies
         A quarter, a half, the whole and the double of the limit (rad/s), shape (4,); empty if the limit is infinite.
-    error
-        Error at these frequencies, shape (4,).
+    error, spinning
+        Error at these frequencies of the rotor at rest, and of whirl in either direction when it spins as fast, shape
+        (4,) each.
     """
 
     accuracy: float
     limit: float
     frequencies: Array
     error: Array
+    spinning: Array
 
 
 def receptance_error(rotor: Rotor) -> ReceptanceError | None:
@@ -44,16 +46,17 @@ def receptance_error(rotor: Rotor) -> ReceptanceError | None:
 
     max |H_ij reduced - H_ij| / sqrt(S_i S_j), with S_i the sum of magnitudes of all modal terms of H_ii (m/N)     (1)
 
-    i and j are the planes of bearings and sites (`force_nodes`), of the undamped free rotor at rest. None if a node has
-    no inertia: such a rotor has no plant.
+    i and j are the planes of bearings and sites (`force_nodes`), of the undamped free rotor. The limit is that at rest.
+    Gyroscopic moments couple retained and omitted shapes, so that the error grows with the spin; S_i stays that at
+    rest. None if a node has no inertia: such a rotor has no plant.
     """
     full, nodes, accuracy = assemble(rotor), force_nodes(rotor), rotor.reduction.accuracy
     if lacks_inertia(full.M, full.K):
         return None
     free, plant = free_rotor(full), reduced_rotor(rotor)
 
-    def error(omega: float) -> float:
-        return _error(full, free, plant, nodes, omega)
+    def error(omega: float, *spins: float) -> float:
+        return max(_error(full, free, plant, nodes, omega, spin) for spin in spins or (0.0,))
 
     lowest, highest = LOWEST * free.frequencies[0], free.frequencies[-1]
     count = int(PER_DECADE * np.log10(highest / lowest)) + 2
@@ -63,20 +66,33 @@ def receptance_error(rotor: Rotor) -> ReceptanceError | None:
             break
         below = above
     else:
-        return ReceptanceError(accuracy, np.inf, np.zeros(0), np.zeros(0))
+        return ReceptanceError(accuracy, np.inf, np.zeros(0), np.zeros(0), np.zeros(0))
     while above - below > WITHIN * above:
         middle = 0.5 * (below + above)
         below, above = (middle, above) if error(middle) <= accuracy else (below, middle)
     frequencies = below * np.array([0.25, 0.5, 1.0, 2.0])
-    return ReceptanceError(accuracy, below, frequencies, np.array([error(omega) for omega in frequencies]))
+    at_rest = np.array([error(omega) for omega in frequencies])
+    spinning = np.array([error(omega, omega, -omega) for omega in frequencies])
+    return ReceptanceError(accuracy, below, frequencies, at_rest, spinning)
 
 
-def _error(full: Matrices, free: FreeRotor, plant: Reduction, nodes: tuple[int, ...], omega: float) -> float:
-    """Return the error (1) at a frequency (rad/s)."""
-    rows, model = full.rows(nodes)[::2], plant.model
+def _error(
+    full: Matrices, free: FreeRotor, plant: Reduction, nodes: tuple[int, ...], omega: float, spin: float
+) -> float:
+    """Return the error (1) at a frequency and a spin speed (rad/s) along the whirl, negative against it."""
+    rows = full.rows(nodes)[::2]
     right, left = plant.right[rows, ::2], plant.left[::2, rows]
-    D = model.K[::2, ::2] - omega**2 * model.M[::2, ::2]
     places = free.rows(nodes)
     size = np.sqrt(free.sizes(places, omega))
-    error = np.abs(right @ np.linalg.solve(D, left) - free.receptance(places, omega))
+    if spin:
+        exact: Array = np.linalg.inv(_dynamic_stiffness(full, omega, spin))[np.ix_(places, places)].astype(np.float64)
+    else:
+        exact = free.receptance(places, omega)
+    error = np.abs(right @ np.linalg.solve(_dynamic_stiffness(plant.model, omega, spin), left) - exact)
     return float(np.max(error / np.outer(size, size)))
+
+
+def _dynamic_stiffness(model: Matrices, omega: float, spin: float) -> Array:
+    """Return K - omega^2 M + Omega omega G_1 of a circle x + i y = r exp(i omega t)."""
+    G_1 = model.G[::2, 1::2]
+    return np.asarray(model.K[::2, ::2] - omega**2 * model.M[::2, ::2] + spin * omega * G_1)

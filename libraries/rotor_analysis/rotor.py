@@ -45,7 +45,8 @@ class ReductionOptions:
     """With `free_modes`, the frequency up to which the receptance between bearings and sites is accurate; by default
     2 kHz, up to which ISO 14839-3 judges the sensitivity of magnetic bearings."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
-    """Allowed relative error of that receptance, or with `msdc` of the first natural frequencies."""
+    """Allowed relative error of that receptance at rest, or with `msdc` of the first natural frequencies. `rotor show`
+    prints the error of the spinning rotor, which is larger: a wider band reduces it."""
 
     def __post_init__(self) -> None:
         if self.method is None:

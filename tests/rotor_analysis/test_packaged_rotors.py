@@ -14,9 +14,10 @@ from amb_cosim.design.plant_data import plant, plant_structure
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
+from rotor_analysis.free_rotor import free_rotor
 from rotor_analysis.packaged_rotors import packaged_rotors, rotor_path
 from rotor_analysis.receptance_error import receptance_error
-from rotor_analysis.reduced_rotor import reduced_rotor
+from rotor_analysis.reduced_rotor import force_nodes, reduced_rotor
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -69,6 +70,21 @@ def test_receptance_of_a_packaged_plant_is_accurate_up_to_the_band_of_its_file(n
     error = receptance_error(rotor)
     assert error.accuracy == 1e-3
     assert error.limit > 2.0 * np.pi * rotor.reduction.band
+
+
+def test_error_of_a_spinning_plant_is_that_with_gyroscopic_moments():
+    """Forward and backward circles are H_xx - i H_xy and H_xx + i H_xy of both planes together."""
+    rotor = load_rotor("turbo_expander")
+    error, full, plant = receptance_error(rotor), assemble(rotor), reduced_rotor(rotor)
+    rows, free = full.rows(force_nodes(rotor)), free_rotor(full)
+    for omega, at_rest, spinning in zip(error.frequencies, error.error, error.spinning, strict=True):
+        stiffness = [m.K - omega**2 * m.M + 1j * omega**2 * m.G for m in (full, plant.model)]
+        exact = np.linalg.inv(stiffness[0])[np.ix_(rows, rows)]
+        d = plant.right[rows] @ np.linalg.solve(stiffness[1], plant.left[:, rows]) - exact
+        size = np.sqrt(free.sizes(free.rows(force_nodes(rotor)), omega))
+        circles = np.abs([d[::2, ::2] - 1j * d[::2, 1::2], d[::2, ::2] + 1j * d[::2, 1::2]]) / np.outer(size, size)
+        assert spinning == pytest.approx(np.max(circles), rel=1e-3, abs=1e-8)
+        assert spinning > 10.0 * at_rest or at_rest > 0.1
 
 
 def test_magnetic_bearings_damp_the_bending_mode_of_the_compressor():

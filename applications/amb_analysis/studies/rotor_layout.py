@@ -117,7 +117,8 @@ class RotorLayout(DrawnResult):
         if self.receptance is None:
             return f"plant by {self.method}: {size}"
         limit = _hertz(self.receptance.limit) if math.isfinite(self.receptance.limit) else "its fastest mode"
-        within = f"receptance between bearings and sites within {100.0 * self.receptance.accuracy:g} % up to {limit}"
+        accuracy = f"{100.0 * self.receptance.accuracy:g} % up to {limit}"
+        within = f"receptance at rest between bearings and sites within {accuracy}"
         return f"plant by {self.method}: {size}; {within}"
 
     def _receptance_table(self) -> list[TextBlock]:
@@ -125,9 +126,9 @@ class RotorLayout(DrawnResult):
         error = self.receptance
         if error is None or not len(error.frequencies):
             return []
-        table = text_table("Error of the plant", ("frequency", "receptance (%)"))
-        for frequency, value in zip(error.frequencies, error.error, strict=True):
-            table.add_row(_hertz(frequency), f"{100.0 * value:.2g}")
+        table = text_table("Error of the plant's receptance", ("frequency", "at rest (%)", "spinning as fast (%)"))
+        for frequency, *errors in zip(error.frequencies, error.error, error.spinning, strict=True):
+            table.add_row(_hertz(frequency), *(f"{100.0 * value:.2g}" for value in errors))
         return [table]
 
 
