@@ -13,6 +13,7 @@ from rotor_contact.contact import apply_contact, project
 from rotor_contact.dynamics import damping_power, free_acceleration, input_power, shaft_damping, unbalance_direction
 from rotor_contact.enumerations import FREE, SLIDING
 from rotor_contact.over_step import collect_substep, set_rates
+from rotor_contact.passive_bearings import passive_limit
 from rotor_contact.seals import add_change_of_seals, seal_power
 from rotor_contact.site import is_constrained, race_radius, slip_velocity, tangential_component
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
@@ -167,9 +168,10 @@ def _body_error(w: Workspace, a: Array, a_new: Array) -> float:
 
 @kernel
 def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
-    """Return the length (s) of a substep that resolves every contact at z, at most `longest`.
+    """Return the length (s) of a substep that resolves bearings and every contact at z, at most `longest`.
 
-    Constrained sites whirl by at most `MAX_WHIRL_ANGLE` in it; see also `body_limit`, `compliant_limit`.
+    Constrained sites whirl by at most `MAX_WHIRL_ANGLE` in it; see also `passive_limit`, `body_limit`,
+    `compliant_limit`.
     """
     n = w.n
     v = stages_of(w.stages).z[n : 2 * n]
@@ -179,7 +181,7 @@ def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
             whirl = abs(tangential_component(site, v)) / site.clearance
             if whirl * limit > MAX_WHIRL_ANGLE:
                 limit = MAX_WHIRL_ANGLE / whirl
-    limit = max(limit, MIN_SUBSTEP * longest)
+    limit = passive_limit(w.Minv, w.motion.bearings, max(limit, MIN_SUBSTEP * longest))
     if n > w.Minv.shape[0]:
         limit = min(limit, body_limit(w.sites, w.spin[0]))
     return compliant_limit(w.Minv, w.sites, v, Omega, limit)

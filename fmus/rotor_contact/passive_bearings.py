@@ -7,6 +7,8 @@ They store k_b |q|^2/2 and dissipate c_b |q'|^2.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fmi_export.flat import is_near
@@ -18,6 +20,7 @@ from fmi_export.records import record, size_of
 # of its force in x and y.
 BEARING = record(("row", np.int64), ("k_b", np.float64), ("c_b", np.float64), ("gradient", np.float64, (2,)))
 N_BEARING = size_of(BEARING)
+RESOLUTION = 1.0  # of the fastest time constant of the bearings; a substep is no longer
 Bearings = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
@@ -57,6 +60,16 @@ def add_bearings(Minv: Array, bearings: Bearings, with_magnets: bool, K: Array, 
             for i in range(Minv.shape[0]):
                 K[row, i] += Minv[i, row] * (bearing.k_b - gradient)
                 C[row, i] += Minv[i, row] * bearing.c_b
+
+
+@kernel
+def passive_limit(Minv: Array, bearings: Bearings, longest: float) -> float:
+    """Return the length (s) of a substep that resolves all bearings with the mass beside them, at most `longest`."""
+    fastest = 0.0
+    for bearing in bearings:
+        mobility = Minv[bearing.row, bearing.row]
+        fastest += math.sqrt(mobility * abs(bearing.k_b)) + mobility * abs(bearing.c_b)
+    return RESOLUTION / fastest if fastest * longest > RESOLUTION else longest
 
 
 @kernel

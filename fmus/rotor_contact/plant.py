@@ -288,7 +288,7 @@ def _faults(planes: Planes) -> dict[int, str]:
         FAULT_ENERGY: "energy is not conserved: energy.balance = {energy.balance} J is more than solver.energy_limit = "
         "{solver.energy_limit} of the largest energy so far; lower solver.max_substep; in contact, lower its stiffness "
         "or friction",
-        FAULT_TOO_STIFF: "a contact is too stiff to follow: its law requires more than 100000 substeps in one "
+        FAULT_TOO_STIFF: "a contact or a bearing is too stiff to follow: it requires more than 100000 substeps in one "
         "communication step; lower its stiffness or damping, raise delta_c, or shorten the step",
         FAULT_INERTIA: "spin.inertia = {spin.inertia} kg.m2 is not allowed with a free spin and this unbalance; "
         "it must be the polar inertia of rotor and drive, greater than that of the unbalance itself",

@@ -39,6 +39,16 @@ def test_force_with_gradient_is_a_spring_about_its_reference():
     np.testing.assert_allclose(masters(sprung)[0], masters(spring)[0], rtol=1e-9, atol=1e-16)
 
 
+def test_a_stiff_damper_on_a_light_rotor_creeps():
+    """Each end has m = 10 kg: m x'' + c x' + k x = F, where c/m is 25 times the rate at which steps begin."""
+    m, c, k, F = 10.0, 1e6, 1e6, 5.0
+    x = plant(WIDE | both("mb.k_b", k) | both("mb.c_b", c) | {"mb1.f_x": F}, rigid_rotor(mass=2.0 * m))
+    run(x, 40)
+    slow, fast = np.roots([m, c, k])[::-1]
+    left = (fast * np.exp(slow * 40 * H) - slow * np.exp(fast * 40 * H)) / (fast - slow)
+    assert masters(x)[0][0] == pytest.approx(F / k * (1.0 - left), rel=1e-6)
+
+
 @pytest.mark.parametrize(("name", "site", "direction"), [
     ("mb1.f_x", 0, 1.0), ("mb1.f_y", 0, 1j), ("mb2.f_x", 1, 1.0), ("mb2.f_y", 1, 1j),
     ("d1.f_x", 0, 1.0), ("d2.f_y", 0, 1j), ("d3.f_x", 1, 1.0), ("d4.f_y", 1, 1j),
