@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -103,6 +104,13 @@ def test_peak_of_a_sweep_is_its_resonance(make):
     assert result.bearings["mb1"].resonances == pytest.approx([30.0], abs=1.5)
     assert result.bearings["mb1"].resonance_amplitudes == pytest.approx([5e-4], rel=0.2)
     assert result.speeds == pytest.approx(10.0 + 10.0 * result.times)
+
+
+def test_peaks_of_a_fast_spin_are_printed_apart(make):
+    """A micro-turbine of 1500 Hz passes two peaks that are less than 1 Hz apart."""
+    spectra = studies.waterfall(make(whirl(1e-4, 50.0)))
+    spectra.bearings["mb1"] = replace(spectra.bearings["mb1"], resonances=np.array([1469.28, 1469.35]))
+    assert "1469.28, 1469.35" in str(spectra)
 
 
 def test_a_spin_that_hardly_slows_down_passes_no_resonance(make):

@@ -114,7 +114,7 @@ class Waterfall(DrawnResult):
                 name,
                 number(1e3 * result.largest),
                 f"{result.largest_at:.2f}",
-                ", ".join(f"{peak:.4g}" for peak in result.resonances) or "-",
+                ", ".join(f"{peak:.2f}" for peak in result.resonances) or "-",
                 *result.other,
             )
         apart = (
