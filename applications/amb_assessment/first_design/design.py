@@ -97,7 +97,7 @@ def first_design(
 
 
 def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:
-    """Return that no PID levitates a rotor, with the motion that grows, and what to change."""
+    """Return that no PID that was tried levitates a rotor, with the motion that grows, and what to change."""
     loop = best.loop
     gains = ", ".join(f"{k:.3g} N/m" for k in best.pid.k_b.values())
     advice = "it bends: give the rotor its measured [damping], and move sensors to their bearings, away from its nodes"
@@ -105,8 +105,8 @@ def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:
         advice = "move sensors to their bearings and bearings apart, or lower the speed"
     return "; ".join(
         (
-            f"no PID levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: with the best, of "
-            f"stiffness {gains}, {loop.least_damped}",
+            f"no PID that was tried levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: "
+            f"with the best, of stiffness {gains}, {loop.least_damped}",
             *(tuple(hindering_positions(machine, loop, sizes.speed)) or (advice,)),
         )
     )
