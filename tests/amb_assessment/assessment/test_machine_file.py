@@ -8,8 +8,9 @@ import pytest
 
 from amb_assessment.assessment.analyses.robustness import variations
 from amb_assessment.assessment.description import inductance_doubt, magnet_numbers
-from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine
+from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine, packaged_machines
 from amb_assessment.assessment.stages import cross_coupling
+from amb_assessment.assessment.subject import subject_of
 from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
 from tests.support.messages import raises_naming
 
@@ -181,6 +182,14 @@ def test_differential_drive_keeps_k_i_whatever_the_load():
 def test_an_inductance_without_its_unit_is_told(given, told):
     result = inductance_doubt("left.x", given, 14.0)
     assert [("inductance_x = " in line, "check its unit" in line) for line in result] == [(True, True)] * told
+
+
+@pytest.mark.parametrize("name", sorted(packaged_machines()))
+def test_packaged_magnets_have_about_the_inductance_of_their_gap(name):
+    subject = subject_of(load_machine(name))
+    for bearing, axis in subject.loop.axes:
+        given, of_gap = magnet_numbers(subject.axis(bearing, axis), 0)[-2:]
+        assert 0.7 < given / of_gap < 1.5
 
 
 def test_damping_is_judged_up_to_the_trip_speed_at_least():
