@@ -48,20 +48,22 @@ class Search:
     """A machine at some speeds, and how far a controller is from what is wanted there."""
 
     def __init__(self, scenario, speeds, pairs, sample_time, noise=0.0, most_noise=1.0):
-        self.pairs, self.step, self.noise, self.most_noise = pairs, sample_time, noise, most_noise
+        machine = Machine(plan_run(as_scenario(scenario).machine()))
+        self.pairs, self.noise, self.most_noise = pairs, noise, most_noise
+        self.step = sample_time = sample_time or machine.loop.sample_time
         self.Omega = [quantity(speed, "rad/s", "speeds") for speed in speeds]
         magnets = [_magnet(scenario, bearing) for bearing in pairs]
         self.k_p = [k_s / k_i for k_i, k_s in magnets]
-        self.limits, self.is_late = _of_controller(scenario, pairs)
+        self.limits, self.is_late = _of_controller(machine, pairs)
         rate = 1.0 / sample_time
         hertz = np.concatenate([np.geomspace(1e-4, 0.03, 120), np.linspace(0.03, 0.2, 80)[1:]]) * rate
         self.z = np.exp(2j * np.pi * hertz * sample_time)
         demands = [f"amb_actuator.{b}.i_{axis}" for b in pairs for axis in "xy"]
         shown = [f"rotor_contact.{sensor}.{axis}" for sensor in pairs.values() for axis in "xy"]
-        machine = ["rotor_contact", "amb_actuator"]
+        parts = ["rotor_contact", "amb_actuator"]
         self.plants = []
         for speed in speeds:
-            model = amb_cosim.linearise(scenario, speed, demands, shown, components=machine)
+            model = amb_cosim.linearise(scenario, speed, demands, shown, components=parts)
             A, B, C, _, _ = cont2discrete((model.A, model.B, model.C, model.D), sample_time, "zoh")
             n, m = B.shape
             A, B = np.block([[A, B], [np.zeros((m, n + m))]]), np.vstack([np.zeros((n, m)), np.eye(m)])
@@ -153,9 +155,9 @@ def _magnet(scenario, bearing):
     return amb_cosim.linearise(scenario, None, inputs, force, components=["amb_actuator"]).dcgain()[0]
 
 
-def _of_controller(scenario, pairs):
-    """Return the narrowest current limits (A) of a scenario's controller, if any, and whether its chain has a delay."""
-    values = Machine(plan_run(as_scenario(scenario).machine())).parameters.get("rolac_controller", {})
+def _of_controller(machine, pairs):
+    """Return the narrowest current limits (A) of a machine's controller, if any, and whether its chain has a delay."""
+    values = machine.parameters.get("rolac_controller", {})
     low, high = (
         [value for name, value in values.items() for b in pairs if name.startswith(f"{b}.{limit}_")]
         for limit in ("i_min", "i_max")
@@ -197,7 +199,7 @@ def main():
     parser.add_argument("scenario", help="of the machine at rest in its bearings: a file, or the name of one of a pack")
     parser.add_argument("--speeds", required=True, help='least, largest or trip speed: "9000 rpm, 17600 rpm"')
     parser.add_argument("--pairs", required=True, help="bearing=sensor plane, separated by commas")
-    parser.add_argument("--sample-time", default="50 us")
+    parser.add_argument("--sample-time", help="default: that of the scenario's controller")
     parser.add_argument("--noise", default="0.4 um", help="of a sensor, rms")
     parser.add_argument("--most-noise", default="0.35 A", help="in a demand, rms")
     parser.add_argument("--generations", type=int, default=60)
@@ -206,7 +208,7 @@ def main():
     given = parser.parse_args()
     pairs = dict(pair.strip().split("=") for pair in given.pairs.split(","))
     speeds = [speed.strip() for speed in given.speeds.split(",")]
-    step = quantity(given.sample_time, "s", "sample-time")
+    step = quantity(given.sample_time, "s", "sample-time") if given.sample_time else None
     noise = quantity(given.noise, "m", "noise"), quantity(given.most_noise, "A", "most-noise")
     search = Search(given.scenario, speeds, pairs, step, *noise)
     coefficients, cost = search.best(given.generations, given.seed)
