@@ -1,6 +1,6 @@
 """The friction law: limit and direction of the friction at a site.
 
-    sliding    T = -mu(v) N sign(v)                        v = v_slip (4.10)
+    sliding    T = -mu(v) N sign(v)                        v = v_slip (4.10, 4.11)
     rolling    |T| <= mu_s N,  mu_s = max(mu, mu_static)   (4.30 to 4.35)
     compliant  T = -mu(v) N tanh(v/v_r)                    contact under a force law, without sticking
 

@@ -126,7 +126,7 @@ def square_of_velocity(site: Site, v: Array) -> float:
 
 @kernel
 def slip_velocity(site: Site, v: Array, Omega: float) -> float:
-    """Return v_slip (4.10), the velocity of the journal surface relative to the retainer (m/s).
+    """Return v_slip (4.11), the velocity of the journal surface relative to the retainer (m/s).
 
     `Omega` (rad/s) is the spin speed if prescribed; a free spin is in `v`. With accelerations, the function returns the
     rate of v_slip in contact.
