@@ -288,6 +288,20 @@ def test_a_failing_step_keeps_the_record_and_frees_all():
     assert_names(caught, "bad", "0.3 s", "fmi2DoStep", "Discard", "the rotor left the bearing")
 
 
+def test_a_component_that_refuses_nan_is_told_with_its_source():
+    def refuse(x: float, u: np.ndarray, t: float, h: float) -> float:
+        if np.isnan(u).any():
+            raise RuntimeError("u = nan is not allowed")
+        return x + 1.0
+
+    source = Block("source", advance=lambda x, u, t, h: np.nan if t >= 0.3 else x + 1.0)
+    parts, wiring = [source, Block("receiver", advance=refuse)], closed_chain("source", "receiver")
+    with pytest.raises(StepFailed) as caught, Master(parts, wiring, 0.1) as master:
+        master.run(0, 100)
+    assert (caught.value.component, caught.value.time) == ("receiver", pytest.approx(0.3))
+    assert_names(caught, "u = nan", "from source is nan")
+
+
 def test_an_interrupt_keeps_the_record_and_frees_all():
     record: list[int] = []
     block = Block("block")

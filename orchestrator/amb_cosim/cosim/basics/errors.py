@@ -38,11 +38,11 @@ class StepFailed(RuntimeError):
         self.end = end
 
     @classmethod
-    def by(cls, component: str, time: float, error: Exception) -> StepFailed:
-        """Return the error for a component whose step from `time` (s) raised another one."""
+    def by(cls, component: str, time: float, error: Exception, cause: str = "") -> StepFailed:
+        """Return the error for a component whose step from `time` (s) raised another one; `cause` ends its reason."""
         if isinstance(error, FmuError) and error.end is not None:
             return cls(component, time, f"{component} ended the run ({error.said})", error.end)
-        return cls(component, time, str(error))
+        return cls(component, time, f"{error}{cause}")
 
 
 class StartFailed(RuntimeError):

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.clock import Clock
-from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.basics.loop_library import load_loop
 from amb_cosim.cosim.basics.schedules import Changes, Schedule
 from amb_cosim.cosim.fmu.component import EntryPoints
@@ -176,7 +175,7 @@ def run(
             if not 0 <= stopped.status <= WARNING:
                 component = master.components[stopped.component]
                 reason = component.refusal(CALLS[stopped.call], stopped.status)
-                raise StepFailed.by(component.name, master.time(reached), reason) from reason
+                raise master.failure(component, reached, reason) from reason
             for observe in observers:
                 observe(reached, master.values)
             taken, size = time.perf_counter() - started, reached + 1 - begin

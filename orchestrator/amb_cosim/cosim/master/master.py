@@ -283,7 +283,13 @@ class Master(Generic[P]):
         try:
             action(*arguments)
         except Exception as error:
-            raise StepFailed.by(component.name, self.time(n), error) from error
+            raise self.failure(component, n, error) from error
+
+    def failure(self, component: Participant, n: int, error: Exception) -> StepFailed:
+        """Return the error for a component whose step from point n raised another; it names an input that is NaN."""
+        sources = self.wiring.sources[self.position(component.name)]
+        nan = [self.wiring.names[position] for position in sources if math.isnan(self.values[position])]
+        return StepFailed.by(component.name, self.time(n), error, f"; its input from {nan[0]} is nan" if nan else "")
 
     def _send_inputs(self, i: int) -> None:
         component = self.components[i]
