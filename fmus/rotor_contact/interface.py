@@ -140,7 +140,14 @@ def interface_of(planes: Planes) -> Interface:
             "{solver.energy_limit}; compare with solver.exact_motion = false, or with a solver.max_substep below "
             "{solver.max_substep} s",
         ),
-        output("solver.method", "1", "How the last step was computed", initially_depends_on=(), **enumerated(METHOD)),
+        output(
+            "solver.method",
+            "1",
+            "How the last step was computed",
+            initially_depends_on=(),
+            over_step="largest",
+            **enumerated(METHOD),
+        ),
         output(
             "drive.at_limit",
             "1",

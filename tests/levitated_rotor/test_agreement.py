@@ -91,7 +91,7 @@ def over_steps(three: dict[str, Any], warnings: set[str], ends: list[int]) -> di
             result[name] = [sum(span.tolist()) for span in spans]
         elif name.endswith(".f_n_mean"):
             result[name] = [pytest.approx(np.mean(span), rel=1e-9) for span in spans]
-        elif name in warnings or name.endswith(".f_n_peak"):
+        elif name in warnings or name.endswith((".f_n_peak", ".solver.method")):
             result[name] = [max(span) for span in spans]
         else:
             result[name] = [span[-1] for span in spans]
