@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -91,10 +92,10 @@ def _crossing(speeds: Array, values: Array, level: float, lowest: float) -> floa
 
 
 def _peak(Omega: float, height: float, before: float | None, after: float | None) -> Peak:
-    if before is not None and after is not None:
-        return Peak(Omega, height, Omega / (after - before))
-    (end,) = (item for item in (before, after) if item is not None)
-    return Peak(Omega, height, Omega / (2.0 * abs(Omega - end)), from_single_side=True)
+    from_single_side = before is None or after is None
+    ends = [item for item in (before, after) if item is not None]
+    width = 2.0 * abs(Omega - ends[0]) if from_single_side else ends[1] - ends[0]
+    return Peak(Omega, height, Omega / max(width, math.ulp(Omega)), from_single_side)
 
 
 def separation_margin(Omega: float, lowest: float, highest: float) -> float:

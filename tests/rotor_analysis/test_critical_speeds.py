@@ -11,7 +11,7 @@ from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
 from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_masses
 from rotor_analysis.damping import free_modes
-from rotor_analysis.peaks import highest_peaks, peaks_of, separation_margin
+from rotor_analysis.peaks import UNDAMPED, highest_peaks, peaks_of, separation_margin
 from rotor_analysis.reduction import unreduced
 from rotor_analysis.response import dynamic_stiffness, unbalance_vector
 from rotor_analysis.ross_file import read_ross
@@ -44,6 +44,13 @@ def test_peak_and_amplification_are_those_of_one_mass_on_a_spring(zeta):
     assert peak.amplitude == pytest.approx(1.0 / (2.0 * zeta * np.sqrt(1.0 - zeta**2)), rel=1e-5)
     assert not peak.from_single_side
     assert peak.amplification == pytest.approx(peak.Omega / abs(ends[0] - ends[1]), rel=1e-4)
+
+
+def test_a_peak_narrower_than_rounding_has_a_finite_amplification():
+    """Both half-power speeds of an undamped resonance are the next number to it, or itself."""
+    (peak,) = peaks_of(np.array([249.0, 250.0, 251.0]), np.array([1.0, 1e14, 1.0]))
+    assert peak.Omega == pytest.approx(250.0)
+    assert UNDAMPED < peak.amplification < np.inf
 
 
 def test_a_response_without_resonance_has_no_peak():
