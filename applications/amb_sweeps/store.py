@@ -234,8 +234,8 @@ def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Pa
     GUIDs follow from the rest of the request, the code, and files other than the rotor's. They are listed only if
     nothing else differs.
     """
-    message = list_differences({**stored, "guids": None}, {**request, "guids": None})
-    if not message and (of_fmus := list_differences(stored, request)):
-        message = f"{of_fmus}\n  (the code of these FMUs or a file that they are made from differs)"
-    if message:
-        raise ValueError(f"the sweep in {folder} was made for another request; choose another folder\n{message}")
+    differences = list_differences({**stored, "guids": None}, {**request, "guids": None})
+    if not differences and (of_fmus := list_differences(stored, request)):
+        differences = f"{of_fmus}\n  (the code of these FMUs or a file that they are made from differs)"
+    if differences:
+        raise ValueError(f"the sweep in {folder} was made for another request; choose another folder\n{differences}")

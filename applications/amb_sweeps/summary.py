@@ -44,9 +44,9 @@ def _of_part(title: str, part: xr.Dataset) -> str:
     """Return the number of runs of each outcome, worst first, and the largest forces."""
     result = part["outcome"].values
     counts = {name: int(np.sum(result == name)) for name in COLOURS}
-    message = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
+    outcomes = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
     forces = "".join(_force(part, metric, words) for metric, words in FORCES.items())
-    return f"{title + ': ' if title else ''}{result.size} runs, {', '.join(message)}{forces}"
+    return f"{title + ': ' if title else ''}{result.size} runs, {', '.join(outcomes)}{forces}"
 
 
 def _force(part: xr.Dataset, metric: str, words: str) -> str:

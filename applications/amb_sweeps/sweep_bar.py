@@ -25,11 +25,11 @@ def sweep_bar(progress: bool | Report | None = None) -> Iterator[Report]:
     with bars(console, progress) as displayed:
         task = displayed.add_task("starting processes", total=None)
         began: list[tuple[float, int]] = []
-        message: set[str] = set()
+        dashboards: set[str] = set()
 
         def report(done: int, total: int, dashboard: str) -> None:
-            if dashboard and dashboard not in message:
-                message.add(dashboard)
+            if dashboard and dashboard not in dashboards:
+                dashboards.add(dashboard)
                 console.print(f"dashboard {dashboard}", highlight=False)
             if not began or done < began[0][1]:
                 began[:] = [(time.monotonic(), done)]

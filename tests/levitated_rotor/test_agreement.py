@@ -38,10 +38,10 @@ def test_it_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callab
     assert differing(series(item), result) == []
     assert {0.0, 2.0} <= set(result["rotor_contact.contact_state"])
     assert three.warnings.keys() == {"rolac_controller", "amb_actuator", "rotor_contact"}
-    message = [
+    warnings = [
         text.replace(": ", f": {component}.", 1) for component, texts in three.warnings.items() for text in texts
     ]
-    assert sorted(item.warnings[RIG]) == sorted(message)
+    assert sorted(item.warnings[RIG]) == sorted(warnings)
 
 
 @pytest.mark.parametrize("step", [25.0, 125.0])

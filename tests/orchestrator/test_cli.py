@@ -18,8 +18,8 @@ from rotor_analysis.rotor_file import load_rotor
 
 
 def test_list_tells_all_of_one_scenario_or_names_the_nearest(runner):
-    message = runner("list", "compressor_touchdown").stdout
-    assert all(word in message for word in ("theme", "rubs at its seal", "Timbo", "compressor_touchdown.toml"))
+    text = runner("list", "compressor_touchdown").stdout
+    assert all(word in text for word in ("theme", "rubs at its seal", "Timbo", "compressor_touchdown.toml"))
     assert "did you mean compressor_touchdown" in runner("list", "compressor_touchdow").stderr
 
 

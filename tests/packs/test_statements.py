@@ -53,8 +53,8 @@ READ_INTO = re.compile(r"\bread as\b|\baxis of the figure\b|\btick\b|\bupper lim
 
 
 def test_what_any_model_must_meet_counts_as_a_definition(statements):
-    message = {s.key for s in statements.statement if s.definition}
-    assert {s.key for s in statements.statement if s.quantity in IDENTITIES} | {"fig4_8.radius"} == message
+    definitions = {s.key for s in statements.statement if s.definition}
+    assert {s.key for s in statements.statement if s.quantity in IDENTITIES} | {"fig4_8.radius"} == definitions
 
 
 def test_what_is_read_into_words_is_told_as_inferred(statements):

@@ -94,8 +94,8 @@ def test_an_outcome_has_its_robust_or_fragile_beside_it(few, report):
     fragile = StoredOutcome(outcome="recovered", flips={"K_b + 1 %": "trapped"})
     available = {"run": fragile, "inputs": fragile}
     again = [judged(item.statement, few, report.answers, available) for item in report.judged]
-    message = {item.statement.key: item.robustness for item in again if item.robustness}
-    assert message == {"fig4_9.site": "fragile (K_b + 1 %: trapped)"}
+    robustness = {item.statement.key: item.robustness for item in again if item.robustness}
+    assert robustness == {"fig4_9.site": "fragile (K_b + 1 %: trapped)"}
     assert "ragile (K_b + 1 %: trapped)" in markdown(Report(few, tuple(again), report.answers))
 
 

@@ -25,10 +25,10 @@ def run(vary, order, labels, **options):
     results = {n: runner.run(n, design.settings(n)) for n in order}
     runner.close()
     shared = {n: result.metrics.get("shared", 0.0) for n, result in results.items()}
-    message = {
+    outcomes = {
         n: (r.outcome, r.reason, str({k: v for k, v in r.metrics.items() if k != "shared"})) for n, r in results.items()
     }
-    return message, shared
+    return outcomes, shared
 
 
 @pytest.mark.parametrize("vary", list(DESIGNS.values()), ids=list(DESIGNS))

@@ -146,7 +146,7 @@ def killed_runs(folder, cycles, moments, autosave):
     """
     (folder / "long.toml").write_text(LONG.format(rub=RUB, cycles=cycles))
     command = [*COMMAND, "run", "long.toml", "--no-plots", "-o", "out", "--autosave", str(autosave)]
-    file, message = folder / "out" / "autosave.npz", []
+    file, errors = folder / "out" / "autosave.npz", []
     for moment in [*moments, None]:
         before = file.stat().st_mtime_ns if file.exists() else 0
         process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -155,9 +155,9 @@ def killed_runs(folder, cycles, moments, autosave):
                 time.sleep(0.005)
             time.sleep(abs(moment))
             process.kill()
-        message.append(process.communicate(timeout=600)[1])
-        assert process.returncode == (0 if moment is None else -signal.SIGKILL), message[-1]
-    return message
+        errors.append(process.communicate(timeout=600)[1])
+        assert process.returncode == (0 if moment is None else -signal.SIGKILL), errors[-1]
+    return errors
 
 
 @pytest.mark.slow
@@ -166,11 +166,11 @@ def test_a_killed_run_goes_on_to_the_same_bits(tmp_path, kills, first_seed):
     """Checkpoints come so fast that many a kill comes while one is written; every third comes while a run begins."""
     random = np.random.default_rng(first_seed)
     moments = [-random.random() if k % 3 == 2 else 0.1 * random.random() for k in range(kills)]
-    message = killed_runs(tmp_path, CYCLES_FOR_A_KILL * (kills + 1), moments, 0.02)
-    went_on = ["the run continues from" in errors for errors in message]
-    assert not went_on[0]
-    assert all(went_on[k] for k, moment in enumerate([*moments, 0.0]) if k and moment >= 0.0), message
-    assert not any("starts from the beginning" in errors for errors in message), message
+    errors = killed_runs(tmp_path, CYCLES_FOR_A_KILL * (kills + 1), moments, 0.02)
+    continued = ["the run continues from" in text for text in errors]
+    assert not continued[0]
+    assert all(continued[k] for k, moment in enumerate([*moments, 0.0]) if k and moment >= 0.0), errors
+    assert not any("starts from the beginning" in text for text in errors), errors
     (tmp_path / "whole").mkdir()
     assert "goes on" not in killed_runs(tmp_path / "whole", CYCLES_FOR_A_KILL * (kills + 1), [], 0)[0]
     result, whole = (amb_cosim.Result.load(folder / "out").dataset for folder in (tmp_path, tmp_path / "whole"))

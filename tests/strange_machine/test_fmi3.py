@@ -44,15 +44,15 @@ def test_a_rub_has_the_same_bits_with_components_of_fmi_3(rub, fmus3, tmp_path, 
 
 def test_points_of_a_sweep_share_instances_of_fmi_3(fmus3):
     controller = {"rolac_controller": str(fmus3["rolac_controller"])}
-    sizes, message = ("90 g.mm", "110 g.mm", "90 g.mm"), []
+    sizes, metrics = ("90 g.mm", "110 g.mm", "90 g.mm"), []
     for fmus in ({}, controller):
         runner = Runner(Task(Scenario.load(RUB).changed(end_cycle=6, fmu=fmus)))
-        message.append(
+        metrics.append(
             [str(runner.run(n, {"step.rotor_contact.turbine.u": size}).metrics) for n, size in enumerate(sizes)]
         )
         runner.close()
-    assert message[0] == message[1]
-    assert message[0][0] == message[0][2] != message[0][1]
+    assert metrics[0] == metrics[1]
+    assert metrics[0][0] == metrics[0][2] != metrics[0][1]
 
 
 def test_the_settled_motion_is_solved_for_with_components_of_fmi_3(fmus3, tmp_path):

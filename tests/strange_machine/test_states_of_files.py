@@ -13,15 +13,15 @@ from tests.support.messages import raises_naming
 
 def assert_shared_past_changes_nothing(scenario: Scenario, step: str) -> None:
     """Fail if two sizes of a step at `step` end otherwise, to the last bit, where they share their past."""
-    message = []
+    outcomes = []
     for labels in ((), ("step",)):
         runner = Runner(Task(scenario, labels=labels))
         results = [runner.run(n, {step: size}) for n, size in enumerate(("90 g.mm", "110 g.mm"))]
         runner.close()
         shared = [result.metrics.pop("shared", 0.0) for result in results]
-        message.append([(r.outcome, r.reason, str(r.metrics)) for r in results])
-    assert message[0] == message[1]
-    assert message[0][0] != message[0][1], "the points differ"
+        outcomes.append([(r.outcome, r.reason, str(r.metrics)) for r in results])
+    assert outcomes[0] == outcomes[1]
+    assert outcomes[0][0] != outcomes[0][1], "the points differ"
     assert shared[0] == 0.0 < shared[1]
 
 

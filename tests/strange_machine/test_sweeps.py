@@ -32,8 +32,8 @@ def point() -> PointResult:
 
 def test_seal_and_turbine_count_beside_the_retainers(point, rub):
     at_sites = {site: point.metrics[f"{PEAK}.{site}"] for site in ("catch_n", "catch_s", "labyrinth", "shroud")}
-    message = {site: force for site, force in at_sites.items() if force > 0.0}
-    assert message == pytest.approx({s: f for s, f in rub.summary.peak_contact_force.items() if f}, rel=1e-12)
+    forces = {site: force for site, force in at_sites.items() if force > 0.0}
+    assert forces == pytest.approx({s: f for s, f in rub.summary.peak_contact_force.items() if f}, rel=1e-12)
     assert point.metrics[PEAK] == at_sites["labyrinth"] == max(at_sites.values())
 
 

@@ -77,6 +77,6 @@ def version_of(source: str) -> str:
         program = shutil.which(source)
     if program is None:
         return ""
-    message = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=60, check=False).stdout
-    result = re.search(r"\d+(\.\d+)+", message)
+    text = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=60, check=False).stdout
+    result = re.search(r"\d+(\.\d+)+", text)
     return result[0] if result else ""

@@ -131,7 +131,7 @@ class Finding:
         value, unit, limit = self.measured.value, self.measured.unit, self.limit
         number = number_text(value)
         if self.verdict is Judgement.MISSED and limit is not None and number == number_text(limit):
-            number = next(message for n in range(5, 18) if (message := f"{value:.{n}g}") != f"{limit:.{n}g}")
+            number = next(finer for n in range(5, 18) if (finer := f"{value:.{n}g}") != f"{limit:.{n}g}")
         text = number if unit in ("", "1") else f"{number} {unit}"
         return f"{text}, zone {self.zone}" if self.zone else text
 

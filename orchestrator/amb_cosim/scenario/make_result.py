@@ -94,5 +94,5 @@ def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
     labels = {f"{role}_label": label for role, label in events.items()}
     changes = (*(n for n, _, _ in plan.events), *(n for n, _ in planned.profile))
     last = max((n for n in changes if n <= recorder.reached), default=0)
-    message = {PLACES: places_of(planned.assembly).to_json(), "period_s": plan.period}
-    return {**message, **cycles, **labels, LAST_CHANGE: last * cycle}
+    description = {PLACES: places_of(planned.assembly).to_json(), "period_s": plan.period}
+    return {**description, **cycles, **labels, LAST_CHANGE: last * cycle}
