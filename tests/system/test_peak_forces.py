@@ -12,7 +12,7 @@ from tools.contact_forces import PAGE, SCENARIOS, forces_of, read_page
 pytestmark = pytest.mark.slow
 
 NEWTON = {"rotor_contact.contact.impact_law": 1}
-CHAOTIC = {"fig4_20": 0.16}  # relative scatter: on an older processor peaks differ by 6 %, impulses by 13 %
+CHAOTIC = {"fig4_20": 0.16}  # relative scatter of the largest of all sites between processors
 RUNS = {"drop": ({}, {}, 0.3), "fig4_12": ({"rotor": "bath_rig"}, NEWTON, 0.2)}
 SHORT = {"drop": 0.6, "fig4_12": 0.9}  # the largest sample at RB2, over its peak
 
@@ -38,11 +38,15 @@ def test_peak_forces_at_250_us_are_those_at_20_us(name):
 
 @pytest.mark.parametrize("name", [name for name in SCENARIOS if name.startswith(("fig", "drop", "nelson"))])
 def test_forces_on_the_page_are_those_of_runs(name):
-    message = read_page()[name]
-    result = forces_of(name)
-    assert set(message) == set(result)
-    for site, values in result.items():
-        assert message[site] == pytest.approx(values, rel=CHAOTIC.get(name, 0.02), abs=2.0)
+    """In a chaotic run only the largest force of all sites is compared: its last bounce on a site may stay out."""
+    stated, computed = read_page()[name], forces_of(name)
+    assert set(stated) == set(computed)
+    if name in CHAOTIC:
+        largest = [[max(values) for values in zip(*of_sites.values(), strict=True)] for of_sites in (stated, computed)]
+        assert largest[0] == pytest.approx(largest[1], rel=CHAOTIC[name])
+        return
+    for site, values in computed.items():
+        assert stated[site] == pytest.approx(values, rel=0.02, abs=2.0)
 
 
 def test_page_lists_every_scenario_in_which_forces_are_told():
