@@ -62,18 +62,18 @@ def forces_of(name: str) -> Forces:
 
 
 def read_page() -> dict[str, Forces]:
-    """Return what the page tells of each scenario."""
-    message: dict[str, Forces] = {}
+    """Return the forces on the page, by scenario."""
+    forces: dict[str, Forces] = {}
     for name, site, peak, averaged, impulse in ROW.findall(PAGE.read_text(encoding="utf-8")):
-        message.setdefault(name, {})[site.lower()] = (float(peak), float(averaged), float(impulse))
-    return message
+        forces.setdefault(name, {})[site.lower()] = (float(peak), float(averaged), float(impulse))
+    return forces
 
 
-def table(found: dict[str, Forces]) -> str:
+def table(of_scenarios: dict[str, Forces]) -> str:
     """Return the table in Markdown."""
     rows = (
         f"| `{name}` | {site.upper()} | {peak:.0f} | {averaged:.0f} | {impulse:.2f} |\n"
-        for name, forces in found.items()
+        for name, forces in of_scenarios.items()
         for site, (peak, averaged, impulse) in forces.items()
     )
     return HEADING + "".join(rows)
@@ -83,8 +83,8 @@ def main(*names: str) -> None:
     """Run the scenarios, or those that are named, and write the page; raise ValueError for one that it lacks."""
     if unknown := sorted(set(names) - set(SCENARIOS)):
         raise ValueError(f"scenario {unknown[0]!r} is none of {', '.join(SCENARIOS)}")
-    message = read_page() if names else {}
-    result = {name: forces_of(name) if name in names or not names else message.get(name, {}) for name in SCENARIOS}
+    stated = read_page() if names else {}
+    result = {name: forces_of(name) if name in names or not names else stated.get(name, {}) for name in SCENARIOS}
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(HEADING)
     PAGE.write_text(before + table(result) + "\n" + ROW.sub("", rest).lstrip("\n"), encoding="utf-8")
 

@@ -23,13 +23,13 @@ def quoted(page):
             yield from ((names, force, 1e3 if unit == "MN" else 1.0) for force in re.findall(r"[\d.]+", forces))
 
 
-NOT_JUDGED = read_page()
-QUOTED = [entry for entry in quoted(PAGE) if set(entry[0]) & set(NOT_JUDGED)]
+FORCES_OF = read_page()
+QUOTED = [entry for entry in quoted(PAGE) if set(entry[0]) & set(FORCES_OF)]
 
 
 @pytest.mark.parametrize(("names", "force", "unit"), QUOTED, ids=str)
 def test_force_is_the_rounded_peak_of_its_run(names, force, unit):
     scenarios = [*names, *(other for name in names for other in OF_ANOTHER.get(name, ()))]
-    peaks = [1e-3 * peak / unit for name in scenarios for peak, *_ in NOT_JUDGED.get(name, {}).values()]
+    peaks = [1e-3 * peak / unit for name in scenarios for peak, *_ in FORCES_OF.get(name, {}).values()]
     rounding = 0.5 * 10.0 ** -len(force.partition(".")[2])
     assert min(abs(peak - float(force)) for peak in peaks) <= 1.001 * rounding
