@@ -18,8 +18,8 @@ class ModeKind(NamedTuple):
     """Kind of a mode shape.
 
     name
-        `cylindrical` or `conical` for rigid-body motion whose line crosses the axis nowhere or between the ends,
-        `flexural` for bending.
+        `conical` for rigid-body motion whose line crosses the axis between the ends, `cylindrical` for other
+        rigid-body motion, `flexural` for bending.
     rigid_share
         Share of the kinetic energy in the rigid-body motion nearest to the mode (1).
     crossings
