@@ -101,9 +101,7 @@ def overdamped_modes(model: Matrices, Omega: float) -> list[Mode]:
     values, shapes = eigenpairs(model, Omega)
     result = np.flatnonzero(np.isfinite(values) & ~oscillating(values))
     result = result[np.argsort(np.abs(values[result]), kind="stable")]
-    real = values[result].real.astype(np.complex128)
-    real[np.abs(real) <= AT_REST] = 0.0
-    return _to_modes(model, real, shapes[:, result])
+    return _to_modes(model, values[result].real.astype(np.complex128), shapes[:, result])
 
 
 def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) -> Array:

@@ -5,6 +5,12 @@
 Hysteretic damping D depends on the frequency of the motion only by the sign of its difference from the spin speed
 (`hysteresis`). It is constant for all motion slower than the spin, and for all faster motion, so two linear problems
 have all modes. An overdamped mode, which has no frequency, is one of a third problem with D at frequency 0.
+
+A motion N that nothing holds, K N = 0, has the eigenvalue 0, and has it twice if nothing resists its velocity either:
+
+    multiplicity of 0  =  2 dim N - rank(L^T (C + Omega G) N),   L^T K = 0                          (2)
+
+Rounding leaves a double eigenvalue as far as 0.1 rad/s from 0; so as many of the smallest are set to 0.
 """
 
 from __future__ import annotations
@@ -12,15 +18,19 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.linalg import eig, eigvals
+from scipy.linalg import eig, eigvals, svd
 
 from amb_files.checks import require
 from array_types import Array, Bools, Complex
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.hysteresis import Hysteresis
 
-AT_REST = 1e-3  # rad/s; rounding gives an unsupported rotor, which does not oscillate, up to 1e-4 rad/s
+AT_REST = 0.03  # rad/s; rounding of K may change the square of an eigenvalue by the square of this
+NEAR_ZERO = 1.0  # rad/s, within which an eigenvalue may be a 0 that is not exact
+HELD = 1e-12  # of the largest stiffness, each row in proportion to its own, below which a motion is not held
+RESISTED = 1e-9  # of the terms of a motion's resistance, below which it is rounding
 FREQUENCY_SCALE = 1e3  # rad/s; scales velocities, so that both halves of the eigenproblem are of the same size
+LIGHT = 1e-6  # of the forces of inertia at that scale, to which stiffness and damping are compared that may be rounding
 SHIFT = 0.01  # of `FREQUENCY_SCALE`, about which the slowest eigenvalues are; an unsupported rotor has several at 0
 VALUES_OF_VIBRATION, VALUES_AT_REST = 4, 24  # eigenvalues computed for a vibration, and for motion without a frequency
 FEWEST = 4  # times the computed eigenvalues, that a model has at least if not all are computed
@@ -31,7 +41,7 @@ OF_LOSS = 2.0  # times the loss factor: largest |Im lambda / lambda| that a comp
 def eigenvalues(model: Matrices, Omega: float) -> Complex:
     """Return all eigenvalues (rad/s) of (1) at Omega (rad/s), shape (n,), with those of conjugate motion."""
     if model.hysteresis is None:
-        return _in_rad_per_s(eigvals(*_first_order(model, Omega)))
+        return _with_zeros(_in_rad_per_s(eigvals(*_first_order(model, Omega))), model, Omega)
     values = eigenpairs(model, Omega)[0]
     return np.concatenate([values, values[values.imag > 0.0].conj()])
 
@@ -55,7 +65,7 @@ def slowest_eigenvalues(model: Matrices, Omega: float, count: int) -> Complex:
             nearest = eigs(inverse, number, v0=start, return_eigenvectors=False)
         except ArpackNoConvergence:
             return eigenvalues(model, Omega)
-        values = _in_rad_per_s(SHIFT + 1.0 / nearest)
+        values = _with_zeros(_in_rad_per_s(SHIFT + 1.0 / nearest), model, Omega)
         if np.sum(oscillating(values) & (values.imag > 0.0)) >= count:
             return values
     return eigenvalues(model, Omega)
@@ -133,19 +143,39 @@ def _is_light(values: Complex) -> Bools:
 
 def _solved(model: Matrices, Omega: float, D: Array | Complex | None = None) -> tuple[Complex, Complex]:
     values, vectors = eig(*_first_order(model, Omega, D))
-    return _in_rad_per_s(values), vectors[: model.size]
+    return _with_zeros(_in_rad_per_s(values), model, Omega, D), vectors[: model.size]
+
+
+def _with_zeros(values: Complex, model: Matrices, Omega: float, D: Array | Complex | None = None) -> Complex:
+    """Return the eigenvalues with as many of the smallest at 0 as there are by (2)."""
+    if np.abs(values).min(initial=math.inf) < NEAR_ZERO:
+        values[np.argsort(np.abs(values), kind="stable")[: _multiplicity_of_zero(model.at(Omega), Omega, D)]] = 0.0
+    return values
+
+
+def _multiplicity_of_zero(model: Matrices, Omega: float, D: Array | Complex | None) -> int:
+    K, resistance = model.K if D is None else model.K + D, model.C + Omega * model.G
+    scale = np.sqrt(np.abs(np.diag(K)))
+    scale[scale == 0.0] = 1.0
+    left, stiffness, right = svd(K / scale / scale[:, None])
+    free = stiffness <= HELD * stiffness[0]
+    L, N = left[:, free] / scale[:, None], right[free].conj().T / scale[:, None]
+    terms = np.abs(L).T @ np.abs(resistance) @ np.abs(N)
+    rank = np.linalg.matrix_rank(L.conj().T @ resistance @ N, tol=RESISTED * terms.max()) if terms.any() else 0
+    return 2 * int(free.sum()) - int(rank)
 
 
 def _first_order(
     model: Matrices, Omega: float, D: Array | Complex | None = None
 ) -> tuple[Array | Complex, Array | Complex]:
-    """A z = lambda / w B z for z = (q, q' / w), w the unit of frequency; forces count in the norm of K."""
+    """A z = lambda / w B z for z = (q, q' / w), w the unit of frequency; forces count in the largest norm of a term."""
     require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
     model = model.at(Omega)
-    w, force = FREQUENCY_SCALE, float(np.linalg.norm(model.K, 1)) or 1.0
-    K = model.K if D is None else model.K + D
+    w, K, resistance = FREQUENCY_SCALE, model.K if D is None else model.K + D, model.C + Omega * model.G
+    sizes = (np.linalg.norm(model.K, 1), w * np.linalg.norm(resistance, 1), LIGHT * w**2 * np.linalg.norm(model.M, 1))
+    force = float(max(sizes)) or 1.0
     identity, zero = np.eye(model.size), np.zeros((model.size, model.size))
-    A = np.block([[zero, identity], [-K / force, -(model.C + Omega * model.G) * (w / force)]])
+    A = np.block([[zero, identity], [-K / force, -resistance * (w / force)]])
     B = np.block([[identity, zero], [zero, model.M * (w**2 / force)]])
     return A, B
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.modes import damped_frequencies, modes, overdamped_modes, translations
 from rotor_analysis.parts import Bearing, Disc
+from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
@@ -150,6 +151,27 @@ def test_rotor_that_nothing_holds_drifts_with_eigenvalue_zero():
     assert len(drifting) == 8  # two translations and two rotations, each with a constant velocity
     assert all(mode.eigenvalue == 0.0 and mode.damping_ratio == 0.0 for mode in drifting)
     assert modes(free, 0.0, 1)[0].frequency > 100.0
+
+
+@pytest.mark.parametrize("Omega", [20.0, 500.0])
+def test_spinning_free_rotor_precesses_and_drifts_with_nothing_near_zero(Omega):
+    """Six eigenvalues are 0: translations with their velocities, and tilts; the velocities of tilts precess."""
+    rotor = load_rotor("compressor")
+    free, body = assemble(rotor, "consistent"), rigid_body(rotor)
+    drifting = overdamped_modes(free, Omega)
+    assert len(drifting) == 6
+    assert all(mode.eigenvalue == 0.0 for mode in drifting)
+    precession = modes(free, Omega, 1)[0]
+    assert precession.whirl == "forward"
+    assert precession.frequency == pytest.approx(Omega * body.polar_inertia / body.diametral_inertia, rel=1e-3)
+
+
+def test_damper_alone_lets_a_rotor_rest_anywhere():
+    """A damper at each end stops translations and tilts, each with one eigenvalue 0 and one decaying rate."""
+    drifting = overdamped_modes(rigid(tensor(0.0), tensor(50.0)).model, 0.0)
+    rates = np.array([mode.eigenvalue.real for mode in drifting])
+    decays = np.repeat(sorted([-100.0 / MASS, -25.0 * L**2 / I_D]), 2)
+    np.testing.assert_allclose(np.sort(rates), [*decays, *[0.0] * 4], rtol=1e-9, atol=1e-9)
 
 
 def on_stiff_supports(rotor):
