@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "instance.h"
 #include "kernels.h"
 #include "pythonfmu.h"
 #include "resources.h"

@@ -200,48 +200,6 @@ static void make_program(struct Assembly *assembly, const Data *data, intptr_t *
     program->needed = program->fetches;
 }
 
-int open_assembly(Run *run, const char *location, char *reason)
-{
-    const Data *data = &run->data;
-    if (!tables_are_possible(data)) {
-        snprintf(reason, TEXT_SIZE, "resources/model.bin is damaged: its wiring is impossible");
-        return 0;
-    }
-    const Wiring *wiring = (const Wiring *)data->constants;
-    const size_t n_sources = (size_t)wiring->n_sources, n_values = (size_t)(data->n_inputs + data->n_outputs);
-    const size_t n_gathered = (size_t)wiring->n_gathered;
-    const size_t numbers = (n_sources + n_values + n_gathered) * sizeof(double);
-    struct Assembly *assembly = calloc(1, sizeof *assembly + numbers + n_sources * sizeof(intptr_t));
-    if (!assembly) {
-        snprintf(reason, TEXT_SIZE, "there is no memory for another instance");
-        return 0;
-    }
-    run->assembly = assembly;
-    assembly->wiring = wiring;
-    assembly->parts = (const Part *)(wiring + 1);
-    assembly->sources = (const int64_t *)(assembly->parts + data->n_parts);
-    assembly->ramps = assembly->sources + wiring->n_sources;
-    assembly->gathers = assembly->ramps + 2 * wiring->n_ramps;
-    double *inputs = (double *)(assembly + 1);
-    assembly->before = inputs + n_sources;
-    assembly->gathered = assembly->before + n_values;
-    int is_open = place_parts(assembly, run, reason);
-    if (is_open)
-        make_program(assembly, data, (intptr_t *)(assembly->gathered + n_gathered), inputs);
-    for (size_t k = 0; is_open && k < data->n_parts; k++)
-        is_open = open_kernels(&assembly->runs[k].run, assembly->runs[k].name, location, reason);
-    if (!is_open)
-        close_assembly(run);
-    return is_open;
-}
-
-void close_assembly(Run *run)
-{
-    for (size_t k = 0; k < run->data.n_parts; k++)
-        close_kernels(&run->assembly->runs[k].run);
-    free(run->assembly);
-}
-
 /* Stepping it ------------------------------------------------------------------------------------------------------ */
 
 /* Hand the parameters to the parts, and the inputs to the loop; both have been checked, and what stopped a part is
@@ -286,7 +244,7 @@ static void show_outputs(Run *run)
     memcpy(run->next_outputs, outputs, (size_t)(data->n_outputs - 1) * sizeof *outputs);
 }
 
-int64_t initialise_assembly(Run *run)
+static int64_t initialise_assembly(Run *run)
 {
     struct Assembly *assembly = run->assembly;
     const Data *data = &run->data;
@@ -388,7 +346,7 @@ static void gather(const Run *run, int begins, double share)
     }
 }
 
-int64_t step_assembly(Run *run, double time, double step_size)
+static int64_t step_assembly(Run *run, double time, double step_size)
 {
     const Wiring *wiring = run->assembly->wiring;
     const Clock *clock = run->assembly->clock;
@@ -422,4 +380,64 @@ int64_t step_assembly(Run *run, double time, double step_size)
     for (int64_t i = 0; pieces > 1 && i < wiring->n_gathered; i++)
         run->next_outputs[run->assembly->gathers[2 * i]] = run->assembly->gathered[i];
     return 0;
+}
+
+/* Opening it ------------------------------------------------------------------------------------------------------- */
+
+static const Stepper STEPPER = {initialise_assembly, step_assembly};
+
+static void close_assembly(Run *run)
+{
+    for (size_t k = 0; k < run->data.n_parts; k++)
+        close_kernels(&run->assembly->runs[k].run);
+    free(run->assembly);
+}
+
+static int open_assembly(Run *run, const char *location, char *reason)
+{
+    const Data *data = &run->data;
+    if (!tables_are_possible(data)) {
+        snprintf(reason, TEXT_SIZE, "resources/model.bin is damaged: its wiring is impossible");
+        return 0;
+    }
+    const Wiring *wiring = (const Wiring *)data->constants;
+    const size_t n_sources = (size_t)wiring->n_sources, n_values = (size_t)(data->n_inputs + data->n_outputs);
+    const size_t n_gathered = (size_t)wiring->n_gathered;
+    const size_t numbers = (n_sources + n_values + n_gathered) * sizeof(double);
+    struct Assembly *assembly = calloc(1, sizeof *assembly + numbers + n_sources * sizeof(intptr_t));
+    if (!assembly) {
+        snprintf(reason, TEXT_SIZE, "there is no memory for another instance");
+        return 0;
+    }
+    run->assembly = assembly;
+    run->stepper = &STEPPER;
+    assembly->wiring = wiring;
+    assembly->parts = (const Part *)(wiring + 1);
+    assembly->sources = (const int64_t *)(assembly->parts + data->n_parts);
+    assembly->ramps = assembly->sources + wiring->n_sources;
+    assembly->gathers = assembly->ramps + 2 * wiring->n_ramps;
+    double *inputs = (double *)(assembly + 1);
+    assembly->before = inputs + n_sources;
+    assembly->gathered = assembly->before + n_values;
+    int is_open = place_parts(assembly, run, reason);
+    if (is_open)
+        make_program(assembly, data, (intptr_t *)(assembly->gathered + n_gathered), inputs);
+    for (size_t k = 0; is_open && k < data->n_parts; k++)
+        is_open = open_kernels(&assembly->runs[k].run, assembly->runs[k].name, location, reason);
+    if (!is_open)
+        close_assembly(run);
+    return is_open;
+}
+
+int run_open(Run *run, const char *name, const char *location, char *reason)
+{
+    return run->data.n_parts ? open_assembly(run, location, reason) : open_kernels(run, name, location, reason);
+}
+
+void run_close(Run *run)
+{
+    if (run->assembly)
+        close_assembly(run);
+    else
+        close_kernels(run);
 }

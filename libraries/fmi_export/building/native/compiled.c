@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "engine_key.h" /* MODELS */
+#include "instance.h"
 
 /* Return 0, or something else if the kernel raised an exception; then `fault` is not set. Of the constants none is
    written. */

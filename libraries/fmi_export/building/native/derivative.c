@@ -20,12 +20,14 @@
    changed inputs may be computed in another way than the step without, and y0 be off y+ and y- by an error of the
    step, whatever d: the differences to both sides then go apart as 1/d, which is no kink. */
 
-#include "slave.h"
+#include "derivative.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "values.h"
 
 enum { LEVELS = 8, FEWEST = 3 };         /* FEWEST: that must lie within the range of an input */
 static const double LARGEST_SHARE = 0.1; /* of the nominal size of an input */

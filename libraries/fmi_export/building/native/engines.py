@@ -26,8 +26,9 @@ SHIPPED = FOLDER / "engines"  # in an installed package
 HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
 SLAVE = (  # an instance as hosts of FMI 2.0 run it, without the kernels
     *(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform")),
-    *("assembly.h", "data.h", "instance.h", "kernels.h", "loop.h", "resources.h", "slave.h"),
-    *("assembly.c", "data.c", "derivative.c", "fmi2.c", "instance.c", "loop.c", "resources.c", "saved.c"),
+    *("assembly.h", "data.h", "derivative.h", "host.h", "instance.h", "kernels.h", "loop.h", "resources.h", "saved.h"),
+    *("slave.h", "values.h"),
+    *("assembly.c", "data.c", "derivative.c", "fmi2.c", "host.c", "instance.c", "loop.c", "resources.c", "saved.c"),
     *("slave.c", "values.c"),
 )
 SLAVE3 = (

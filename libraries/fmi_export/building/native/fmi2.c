@@ -1,7 +1,10 @@
 /* Binds an instance to FMI 2.0 for co-simulation. */
 
 #include "fmi2Functions.h"
+#include "derivative.h"
+#include "saved.h"
 #include "slave.h"
+#include "values.h"
 
 #define REFERENCES const fmi2ValueReference references[], size_t count
 

@@ -11,7 +11,10 @@
 #include <stdlib.h>
 
 #include "fmi3Functions.h"
+#include "derivative.h"
+#include "saved.h"
 #include "slave.h"
+#include "values.h"
 
 #define REFERENCES const fmi3ValueReference references[], size_t count
 

@@ -4,7 +4,7 @@
    instance as it was. */
 
 #include "fmi3Functions.h"
-#include "slave.h"
+#include "values.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 

@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "assembly.h"
 #include "kernels.h"
 
 /* Append to a text of TEXT_SIZE; what does not fit is left out. */
@@ -148,19 +147,6 @@ static int64_t finish(Run *run, const char *failure, int64_t fault)
     return 0;
 }
 
-int run_open(Run *run, const char *name, const char *location, char *reason)
-{
-    return run->data.n_parts ? open_assembly(run, location, reason) : open_kernels(run, name, location, reason);
-}
-
-void run_close(Run *run)
-{
-    if (run->assembly)
-        close_assembly(run);
-    else
-        close_kernels(run);
-}
-
 void run_clear(Run *run)
 {
     const Data *data = &run->data;
@@ -180,8 +166,8 @@ int64_t run_initialise(Run *run)
     if (check_inputs(run))
         return run->outcome->fault;
     memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
-    if (run->assembly)
-        fault = initialise_assembly(run);
+    if (run->stepper)
+        fault = run->stepper->initialise(run);
     else
         failure = call_initialise(run, &fault);
     return finish(run, failure, fault);
@@ -202,8 +188,8 @@ int64_t run_step(Run *run, double time, double step_size)
     if (check_inputs(run))
         return run->outcome->fault;
     run->outcome->step_size = step_size;
-    if (run->assembly)
-        fault = step_assembly(run, time, step_size);
+    if (run->stepper)
+        fault = run->stepper->step(run, time, step_size);
     else
         failure = call_step(run, time, step_size, &fault);
     return finish(run, failure, fault);

@@ -19,25 +19,30 @@ typedef struct {
     char reason[TEXT_SIZE]; /* of the fault, or of the call that was refused last; empty after a step that was done */
 } Outcome;
 
+typedef struct Run Run;
+
+/* What steps the parts of an assembly, in place of kernels. The answer is a fault of the assembly itself, or 0; what
+   stops a part stops the run. */
+typedef struct {
+    int64_t (*initialise)(Run *run);
+    int64_t (*step)(Run *run, double time, double step_size);
+} Stepper;
+
 /* `values` are parameters, inputs and outputs in the order of the value references. What kernels leave in `work` saves
    time, and no call needs it. Kernels use vectors of two numbers, which are slower where they cross a cache line:
    `state`, `work` and the constants begin at multiples of 16 bytes. */
-typedef struct {
+struct Run {
     Data data;
     struct Kernels *kernels;   /* what calls them, if it is more than a function */
-    struct Assembly *assembly; /* what steps the parts, of an assembly alone */
+    const Stepper *stepper;    /* of an assembly alone */
+    struct Assembly *assembly; /* the parts that it steps */
     double *values, *state;
     Outcome *outcome;
     double *next_outputs, *work;
     unsigned char *reported; /* which warnings */
-} Run;
+};
 
 #pragma GCC visibility push(hidden)
-
-/* Make ready what a run calls, by the name of its instance and the location of its resources; 0 with a `reason`
-   (TEXT_SIZE) if there is none. */
-int run_open(Run *run, const char *name, const char *location, char *reason);
-void run_close(Run *run);
 
 /* Start values, and no state. */
 void run_clear(Run *run);

@@ -2,10 +2,10 @@
    addresses, and refuses a pointer to anything else, which may have been freed, or be another instance's: that takes
    bytes. */
 
+#include "saved.h"
+
 #include <stdlib.h>
 #include <string.h>
-
-#include "slave.h"
 
 /* The number of a state among those of an instance, or their count. The latest are looked at first. */
 static size_t number_of(const Instance *instance, const void *state)

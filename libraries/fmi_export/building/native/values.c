@@ -1,8 +1,8 @@
 /* What is said of values that a host may not read or set. */
 
-#include <limits.h>
+#include "values.h"
 
-#include "slave.h"
+#include <limits.h>
 
 static const char *const TYPE_NAMES[] = {"Real", "Integer", "Boolean", "String"};
 
