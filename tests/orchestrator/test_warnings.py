@@ -20,8 +20,8 @@ PORTS = {
 }
 
 
-def found(log=(), **samples):
-    recorded = {f"{name}.cut": np.isin(TIMES, true).astype(float) for name, true in samples.items()}
+def found(log=(), values=(), **samples):
+    recorded = {f"{name}.cut": np.isin(TIMES, true).astype(float) for name, true in samples.items()} | dict(values)
     return of_component("actuator", {port.name: port for port in PORTS.values()}, log, -2.0, TIMES, recorded)
 
 
@@ -39,6 +39,16 @@ def test_a_warning_lasts_from_its_first_to_its_last_sample():
     assert (warned.component, warned.variable) == ("actuator", "mb1.cut")
     assert warned.sentence == "the current is cut to 10 A"
     assert (warned.first, warned.last, warned.share) == (1.25, 6.0, 3 / 8)
+
+
+@pytest.mark.parametrize(
+    ("true", "expected"), [([2.0, 3.0, 6.0], "8 to 13"), ([2.0], "9 to 10"), ([], "10")], ids=["several", "one", "none"]
+)
+def test_a_recorded_value_in_a_warning_has_its_range_while_it_was_true(true, expected):
+    """At the time of the log it was 10; before and after, when nothing was cut, it was 99."""
+    limits = np.select([TIMES == 2.0, TIMES == 3.0, TIMES == 6.0], [9.0, 8.0, 13.0], 99.0)
+    (warned,) = found([logged("mb1", 1.25)], {"mb1.limit": limits}, mb1=true)
+    assert warned.sentence == f"the current is cut to {expected} A"
 
 
 def test_a_warning_that_was_not_recorded_is_known_from_the_log():

@@ -47,7 +47,8 @@ class Verdict:
     Attributes
     ----------
     word
-        `recovered`: the rotor touched and is free of contact for good. `trapped`: it is in contact at the end.
+        `recovered`: the rotor touched, and has been free of contact for five cycles. `trapped`: it touched in the last
+        five cycles.
         `rolled`: it rolls on a site at the end. `landed`: it touched after all magnets lost their power, which is
         still off. `stator`: it touched the stator of a magnetic bearing, whatever followed. `levitated`: it never
         touched, or not after the disturbance; `free` is that of a rotor without magnets, or without power at the end.
@@ -124,7 +125,11 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         moves = "still moves" if rocks is None else f"rocks within {rocks:.0f} deg"
         lies = f"the rotor {moves} on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
         return "landed", f"no magnet has power, and {lies} {where}"
-    return "trapped", f"the rotor touches {where} until {_moment(dataset, last)}, and the run ends"
+    cycles_free = cycles(dataset)[-1] - last
+    return "trapped", (
+        f"the rotor touched {where} until {_moment(dataset, last)}; the run ends {cycles_free:.3g} cycles later, and "
+        f"recovery requires {contact_history.RECOVERY_CYCLES:g} cycles without contact"
+    )
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -30,7 +30,7 @@ class WarningRecord:
     kind
         The declared sentence without values and places: the same for all outputs with this warning.
     sentence
-        The sentence with the values at the time of logging.
+        The sentence with the values at the time of logging; of recorded outputs, with their range while it was true.
     first, last
         First and last time at which it was true (s); the first may be before time 0, during settling.
     share
@@ -77,27 +77,44 @@ def of_component(
         else:
             others.append(WarningRecord(component, "", text, text))
     declared = (
-        _of_output(component, port, logged.get(port.name), times, recorded.get(port.name))
-        for port in ports.values()
-        if port.warning
+        _of_output(component, port, logged.get(port.name), times, recorded) for port in ports.values() if port.warning
     )
     return [*(warned for warned in declared if warned is not None), *others]
 
 
 def _of_output(
-    component: str, port: Port, logged: tuple[float, str] | None, times: Array, samples: Array | None
+    component: str, port: Port, logged: tuple[float, str] | None, times: Array, recorded: Mapping[str, Array]
 ) -> WarningRecord | None:
     """Return the warning of an output, or None if it was never true."""
+    samples = recorded.get(port.name)
     true = times[:0] if samples is None else times[samples != 0.0]
     if logged is None and not len(true):
         return None
     first, sentence = logged or (float(true[0]), re.sub(r"[{}]", "", port.warning))
+    if logged is not None and samples is not None:
+        during = {name: values[samples != 0.0] for name, values in recorded.items() if f"{{{name}}}" in port.warning}
+        sentence = _with_ranges(port.warning, sentence, during)
     after = times >= 0.0
     last, share = None, None
     if samples is not None and after.any():
         last = float(max(true[-1], first)) if len(true) else first
         share = float(np.mean(samples[after] != 0.0))
     return WarningRecord(component, port.name, _kind(port), sentence, first, last, share)
+
+
+def _with_ranges(declared: str, sentence: str, during: Mapping[str, Array]) -> str:
+    """Return a logged sentence with the range of the values at its time and of those in `during`, by variable."""
+    texts = re.split(r"\{([^}]*)\}", declared)  # texts and, between them, variables
+    logged = re.fullmatch("(.*)".join(map(re.escape, texts[::2])), sentence, re.DOTALL)
+    if logged is None:
+        return sentence
+    result = texts[0]
+    for name, value, text in zip(texts[1::2], logged.groups(), texts[2::2], strict=True):
+        limits = (
+            [f"{limit(during[name], initial=float(value)):.6g}" for limit in (np.min, np.max)] if name in during else []
+        )
+        result += (" to ".join(dict.fromkeys(limits)) or value) + text
+    return result
 
 
 def _kind(port: Port) -> str:
