@@ -153,7 +153,6 @@ void run_clear(Run *run)
     memset(run->outcome, 0, sizeof *run->outcome);
     memcpy(run->values, data->start_values, (size_t)data->n_values * sizeof *run->values);
     memset(run->state, 0, (size_t)data->n_state * sizeof *run->state);
-    memset(run->work, 0, (size_t)data->n_work * sizeof *run->work);
     memset(run->reported, 0, (size_t)data->n_warnings);
 }
 
