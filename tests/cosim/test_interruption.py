@@ -105,7 +105,7 @@ def test_a_signal_that_was_lost_before_a_run_ends_it_at_once(runner, command):
     def run():
         swallow(signal.SIGTERM)
         with deferred() as interruption:
-            came.append(interruption.came)
+            came.append(interruption.received)
 
     command(run)
     runner("tested")

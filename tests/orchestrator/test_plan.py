@@ -320,6 +320,6 @@ def test_an_interrupt_waits_for_a_safe_moment():
     before = signal.getsignal(signal.SIGINT)
     with deferred() as interruption:
         os.kill(os.getpid(), signal.SIGINT)
-        assert interruption.came
+        assert interruption.received
         assert signal.getsignal(signal.SIGINT) is before, "a second one ends the process"
     assert signal.getsignal(signal.SIGINT) is before

@@ -1,7 +1,7 @@
 """A single thread for linear algebra, so that its results do not depend on the number of processors.
 
-Libraries of linear algebra add in another order with each number of threads, which changes last bits; landings in
-contact amplify them. The matrices are small, so that threads would wait for each other.
+Libraries of linear algebra sum in an order that depends on the number of threads, which changes last bits; landings in
+contact amplify them. The matrices are small, so threads would mostly wait for each other.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Limit the libraries of linear algebra that are loaded (OpenBLAS, MKL, BLIS) to one thread, and restore them."""
+    """Limit the loaded libraries of linear algebra (OpenBLAS, MKL, BLIS) to one thread within the block."""
     from threadpoolctl import threadpool_limits
 
     with threadpool_limits(1, user_api="blas"):

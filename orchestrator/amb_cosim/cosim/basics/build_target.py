@@ -32,7 +32,7 @@ class BuildTarget:
     sources: bool = False
 
     def __post_init__(self) -> None:
-        if self.platforms is not None:  # of each of several FMUs
+        if self.platforms is not None:  # an iterator would serve only the first of several FMUs
             object.__setattr__(self, "platforms", tuple(self.platforms))
         if self.fmi == 2 and not self.arrays:
             raise ValueError("FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays")

@@ -25,10 +25,10 @@ LONGEST_NAME = 60  # characters of a file's name that the name of its folder tak
 LIMIT = 2 * 2**30  # bytes
 MEASURED = ".measured"  # file of the cache: its time is that of the last measurement
 BETWEEN_MEASUREMENTS = 3600.0  # s
-IN_USE = 24 * 3600.0  # s since its last use, within which a process may have something of the cache loaded
-COMPILED = ("engines", "loops")  # small, and minutes to make: they go only where everything does, with `over` = 0
-ENCODED = re.compile(r"[^A-Za-z0-9._-]")  # what a URI has as %20 or the like, which some FMUs do not decode
-ENTRY = re.compile(r".+-[0-9a-f]{32}")  # names of the others
+IN_USE = 24 * 3600.0  # s; an entry used within this time may still be loaded by a process
+COMPILED = ("engines", "loops")  # small, and minutes to compile: removed only with everything else, `over` = 0
+ENCODED = re.compile(r"[^A-Za-z0-9._-]")  # characters that a URI encodes, such as %20; some FMUs do not decode them
+ENTRY = re.compile(r".+-[0-9a-f]{32}")  # names of all other entries
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,8 @@ def note_use(home: Path, is_new: bool) -> None:
 def cache_entries() -> list[CacheEntry]:
     """Return the entries of the cache, the least recently used first."""
     paths = [path for path in user_cache().iterdir() if path.is_dir()]
-    result = [_entry(path) for path in paths if ENTRY.fullmatch(path.name) or path.name in COMPILED]
-    return sorted(result, key=lambda entry: entry.used)
+    entries = [_entry(path) for path in paths if ENTRY.fullmatch(path.name) or path.name in COMPILED]
+    return sorted(entries, key=lambda entry: entry.used)
 
 
 def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
@@ -88,7 +88,7 @@ def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
         if (over and size <= over) or now - entry.used < unused_for:
             break
         with temporary_folder(user_cache()) as folder, suppress(OSError):  # another process was faster
-            entry.path.rename(folder / entry.path.name)  # at once, so that nobody finds a part of it
+            entry.path.rename(folder / entry.path.name)  # at once, so that no process sees part of it
             removed.append(entry)
         size -= entry.size
     return removed

@@ -14,23 +14,23 @@ from typing import Any
 
 from amb_cosim.cosim.basics.descendants import end_descendants
 
-SHARE_OF_MEMORY = 0.75  # of this machine's, that FMUs may have
+SHARE_OF_MEMORY = 0.75  # of this machine's memory that a process of FMUs may use
 
 
 @contextmanager
 def child_process(module: str, arguments: tuple[Any, ...]) -> Iterator[subprocess.Popen[bytes]]:
-    """Start a process that runs a module of `cosim` with some input; it is ended afterwards in any case."""
+    """Start a process that runs a module of `cosim` and reads the pickled arguments; it is always ended on exit."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(str(Path(entry).absolute()) for entry in sys.path)}
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", f"amb_cosim.cosim.{module}"],
         env=environment,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        start_new_session=True,  # Ctrl-C comes to this process alone
+        start_new_session=True,  # Ctrl-C reaches only the parent
     )
     try:
         assert process.stdin is not None
-        with suppress(OSError):  # it ends before it reads
+        with suppress(OSError):  # it ended before it read them
             pickle.dump(arguments, process.stdin)
             process.stdin.flush()
         yield process

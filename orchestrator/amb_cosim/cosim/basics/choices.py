@@ -15,7 +15,7 @@ LOOPS: tuple[Loop, ...] = get_args(Loop)
 
 Coupling = Literal["gauss_seidel", "jacobi", "iterative"]
 
-Role = Literal["disturbance", "relief"]  # of an event: what the rotor is judged after, and what takes it back
+Role = Literal["disturbance", "relief"]  # of an event: the rotor is judged after a disturbance; relief takes it back
 ROLES: tuple[Role, ...] = get_args(Role)
 
 Settling = Literal["simulated", "solved", "automatic"]  # the last: solved where it can be

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import c_bool
 
-MOST_IDLE_PERIODS = 10  # periods without a flag; a thread takes long to start where runs are short
+MOST_IDLE_PERIODS = 10  # periods without a flag before the thread ends; restarting it for each short run would be slow
 
 
 class Clock:
@@ -23,7 +23,7 @@ class Clock:
         self._lock = threading.Lock()
         self._flags: list[c_bool] = []
         self._ticking = False
-        if hasattr(os, "register_at_fork"):  # a child has neither the thread nor who holds the lock
+        if hasattr(os, "register_at_fork"):  # a child process has neither the thread nor the holder of the lock
             os.register_at_fork(after_in_child=self._forget)
 
     @contextmanager

@@ -33,9 +33,9 @@ def continue_without_parent() -> None:
 def descendants(process: int) -> set[int]:
     """Return the IDs of all living descendants of a process; none if the system does not list them."""
     result: set[int] = set()
-    for listed in Path(f"/proc/{process}/task").glob("*/children"):
+    for children in Path(f"/proc/{process}/task").glob("*/children"):
         with suppress(OSError):  # it has ended meanwhile
-            for child in map(int, listed.read_text().split()):
+            for child in map(int, children.read_text().split()):
                 result |= {child} | descendants(child)
     return result
 
@@ -44,9 +44,9 @@ def end_descendants(process: int) -> None:
     """End all descendants of a process, including those started meanwhile."""
     ended: set[int] = set()
     while new := descendants(process) - ended:
-        for item in new:
+        for pid in new:
             with suppress(OSError):
-                os.kill(item, signal.SIGKILL)
+                os.kill(pid, signal.SIGKILL)
         ended |= new
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from amb_files.toml import read_toml
 
 MOST = 10  # differences that are reported
-LARGEST = 10_000  # numbers of an array that are listed
+LARGEST = 10_000  # size of an array that is compared number by number
 LONGEST = 160  # characters of a value
 
 

@@ -19,11 +19,11 @@ class Interruption:
     """Whether a signal was received."""
 
     def __init__(self) -> None:
-        self.came = False
+        self.received = False
 
     def check(self) -> None:
         """Raise KeyboardInterrupt if a signal was received."""
-        if self.came:
+        if self.received:
             raise KeyboardInterrupt
 
 
@@ -38,15 +38,15 @@ def interruptible() -> Iterator[None]:
     report = sys.unraisablehook
     ended = threading.Event()
 
-    def dropped(lost: Any) -> None:
-        if not isinstance(lost.exc_value, KeyboardInterrupt):
-            report(lost)
+    def reraise(unraisable: Any) -> None:
+        if not isinstance(unraisable.exc_value, KeyboardInterrupt):
+            report(unraisable)
             return
         started = threading.Event()
         threading.Thread(target=_interrupt_later, args=(started, ended), daemon=True).start()
         started.set()
 
-    sys.unraisablehook = dropped
+    sys.unraisablehook = reraise
     try:
         for number in before:
             signal.signal(number, _interrupt)
@@ -69,14 +69,14 @@ def deferred() -> Iterator[Interruption]:
     before = {number: handler for number, handler in _handled().items() if callable(handler)}
 
     def handle(number: int, _: Any) -> None:
-        interruption.came = True
+        interruption.received = True
         if before[number] is _interrupt:
             _received.append(number)
         _restore(before)
 
     if not _in_main_thread():
         before = {}
-    interruption.came = bool(_received) and _interrupt in before.values()
+    interruption.received = bool(_received) and _interrupt in before.values()
     try:
         for number in before:
             signal.signal(number, handle)
@@ -89,7 +89,7 @@ def deferred() -> Iterator[Interruption]:
 def undivided() -> Iterator[None]:
     """Finish the block before an interruption within it raises KeyboardInterrupt; a second one interrupts at once."""
     with deferred() as interruption:
-        before = interruption.came
+        before = interruption.received
         yield
     if not before:
         interruption.check()

@@ -12,7 +12,7 @@ from array_types import Array, Indices
 
 MOST_STEPS = 10**12  # of a run, which would take a month
 ROUNDING = 1e-9  # relative, of times that are whole numbers of steps
-NEAR_STEP = 1e-6  # of a step, between times that are the same
+NEAR_STEP = 1e-6  # of a step; times closer than this are the same
 EPSILON = sys.float_info.epsilon
 
 

@@ -31,7 +31,7 @@ from amb_cosim.cosim.fmu.exchange import Group, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from array_types import Array
 
-_logs: dict[str | int | None, Log] = {}  # of each instance, by its name and by what its logger gets as environment
+_logs: dict[str | int | None, Log] = {}  # of instances, by name and by the environment of their logger
 
 
 class Binding2(Binding):
@@ -41,9 +41,9 @@ class Binding2(Binding):
     kinds: ClassVar[Mapping[str, Any]] = {"Real": c_double, "Integer": c_int, "Boolean": c_int}
 
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
-        self._names, self._tolerance = (name, id(log)), interface.tolerance
+        self._log_keys, self._tolerance = (name, id(log)), interface.tolerance
         self.log = log
-        _logs.update(dict.fromkeys(self._names, log))
+        _logs.update(dict.fromkeys(self._log_keys, log))
         self._callbacks = fmi2CallbackFunctions(
             allocateMemory=_ALLOCATE, freeMemory=_FREE, componentEnvironment=id(log)
         )
@@ -101,7 +101,7 @@ class Binding2(Binding):
     def end_of_run(self, call: str, status: int) -> float | None:
         """Return the last time of a step that the FMU discarded to end the run (s), NaN if it does not state it."""
         if status == DISCARD and call == "fmi2DoStep":
-            with suppress(Exception):  # a question that an FMU need not answer
+            with suppress(Exception):  # an FMU need not support this query
                 if self.fmu.getBooleanStatus(fmi2Terminated):
                     return self._reached()
         return None
@@ -134,7 +134,7 @@ class Binding2(Binding):
 
     def abandon(self) -> None:
         """Forget the instance without a call."""
-        for name in self._names:
+        for name in self._log_keys:
             _logs.pop(name, None)
 
 
@@ -147,9 +147,9 @@ def _receive(environment: Any, instance: bytes | None, status: int, category: by
     text = (message or b"").decode("utf-8", "replace").strip()
     named, _, rest = text.partition(": ")
     name = (instance or b"").decode("utf-8", "replace")
-    for key, said in ((named, rest), (name, text), (environment, text)):
+    for key, message_text in ((named, rest), (name, text), (environment, text)):
         if key in _logs:
-            _logs[key].add(status, said)
+            _logs[key].add(status, message_text)
             return
     printLogMessage(environment, name.encode(), status, category, text.encode())
 

@@ -45,7 +45,7 @@ from amb_cosim.cosim.fmu.exchange import Group, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from array_types import Array, Bools
 
-NOTHING, ENDS, EARLY, UNFIT = range(4)  # why a call did not succeed that the FMU itself has not refused
+NOTHING, ENDS, EARLY, UNFIT = range(4)  # reasons why a call failed that the FMU did not refuse
 
 
 # In the order of `binding3.c`.
@@ -147,14 +147,14 @@ class Binding3(Binding):
 
     def reasons(self, call: str, status: int) -> list[str]:
         """Return what the FMU answered in addition to a status, or the value that cannot be sent to it."""
-        said = {
+        phrases = {
             NOTHING: [],
             ENDS: ["terminateSimulation is true"],
             EARLY: ["the FMU returned early from the step, which is not allowed"],
             UNFIT: [f"{self._state.number:.17g} does not fit into the integer type of the variable"],
         }[self._state.why]
         is_discarded = status == DISCARD and call == "fmi3DoStep" and self._state.why != ENDS
-        return [*said, reached_text(self._state.number)] if is_discarded else said
+        return [*phrases, reached_text(self._state.number)] if is_discarded else phrases
 
     def end_of_run(self, call: str, status: int) -> float | None:
         """Return the last time of a step in which the FMU ends the run (s)."""

@@ -9,7 +9,7 @@ from fmpy.fmi1 import FMICallException
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 WARNING, DISCARD, ERROR, FATAL = (STATUS.index(name) for name in ("Warning", "Discard", "Error", "Fatal"))
-MOST_WARNINGS = 100  # of an instance that are stored
+MOST_WARNINGS = 100  # stored per instance
 
 
 class Log:

@@ -45,7 +45,7 @@ class HeldState(NamedTuple):
 
 FmuBinding = Binding2 | Binding3
 StartValues = Mapping[str, float | str | bytes]
-FmuState = bytes | HeldState  # serialised, for any instance of the same FMU, or held for the one that it is of
+FmuState = bytes | HeldState  # serialised, for any instance of the same FMU; or held, for the instance that returned it
 
 
 class FmuComponent:
@@ -134,12 +134,12 @@ class FmuComponent:
         self._running = True
         port = self._interface.ports.get(FAULT_CODE) if self._interface.reports_faults else None
         if port is not None and port.causality == "output":
-            fault = self._exchange((port.name,))
-            self._guard("Get", fault.read, self._binding)
-            if fault.values[0] != 0.0:
-                # Initialisation mode tries again after every change, so only what was said last still holds.
-                raise FmuError("initialisation", f"fault {fault.values[0]:g}", self._log.said()[-1:])
-        del self._log.messages[:before]  # what initialisation mode said on the way
+            fault_code = self._exchange((port.name,))
+            self._guard("Get", fault_code.read, self._binding)
+            if fault_code.values[0] != 0.0:
+                # Initialisation mode retries after every change, so only the last message still applies.
+                raise FmuError("initialisation", f"fault {fault_code.values[0]:g}", self._log.said()[-1:])
+        del self._log.messages[:before]  # intermediate messages of initialisation mode
 
     def write(self) -> None:
         """Send `inputs` to the FMU."""
@@ -161,11 +161,11 @@ class FmuComponent:
     def derivatives(self, unknowns: Sequence[str], knowns: Sequence[str]) -> Array:
         """Return the directional derivatives of unknowns by knowns of an FMU of FMI 2.0, shape (unknowns, knowns)."""
         rows, columns = ([self._interface.port(v, self.name).reference for v in names] for names in (unknowns, knowns))
-        requested = (c_uint * len(rows))(*rows)
+        unknown = (c_uint * len(rows))(*rows)
         result = np.zeros((len(columns), len(rows)))
-        for column, answer in zip(columns, result, strict=True):
-            available = byref(c_uint(column)), 1, byref(c_double(1.0))
-            self._call("GetDirectionalDerivative", requested, len(rows), *available, np.ctypeslib.as_ctypes(answer))
+        for column, partials in zip(columns, result, strict=True):
+            direction = byref(c_uint(column)), 1, byref(c_double(1.0))
+            self._call("GetDirectionalDerivative", unknown, len(rows), *direction, np.ctypeslib.as_ctypes(partials))
         return result.T
 
     def save(self) -> None:
@@ -180,7 +180,7 @@ class FmuComponent:
         """Return the state of the FMU, which survives a reset and is freed by `close`."""
         pointer = c_void_p()
         self._call("GetFMUState", byref(pointer))
-        return self._add(pointer)
+        return self._held_state(pointer)
 
     def forget(self, state: HeldState) -> None:
         """Free a held state unless it is already free."""
@@ -206,7 +206,7 @@ class FmuComponent:
         else:
             pointer, content = c_void_p(), (self._binding.byte * len(state)).from_buffer_copy(state)
             self._call("DeserializeFMUState", content, len(state), byref(pointer))
-            copy = self._add(pointer)
+            copy = self._held_state(pointer)
             try:
                 self.put(copy)
             finally:
@@ -214,7 +214,7 @@ class FmuComponent:
         self._running = True
         self._log.messages[:] = [(WARNING, text) for text in warnings]
 
-    def _add(self, pointer: c_void_p) -> HeldState:
+    def _held_state(self, pointer: c_void_p) -> HeldState:
         state = HeldState(next(_serial), pointer.value or 0)
         self._held.add(state)
         return state
@@ -282,7 +282,7 @@ class FmuComponent:
 
     @property
     def _binding(self) -> FmuBinding:
-        assert self._fmu is not None, "it is closed"
+        assert self._fmu is not None, "the component is closed"
         return self._fmu
 
     def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: StartValues, every: int) -> None:
@@ -332,5 +332,5 @@ class FmuComponent:
             _corrupted.add(self._folder)
         end = self._binding.end_of_run(function, status)
         said = [*self._log.said(), *self._binding.reasons(function, status)]
-        available = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"
-        return FmuError(function, available, said, end)
+        status_text = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"
+        return FmuError(function, status_text, said, end)

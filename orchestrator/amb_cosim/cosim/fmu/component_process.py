@@ -13,16 +13,16 @@ from amb_cosim.cosim.basics.child_process import limit_memory
 from amb_cosim.cosim.basics.descendants import end_descendants, end_with_parent
 from amb_cosim.cosim.fmu.component import FmuComponent
 
-POLL_TIME = 0.5  # s between two looks at whether the parent is still there
+POLL_TIME = 0.5  # s between checks that the parent still runs
 
 
 def main() -> None:
     """Answer requests until there are no more; the first one loads the FMU."""
     parent = os.getppid()
     with os.fdopen(os.dup(1), "wb") as answers:
-        os.dup2(2, 1)  # what FMUs print does not go among the answers
+        os.dup2(2, 1)  # keeps what FMUs print out of the answers
         request = pickle.load(sys.stdin.buffer)
-        end_with_parent(partial(_wait_for_end_of, parent))  # standard input has requests
+        end_with_parent(partial(_wait_for_end_of, parent))  # standard input, which carries requests, cannot be awaited
         limit_memory()
         component: FmuComponent | None = None
         while True:

@@ -61,7 +61,7 @@ class Group:
             at.append(begins[port.reference] + port.element)
         arrays = {port.reference: interface.whole(port) for _, port in ports if port.size > 1}
         elements = ((begins[r] + element.element, element) for r, whole in arrays.items() for element in whole)
-        self._rest = [(k, element) for k, element in elements if k not in at]
+        self._unexchanged = [(k, element) for k, element in elements if k not in at]
         self.references: CArray[Any] = (c_uint * len(references))(*references)
         self.image: CArray[Any] = (ctype * size)()
         self._view: NDArray[Any] = np.ctypeslib.as_array(self.image)
@@ -71,7 +71,7 @@ class Group:
 
     def fill(self, values: Mapping[str, float]) -> None:
         """Set array elements that are not exchanged to these values, by name, or to their start values."""
-        for k, port in self._rest:
+        for k, port in self._unexchanged:
             self._view[k] = values.get(port.name, port.start or 0.0)
 
     def store(self, values: Array) -> None:
@@ -84,7 +84,7 @@ class Group:
 
     def only(self, selected: Bools) -> Group:
         """Return a group of the `selected` variables."""
-        ports = [item for item, keep in zip(self._ports, selected, strict=True) if keep]
+        ports = [port for port, keep in zip(self._ports, selected, strict=True) if keep]
         return Group(self.name, self._ctype, ports, self._interface)
 
 
@@ -104,10 +104,10 @@ class Exchange:
 
     def __init__(self, fmu: Exchanging, ports: Sequence[Port], interface: FmuInterface) -> None:
         self.values = np.zeros(len(ports))
-        self.law: tuple[Array, Array] | None = None  # factors and offsets of what is set
+        self.law: tuple[Array, Array] | None = None  # factors and offsets that `write` applies
         of_kind: dict[str, list[tuple[int, Port]]] = {name: [] for name in fmu.kinds}
-        for item in enumerate(ports):
-            of_kind[fmu.kind_of(item[1])].append(item)
+        for position, port in enumerate(ports):
+            of_kind[fmu.kind_of(port)].append((position, port))
         self.groups = [Group(name, fmu.kinds[name], chosen, interface) for name, chosen in of_kind.items() if chosen]
 
     def fill(self, values: Mapping[str, float]) -> None:

@@ -24,9 +24,9 @@ from amb_files.checks import single_line
 from fmi_export.building.units import SI
 from fmi_export.variables import TOOL
 
-_BASE = (*SI, "factor", "offset")
+_BASE_UNIT_FIELDS = (*SI, "factor", "offset")
 
-# What a variable is to the master, by its type of FMI 2.0 or 3.0; it has no clocks.
+# Type of a variable for the master, by its type of FMI 2.0 or 3.0; clocks are not supported.
 _TYPES = {
     **{name: "Real" for name in ("Real", "Float32", "Float64")},
     **{name: "Integer" for name in ("Integer", "Enumeration")},
@@ -80,13 +80,13 @@ def _read(folder: Path, name: str, source: Path, _changed: int) -> FmuInterface:
     try:
         description, deviations = read_tolerantly(folder)
         return replace(_interface(description, folder, f"{name}: {source}"), deviations=deviations)
-    except NotTaken:
+    except Unsupported:
         raise
-    except Exception as error:  # whatever a damaged description leads to
+    except Exception as error:  # any that a damaged description causes
         raise ValueError(f"{name}: {source} is not a readable FMU ({single_line(error)})") from error
 
 
-class NotTaken(ValueError):
+class Unsupported(ValueError):
     """A valid description of an unsupported FMU."""
 
 
@@ -94,18 +94,18 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
     major = description.fmiVersion.partition(".")[0]
     if major not in ("2", "3") or description.coSimulation is None:
         kinds = {"modelExchange": "model exchange", "coSimulation": "co-simulation", "scheduledExecution": "schedules"}
-        named = [kind for name, kind in kinds.items() if getattr(description, name, None) is not None]
-        kind = f"{' and '.join(named) or 'no purpose'} of FMI {description.fmiVersion}"
-        raise NotTaken(f"{what} is an FMU for {kind}; it must be for co-simulation of FMI 2.0 or 3.0")
+        provided = [kind for name, kind in kinds.items() if getattr(description, name, None) is not None]
+        kind = f"{' and '.join(provided) or 'no purpose'} of FMI {description.fmiVersion}"
+        raise Unsupported(f"{what} is an FMU for {kind}; it must be for co-simulation of FMI 2.0 or 3.0")
     definitions = {
-        unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE)
+        unit.name: tuple(float(getattr(unit.baseUnit, field)) for field in _BASE_UNIT_FIELDS)
         for unit in description.unitDefinitions
         if unit.baseUnit is not None
     }
     units = {unit.name: _with_display_units(unit, definitions) for unit in description.unitDefinitions}
     notes = _notes(folder)
-    taken = [v for v in description.modelVariables if v.type in _TYPES and not v.clocks and not _is_time(v, major)]
-    names = {v.name: _names(v, notes.get(v.name, _Notes())) for v in taken}
+    supported = [v for v in description.modelVariables if v.type in _TYPES and not v.clocks and not _is_time(v, major)]
+    names = {v.name: _names(v, notes.get(v.name, _Notes())) for v in supported}
 
     def inputs_among(variables: Iterable[Any]) -> tuple[str, ...]:
         return tuple(name for v in variables if v.causality == "input" for name, _ in names.get(v.name, ()))
@@ -117,23 +117,23 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
     }
     ports = {
         port.name: port
-        for v in taken
+        for v in supported
         for port in _ports(
             v, names[v.name], definitions, units, depends_on.get(v.name, ()), notes.get(v.name, _Notes())
         )
     }
-    ability = description.coSimulation
+    capabilities = description.coSimulation
     return FmuInterface(
-        identifier=ability.modelIdentifier,
+        identifier=capabilities.modelIdentifier,
         guid=description.guid,
         version=description.version or "",
         ports=ports,
-        takes_any_step=bool(ability.canHandleVariableCommunicationStepSize),
-        saves_state=bool(ability.canGetAndSetFMUstate),
-        serialises_state=bool(ability.canGetAndSetFMUstate and ability.canSerializeFMUstate),
-        states=_states(description) if ability.providesDirectionalDerivative and major == "2" else (),
+        takes_any_step=bool(capabilities.canHandleVariableCommunicationStepSize),
+        saves_state=bool(capabilities.canGetAndSetFMUstate),
+        serialises_state=bool(capabilities.canGetAndSetFMUstate and capabilities.canSerializeFMUstate),
+        states=_states(description) if capabilities.providesDirectionalDerivative and major == "2" else (),
         fmi=3 if major == "3" else 2,
-        once_per_process=bool(ability.canBeInstantiatedOnlyOncePerProcess),
+        once_per_process=bool(capabilities.canBeInstantiatedOnlyOncePerProcess),
         texts={text.name: text for text in _texts(description)},
         internal_step=_of_experiment(description, "stepSize"),
         tolerance=_of_experiment(description, "tolerance"),
@@ -142,7 +142,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
 
 
 def _with_display_units(unit: Any, definitions: Mapping[str, UnitDefinition]) -> Mapping[str, UnitDefinition]:
-    """Return the definitions of all units, and of the display units of one: d = f v + o, of which b = F v + O."""
+    """Return the definitions of all units and of a unit's display units, d = f v + o, where b = F v + O."""
     displays = {display.name: display for display in unit.displayUnits if display.name not in definitions}
     if unit.name not in definitions or not displays:
         return definitions
@@ -181,8 +181,8 @@ def _states(description: Any) -> tuple[tuple[str, str], ...]:
 def _notes(folder: Path) -> dict[str, _Notes]:
     """Return the additional data of variables, from annotations (FMI 2.0) or a file (FMI 3.0)."""
     if (file := folder / NOTES).is_file():
-        said = json.loads(file.read_bytes())
-        return {v: _Notes(s.get("warning", ""), tuple(map(tuple, s.get("elements", ())))) for v, s in said.items()}
+        entries = json.loads(file.read_bytes())
+        return {v: _Notes(e.get("warning", ""), tuple(map(tuple, e.get("elements", ())))) for v, e in entries.items()}
     content = (folder / DESCRIPTION).read_bytes()
     result = {}
     for variable in ElementTree.fromstring(content).iterfind("ModelVariables/ScalarVariable[Annotations]"):

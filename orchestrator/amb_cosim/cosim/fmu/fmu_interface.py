@@ -99,7 +99,7 @@ class TextVariable:
         Raises
         ------
         ValueError
-            If it is not one; the message begins with `name`.
+            If it is not allowed; the message begins with `name`.
         """
         if self.size != 1:
             raise ValueError(f"{name} is an array of type {self.type}, which cannot be set; scalars can")
@@ -179,8 +179,8 @@ class FmuInterface:
             If no variable has this name; the message lists similar names.
         """
         if name in self.texts:
-            possible = "its value can be set at the start, but not changed, connected or recorded"
-            raise ValueError(f"{component}.{name} is a {self.texts[name].type}; {possible}")
+            restriction = "its value can be set at the start, but not changed, connected or recorded"
+            raise ValueError(f"{component}.{name} is a {self.texts[name].type}; {restriction}")
         if name not in self.ports:
             raise ValueError(f"{component} has no variable {name!r}; {suggest(name, [*self.ports, *self.texts])}")
         return self.ports[name]
@@ -195,4 +195,4 @@ class FmuInterface:
         for port in self.ports.values():
             if port.size > 1:
                 result.setdefault(port.reference, {}).setdefault(port.element, port)
-        return {reference: tuple(by_name.values()) for reference, by_name in result.items()}
+        return {reference: tuple(by_element.values()) for reference, by_element in result.items()}

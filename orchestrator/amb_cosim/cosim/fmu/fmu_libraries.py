@@ -9,7 +9,7 @@ import fmpy
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 
-PYTHONFMU = b"slavemodule.txt"  # a name that its library holds: the file that names the script
+PYTHONFMU = b"slavemodule.txt"  # the file that names the script; PythonFMU's library contains this name
 
 
 def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
@@ -46,9 +46,9 @@ def check_libraries(folder: Path, interface: FmuInterface, what: str) -> None:
 
 def _check_script(resources: Path, what: str) -> None:
     """Raise ValueError if the script that PythonFMU's library loads is missing."""
-    named = resources / PYTHONFMU.decode()
-    if not named.is_file():
-        raise ValueError(f"{what} is damaged: resources/{named.name} is missing, which names its script")
-    script = resources / f"{named.read_text(encoding='utf-8', errors='replace').strip()}.py"
+    name_file = resources / PYTHONFMU.decode()
+    if not name_file.is_file():
+        raise ValueError(f"{what} is damaged: resources/{name_file.name} is missing, which names its script")
+    script = resources / f"{name_file.read_text(encoding='utf-8', errors='replace').strip()}.py"
     if not script.is_file():
         raise ValueError(f"{what} is damaged: its script resources/{script.name} is missing")

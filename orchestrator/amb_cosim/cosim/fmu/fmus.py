@@ -201,7 +201,7 @@ def ingredients(fmu: FmuSource, **options: Any) -> dict[str, Any]:
     name, options = _resolved(fmu, options)
     source, result = _source(name), {}
     for option in inspect.signature(source).parameters:
-        with suppress(ValueError):  # no pack has a rotor
+        with suppress(ValueError):  # no pack provides a default rotor
             value = _with_file(source, option, options.get(option))
             if is_dataclass(value) or (isinstance(value, str | Path) and Path(value).is_file()):
                 result[option] = value
@@ -275,10 +275,10 @@ def _key(source: Source, target: BuildTarget, options: Mapping[str, Any]) -> str
     packages: tuple[str, ...] | None = getattr(source, "packages", None)
     if packages is None:
         return target.guid(*_made(source, options)).strip("{}")
-    available = {name: options.get(name) for name in inspect.signature(source).parameters}
+    used = {name: options.get(name) for name in inspect.signature(source).parameters}
     facts = [source.__qualname__, target.flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
-    for name, option in available.items():
+    for name, option in used.items():
         value = _with_file(source, name, option)
         is_file = isinstance(value, str | Path) and Path(value).is_file()
         sha.update(name.encode() + (_content(Path(value), name) if is_file else repr(value).encode()))

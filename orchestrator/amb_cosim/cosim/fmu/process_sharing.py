@@ -1,8 +1,8 @@
 """Finds FMUs that cannot run in one process with those before them.
 
 * Of an FMU with `canBeInstantiatedOnlyOncePerProcess`, a process can have one instance: others would share its state.
-* FMUs of PythonFMU share one interpreter, in which a name is one module: the first FMU's.
-* Libraries beside that of an FMU are loaded by their names: the first FMU's serves all that bring one of this name.
+* FMUs of PythonFMU share one interpreter, in which the name of a module refers to the first FMU's.
+* Libraries beside that of an FMU are loaded by their names: all FMUs that bring one of a name get the first FMU's.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ def separate_components(fmus: Mapping[str, Fmu], interfaces: Mapping[str, FmuInt
     code: dict[str, str] = {}
     for name, fmu in fmus.items():
         interface = interfaces[name]
-        of_fmu = _named_code(fmu.folder, interface.identifier) if fmu.layout is None else {}
-        is_taken = interface.once_per_process and interface.identifier in identifiers
-        if is_taken or any(code.get(item, digest) != digest for item, digest in of_fmu.items()):
+        fmu_code = _named_code(fmu.folder, interface.identifier) if fmu.layout is None else {}
+        is_second = interface.once_per_process and interface.identifier in identifiers
+        if is_second or any(code.get(loaded, digest) != digest for loaded, digest in fmu_code.items()):
             separate.add(name)
         else:
             identifiers.add(interface.identifier)
-            code.update(of_fmu)
+            code.update(fmu_code)
     return frozenset(separate)
 
 
 @lru_cache(maxsize=256)
 def _named_code(folder: Path, identifier: str) -> Mapping[str, str]:
-    """Return what an extracted FMU brings that is loaded by its name: modules and libraries, with digests."""
+    """Return digests of the modules and libraries of an extracted FMU that are loaded by name."""
     places = (folder / "binaries" / platform for platform in (fmpy.platform, fmpy.platform_tuple))
     files = [file for place in places if place.is_dir() for file in sorted(place.iterdir())]
     libraries = {
@@ -58,13 +58,13 @@ def modules_of(folder: Path) -> Mapping[str, str]:
     result: dict[str, str] = {}
     if not (resources / PYTHONFMU.decode()).is_file():
         return {}
-    for item in sorted(resources.iterdir()):
-        files = sorted(item.rglob("*")) if item.is_dir() else [item]
+    for entry in sorted(resources.iterdir()):
+        files = sorted(entry.rglob("*")) if entry.is_dir() else [entry]
         code = [file for file in files if file.suffix in CODE]
         if code:
             sha = hashlib.sha256()
             for file in code:
                 sha.update(file.relative_to(resources).as_posix().encode() + b"\0" + file.read_bytes())
-            name = item.name.partition(".")[0]
+            name = entry.name.partition(".")[0]
             result[name] = result.get(name, "") + sha.hexdigest()
     return result

@@ -29,7 +29,7 @@ def _forwarded(method: str) -> Callable[..., Any]:
 
 
 class SeparateComponent(FmuComponent):
-    """An `FmuComponent` in a separate process; arguments and errors are the same, and `ProcessFailed`."""
+    """An `FmuComponent` in a separate process; arguments and errors are the same; it can also raise `ProcessFailed`."""
 
     def __init__(
         self,
@@ -78,8 +78,8 @@ class SeparateComponent(FmuComponent):
     def warnings(self) -> list[str]:
         """Warnings logged by the FMU since the end of its initialisation; none after its process has ended."""
         with suppress(ProcessFailed):
-            said: list[str] = self._ask("warnings")
-            return said
+            warnings: list[str] = self._ask("warnings")
+            return warnings
         return []
 
     def close(self) -> None:
@@ -114,4 +114,4 @@ class SeparateComponent(FmuComponent):
             return how_it_ended(self._process.wait(END_TIME))
         except subprocess.TimeoutExpired:
             end_group(self._process)
-            return "gave no answer, and was ended"
+            return "did not answer, and was ended"

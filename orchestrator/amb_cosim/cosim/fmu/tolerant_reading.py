@@ -34,7 +34,7 @@ def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
     """
     if not (folder / DESCRIPTION).is_file():
         inner = next((path.parent.relative_to(folder) for path in sorted(folder.rglob(DESCRIPTION))), None)
-        hint = f"; {inner.as_posix()} has it, whose content must be the archive's" if inner is not None else ""
+        hint = f"; the content of {inner.as_posix()} must be at the top of the archive" if inner is not None else ""
         raise ValueError(f"it has no {DESCRIPTION}{hint}")
     try:
         description = fmpy.read_model_description(str(folder))
@@ -73,9 +73,9 @@ def _read_corrected(file: Path) -> Any:
     for variable in root.iterfind("ModelVariables/ScalarVariable"):
         if variable.get("causality") in PARAMETERS and variable.get("variability", "continuous") == "continuous":
             variable.set("variability", "fixed")
-        for kind in variable:
-            if kind.get("declaredType", "") not in {"", *types}:
-                del kind.attrib["declaredType"]
+        for type_element in variable:
+            if type_element.get("declaredType", "") not in {"", *types}:
+                del type_element.attrib["declaredType"]
     with BytesIO() as memory:  # FMPy reads the description of an archive, or of a file
         with zipfile.ZipFile(memory, "w") as archive:
             archive.writestr(DESCRIPTION, ElementTree.tostring(root, encoding="utf-8"))
@@ -94,6 +94,6 @@ def _check_usable(description: Any) -> None:
             if getattr(variable, attribute) is None:
                 raise ValueError(f"{DESCRIPTION} has a variable {variable.name or ''} without {attribute!r}")
     counts = Counter(variable.name for variable in description.modelVariables)
-    twice = [name for name, count in counts.items() if count > 1]
-    if twice:
-        raise ValueError(f"{DESCRIPTION} has {counts[twice[0]]} variables called {twice[0]!r}")
+    duplicates = [name for name, count in counts.items() if count > 1]
+    if duplicates:
+        raise ValueError(f"{DESCRIPTION} has {counts[duplicates[0]]} variables called {duplicates[0]!r}")

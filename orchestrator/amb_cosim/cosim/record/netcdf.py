@@ -38,15 +38,15 @@ def check(path: Path) -> None:
     """Raise ValueError if bytes after the end of a NetCDF-4 file are not its checksum; other programs write none."""
     with path.open("rb") as file:
         begin = file.read(36)
-        if begin[8:9] not in (b"\2", b"\3"):  # the formats before, which 0.2.0 wrote, say elsewhere how long they are
+        if begin[8:9] not in (b"\2", b"\3"):  # earlier formats, which 0.2.0 wrote, store the length elsewhere
             return
-        left = int.from_bytes(begin[28:36], "little")
+        remaining = int.from_bytes(begin[28:36], "little")
         file.seek(0)
-        result = 0
-        while left > 0 and (part := file.read(min(left, BLOCK))):
-            result, left = zlib.crc32(part, result), left - len(part)
+        crc = 0
+        while remaining > 0 and (part := file.read(min(remaining, BLOCK))):
+            crc, remaining = zlib.crc32(part, crc), remaining - len(part)
         stored = file.read()
-    if left > 0 or stored not in (b"", result.to_bytes(4, "little")):
+    if remaining > 0 or stored not in (b"", crc.to_bytes(4, "little")):
         raise ValueError("its checksum does not match its content")
 
 
@@ -64,12 +64,12 @@ def _of_table(table: SignalTable) -> bytes:
             if name in scales:
                 continue
             is_data = name in table.variables
-            packed = (COMPRESSION if is_data else CHECKED) if len(variable.values) else {}
-            stored = file.create_dataset(name, data=variable.values, track_order=True, **packed)
-            stored.dims[0].attach_scale(file[variable.over])
-            stored.attrs.update(variable.attrs)
+            filters = (COMPRESSION if is_data else CHECKED) if len(variable.values) else {}
+            variable_data = file.create_dataset(name, data=variable.values, track_order=True, **filters)
+            variable_data.dims[0].attach_scale(file[variable.over])
+            variable_data.attrs.update(variable.attrs)
             if is_data and others and variable.over == "time":
-                stored.attrs["coordinates"] = others
+                variable_data.attrs["coordinates"] = others
         file.flush()
         return bytes(file.id.get_file_image())
 
@@ -78,9 +78,9 @@ def _of_dataset(dataset: xr.Dataset) -> bytes:
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
-    packed = {"zlib": True, "complevel": 4, "shuffle": True}
+    filters = {"zlib": True, "complevel": 4, "shuffle": True}
     checked = {name: CHECKED for name, variable in dataset.variables.items() if variable.size}
-    encoding = checked | {name: {**packed, **checked.get(name, {})} for name in dataset.data_vars}
+    encoding = checked | {name: {**filters, **checked.get(name, {})} for name in dataset.data_vars}
     with h5netcdf.File("signals", "w", driver="core", backing_store=False, libver=WITH_CHECKSUMS) as file:
         dataset.dump_to_store(H5NetCDFStore(file), encoding=encoding)
         file.flush()

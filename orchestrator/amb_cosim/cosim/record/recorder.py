@@ -106,7 +106,7 @@ class Recorder:
         due = max(0, last // self._every - (begin - 1) // self._every)
         try:
             self._grow(self._rows + due, self._n_steps + max(0, last + 1 - begin))
-        except (MemoryError, ValueError) as error:  # numpy has the one or the other
+        except (MemoryError, ValueError) as error:  # numpy raises either
             raise ValueError(
                 f"there is no memory to record {len(self._positions)} variables at {due} points; "
                 f"record.variables or record.every of the scenario can reduce them"

@@ -70,10 +70,10 @@ def of_component(
     logged: dict[str, tuple[float, str]] = {}
     others: list[WarningRecord] = []
     for text in dict.fromkeys(log):
-        result = _LOGGED.fullmatch(text)
-        if result is not None and result["variable"] in ports:
-            # once in a run, and again where it goes on from a checkpoint
-            logged.setdefault(result["variable"], (float(result["time"] or start), result["sentence"]))
+        match = _LOGGED.fullmatch(text)
+        if match is not None and match["variable"] in ports:
+            # logged once in a run, and again where the run continues from a checkpoint
+            logged.setdefault(match["variable"], (float(match["time"] or start), match["sentence"]))
         else:
             others.append(WarningRecord(component, "", text, text))
     declared = (
@@ -87,17 +87,17 @@ def _of_output(
 ) -> WarningRecord | None:
     """Return the warning of an output, or None if it was never true."""
     samples = recorded.get(port.name)
-    true = times[:0] if samples is None else times[samples != 0.0]
-    if logged is None and not len(true):
+    true_times = times[:0] if samples is None else times[samples != 0.0]
+    if logged is None and not len(true_times):
         return None
-    first, sentence = logged or (float(true[0]), re.sub(r"[{}]", "", port.warning))
+    first, sentence = logged or (float(true_times[0]), re.sub(r"[{}]", "", port.warning))
     if logged is not None and samples is not None:
         during = {name: values[samples != 0.0] for name, values in recorded.items() if f"{{{name}}}" in port.warning}
         sentence = _with_ranges(port.warning, sentence, during)
     after = times >= 0.0
     last, share = None, None
     if samples is not None and after.any():
-        last = float(max(true[-1], first)) if len(true) else first
+        last = float(max(true_times[-1], first)) if len(true_times) else first
         share = float(np.mean(samples[after] != 0.0))
     return WarningRecord(component, port.name, _kind(port), sentence, first, last, share)
 
@@ -125,7 +125,7 @@ def _kind(port: Port) -> str:
 
 
 def to_json(warnings: Sequence[WarningRecord]) -> str:
-    """Return the text for `warnings_of`."""
+    """Return warnings as JSON text, which `warnings_of` reads."""
     return json.dumps([asdict(warned) for warned in warnings])
 
 

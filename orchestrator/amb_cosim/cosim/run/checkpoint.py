@@ -151,7 +151,7 @@ class Checkpoint:
                 return cls._read(head, arrays)
             if not 0 < version < MOST_VERSION:
                 raise ValueError("version")
-        except Exception as error:  # numpy, zipfile and json have each their own
+        except Exception as error:  # numpy, zipfile and json each raise their own
             raise ValueError(
                 f"{path} is not a checkpoint, or is damaged; it must be an unchanged file from --save-at"
             ) from error
@@ -160,9 +160,9 @@ class Checkpoint:
     @classmethod
     def _read(cls, head: Mapping[str, Any], arrays: Mapping[str, Any]) -> Checkpoint:
         recorded = {name: tuple(head[name]) for name in ("recorded", "recorded_each")}
-        available: dict[str, Any] = {name: head[name] for name in HEAD if name in head} | recorded
+        fields: dict[str, Any] = {name: head[name] for name in HEAD if name in head} | recorded
         return cls(
-            **available,
+            **fields,
             signals=dict(zip(head["names"], arrays["signals"].tolist(), strict=True)),
             scales=arrays["scales"],
             points=arrays["points"].astype(np.intp, casting="same_kind"),

@@ -182,8 +182,8 @@ def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord
     """Return the warnings of all components, after those of the plan and on partial events."""
     plan, columns = recording.plan, dict(zip(recording.plan.recorded, recording.recorder.table.T, strict=True))
     return [
-        *(warnings.WarningRecord("parameters", "", message, message) for message in plan.warnings),
-        *(warnings.WarningRecord("events", "", message, message, first=time) for time, message in plan.partial_events),
+        *(warnings.WarningRecord("parameters", "", text, text) for text in plan.warnings),
+        *(warnings.WarningRecord("events", "", text, text, first=time) for time, text in plan.partial_events),
     ] + [
         warned
         for component, interface in recording.interfaces.items()
@@ -209,7 +209,7 @@ def load(path: Path) -> xr.Dataset:
     import xarray as xr
 
     check(path)
-    h5py.File(path).close()  # h5netcdf prints a traceback where there is no file of HDF5
+    h5py.File(path).close()  # h5netcdf prints a traceback for a file that is not HDF5
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
         return dataset.load()
 

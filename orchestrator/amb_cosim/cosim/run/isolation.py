@@ -30,9 +30,9 @@ from amb_cosim.cosim.system.experiment import Plan
 log = logging.getLogger(__name__)
 
 LONGEST_SILENCE = 300.0  # s without a step, after which the process is ended
-POLL_TIME = 0.1  # s between two looks at whether a signal has come
-CLOSE_TIME = 10.0  # s in which the FMUs have to be closed after the run, and what the process had said, to come
-NOTICE_DELAY = 0.3  # s after an interruption, until it is said what it waits for
+POLL_TIME = 0.1  # s between checks for a signal
+CLOSE_TIME = 10.0  # s within which the FMUs must be closed after the run, and the last messages arrive
+NOTICE_DELAY = 0.3  # s from an interruption to the notice of what it waits for
 
 PROGRESS, RECORDING, ERROR, END = range(4)  # kinds of messages
 
@@ -47,37 +47,37 @@ def run_isolated(assembly: Assembly, plan: Plan, options: RunOptions) -> Recordi
     request = assembly, plan, replace(options, instances=None, progress=None)
     with deferred() as interruption, child_process("run.isolation_process", request) as process:
         messages = messages_of(process)
-        message, tell_at, latest = False, math.inf, time.monotonic()
+        is_ending, notice_at, latest = False, math.inf, time.monotonic()
         while True:
-            if interruption.came and not message:
+            if interruption.received and not is_ending:
                 process.terminate()
-                message, tell_at = True, time.monotonic() + NOTICE_DELAY
-            if time.monotonic() > tell_at:
-                log.warning("waiting for the end of a step of %s; a second Ctrl-C ends it at once", _who(assembly))
-                tell_at = math.inf
+                is_ending, notice_at = True, time.monotonic() + NOTICE_DELAY
+            if time.monotonic() > notice_at:
+                log.warning("waiting for the end of a step of %s; a second Ctrl-C ends it at once", _names(assembly))
+                notice_at = math.inf
             if (received := next_message(process, messages)) is None:
                 if time.monotonic() > latest + LONGEST_SILENCE:
                     raise ProcessFailed(
-                        f"{_who(assembly)} did not complete a step within {LONGEST_SILENCE:g} s, and the process was "
+                        f"{_names(assembly)} did not complete a step within {LONGEST_SILENCE:g} s, and the process was "
                         f"ended; nothing was recorded (--no-isolated sets no limit)"
                     )
                 continue
             kind, *content = received
             latest = time.monotonic()
             if kind == RECORDING:
-                return _with_warning(content[0], assembly, _closed(process))
+                return _with_warning(content[0], assembly, _wait_until_closed(process))
             if kind == ERROR:
                 raise content[0]
             if kind == END:
                 interruption.check()
                 raise ProcessFailed(
-                    f"the process of {_who(assembly)} {how_it_ended(process.wait())}; nothing was recorded"
+                    f"the process of {_names(assembly)} {how_it_ended(process.wait())}; nothing was recorded"
                 )
             if options.progress is not None:
                 options.progress(*content)
 
 
-def _closed(process: subprocess.Popen[bytes]) -> str:
+def _wait_until_closed(process: subprocess.Popen[bytes]) -> str:
     """Wait until a process that has sent its record has closed its FMUs; return what went wrong, if anything."""
     try:
         code = process.wait(CLOSE_TIME)
@@ -86,25 +86,25 @@ def _closed(process: subprocess.Popen[bytes]) -> str:
     return how_it_ended(code) if code else ""
 
 
-def _with_warning(recording: Recording, assembly: Assembly, wrong: str) -> Recording:
+def _with_warning(recording: Recording, assembly: Assembly, fault: str) -> Recording:
     """Return a recording with the subsequent error as a warning of the components that may have caused it."""
-    if not wrong:
+    if not fault:
         return recording
-    text = f"the process of {_who(assembly)} {wrong}, when the FMUs were terminated and freed; the record is complete"
+    text = f"the process of {_names(assembly)} {fault}, when the FMUs were terminated and freed; the record is complete"
     first = next(iter(assembly.from_elsewhere or assembly.fmus))
-    said = {**recording.warnings, first: [*recording.warnings.get(first, []), text]}
-    return replace(recording, warnings=said)
+    warnings = {**recording.warnings, first: [*recording.warnings.get(first, []), text]}
+    return replace(recording, warnings=warnings)
 
 
 def messages_of(process: subprocess.Popen[bytes]) -> Messages:
-    """Yield the messages of the process as they arrive; the last is `END`.
+    """Return a queue of the messages of a process, filled as they arrive; the last is `END`.
 
     The reading thread closes the pipe, which a process started by an FMU, in its own group, may keep open.
     """
     messages: Messages = queue.SimpleQueue()
 
     def read(stream: IO[bytes]) -> None:
-        with stream, suppress(Exception):  # at its end, and where an FMU wrote among the messages
+        with stream, suppress(Exception):  # it has ended, or an FMU wrote among the messages
             while True:
                 messages.put(pickle.load(stream))
         messages.put((END,))
@@ -138,5 +138,5 @@ def _has_ended(process: subprocess.Popen[bytes]) -> bool:
         return True
 
 
-def _who(assembly: Assembly) -> str:
+def _names(assembly: Assembly) -> str:
     return ", ".join(assembly.from_elsewhere or assembly.fmus)

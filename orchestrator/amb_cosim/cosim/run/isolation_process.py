@@ -20,8 +20,8 @@ from amb_cosim.cosim.run.run_plan import run_here
 def main() -> None:
     """Send progress, and the recording or the error of `run_here`."""
     with os.fdopen(os.dup(1), "wb") as answers:
-        os.dup2(2, 1)  # what FMUs print does not go among the answers
-        signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run puts it off to a safe moment
+        os.dup2(2, 1)  # keeps what FMUs print out of the answers
+        signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run defers it to a safe moment
         assembly, plan, options = pickle.load(sys.stdin.buffer)
         end_with_parent(sys.stdin.buffer.read)
         memory = limit_memory()
@@ -35,7 +35,7 @@ def main() -> None:
         try:
             recording = run_here(assembly, plan, options)
             answer(RECORDING, recording)
-            instances.close()  # an FMU that crashes as it is closed takes no record with it
+            instances.close()  # after the record is sent, which a crash on closing would lose
         except MemoryError:
             answer(
                 ERROR, ProcessFailed(f"the FMUs need more memory than {memory / 2**30:.1f} GB; nothing was recorded")
@@ -43,7 +43,7 @@ def main() -> None:
         except Exception as error:
             answer(ERROR, error)
         except KeyboardInterrupt:
-            pass  # before there was anything to record
+            pass  # before anything was recorded
     end_descendants(os.getpid())
     os._exit(0)  # FMUs may have threads, and code that runs when a process ends
 

@@ -104,7 +104,7 @@ class RunOptions:
         return self.start is None and not self.saves.points and self.saves.file is None
 
     def for_plan(self, assembly: Assembly, plan: Plan) -> RunOptions:
-        """Return the options of the run of a plan, with a process or none, `Saves.for_plan`, and an automatic start."""
+        """Return the options with those that a plan decides: `isolated`, `saves`, and an automatic start."""
         saves = self.saves.for_plan(assembly, plan)
         isolated = bool(assembly.from_elsewhere) if self.isolated is None else self.isolated
         return replace(
@@ -120,14 +120,14 @@ def _resumed(file: Path | None, assembly: Assembly, plan: Plan) -> Checkpoint | 
     if file is None or not file.is_file():
         return None
     try:
-        result = Checkpoint.load(file)
-        result.check_past(state_fingerprint(assembly, plan, result.point), assembly.sources)
-        if result.point > plan.last:
-            raise ValueError(f"the run ends before t = {result.time:.9g} s")
+        checkpoint = Checkpoint.load(file)
+        checkpoint.check_past(state_fingerprint(assembly, plan, checkpoint.point), assembly.sources)
+        if checkpoint.point > plan.last:
+            raise ValueError(f"the run ends before t = {checkpoint.time:.9g} s")
     except ValueError as error:
         log.warning(
             "the run starts from the beginning, because the checkpoint in %s is of another run: %s", file, error
         )
         return None
-    log.warning("the run continues from %s, at t = %.9g s", file, result.time)
-    return result
+    log.warning("the run continues from %s, at t = %.9g s", file, checkpoint.time)
+    return checkpoint

@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 
 REPORT_TIME = 0.04  # s between two reports of progress
 SHARE = 0.05  # at most, of the time of a run, that automatic checkpoints take
-FIRST = 16  # steps until it is known how long they take
+FIRST = 16  # steps after which their duration is first measured
 
 
 def run_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
@@ -162,8 +162,8 @@ def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome 
         for name, (point, value) in not_finite.items():
             component, time = plan.system.divide(name)[0], plan.time(point)
             if component in foreign and not_finite is watch.nan:
-                said = f"{name} = {value:g}, which is not a finite number"
-                failures.append(Outcome("failed", time, component, said))
+                reason = f"{name} = {value:g}, which is not a finite number"
+                failures.append(Outcome("failed", time, component, reason))
             elif component in foreign and name not in watch.nan:
                 warnings[component].append(f"{name} = {value:g} at t = {time:.9g} s, which is not a finite number")
     return min(failures, key=lambda outcome: outcome.time, default=None)

@@ -87,8 +87,8 @@ def simulate(
     if not isinstance(system, System) and Path(system).suffix == ".ssp":
         from amb_cosim.cosim.ssp import load_ssp  # loads XML libraries
 
-        system, local = load_ssp(system, step_size, stop_time)
-        experiment = local if experiment is None else replace(experiment, inputs={**local.inputs, **experiment.inputs})
+        system, saved = load_ssp(system, step_size, stop_time)
+        experiment = saved if experiment is None else replace(experiment, inputs={**saved.inputs, **experiment.inputs})
     elif not isinstance(system, System):
         if step_size is not None or stop_time is not None:
             raise ValueError(

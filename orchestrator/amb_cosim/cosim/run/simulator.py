@@ -76,7 +76,7 @@ class Simulator:
         self.wiring = wiring = assembly.wiring(plan.inputs, plan.recorded)
         self._instances = instances
         self._at = {name: position for position, name in enumerate(wiring.names)}
-        self.components = [self._loaded(c, plan, c.name in separate) for c in plan.system.components]
+        self.components = [self._load(c, plan, c.name in separate) for c in plan.system.components]
         for component in self.components if transformed else ():
             names = [f"{component.name}.{v}" for v in self.wiring.inputs[component.name]]
             if transformed.keys() & set(names):
@@ -99,9 +99,9 @@ class Simulator:
         self.recorder = Recorder(recorded, plan.record_from, plan.record_every, each)
         self.watch = FiniteWatch(
             {
-                place: wiring.names[place]
+                position: wiring.names[position]
                 for component, slot in zip(self.components, self.master.slots, strict=True)
-                for place in range(slot.start, slot.stop)
+                for position in range(slot.start, slot.stop)
                 if component.name in assembly.from_elsewhere
             },
             plan.record_from,
@@ -110,7 +110,7 @@ class Simulator:
         self._stops = StopObserver(plan.stops, [self._at[condition.signal] for condition in plan.stops])
         self.master.exogenous[:] = list(plan.inputs.values())
 
-    def _loaded(self, component: Component, plan: Plan, is_separate: bool) -> FmuComponent:
+    def _load(self, component: Component, plan: Plan, is_separate: bool) -> FmuComponent:
         """Return the instance of a component; raises StartFailed, with its name, if the FMU refuses."""
         name = component.name
         try:
@@ -166,28 +166,28 @@ class Simulator:
         Stopped
             If a condition of the plan is met.
         """
-        values = self.master, first, self.plan.last, self.schedules
+        arguments = self.master, first, self.plan.last, self.schedules
         if self._is_compiled:
-            compiled.run(*values, self.recorder, observers, self._stops, self.program(), stop, self.watch)
+            compiled.run(*arguments, self.recorder, observers, self._stops, self.program(), stop, self.watch)
         else:
-            self.master.run(*values[1:], [self.recorder, self.watch, self._stops, *observers], stop)
+            self.master.run(*arguments[1:], [self.recorder, self.watch, self._stops, *observers], stop)
 
     def end(self, failed: StepFailed) -> float:
         """Record the end of a run that a component ended in a step, and return its time (s).
 
-        FMI has values then at the time that the component states, t to t + h in a step from t. An end that it does not
-        state, or not within the step, is t. Where a component of several ends the run within a step, the others have
-        no values at that time, and the record ends at t.
+        By FMI, the values are then those at the time that the component states, from t to t + h in a step from t. If it
+        states no time, or none within the step, the end is t. If one of several components ends the run within a step,
+        the others have no values at that time, and the record ends at t.
         """
         master, n, begin = self.master, self.recorder.reached, failed.time
         i, end = master.position(failed.component), math.nan if failed.end is None else failed.end
         if not begin < end <= begin + (1.0 + NEAR_STEP) * master.step_size_of(i, n):
             return begin
-        is_whole = master.grid.is_at(n + 1, end)
-        end = master.time(n + 1) if is_whole else end
+        is_full_step = master.grid.is_at(n + 1, end)
+        end = master.time(n + 1) if is_full_step else end
         if begin == master.time(n) and master.complete(i, n, end):
             self.plan = replace(self.plan, last=n + 1, stop_time=end)
-            for schedule in self.schedules if is_whole else ():
+            for schedule in self.schedules if is_full_step else ():
                 schedule(n + 1, master.exogenous)
             self.recorder(n + 1, master.values)
             self.watch(n + 1, master.values)
@@ -261,7 +261,7 @@ class Simulator:
 def _columns(recorded: Sequence[str], table: Array, wanted: Sequence[str], plan: Plan) -> Array:
     """Return the record of a checkpoint, with the columns of a plan's record.
 
-    An input that only this run has kept its initial value until then.
+    An input that only this run changes had its initial value until then.
     """
     columns = dict(zip(recorded, table.T, strict=True))
     missing = [name for name in wanted if name not in columns and name not in plan.inputs]
