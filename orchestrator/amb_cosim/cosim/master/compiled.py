@@ -31,8 +31,8 @@ from amb_cosim.cosim.system.stopping import StopObserver, Stopped
 from array_types import Array, Bools, Indices
 
 CALLS = ("Set", "DoStep", "Get")
-WARNING = 1  # the highest status with which a call has done its work
-BLOCK_TIME = 0.05  # s; Python is asked about that often
+WARNING = 1  # highest status of a successful call
+BLOCK_TIME = 0.05  # s; Python checks for interrupts about that often
 FIRST = 1024  # steps of the first block, which ends earlier if they are slow
 WATCHED = 4096  # steps of the longest block with watched values
 CLOCK = Clock(BLOCK_TIME)
@@ -144,9 +144,9 @@ def run(
     conditions = (stops or StopObserver()).conditions
     program = program or program_of(master, stops, recorder.each)
     buffer, row = recorder.buffer(first, last), len(recorder.points)
-    retained, judged = structure_of(buffer), structure_of(conditions)
+    rows, limits = structure_of(buffer), structure_of(conditions)
     watching = None if watch is None or not len(watch.positions) else watch
-    begin, size, stopped = first, FIRST, End()
+    begin, size, outcome = first, FIRST, End()
     until = last + 1 if stop is None else stop
     shorter = {max(first, point) for point, _ in master.last_steps.values()}
     with CLOCK.flag() as pause:
@@ -159,22 +159,22 @@ def run(
             if watching is not None:
                 end = min(end, begin + WATCHED)
                 watched = _watched(buffer, watching.positions, begin, end)
-                retained = structure_of(watched)
+                rows = structure_of(watched)
             changes = _merged([schedule.changes(begin, end) for schedule in schedules])
             recorder.see(begin)
             started, pause.value = time.perf_counter(), False
-            structures = (byref(structure) for structure in (program, structure_of(changes), retained, judged))
-            advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(stopped))
-            row, reached = stopped.row, stopped.reached
+            structures = (byref(structure) for structure in (program, structure_of(changes), rows, limits))
+            advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(outcome))
+            row, reached = outcome.row, outcome.reached
             if watching is not None:
                 _see(watching, watched, buffer, begin, reached)
             recorder.fill(row, begin, reached)
             recorder.see(reached)
-            if stopped.met >= 0:
-                raise Stopped(stopped.met, reached)
-            if not 0 <= stopped.status <= WARNING:
-                component = master.components[stopped.component]
-                reason = component.refusal(CALLS[stopped.call], stopped.status)
+            if outcome.met >= 0:
+                raise Stopped(outcome.met, reached)
+            if not 0 <= outcome.status <= WARNING:
+                component = master.components[outcome.component]
+                reason = component.refusal(CALLS[outcome.call], outcome.status)
                 raise master.failure(component, reached, reason) from reason
             for observe in observers:
                 observe(reached, master.values)
@@ -228,8 +228,8 @@ def program_of(master: Master[C], stops: StopObserver | None = None, each: Seque
 
 def _only(used: Bools, transfers: Sequence[Transfer]) -> list[Transfer]:
     """Reduce transfers to the outputs that are used."""
-    retained = [used[t.where] for t in transfers]
-    return [t if keep.all() else t.only(keep) for t, keep in zip(transfers, retained, strict=True) if keep.any()]
+    masks = [used[t.where] for t in transfers]
+    return [t if keep.all() else t.only(keep) for t, keep in zip(transfers, masks, strict=True) if keep.any()]
 
 
 def _calls(transfers: Sequence[Sequence[Transfer]], places: Sequence[Indices], values: Array | None = None) -> Calls:

@@ -27,7 +27,7 @@ class InstancePool:
     def __init__(self) -> None:
         self.generation = 0
         self._expired = False
-        self._idle: dict[str, tuple[Path, FmuComponent]] = {}
+        self._loaded: dict[str, tuple[Path, FmuComponent]] = {}
         self._values: dict[tuple[str, ...], Array] = {}
         self._programs: dict[tuple[Any, ...], Structure] = {}
 
@@ -59,13 +59,13 @@ class InstancePool:
     ) -> FmuComponent:
         """Return a new or reset instance of a component; see `FmuComponent` for arguments and errors.
 
-        A separate one runs in a process of its own.
+        With `is_separate` it runs in a separate process.
         """
         if self._expired:
             self.close()
-        idle_folder, component = self._idle.get(name, (None, None))
+        loaded_folder, component = self._loaded.get(name, (None, None))
         is_of_kind = isinstance(component, SeparateComponent) == is_separate
-        if component is not None and idle_folder == folder and is_of_kind:
+        if component is not None and loaded_folder == folder and is_of_kind:
             component.reset(inputs, outputs, start, every)
             return component
         if component is not None:
@@ -74,7 +74,7 @@ class InstancePool:
             self._programs.clear()
         kind = SeparateComponent if is_separate else FmuComponent
         component = kind(name, folder, interface, inputs, outputs, start, every)
-        self._idle[name] = (folder, component)
+        self._loaded[name] = (folder, component)
         return component
 
     def expire(self) -> None:
@@ -86,13 +86,13 @@ class InstancePool:
         """Free states held by the instances of this generation, by component."""
         for name, state in states.items():
             if isinstance(state, HeldState):
-                self._idle[name][1].forget(state)
+                self._loaded[name][1].forget(state)
 
     def close(self) -> None:
         """Free all instances; they are loaded again when they are requested."""
         self._expired = False
         self.generation += 1
         self._programs.clear()
-        while self._idle:
-            _, (_, component) = self._idle.popitem()
+        while self._loaded:
+            _, (_, component) = self._loaded.popitem()
             component.close()

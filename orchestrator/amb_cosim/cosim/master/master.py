@@ -200,11 +200,11 @@ class Master(Generic[P]):
     def complete(self, i: int, n: int, end: float) -> bool:
         """Complete the step from point n in which component i ended the run at `end` (s).
 
-        Return whether all values are then those at that time: a component alone has them, and several have them at
-        point n + 1, unless the coupling is iterative or the component steps at a rate of its own.
+        Return whether all values are then those at that time: a single component has them, and several have them
+        at point n + 1, unless the coupling is iterative or the component does not step at every point.
         """
-        is_together = self.grid.is_at(n + 1, end) and self.coupling != "iterative"
-        if self.components[i].every > 1 or not (is_together or len(self.components) == 1):
+        is_at_point = self.grid.is_at(n + 1, end) and self.coupling != "iterative"
+        if self.components[i].every > 1 or not (is_at_point or len(self.components) == 1):
             return False
         try:
             if self.coupling != "jacobi":
@@ -233,7 +233,7 @@ class Master(Generic[P]):
         for component in self.components:
             if component.every > 1 and self.coupling == "iterative":
                 raise ValueError(
-                    f"{component.name} steps every {component.every} points; iterative coupling requires each"
+                    f"{component.name} steps every {component.every} points; iterative coupling requires every point"
                 )
             if first % component.every:
                 raise ValueError(f"{component.name} steps every {component.every} points and cannot start at {first}")

@@ -16,10 +16,10 @@ from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from array_types import Array, Indices
 
 CHANGE = 1e-6  # of a state (SI units) and, at least, of an input; any serves where all is linear
-SHARE = 1e-3  # of an input, by which it is changed; all of it at once may be beyond a limit
+SHARE = 1e-3  # of an input, by which it is changed; a change by its full size may exceed a limit
 ANGLES = 2.0 * math.pi / 3.0 * np.arange(3)
 BALANCE = "energy.balance"
-HUGE = 1e300  # J; a plant whose largest energy this was goes on with any balance
+HUGE = 1e300  # J; with this as its largest energy, the plant accepts any energy balance
 
 
 def first_harmonic(values: Array) -> Array:
@@ -79,7 +79,7 @@ class StateMap:
         )
         self.sources, self.slot = positions
         rows = state + np.concatenate([np.arange(begin, end) for begin, end in places["rows"]])
-        self.moves = self.base[rows] != 0.0  # what has not moved by now never does
+        self.moves = self.base[rows] != 0.0  # states that are still zero never move
         self.rows = rows[self.moves]
         self.unless: tuple[str, ...] = tuple(places["unless"])
         self._angle = None if places["angle"] is None else state + int(places["angle"])
@@ -88,7 +88,7 @@ class StateMap:
 
     @property
     def angle(self) -> float | None:
-        """The angle (rad) when the part was created, if it has one."""
+        """The angle (rad) of the component in the saved state, if it has one."""
         return None if self._angle is None else float(self.base[self._angle])
 
     def value(self, position: int) -> float:
@@ -117,27 +117,27 @@ class StateMap:
         sizes = np.maximum(SHARE * scales[np.searchsorted(signals, self.sources[fed])], CHANGE)
         changes = np.concatenate([np.full(len(self.rows), CHANGE), sizes])
         changed = np.concatenate([self.rows, self._inputs[fed]])
-        displayed = np.concatenate([self.rows, self._outputs[np.isin(self.slot, signals)]])
+        observed = np.concatenate([self.rows, self._outputs[np.isin(self.slot, signals)]])
         turned = [*self._inputs[np.isin(self.sources, angles)], *([] if self._angle is None else [self._angle])]
         self.memory[:] = self.base
         self.memory[changed] = 0.0
         self.memory[self._energy[1:]] = HUGE
-        forced, matrix = np.zeros((len(ANGLES), len(displayed))), np.zeros((len(displayed), len(changed)))
+        forced, matrix = np.zeros((len(ANGLES), len(observed))), np.zeros((len(observed), len(changed)))
         for row, angle in enumerate(ANGLES):
             self.memory[turned] = angle
-            forced[row] = self.component.answer(time, step_size)[displayed]
+            forced[row] = self.component.answer(time, step_size)[observed]
         self.memory[turned] = ANGLES[0]
         for column, (place, change) in enumerate(zip(changed, changes, strict=True)):
             self.memory[place] = change
-            matrix[:, column] = (self.component.answer(time, step_size)[displayed] - forced[0]) / change
+            matrix[:, column] = (self.component.answer(time, step_size)[observed] - forced[0]) / change
             self.memory[place] = 0.0
         return Response(matrix, first_harmonic(forced))
 
     def places_of(self, positions: Indices) -> tuple[Indices, Indices]:
         """Return the places in memory of variables at these positions, and the position of each."""
         places, at = np.append(self._inputs, self._outputs), np.append(self.sources, self.slot)
-        which = np.isin(at, positions)
-        return places[which], at[which]
+        is_included = np.isin(at, positions)
+        return places[is_included], at[is_included]
 
     def start(self, states: Array, places: Indices, values: Array, angle: float) -> None:
         """Set states, the values at places in memory, and the angle (rad) of the part."""

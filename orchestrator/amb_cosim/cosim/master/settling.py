@@ -32,7 +32,7 @@ from amb_cosim.cosim.system.experiment import WARM_UP
 from array_types import Array, Indices
 
 TOLERANCE = 1e-9  # of the largest signal of the same unit
-DOUBLINGS = 24  # of the number of steps in which T must shrink what it is given
+DOUBLINGS = 24  # of the number of steps within which the powers of T must vanish
 
 
 class CannotSettle(Exception):
@@ -98,11 +98,11 @@ class SettledLoop:
         for part, response in zip(self.parts, responses, strict=True):
             rows = np.arange(row, row + len(part.rows))
             fed = n_states + np.searchsorted(self.signals, part.sources[np.isin(part.sources, self.signals)])
-            displayed = n_states + np.flatnonzero(np.isin(self.signals, part.slot))
+            observed = n_states + np.flatnonzero(np.isin(self.signals, part.slot))
             seen = before if self.master.coupling == "jacobi" else after
             answer = response.matrix @ np.vstack([before[rows], seen[fed]])
             answer[:, size:] += response.forcing
-            after[np.concatenate([rows, displayed])] = answer
+            after[np.concatenate([rows, observed])] = answer
             row += len(rows)
         return after[:, :size], after[:, size:]
 
@@ -134,10 +134,8 @@ def settle(
 
     Parameters
     ----------
-    master, layout
-        The master, initialised at point `begin`, and the layout of its values.
-    fmus, interfaces
-        FMUs and interfaces of its components.
+    master, assembly
+        The master, initialised at point `begin`, and the FMUs and interfaces of its components.
     advance
         Steps the master from one point to another.
     first
@@ -169,7 +167,7 @@ def settle(
     except _OffOrbit as error:
         for part in parts:
             part.component.save()
-        _refuse_what_is_on(parts)
+        _refuse_active_nonlinearity(parts)
         raise CannotSettle(str(error)) from error
     return -1
 
@@ -198,7 +196,7 @@ def loop_at(master: Master[FmuComponent], assembly: Assembly, n: int) -> Settled
         positions = sources, np.arange(len(before))[slot]
         places = assembly.fmus[name].linear_state or {}
         parts.append(StateMap(component, assembly.interfaces[name], exchanged, positions, places))
-    _refuse_what_is_on(parts)
+    _refuse_active_nonlinearity(parts)
     used = np.unique(np.concatenate(master.wiring.sources))
     moved = used[(used >= master.wiring.n_exogenous) & (master.values[used] != before[used])]
     is_angle = master.values[moved] == _turning(parts).angle
@@ -233,23 +231,23 @@ def solve(
     angle = ((turning.angle or 0.0) + skipped * advance) % (2.0 * math.pi)
     steady, turned = np.eye(len(T)) - T, np.exp(1j * advance) * np.eye(len(T)) - T
 
-    def corrected(orbit: Orbit, left: Array) -> Orbit:
-        constant, cosine, sine = left.T
+    def corrected(orbit: Orbit, residual: Array) -> Orbit:
+        constant, cosine, sine = residual.T
         mean = orbit.mean + np.linalg.solve(steady, constant)
         return replace(orbit, mean=mean, amplitude=orbit.amplitude + np.linalg.solve(turned, cosine - 1j * sine))
 
     rest = Orbit(np.zeros(len(T)), np.zeros(len(T), np.complex128), loop.n, angle, advance)
     orbit = corrected(rest, forcing)
-    return corrected(orbit, _left(loop, orbit)) if corrects else orbit
+    return corrected(orbit, _residual(loop, orbit)) if corrects else orbit
 
 
-def _left(loop: SettledLoop, orbit: Orbit) -> Array:
+def _residual(loop: SettledLoop, orbit: Orbit) -> Array:
     """Return the residual of an orbit after a step: constant, cosine and sine part, shape (n_x, 3)."""
-    left = []
+    residual = []
     for angle in ANGLES:
         loop.put(orbit.at(angle), angle)
-        left.append(loop.step() - orbit.at(angle + orbit.advance))
-    return first_harmonic(np.array(left))
+        residual.append(loop.step() - orbit.at(angle + orbit.advance))
+    return first_harmonic(np.array(residual))
 
 
 def check_stability(T: Array, step_size: float) -> None:
@@ -271,22 +269,22 @@ def check_stability(T: Array, step_size: float) -> None:
 
 
 def _turning(parts: Sequence[StateMap]) -> StateMap:
-    """Return the part with an angle; raises CannotSettle unless there is one."""
+    """Return the part with an angle; raises CannotSettle unless exactly one part has it."""
     turning = [part for part in parts if part.angle is not None]
     if len(turning) != 1:
         raise CannotSettle(f"{len(turning)} components output a rotor angle; there must be one")
     return turning[0]
 
 
-def _refuse_what_is_on(parts: Sequence[StateMap]) -> None:
+def _refuse_active_nonlinearity(parts: Sequence[StateMap]) -> None:
     """Raise CannotSettle if a variable of a part makes it nonlinear."""
     for part in parts:
         for port in (port for pattern in part.unless for port in part.interface.matching(pattern)):
             value = part.value(port.position)
             if value != 0.0:
-                names = {number: item for item, number in port.items.items()}
-                displayed = "true" if port.type == "Boolean" else names.get(int(value), f"{value:g}{port.display_unit}")
-                raise CannotSettle(f"{part.component.name}.{port.name} = {displayed} before cycle 0")
+                names = {number: name for name, number in port.items.items()}
+                text = "true" if port.type == "Boolean" else names.get(int(value), f"{value:g}{port.display_unit}")
+                raise CannotSettle(f"{part.component.name}.{port.name} = {text} before cycle 0")
 
 
 def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
@@ -296,12 +294,12 @@ def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
     sizes = (np.abs(orbit.mean) + np.abs(orbit.amplitude))[loop.n_states :]
     largest = {unit: max(size for size, u in zip(sizes, units, strict=True) if u == unit) for unit in set(units)}
     expected = orbit.at(orbit.angle_at(n))[loop.n_states :]
-    off = np.abs(loop.master.values[loop.signals] - expected) / [largest[unit] or 1.0 for unit in units]
-    if np.all(off <= TOLERANCE):
+    deviation = np.abs(loop.master.values[loop.signals] - expected) / [largest[unit] or 1.0 for unit in units]
+    if np.all(deviation <= TOLERANCE):
         return
-    worst = int(np.argmax(np.where(np.isnan(off), np.inf, off)))
+    worst = int(np.argmax(np.where(np.isnan(deviation), np.inf, deviation)))
     raise _OffOrbit(
-        f"{names[worst]} does not move linearly: it deviates from the computed motion by {off[worst]:.2g} of the "
+        f"{names[worst]} does not move linearly: it deviates from the computed motion by {deviation[worst]:.2g} of the "
         f"largest such signal; possible causes are noise, nonlinear forces and limits"
     )
 

@@ -52,9 +52,9 @@ class Assembly:
         """
         result = {}
         for c in self.system.components:
-            for kind, item in ingredients(c.fmu, **self.options).items():
+            for kind, source in ingredients(c.fmu, **self.options).items():
                 is_local = kind in ("FMU", "file")
-                result[f"{kind} of {c.name}" if is_local else kind] = described(item)
+                result[f"{kind} of {c.name}" if is_local else kind] = described(source)
         return result
 
     def assignments(self) -> Assignments:
@@ -106,9 +106,9 @@ def assemble(system: System, flavour: Flavour = "native", **options: Any) -> Ass
         If an FMU is not available, or the system does not match the interfaces.
     """
     fmus = {c.name: provide(c.fmu, flavour, **options) for c in system.components}
-    interfaces = {c: _interface(fmu, c) for c, fmu in fmus.items()}
-    system, fitting = fitted(system, interfaces, lambda c: _interface(provide(c.fmu, flavour, **options), c.name))
-    return Assembly(system, fmus, fitting, options)
+    interfaces: Mapping[str, FmuInterface] = {c: _interface(fmu, c) for c, fmu in fmus.items()}
+    system, interfaces = fitted(system, interfaces, lambda c: _interface(provide(c.fmu, flavour, **options), c.name))
+    return Assembly(system, fmus, interfaces, options)
 
 
 def _interface(fmu: Fmu, component: str) -> FmuInterface:
@@ -122,10 +122,10 @@ def _layout(
     system: System, interfaces: Mapping[str, FmuInterface], exogenous: Collection[str], recorded: Collection[str]
 ) -> SignalMap:
     """Return the layout of a system's signals for a master; see `Assembly.wiring`."""
-    wanted = {link.source for link in system.connections} | set(recorded)
+    fetched = {link.source for link in system.connections} | set(recorded)
     # Reals first: they are then a block of the value array, which an FMU can write itself.
     outputs = {
-        name: [p.name for p in sorted(interfaces[name].of("output"), key=_not_real) if f"{name}.{p.name}" in wanted]
+        name: [p.name for p in sorted(interfaces[name].of("output"), key=_not_real) if f"{name}.{p.name}" in fetched]
         for name in (c.name for c in system.components)
     }
     source_of = {target: source.removeprefix("signal ") for source, target in system.feeds()}
@@ -146,8 +146,8 @@ def _layout(
     depends_on: list[tuple[int, ...]] = [() for _ in exogenous]
     for component, variables in outputs.items():
         for variable in variables:
-            needs = [f"{component}.{u}" for u in interfaces[component].ports[variable].depends_on]
-            depends_on.append(tuple(position[source_of[end]] for end in needs if end in source_of))
+            inputs_read = [f"{component}.{u}" for u in interfaces[component].ports[variable].depends_on]
+            depends_on.append(tuple(position[source_of[end]] for end in inputs_read if end in source_of))
     weights = tuple(
         np.array([_weight(system, source_of[f"{name}.{u}"], interfaces[name], interfaces) for u in variables])
         for name, variables in inputs.items()
@@ -162,14 +162,14 @@ def _weight(system: System, source: str, target: FmuInterface, interfaces: Mappi
     """
     port = system.port(source, interfaces) if system.signal(source) is None else None
     sample_time = target.ports.get("sample_time")
-    samples = sample_time is not None and sample_time.causality == "parameter"
-    if port is None or port.causality != "output" or port.type != "Real" or samples:
+    is_sampled = sample_time is not None and sample_time.causality == "parameter"
+    if port is None or port.causality != "output" or port.type != "Real" or is_sampled:
         return 0.0
     return 1.0 if port.depends_on else 0.5
 
 
 def _receiving(interface: FmuInterface) -> tuple[Port, ...]:
-    """Return the names that may be set during a run."""
+    """Return the variables that may be set during a run."""
     return (*interface.of("input"), *(p for p in interface.of("parameter") if p.variability == "tunable"))
 
 

@@ -69,8 +69,8 @@ class Assignments:
                 raise ValueError(f"{name} is {text.kind} and cannot be set here as {only}")
             self.texts.setdefault(component, {})[variable] = text.value(raw, name)
             return names
-        for matching in names:
-            target, value = self.read(matching, raw, only)
+        for matched in names:
+            target, value = self.read(matched, raw, only)
             component, variable = self.system.divide(target)
             is_signal = self.system.signal(target) is not None
             if not is_signal and self.interfaces[component].ports[variable].causality == "parameter":
@@ -228,7 +228,7 @@ class Assignments:
         return port
 
     def _read_converted(self, name: str, raw: Raw, signal: Signal, port: Port) -> float:
-        """Return the value of a signal with a unit of its own, given as that or as the value of an input it feeds."""
+        """Return the value of a signal that has a unit, from a value of the signal or of an input that it feeds."""
         value = convert(raw, port if name == signal.name else self.port(name), name)
         if name != signal.name:
             factor, offset = signal.laws.get(name, UNCHANGED)

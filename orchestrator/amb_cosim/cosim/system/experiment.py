@@ -16,7 +16,7 @@ from amb_cosim.cosim.system.values import Raw
 
 EVERYTHING = "*"  # as a pattern of what is recorded
 
-WARM_UP = 40  # steps before a settled motion is solved for; the plant has its exact motion by then, and all has moved
+WARM_UP = 40  # steps before a settled motion is solved for; by then the plant's motion is exact, and all has moved
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Plan:
     initial values of signals and scheduled inputs by name, `events` their changes as (point, name, value). Quantities
     of `stops` are recorded. `notices` report what replacing components lack, `partial_events` the events that are
     therefore incomplete, `warnings` parameters without effect or in conflict, and approximations. The motion before
-    point 0 is simulated from point `first`, or solved for with `turn` simulated steps; the angle is the same. `period`
+    point 0 is simulated from point `first`, or solved for and simulated for `turn` steps, with the same angle. `period`
     is the duration of a cycle (s), 0 without cycles; `marks` are points by label.
     """
 

@@ -25,13 +25,13 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
         component is unknown. Inherited and optional connections may match nothing.
     """
     literal = [link for link in system.connections if not is_pattern(link.source)]
-    taken = {link.target for link in literal} | {t for signal in system.signals for t in signal.targets}
+    fed = {link.target for link in literal} | {t for signal in system.signals for t in signal.targets}
     matched: dict[str, Connection] = {}
     for link in system.connections:
         if is_pattern(link.source):
-            for result in _matching(system, link, interfaces):
-                if result.target not in taken:
-                    matched.setdefault(result.target, result)
+            for expanded in _matching(system, link, interfaces):
+                if expanded.target not in fed:
+                    matched.setdefault(expanded.target, expanded)
     parameters = {
         component: {name: raw for name, raw in values.items() if _has(interfaces.get(component), name)}
         for component, values in system.parameters.items()
@@ -58,12 +58,12 @@ def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInte
     names = [name for name in matching_names(outputs, pattern) if f"{name}{ending}" in inputs]
     if not names and not link.inherited and link.option is None:
         raise ValueError(f"no output of {source} that {pattern} matches is an input of {target}")
-    for left in link.but:
-        if not matching_names(inputs, left) and not link.inherited:
-            raise ValueError(f"remove: {target} has no parameter or input {left!r}; {suggest(left, inputs)}")
+    for excluded in link.but:
+        if not matching_names(inputs, excluded) and not link.inherited:
+            raise ValueError(f"remove: {target} has no parameter or input {excluded!r}; {suggest(excluded, inputs)}")
     ends = {name: f"{name}{ending}" for name in names}
-    fed = {a: b for a, b in ends.items() if not any(matches(b, left) for left in link.but)}
-    return [replace(link, source=f"{source}.{a}", target=f"{target}.{b}", but=()) for a, b in fed.items()]
+    connected = {a: b for a, b in ends.items() if not any(matches(b, excluded) for excluded in link.but)}
+    return [replace(link, source=f"{source}.{a}", target=f"{target}.{b}", but=()) for a, b in connected.items()]
 
 
 def _has(interface: FmuInterface | None, name: str) -> bool:

@@ -130,8 +130,8 @@ def _end(experiment: Experiment, origin: float, system: System, values: Assignme
     return math.ceil(steps), stop
 
 
-def _settling(experiment: Experiment, samples: int) -> tuple[Settling, list[str]]:
-    """Return the settling of a run that samples at a rate, and a sentence if the requested one is impossible.
+def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]:
+    """Return how a run settles whose components step together every `common` steps, and a notice if not as requested.
 
     Raises
     ------
@@ -141,8 +141,8 @@ def _settling(experiment: Experiment, samples: int) -> tuple[Settling, list[str]
     reason = experiment.unsolvable
     if experiment.record_settling:
         reason = reason or "record.settling requests the motion before cycle 0"
-    if samples > 1:
-        reason = reason or f"a component samples every {samples} communication steps"
+    if common > 1:
+        reason = reason or f"a component samples every {common} communication steps"
     if experiment.start_time == 0.0:
         return "simulated", []
     if experiment.settling == "simulated" or not reason:
@@ -153,12 +153,12 @@ def _settling(experiment: Experiment, samples: int) -> tuple[Settling, list[str]
 
 
 def cannot_settle(reason: str) -> str:
-    """Return the sentence of a run that must solve for its settled motion but cannot."""
+    """Return the error message of a run that must solve for its settled motion but cannot."""
     return f"settling = 'solved' is not allowed here: {reason}; settling = 'simulated' is"
 
 
 def simulated_settling_notice(reason: str) -> str:
-    """Return the sentence of a run whose settling is simulated instead of solved for."""
+    """Return the notice of a run whose settling is simulated instead of solved for."""
     return f"the motion before cycle 0 was simulated: {reason}"
 
 
@@ -176,13 +176,13 @@ def _without_lacking(
     for change in changes:
         events.setdefault((change.event, change.time), []).append(change)
     partial = []
-    for (event, time), of_event in events.items():
-        lacking = [change.variable for change in of_event if values.lacks(change.variable)]
-        message = "; ".join(values.missing(name) for name in dict.fromkeys(lacking))
-        if len(lacking) == len(of_event):
-            raise ValueError(f"{event} at {time:g} s has no effect: {message}")
+    for (event, time), of_one in events.items():
+        lacking = [change.variable for change in of_one if values.lacks(change.variable)]
+        missing = "; ".join(values.missing(name) for name in dict.fromkeys(lacking))
+        if len(lacking) == len(of_one):
+            raise ValueError(f"{event} at {time:g} s has no effect: {missing}")
         if lacking:
-            partial.append((time, f"{event} at {time:g} s is incomplete: {message}"))
+            partial.append((time, f"{event} at {time:g} s is incomplete: {missing}"))
     return [change for change in changes if not values.lacks(change.variable)], tuple(partial)
 
 
@@ -220,7 +220,7 @@ def _sample_time(component: Component, values: Assignments) -> float | None:
 
 
 def _rated(component: Component, values: Assignments, h: float) -> Component:
-    """Set the rate of a component by its sample time; an FMU that takes any step gets every step."""
+    """Return a component with the rate of its sample time; an FMU that takes any step makes every step."""
     sample_time, name = _sample_time(component, values), f"{component.name}.sample_time"
     if sample_time is None:
         return component
@@ -262,12 +262,12 @@ def _recorded(experiment: Experiment, unrecorded: Sequence[str], available: Sequ
 
 @lru_cache(maxsize=32)  # the runs of a sweep record the same
 def _chosen(
-    available: tuple[str, ...], named: tuple[str, ...], watched: tuple[str, ...], unless: tuple[str, ...] | None
+    available: tuple[str, ...], named: tuple[str, ...], watched: tuple[str, ...], excluded: tuple[str, ...] | None
 ) -> tuple[str, ...]:
-    """Return the names that are watched or match `named`, and, with `unless`, all others that do not match it."""
+    """Return the names that are watched or match `named`; with `excluded`, also all others that do not match that."""
 
     def is_recorded(name: str) -> bool:
-        return name in watched or _matches(name, named) or (unless is not None and not _matches(name, unless))
+        return name in watched or _matches(name, named) or (excluded is not None and not _matches(name, excluded))
 
     return tuple(name for name in available if is_recorded(name))
 

@@ -58,13 +58,13 @@ def original(system: System) -> System:
 def with_units(interface: FmuInterface, before: FmuInterface) -> FmuInterface:
     """Return an interface whose variables without a unit have the unit of the replaced variable of the same name."""
 
-    def named(port: Port) -> Port:
+    def with_unit(port: Port) -> Port:
         old = before.ports.get(port.name)
         if port.unit is not None or old is None or old.type != port.type:
             return port
         return replace(port, unit=old.unit, definition=old.definition)
 
-    return replace(interface, ports={name: named(port) for name, port in interface.ports.items()})
+    return replace(interface, ports={name: with_unit(port) for name, port in interface.ports.items()})
 
 
 def without_lacking(system: System, interfaces: Interfaces) -> System:
@@ -106,19 +106,19 @@ def missing_ports(system: System, interfaces: Interfaces, before: System) -> lis
         The same, expanded, with the original FMUs.
     """
     fed = system.fed()
-    wanted = [
+    required = [
         link
         for link in before.connections
         if link.option is None and link.target not in fed and _has(interfaces, link.target, "input")
     ]
-    wanted += _incomplete_options(system, before)
+    required += _incomplete_options(system, before)
     lines = []
     for component in system.components:
-        local = [link for link in wanted if component.replaces is not None and link.touches(component.name)]
-        outputs = _lacking(component, (link.source for link in local), interfaces, "output")
-        inputs = _lacking(component, (link.target for link in local), interfaces, "input")
-        result = {"outputs": outputs, "inputs": inputs}
-        ports = [f"the {kind} {', '.join(names)}" for kind, names in result.items() if names]
+        links = [link for link in required if component.replaces is not None and link.touches(component.name)]
+        outputs = _lacking(component, (link.source for link in links), interfaces, "output")
+        inputs = _lacking(component, (link.target for link in links), interfaces, "input")
+        lacking = {"outputs": outputs, "inputs": inputs}
+        ports = [f"the {kind} {', '.join(names)}" for kind, names in lacking.items() if names]
         if ports:
             file = fmu_name(component.fmu)
             lines.append(f"{component.name}: {file} must have {' and '.join(ports)}, which other components need")
@@ -138,23 +138,23 @@ def notices(system: System, interfaces: Interfaces, assigned: Iterable[str], dro
     dropped
         Variables, `component.variable`, whose values are dropped.
     """
-    available, names = system.fed() | set(assigned), {c.name for c in system.components}
+    fed, names = system.fed() | set(assigned), {c.name for c in system.components}
     dropped = (*dropped, *system.unknown)
-    missing = [end for end in dropped if system.divide(end)[0] not in names]
+    orphaned = [end for end in dropped if system.divide(end)[0] not in names]
     broken = {c.name: interfaces[c.name].deviations for c in system.components}
-    result = [f"{name}: {_breach(rules)}" for name, rules in broken.items() if rules]
-    result += [*system.remarks, *(f"there is no {end}; its settings are ignored" for end in missing)]
+    sentences = [f"{name}: {_breach(rules)}" for name, rules in broken.items() if rules]
+    sentences += [*system.remarks, *(f"there is no {end}; its settings are ignored" for end in orphaned)]
     for component in system.components:
         name = component.name
         lacks = [end.removeprefix(f"{name}.") for end in dropped if system.divide(end)[0] == name]
         if lacks:
-            result.append(f"{name}: {fmu_name(component.fmu)} has no {', '.join(lacks)}; its settings are ignored")
+            sentences.append(f"{name}: {fmu_name(component.fmu)} has no {', '.join(lacks)}; its settings are ignored")
         if component.replaces is None:
             continue
-        unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in available]
+        unfed = [p.name for p in interfaces[name].of("input") if f"{name}.{p.name}" not in fed]
         if unfed and not is_model(component.fmu):
-            result.append(f"{name}: nothing feeds {', '.join(unfed)}; start values apply")
-    return result
+            sentences.append(f"{name}: nothing feeds {', '.join(unfed)}; start values apply")
+    return sentences
 
 
 def _breach(rules: Sequence[str]) -> str:
@@ -166,11 +166,11 @@ def _breach(rules: Sequence[str]) -> str:
 def _silent_signals(system: System, before: System) -> list[str]:
     """Return a line for each signal with a mandatory input that no component has."""
     mandatory = {f"{c.name}.{variable}" for c in before.components for variable in c.mandatory}
-    left = {signal.name for signal in system.signals}
+    feeding = {signal.name for signal in system.signals}
     return [
         f"signal {signal.name} feeds nothing: {' or '.join(signal.targets)} must be an input"
         for signal in before.signals
-        if signal.name not in left and mandatory.intersection(signal.targets)
+        if signal.name not in feeding and mandatory.intersection(signal.targets)
     ]
 
 
@@ -191,8 +191,8 @@ def _incomplete_options(system: System, before: System) -> list[Connection]:
 
 
 def _lacking(component: Component, ends: Iterable[str], interfaces: Interfaces, causality: str) -> list[str]:
-    local = dict.fromkeys(end for end in ends if end.startswith(f"{component.name}."))
-    return [end.removeprefix(f"{component.name}.") for end in local if not _has(interfaces, end, causality)]
+    of_component = dict.fromkeys(end for end in ends if end.startswith(f"{component.name}."))
+    return [end.removeprefix(f"{component.name}.") for end in of_component if not _has(interfaces, end, causality)]
 
 
 def _has(interfaces: Interfaces, end: str, causality: str) -> bool:

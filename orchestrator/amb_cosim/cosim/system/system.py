@@ -124,9 +124,9 @@ class System:
 
     def __post_init__(self) -> None:
         names = [component.name for component in self.components]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"system {self.name}: components named twice: {', '.join(twice)}")
+        repeated = sorted({name for name in names if names.count(name) > 1})
+        if repeated:
+            raise ValueError(f"system {self.name}: components named twice: {', '.join(repeated)}")
 
     def component(self, name: str) -> Component:
         """Return the component called `name`; the ValueError for an unknown name lists all names."""

@@ -112,7 +112,7 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> Expe
 
 
 def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentTable | None]:
-    """Return a system and its run from a file and its bases, with every connection: the last to an input counts.
+    """Return a system and its run from a file and its bases, with every connection: the last one to an input applies.
 
     Parameters of a packaged file without a base are not `stated`.
     """
@@ -139,7 +139,7 @@ def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentT
 def _overlaid(below: System, table: SystemTable, folder: Path, states: bool) -> System:
     """Return a system with what a file adds and replaces; paths are relative to its folder.
 
-    `states` is whether its parameters count as `stated`.
+    `states` is whether its parameters are added to `stated`.
     """
     system = _with_components(below, table, folder)
     connections = [
@@ -174,13 +174,13 @@ def _with_components(below: System, table: SystemTable, folder: Path) -> System:
             system = system.with_fmu(new.name, fmu)
             old, first = system.component(new.name), names.index(new.name)
             mandatory = new.mandatory if "mandatory" in new.model_fields_set else old.mandatory
-            item, last = replace(old, every=new.every, mandatory=mandatory), first + 1
+            component, last = replace(old, every=new.every, mandatory=mandatory), first + 1
         elif new.before is None or new.before in names or not replaceable:
-            item = Component(new.name, fmu, new.every, new.mandatory)
+            component = Component(new.name, fmu, new.every, new.mandatory)
             first = last = names.index(new.before) if new.before is not None and replaceable else len(names)
         else:
             raise ValueError(f"no component {new.before!r}; {suggest(new.before, names)}")
-        system = replace(system, components=(*system.components[:first], item, *system.components[last:]))
+        system = replace(system, components=(*system.components[:first], component, *system.components[last:]))
     return system
 
 
@@ -192,11 +192,11 @@ def _reduced(system: System, remove: Sequence[str]) -> System:
         if name not in names:
             raise ValueError(f"remove: no component {name!r}; {suggest(name, names)}")
         values = system.parameters.get(name, {})
-        left = {key: raw for key, raw in values.items() if key != variable and not matches(key, variable)}
+        remaining = {key: raw for key, raw in values.items() if key != variable and not matches(key, variable)}
         if not dot:
             system = _without_component(system, name)
-        elif len(left) < len(values):
-            system = replace(system, parameters={**system.parameters, name: left})
+        elif len(remaining) < len(values):
+            system = replace(system, parameters={**system.parameters, name: remaining})
         else:
             system = _without_source(system, name, variable)
     return system
@@ -222,13 +222,13 @@ def _without_source(system: System, component: str, pattern: str) -> System:
     ValueError
         If nothing feeds an input of this name; patterns are matched later, with the FMUs.
     """
-    begin, whole = f"{component}.", f"{component}.{pattern}"
-    local = [target.removeprefix(begin) for _, target in system.feeds() if target.startswith(begin)]
-    if not any(is_pattern(name) or matches(name, pattern) for name in local):
-        options = [*system.parameters.get(component, {}), *local]
+    prefix, whole = f"{component}.", f"{component}.{pattern}"
+    inputs = [target.removeprefix(prefix) for _, target in system.feeds() if target.startswith(prefix)]
+    if not any(is_pattern(name) or matches(name, pattern) for name in inputs):
+        options = [*system.parameters.get(component, {}), *inputs]
         raise ValueError(f"remove: the base gives {component} no {pattern!r}; {suggest(pattern, options)}")
     links = (
-        replace(link, but=(*link.but, pattern)) if link.target.startswith(begin) else link
+        replace(link, but=(*link.but, pattern)) if link.target.startswith(prefix) else link
         for link in system.connections
         if link.target != whole and not matches(link.target, whole)
     )
@@ -237,7 +237,7 @@ def _without_source(system: System, component: str, pattern: str) -> System:
     )
 
 
-def _unfed(signals: Sequence[Signal], is_left: Callable[[str], bool]) -> tuple[Signal, ...]:
+def _unfed(signals: Sequence[Signal], is_removed: Callable[[str], bool]) -> tuple[Signal, ...]:
     """Return signals without some of their inputs, and without those signals that then feed nothing."""
-    left = (replace(s, targets=tuple(t for t in s.targets if not is_left(t))) for s in signals)
-    return tuple(signal for signal in left if signal.targets)
+    reduced = (replace(s, targets=tuple(t for t in s.targets if not is_removed(t))) for s in signals)
+    return tuple(signal for signal in reduced if signal.targets)

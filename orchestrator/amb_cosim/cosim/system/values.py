@@ -57,12 +57,12 @@ def convert(raw: Raw, port: Port, name: str) -> float:
             raise ValueError(f"{name} = {raw} is not allowed; it must be {port.allowed()}")
         return float(port.items[raw.strip()])
     value = _in_unit_of(port, raw, name)
-    within = value in port.items.values() if port.items else port.minimum <= value <= port.maximum
+    is_allowed = value in port.items.values() if port.items else port.minimum <= value <= port.maximum
     if port.type == "Integer" and not port.items and value != math.floor(value if math.isfinite(value) else 0.5):
         raise ValueError(f"{name} = {raw} is not allowed; it must be a whole number {_bounds(port)}".rstrip())
-    if not (within and math.isfinite(value)):
-        values = f" ({raw})" if isinstance(raw, str) and plain_number(raw) is None else ""
-        raise ValueError(f"{name} = {value:.9g}{port.display_unit}{values} is not allowed; it must be {port.allowed()}")
+    if not (is_allowed and math.isfinite(value)):
+        typed = f" ({raw})" if isinstance(raw, str) and plain_number(raw) is None else ""
+        raise ValueError(f"{name} = {value:.9g}{port.display_unit}{typed} is not allowed; it must be {port.allowed()}")
     return value
 
 
@@ -73,7 +73,7 @@ def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
     """
     port_unit, match = port.unit or "1", _QUANTITY.fullmatch(raw) if isinstance(raw, str) else None
     if match is None or match[2] == port_unit or (match[2], port_unit) in COMMON or plain_forms(match[0]):
-        return quantity(raw, port_unit, name)  # or the refusal of a number with separators
+        return quantity(raw, port_unit, name)  # which refuses a number with separators
     number, unit = float(match[1]), match[2]
     scale, declared = port.units.get(unit), port.definition
     if scale is not None and declared is not None and scale[:-2] == declared[:-2] and declared[-2]:
@@ -94,7 +94,7 @@ def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
 
 
 def _is_standard(port: Port) -> bool:
-    """Return whether the unit of a variable means without its FMU what the FMU declares, if it does."""
+    """Return whether the unit of a variable has its usual meaning: the FMU declares none, or the same."""
     try:
         if port.definition is None:
             parse_unit(port.unit or "1")
