@@ -1,12 +1,12 @@
 """Co-simulation of FMUs of FMI 2.0 and 3.0: components, systems, master, recording. It knows FMI and numbers, no rotor.
 
 system          System, Component, Connection, Signal: what is connected with what, checked
-system_file     a system, and what is done with it, from a TOML file
+system_file     a system, and an experiment with it, from a TOML file
 fmus            FMUs of models and files, built for a build_target into the cache; fmu_libraries: checks
 experiment      Experiment: times, events, profiles, stop conditions, recording, in seconds; planning: on the time_grid
 assignments     values of parameters and inputs, with units
-simulation      assemble, run_plan: from a system and a plan to a recording
-run             simulate a system file: all of the above in a single call
+assembly        assemble: a system with its FMUs; run_plan: from an assembly and a plan to a recording
+simulate        simulate a system file: all of the above in a single call
 master          the algorithm, in plain Python; compiled: the same in C, by loop.c of fmi_export and loop_library
 component       an FMU instance; bindings: the functions of FMI 2.0 (binding2) and 3.0 (binding3); exchange: values
 fmu_interface   what a modelDescription says; fmu_description reads it

@@ -62,7 +62,7 @@ def export_ssp(
     run = Described(
         name=name,
         plan=plan,
-        interfaces={c: _numbered(i) for c, i in assembly.interfaces.items()} if integers else assembly.interfaces,
+        interfaces={c: _with_integers(i) for c, i in assembly.interfaces.items()} if integers else assembly.interfaces,
         sources={component: f"{file}.fmu" for component, file in files.items()},
         bindings={component: f"{file}.ssv" for component, file in files.items() if starts[component]},
         generator=f"amb-cosim {version('amb-cosim')}",
@@ -77,10 +77,10 @@ def export_ssp(
         else:
             fmu = assembly.fmus[c.name].path.read_bytes()
         content[run.sources[c.name]] = with_integers(fmu) if integers else fmu
-    content[NOTES] = notes(run, baked=all(is_model(c.fmu) for c in system.components))
+    content[NOTES] = notes(run, has_start_values=all(is_model(c.fmu) for c in system.components))
     return write_archive(path, archive_of(content))
 
 
-def _numbered(interface: FmuInterface) -> FmuInterface:
+def _with_integers(interface: FmuInterface) -> FmuInterface:
     """Return an interface whose Enumerations are Integers."""
     return replace(interface, ports={name: replace(port, items={}) for name, port in interface.ports.items()})

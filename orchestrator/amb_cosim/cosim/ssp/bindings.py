@@ -40,7 +40,7 @@ class Setting:
 
 
 def read_bindings(element: Any, document: Document, resources: Path | None) -> Iterator[Setting]:
-    """Return the values that an element is bound to; later ones count more.
+    """Return the values that an element is bound to; later ones take precedence.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def _content(
         raise ValueError(f"{owner} has a source of type {element.get('type')}, which is not supported")
     if source is None:
         result = element.find(inline, NAMES)
-        if result is not None:  # of which the schema of structures knows nothing
+        if result is not None:  # which the schema of structures does not check
             check(result, schema, owner)
         return result
     is_inside = element.get("sourceBase") == "component"
@@ -96,7 +96,7 @@ def _content(
 
 
 def _mapped(settings: list[Setting], entries: Any, owner: str) -> Iterator[Setting]:
-    """Return the values that a mapping has, by their new names."""
+    """Return the values that a mapping names, under their new names."""
     by_name = {setting.name: setting for setting in settings}
     for entry in entries.iterfind("ssm:MappingEntry", NAMES):
         setting = by_name.get(entry.get("source"))
@@ -108,13 +108,13 @@ def _mapped(settings: list[Setting], entries: Any, owner: str) -> Iterator[Setti
 
 
 def _translated(value: ParameterValue, entry: Any, what: str) -> ParameterValue:
-    """Return a value as the table of a mapping entry has it: of a Boolean, an integer or an Enumeration."""
+    """Return the value to which the table of a mapping entry (Boolean, integer, Enumeration), if any, maps a value."""
     for element in entry:
         kind = etree.QName(element).localname
         if kind not in TABLES:
             continue
         read = TABLES[kind]
-        table = {read(item.get("source")): read(item.get("target")) for item in element.iterfind("ssc:MapEntry", NAMES)}
+        table = {read(pair.get("source")): read(pair.get("target")) for pair in element.iterfind("ssc:MapEntry", NAMES)}
         if isinstance(value, tuple) or value not in table:
             raise ValueError(f"{what}: {kind} has no entry for {value}; there are {', '.join(map(str, table))}")
         return table[value]

@@ -51,7 +51,7 @@ def experiment_table(run: Described) -> bytes:
     return tomli_w.dumps({key: value for key, value in table.items() if value != []}).encode()
 
 
-def notes(run: Described, baked: bool) -> bytes:
+def notes(run: Described, has_start_values: bool) -> bytes:
     """Return the notes for users of other tools."""
     plan, h = run.plan, run.plan.step_size
     order = ", ".join(c.name for c in plan.system.components)
@@ -73,7 +73,7 @@ def notes(run: Described, baked: bool) -> bytes:
     slow = [f"`{c.name}`: {c.every} communication steps" for c in plan.system.components if c.every > 1]
     if slow:
         parts.append("Components with steps of their own: " + "; ".join(slow) + ".")
-    if baked:
+    if has_start_values:
         parts.append(
             "Parameters and initial inputs are also start values of the FMUs: a tool that ignores parameter bindings "
             "gives the same run."
@@ -81,7 +81,7 @@ def notes(run: Described, baked: bool) -> bytes:
     else:
         parts.append("Parameters and initial inputs are only in the parameter bindings, which a tool must apply.")
     rows = [
-        f"| {name} | {', '.join(f'`{end}`' for end in ends)} | {_first(run, name)} |"
+        f"| {name} | {', '.join(f'`{end}`' for end in ends)} | {_initial_value(run, name)} |"
         for name, ends in run.changing.items()
     ]
     if rows:
@@ -112,7 +112,7 @@ def notes(run: Described, baked: bool) -> bytes:
     return ("\n\n".join(part for part in parts if part) + "\n").encode()
 
 
-def _first(run: Described, name: str) -> str:
+def _initial_value(run: Described, name: str) -> str:
     value = run.plan.inputs.get(name)
     return repr(_typed(run, name, (run.port(name).start or 0.0) if value is None else value))
 

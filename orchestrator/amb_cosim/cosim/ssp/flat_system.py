@@ -1,7 +1,7 @@
 """The systems of an archive as a single system: components, connections, signals and values by the names of components.
 
-A connector of the outermost system that feeds inputs is a signal, and its value counts more than those of the inputs:
-they are connected. Of several values of one variable, that of the outer system counts, and of its sets the last one.
+A connector of the outermost system that feeds inputs is a signal. Its value takes precedence over those of the inputs,
+which are connected. If a variable has several values, that of the outer system applies, and of its sets the last one.
 """
 
 from __future__ import annotations
@@ -69,10 +69,10 @@ class FlatSystem:
         return tuple(Component(name, str(self.files[name]), every[name]) for name in names)
 
     def remarks(self) -> tuple[str, ...]:
-        """Return notices on what does not run as the document has it."""
-        listed = self.hierarchy.components.items()
-        exchanged = [name for name, (_, element, _) in listed if element.get("implementation") == "ModelExchange"]
-        said = [f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged]
+        """Return notices on what runs in another way than the document states."""
+        elements = self.hierarchy.components.items()
+        exchanged = [name for name, (_, element, _) in elements if element.get("implementation") == "ModelExchange"]
+        notices = [f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged]
         units = ((node, connector.unit, self.nets.unit(node)) for node, connector in self.hierarchy.connectors.items())
         other = [
             f"{node.text} ({declared.name}, in the FMU {unit.name})"
@@ -80,31 +80,31 @@ class FlatSystem:
             if declared is not None and unit is not None and conversion(declared, unit) != UNCHANGED
         ]
         if other:
-            said.append(f"units of connectors are not those of the FMUs, which count: {', '.join(other)}")
+            notices.append(f"units of connectors are not those of the FMUs, which apply: {', '.join(other)}")
         if any(node.name == TIME for node in self.nets.delivered):
-            said.append(f"the output {TIME} of the archive is not recorded; the times of the record have this name")
-        return tuple(said)
+            notices.append(f"the output {TIME} of the archive is not recorded; the times of the record have this name")
+        return tuple(notices)
 
     def _connections(self) -> Iterator[Connection]:
         """Return connections between variables of components."""
         for source in self.nets.outputs:
-            for reached in self.nets.claim(source):
-                if self.nets.causality(reached.node) == "output":
-                    both = f"{source.text} and {reached.node.text}"
+            for way in self.nets.claim(source):
+                if self.nets.causality(way.node) == "output":
+                    both = f"{source.text} and {way.node.text}"
                     raise ValueError(f"{self.what}: {both} are outputs that are connected with each other")
-                outputs = self._ends(source, reached.start_indices)
-                inputs = self._ends(reached.node, reached.end_indices)
+                outputs = self._ends(source, way.start_indices)
+                inputs = self._ends(way.node, way.end_indices)
                 if len(outputs) != len(inputs):
-                    said = f"{next(iter(outputs))} ({len(outputs)} values) and {next(iter(inputs))} ({len(inputs)})"
-                    raise ValueError(f"{self.what}: a connection joins {said}, which must be equal in number")
-                self._check_law(reached, {**outputs, **inputs})
-                factor, offset = reached.law
+                    pair = f"{next(iter(outputs))} ({len(outputs)} values) and {next(iter(inputs))} ({len(inputs)})"
+                    raise ValueError(f"{self.what}: a connection joins {pair}, which must be equal in number")
+                self._check_law(way, {**outputs, **inputs})
+                factor, offset = way.law
                 for output, target in zip(outputs, inputs, strict=True):
                     yield Connection(output, target, factor=factor, offset=offset, converts_units=True)
         for link in self.hierarchy.links:
             ends = (link.start, link.end)
             if all(end.kind == "component" for end in ends) and not set(ends) & set(self.nets.outputs):
-                yield Connection(link.start.text, link.end.text)  # without an output; the check of the system tells
+                yield Connection(link.start.text, link.end.text)  # of no output; the check of the system refuses it
 
     def _is_free(self, node: Node) -> bool:
         """Return whether a connector of a system can have a value, because nothing outside it feeds it."""
@@ -199,7 +199,7 @@ class FlatSystem:
         """Return values of parameters by component and name, of inputs and signals by name, and unknown names."""
         unknown: dict[str, None] = {}
         settings: list[tuple[Node, Setting]] = []
-        for path, element, document in self.hierarchy.bindings:  # what an outer system says counts more
+        for path, element, document in self.hierarchy.bindings:  # values of outer systems take precedence
             resources = self.folders[path] / "resources" if path in self.folders else self.hierarchy.bases.get(path)
             for setting in read_bindings(element, document, resources):
                 node = self.hierarchy.resolve(path, setting.name)
@@ -207,7 +207,7 @@ class FlatSystem:
                     unknown[f"{path}.{setting.name}" if path else setting.name] = None
                 else:
                     settings.append((node, setting))
-        for node, setting in sorted(settings, key=lambda item: -_depth(item[0])):  # a connection counts more than both
+        for node, setting in sorted(settings, key=lambda item: -_depth(item[0])):  # connections take precedence
             if node.kind == "component":
                 self._set(node, self._read(node, setting)[0])
             else:
@@ -241,13 +241,13 @@ class FlatSystem:
 
     def _read(self, node: Node, setting: Setting) -> tuple[list[Raw], Unit | None]:
         """Return values in the unit of a connector, if it has one, and the unit that they then have."""
-        target, result, after = self._start_unit(node), [], None
+        target, numbers, unit_after = self._start_unit(node), [], None
         ports = self.interfaces[node.place].elements(node.name) if node.kind == "component" else ()
         declared = ports[0].units if ports else {}
         for value in setting.values:
             number: Raw = float(value[0]) if isinstance(value, tuple) else value
             unit = unit_of(value[1], setting.units, declared) if isinstance(value, tuple) else None
-            after = target or (unit if setting.law is None and not setting.suppresses_units else None)
+            unit_after = target or (unit if setting.law is None and not setting.suppresses_units else None)
             if unit is not None and target is not None and not setting.suppresses_units:
                 law = conversion(unit, target)
                 if law is None and setting.law is None:
@@ -259,16 +259,16 @@ class FlatSystem:
                     number = law[0] * _checked_number(number, setting.name, self.what) + law[1]
             if setting.law is not None:
                 number = setting.law[0] * _checked_number(number, setting.name, self.what) + setting.law[1]
-            result.append(number)
-        return result, after
+            numbers.append(number)
+        return numbers, unit_after
 
     def _set(self, node: Node, values: Sequence[Raw], indices: tuple[int, ...] = ()) -> None:
         """Set a variable of a component, or the elements of an array."""
         interface = self.interfaces[node.place]
         text = interface.texts.get(node.name)
         if text is not None and len(values) != 1:
-            said = f"{len(values)} values for {node.text}, which is a {text.type}"
-            raise ValueError(f"{self.what}: a parameter set has {said}")
+            excess = f"{len(values)} values for {node.text}, which is a {text.type}"
+            raise ValueError(f"{self.what}: a parameter set has {excess}")
         ports: Sequence[Port | TextVariable] = interface.elements(node.name, indices)
         ports = (text,) if text is not None else ports or (interface.port(node.name, node.place),)
         if len(ports) != len(values):

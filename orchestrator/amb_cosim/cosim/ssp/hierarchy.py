@@ -29,13 +29,13 @@ NAMES = {**NAMESPACES, **TOOLS}
 FMU, DEFINITION, PACKAGE = (f"application/x-{kind}" for kind in ("fmu-sharedlibrary", "ssp-definition", "ssp-package"))
 TYPES = (FMU, DEFINITION, PACKAGE)
 HARMLESS = [tag(name) for name in ("ssd:ConnectionGeometry", "ssd:Annotations", "ssc:LinearTransformation")]
-MOST_NESTED = 20  # systems in each other
+MOST_NESTED = 20  # depth of nested systems
 Kind = Literal["component", "system", "dictionary"]
 OUTERMOST = ("system", "")  # kind and place of the connectors of the outermost system
 
 
 class Node(NamedTuple):
-    """A connector of a component, of a system, or an entry of a signal dictionary; `place` is the path of that."""
+    """A connector of a component, of a system, or an entry of a signal dictionary; `place` is the path of these."""
 
     kind: Kind
     place: str
@@ -112,8 +112,8 @@ class Hierarchy:
     links
         All connections.
     bindings
-        Path, element and document of everything that can have parameter bindings, inner ones first: outer ones count
-        more.
+        Path, element and document of everything that can have parameter bindings, inner ones first: outer ones take
+        precedence.
     bases
         Folder of the document of each system in a separate document, by the system's path.
 
@@ -134,9 +134,9 @@ class Hierarchy:
         self._add_system(document.system(), "", document, {}, 0)
         for node in (end for link in self.links for end in (link.start, link.end)):
             if node.kind != "component" and node not in self.connectors:
-                beside = [other.name for other in self.connectors if other[:2] == node[:2]]
+                others = [other.name for other in self.connectors if other[:2] == node[:2]]
                 inside = f"{node.kind} {node.place}" if node.place else "the system"
-                raise ValueError(f"{what}: {inside} has no connector {node.name!r}; {suggest(node.name, beside)}")
+                raise ValueError(f"{what}: {inside} has no connector {node.name!r}; {suggest(node.name, others)}")
 
     def of_systems(self, outermost: bool) -> list[Node]:
         """Return the connectors of the outermost system, or those of all others and entries of dictionaries."""

@@ -47,15 +47,15 @@ class Nets:
 
     def __init__(self, hierarchy: Hierarchy, interfaces: Mapping[str, FmuInterface], what: str) -> None:
         self._connectors, self._interfaces, self.what = hierarchy.connectors, interfaces, what
-        self._at: dict[Node, list[tuple[Link, bool]]] = {}
+        self._links_at: dict[Node, list[tuple[Link, bool]]] = {}
         for link in hierarchy.links:
-            self._at.setdefault(link.start, []).append((link, True))
-            self._at.setdefault(link.end, []).append((link, False))
-        self._arrival: dict[Node, Link] = {}  # by which the value of a net comes to a connector
-        self.delivered: dict[Node, Way] = {}  # of the connectors of the outermost system to which outputs come
+            self._links_at.setdefault(link.start, []).append((link, True))
+            self._links_at.setdefault(link.end, []).append((link, False))
+        self._arrival: dict[Node, Link] = {}  # by which the value of a net reaches each connector
+        self.delivered: dict[Node, Way] = {}  # to each connector of the outermost system that an output reaches
 
     def causality(self, node: Node) -> str:
-        """Return whether a connector is input, output, ... : of a component as its FMU says, else as the document."""
+        """Return the causality of a connector: for a component, its FMU's; otherwise the document's."""
         if node.kind == "component":
             ports = self._interfaces[node.place].elements(node.name)
             if ports:
@@ -64,7 +64,7 @@ class Nets:
         return "" if declared is None else declared.kind
 
     def unit(self, node: Node) -> Unit | None:
-        """Return the unit of a connector, if it has one; that of the FMU counts for its variables."""
+        """Return the unit of a connector, if it has one; for a variable of an FMU, the FMU's unit applies."""
         declared = self._connectors.get(node)
         unit = None if declared is None else declared.unit
         if node.kind != "component":
@@ -77,18 +77,18 @@ class Nets:
     @property
     def outputs(self) -> list[Node]:
         """The connected outputs of components."""
-        return [node for node in self._at if node.kind == "component" and self.causality(node) == "output"]
+        return [node for node in self._links_at if node.kind == "component" and self.causality(node) == "output"]
 
     def has_source(self, node: Node) -> bool:
         """Return whether `claim` was called for something that feeds a connector."""
         return node in self._arrival
 
     def claim(self, start: Node) -> list[Way]:
-        """Return the ways to what a source of a net reaches, and remember them at the connectors."""
+        """Return the ways to all that a source of a net reaches, and note at connectors how it arrives."""
         return list(self._spread(start, self.unit(start), claims=True))
 
     def below(self, node: Node, unit: Unit | None) -> list[Way]:
-        """Return the ways on from a connector, which may be on that of a source; `unit` is the value's."""
+        """Return the ways onward from a connector; `unit` is that of its value."""
         return list(self._spread(node, self.unit(node) or unit, claims=False))
 
     def _spread(self, start: Node, unit: Unit | None, claims: bool) -> Iterator[Way]:
@@ -96,7 +96,7 @@ class Nets:
         seen = {start}
         while waiting:
             at, arrival = waiting.pop(0)
-            for link, forward in self._at.get(at.node, ()):
+            for link, forward in self._links_at.get(at.node, ()):
                 node = link.end if forward else link.start
                 if link is arrival or node in seen:
                     continue
@@ -107,10 +107,10 @@ class Nets:
                         f"a system, which is not supported"
                     )
                 law, after = self._passed(link, at.node, at.unit, node)
-                whole = composed(at.law, law)
-                is_same = whole == UNCHANGED and not link.suppresses_units
+                total = composed(at.law, law)
+                is_same = total == UNCHANGED and not link.suppresses_units
                 presumed = at.presumed or (self.unit(node) if is_same else None)
-                way = Way(start, node, whole, presumed, after, at.start_indices or from_indices, to_indices)
+                way = Way(start, node, total, presumed, after, at.start_indices or from_indices, to_indices)
                 if node.kind == "component":
                     yield way
                     continue

@@ -69,9 +69,9 @@ def text_of(value: float, port: Port) -> str:
 
 def add_enumerations(root: Any, prefix: str, ports: Mapping[str, Port]) -> None:
     """Add the definitions of the Enumerations among ports, with their names in the mapping."""
-    named = {name: port.items for name, port in ports.items() if port.items}
-    group = etree.SubElement(root, tag(f"{prefix}:Enumerations")) if named else None
-    for name, items in named.items():
+    enumerations = {name: port.items for name, port in ports.items() if port.items}
+    group = etree.SubElement(root, tag(f"{prefix}:Enumerations")) if enumerations else None
+    for name, items in enumerations.items():
         enumeration = etree.SubElement(group, tag("ssc:Enumeration"), name=name)
         for item, value in items.items():
             etree.SubElement(enumeration, tag("ssc:Item"), name=item, value=str(value))
@@ -104,9 +104,9 @@ def read_parameters(root: Any, what: str) -> dict[str, list[ParameterValue]]:
             texts = texts_of(element) if kind == "String" else [text.strip() for text in texts_of(element)]
             result[name] = [_value(kind, text, element.get("unit")) for text in texts]
         except (KeyError, ValueError) as error:
-            said = f"= {element.get('value')!r} is no value" if kind in READERS else "is"
+            problem = f"= {element.get('value')!r} is no value" if kind in READERS else "is"
             allowed = ", ".join(READERS)
-            raise ValueError(f"{what}: parameter {name} {said} of type {kind}; there are {allowed}") from error
+            raise ValueError(f"{what}: parameter {name} {problem} of type {kind}; there are {allowed}") from error
     return result
 
 

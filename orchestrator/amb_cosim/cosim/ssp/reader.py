@@ -65,9 +65,9 @@ def load_ssp(
         unknown=unknown,
         remarks=flat.remarks(),
     )
-    local = folder / EXPERIMENT
-    if local.is_file():
-        experiment = validate(read_toml(local, f"{what}: {EXPERIMENT}"), ExperimentTable, what).experiment()
+    experiment_file = folder / EXPERIMENT
+    if experiment_file.is_file():
+        experiment = validate(read_toml(experiment_file, f"{what}: {EXPERIMENT}"), ExperimentTable, what).experiment()
         end = experiment.stop_time if stop_time is None else stop_time
         experiment = replace(experiment, step_size=step_size or experiment.step_size, stop_time=end)
     else:
@@ -106,12 +106,12 @@ def _step(root: Any, fmu_steps: Iterable[float | None]) -> float | None:
 
 
 def _coupling(root: Any, what: str) -> Coupling:
-    """Return the order from an annotation of this package or of libcosim, whose algorithm is parallel."""
-    local = root.find(f".//{MASTER}")
-    if local is not None:
-        available: tuple[Coupling, ...] = get_args(Coupling)
-        for coupling in available:
-            if local.get("coupling") == coupling:
+    """Return the coupling from an annotation of this package or of libcosim, whose algorithm is Jacobi."""
+    master = root.find(f".//{MASTER}")
+    if master is not None:
+        allowed: tuple[Coupling, ...] = get_args(Coupling)
+        for coupling in allowed:
+            if master.get("coupling") == coupling:
                 return coupling
-        raise ValueError(f"{what}: coupling = {local.get('coupling')} is not allowed; there are {', '.join(available)}")
+        raise ValueError(f"{what}: coupling = {master.get('coupling')} is not allowed; there are {', '.join(allowed)}")
     return "jacobi" if root.find(".//osp:FixedStepAlgorithm", NAMES) is not None else "gauss_seidel"

@@ -81,9 +81,9 @@ def check(root: Any, schema: str, what: str) -> None:
     loaded, version = _schema(schema), root.get("version")
     checked = version_2.as_version_1(root) if version == version_2.VERSION else root
     if not loaded.validate(checked) and not loaded.validate(_tidied(checked)):
-        named = version if version == version_2.VERSION else VERSION
+        required_version = version if version == version_2.VERSION else VERSION
         first = loaded.error_log[0]
-        raise ValueError(f"{what} does not follow SSP {named}, line {first.line}: {first.message}")
+        raise ValueError(f"{what} does not follow SSP {required_version}, line {first.line}: {first.message}")
 
 
 def _tidied(root: Any) -> Any:

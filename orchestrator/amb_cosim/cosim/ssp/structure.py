@@ -154,14 +154,14 @@ def _experiment(root: Any, run: Described) -> None:
     experiment.set("stopTime", repr(plan.time(plan.last)))
     algorithm = etree.Element(tag("osp:Algorithm", TOOLS))
     etree.SubElement(algorithm, tag("osp:FixedStepAlgorithm", TOOLS), baseStepSize=repr(plan.step_size))
-    local = etree.Element(MASTER, stepSize=repr(plan.step_size), coupling=run.plan.system.coupling)
+    master = etree.Element(MASTER, stepSize=repr(plan.step_size), coupling=run.plan.system.coupling)
     for component in plan.system.components:
-        etree.SubElement(local, tag("amb:Step", TOOLS), component=component.name, every=str(component.every))
+        etree.SubElement(master, tag("amb:Step", TOOLS), component=component.name, every=str(component.every))
     for signal in plan.system.signals:
-        element = etree.SubElement(local, tag("amb:Signal", TOOLS), name=signal.name)
+        element = etree.SubElement(master, tag("amb:Signal", TOOLS), name=signal.name)
         for end in signal.targets:
             etree.SubElement(element, tag("amb:Target", TOOLS), name=end)
-    _annotate(experiment, ("com.opensimulationplatform", algorithm), (TOOL, local))
+    _annotate(experiment, ("com.opensimulationplatform", algorithm), (TOOL, master))
 
 
 def _openmodelica(step_size: float) -> tuple[str, Any]:

@@ -53,7 +53,7 @@ def unit_of(name: str | None, *definitions: Mapping[str, UnitDefinition]) -> Uni
 
 
 def conversion(source: Unit, target: Unit) -> Law | None:
-    """Return the law from one unit to another; otherwise None.
+    """Return the law from one unit to another; None if a value cannot be converted.
 
     Examples
     --------

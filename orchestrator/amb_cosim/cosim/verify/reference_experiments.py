@@ -19,7 +19,7 @@ from amb_files.csv_files import read_csv
 
 MANIFEST = Path("extra", "org.fmi-standard.fmi-ls-ref", "fmi-ls-manifest.xml")
 
-OTHER_KINDS = (  # of experiments, which are no simulation over time
+OTHER_KINDS = (  # of experiments that are not simulations over time
     *("SteadyState", "ParameterOptimization", "SetPointOptimization", "SensitivityAnalysis"),
     *("TrajectoryOptimization", "Linearization"),
 )
@@ -58,12 +58,12 @@ def read_experiments(folder: Path) -> list[ReferenceExperiment]:
         return []
     related = list(_root(manifest).iter("Related"))
 
-    def named(role: str) -> list[Path]:
+    def files_of(role: str) -> list[Path]:
         of_role = [item for item in related if item.get("role", "").split("/")[0] == role]
         return [_beside(manifest, item.get("source", ""), folder) for item in of_role]
 
-    if not (files := named("experiment")):
-        results = [file for file in named("result") if file.suffix == ".csv"]
+    if not (files := files_of("experiment")):
+        results = [file for file in files_of("result") if file.suffix == ".csv"]
         return [ReferenceExperiment(file.stem, references=_table(file)) for file in results]
     return [_experiment(item, file, folder) for file in files for item in _root(file).iter("Experiment")]
 
@@ -84,16 +84,16 @@ def _experiment(element: Element, file: Path, folder: Path) -> ReferenceExperime
     if unread:
         return ReferenceExperiment(name, unread=unread)
     start, stop, step = (_number(times, key, file) for key in ("startTime", "stopTime", "stepSize"))
-    result = {kind: _beside(file, e.get("source", ""), folder) for kind, e in sources.items() if e is not None}
+    files = {kind: _beside(file, e.get("source", ""), folder) for kind, e in sources.items() if e is not None}
     return ReferenceExperiment(
         name,
         start,
         stop,
         step,
         _number(element, "tolerance", file),
-        dict(_parameters(result["Parameters"])) if "Parameters" in result else {},
-        _table(result["Stimuli"]) if "Stimuli" in result else {},
-        _table(result["References"]),
+        dict(_parameters(files["Parameters"])) if "Parameters" in files else {},
+        _table(files["Stimuli"]) if "Stimuli" in files else {},
+        _table(files["References"]),
     )
 
 

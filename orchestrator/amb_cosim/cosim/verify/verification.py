@@ -11,8 +11,8 @@ from amb_cosim.cosim.basics.child_process import child_process, how_it_ended
 from amb_cosim.cosim.basics.errors import ProcessFailed
 from amb_cosim.cosim.run.isolation import ERROR, LONGEST_SILENCE, RECORDING, messages_of, next_message
 
-TOLERANCE = 1e-6  # of the largest value of a variable, within which values of other machines are equal
-MOST_TOLERANCE = 1e-3  # of the same, that an experiment may allow itself
+TOLERANCE = 1e-6  # of the largest value of a variable; results of different machines agree within this
+MOST_TOLERANCE = 1e-3  # of the same; the largest tolerance that an experiment may set
 
 
 @dataclass(frozen=True)

@@ -28,13 +28,13 @@ NO_NUMBERS = ("String", "Binary", "Clock")
 def main() -> None:
     """Send the results, or the error."""
     with os.fdopen(os.dup(1), "wb") as answers:
-        os.dup2(2, 1)  # what FMUs print does not go among the answers
+        os.dup2(2, 1)  # keeps what FMUs print out of the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         (folder,) = pickle.load(sys.stdin.buffer)
         end_with_parent(sys.stdin.buffer.read)
         limit_memory()
         try:
-            answer: tuple[Any, ...] = (RECORDING, [_verified(folder, item) for item in read_experiments(folder)])
+            answer: tuple[Any, ...] = (RECORDING, [_verified(folder, each) for each in read_experiments(folder)])
         except Exception as error:
             answer = (ERROR, error if isinstance(error, ValueError) else ValueError(str(error)))
         pickle.dump(answer, answers)
@@ -52,14 +52,14 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     description = read_model_description(str(folder), validate=False)
     default = description.defaultExperiment
     start_time, stop_time = (
-        float(local if local is not None else getattr(default, name, None) or fallback)
-        for local, name, fallback in (
+        float(stated if stated is not None else getattr(default, name, None) or fallback)
+        for stated, name, fallback in (
             (experiment.start_time, "startTime", 0.0),
             (experiment.stop_time, "stopTime", 1.0),
         )
     )
-    if wrong := _wrong_times(experiment.references["time"], start_time, stop_time):
-        return Verified(experiment.name, tolerance, unread=wrong)
+    if fault := _fault_of_times(experiment.references["time"], start_time, stop_time):
+        return Verified(experiment.name, tolerance, unread=fault)
     variables = {v.name: v for v in description.modelVariables}
     names = [name for name in experiment.references if name != "time"]
     unknown = sorted({*names, *experiment.stimuli, *experiment.parameters} - {*variables, "time"})
@@ -71,21 +71,21 @@ def _verified(folder: Path, experiment: ReferenceExperiment) -> Verified:
     names = [name for name in names if not reasons[name] and name not in texts]
     references = {name: _numbers(name, experiment.references[name]) for name in names}
     if not names and not texts:
-        has = f"; it has {', '.join(omitted)}" if omitted else ""
-        unread = f"its reference results have no numbers to compare with{has}"
+        listing = f"; it has {', '.join(omitted)}" if omitted else ""
+        unread = f"its reference results have no numbers to compare with{listing}"
         return Verified(experiment.name, tolerance, unread=unread)
     infinite = next((name for name in names if not np.isfinite(references[name]).all()), None)
     if infinite is not None:
         return Verified(experiment.name, tolerance, unread=f"its reference results of {infinite} are not all finite")
-    said: list[str] = []
+    errors: list[str] = []
     try:
-        result, seen = _simulated(folder, description, experiment, (start_time, stop_time), (names, texts), said)
+        result, seen = _simulated(folder, description, experiment, (start_time, stop_time), (names, texts), errors)
     except Exception as error:
-        return Verified(experiment.name, tolerance, failure=said[-1] if said else str(error))
+        return Verified(experiment.name, tolerance, failure=errors[-1] if errors else str(error))
     times = np.array([_number(text) for text in experiment.references["time"]])
-    ended = float(result["time"][-1])
-    if ended < times[-1] - 1e-6 * (stop_time - start_time):
-        failure = f"it ended the simulation at {ended:.9g} s, but its reference results end at {times[-1]:.9g} s"
+    end = float(result["time"][-1])
+    if end < times[-1] - 1e-6 * (stop_time - start_time):
+        failure = f"it ended the simulation at {end:.9g} s, but its reference results end at {times[-1]:.9g} s"
         return Verified(experiment.name, tolerance, failure=failure)
     n_texts, other = _compared_texts(experiment.references, times, [*texts], seen)
     largest = _largest_deviation(times, references, {name: np.asarray(result[name]) for name in ("time", *names)})
@@ -101,7 +101,7 @@ def _simulated(
     experiment: ReferenceExperiment,
     times: tuple[float, float],
     compared: tuple[list[str], Mapping[str, Any]],
-    said: list[str],
+    errors: list[str],
 ) -> tuple[Any, list[tuple[float, list[str]]]]:
     """Run an experiment in FMPy.
 
@@ -113,8 +113,8 @@ def _simulated(
         Start and stop time (s).
     compared
         Names of the numbers to record, and the Strings by name.
-    said
-        Gets the errors that the FMU logs.
+    errors
+        Receives the errors that the FMU logs.
 
     Returns
     -------
@@ -125,7 +125,7 @@ def _simulated(
     def log(*arguments: Any) -> None:  # the instance as well in FMI 2.0; then status, category and text
         *_, status, _, text = arguments
         if status > 1:
-            said.append((text or b"").decode("utf-8", "replace"))
+            errors.append((text or b"").decode("utf-8", "replace"))
 
     variables = {v.name: v for v in description.modelVariables}
     start, varying = _inputs(experiment.stimuli)
@@ -146,7 +146,7 @@ def _simulated(
         fmi_type="CoSimulation",
         model_description=description,
         fmu_instance=watched,
-        early_return_allowed=True,  # of which the instance says more
+        early_return_allowed=True,  # `WatchedInstance` refuses it with a reason
     )
     fmu.freeInstance()
     return result, watched.seen
@@ -184,7 +184,7 @@ def _reason_to_omit(variable: Any, experiment: ReferenceExperiment) -> str:
     return "a parameter that the experiment sets" if variable.name in experiment.parameters else ""
 
 
-def _wrong_times(texts: list[str], start_time: float, stop_time: float) -> str:
+def _fault_of_times(texts: list[str], start_time: float, stop_time: float) -> str:
     """Return the error in the times of reference results (s), empty if they are within the run."""
     if not stop_time > start_time:
         return f"its stop time of {stop_time:g} s is not after its start at {start_time:g} s"
@@ -259,18 +259,19 @@ def _largest_deviation(
         gaps = np.where(expected == values, 0.0, np.abs(values - expected))
         scale = np.abs(expected).max() or 1.0
         relative = np.where(np.isfinite(gaps), gaps / scale, np.inf)
-        row, item = np.unravel_index(int(relative.argmax()), relative.shape)
-        if relative[row, item] > (largest.relative if largest else 0.0):
-            element = f"{name}[{item}]" if expected.shape[1] > 1 else name
-            pair = float(expected[row, item]), float(values[row, item])
-            largest = Deviation(element, float(times[row]), *pair, float(relative[row, item]))
+        row, column = np.unravel_index(int(relative.argmax()), relative.shape)
+        if relative[row, column] > (largest.relative if largest else 0.0):
+            element = f"{name}[{column}]" if expected.shape[1] > 1 else name
+            pair = float(expected[row, column]), float(values[row, column])
+            largest = Deviation(element, float(times[row]), *pair, float(relative[row, column]))
     return largest
 
 
 def _rows_at(times: Array, points: Array) -> Indices:
     """Return the row of the results that is nearest to each time of the references.
 
-    Two rows of a time, before and after an event, are those of the results. The last row is the last of the results.
+    If two references have the same time, before and after an event, they take the two rows of the results at that time.
+    The last time of the results takes their last row.
     """
     rows = np.abs(points[:, None] - times[None, :]).argmin(axis=0)
     for k in np.flatnonzero(np.diff(times) == 0.0) + 1:
