@@ -25,11 +25,11 @@ def cache(clear: bool) -> None:
         for entry in () if clear else entries:
             day = time.strftime("%Y-%m-%d", time.localtime(entry.used))
             click.echo(f"{day} {entry.size / 2**20:8.1f} MB  {entry.path.name}")
-        message = f"{len(entries)} in {user_cache()}, {size / 2**20:.1f} MB"
+        summary = f"{len(entries)} in {user_cache()}, {size / 2**20:.1f} MB"
         click.echo(
-            f"removed {message}"
+            f"removed {summary}"
             if clear
-            else f"{message}; above {LIMIT / 2**30:g} GB the least recently used files are removed"
+            else f"{summary}; above {LIMIT / 2**30:g} GB the least recently used files are removed"
         )
 
 

@@ -44,8 +44,8 @@ def _check_distributions(error: Exception) -> None:
     from amb_files.packs import unreadable_distributions
 
     for name, reason in unreadable_distributions().items():
-        said = f"entry_points.txt of the installed {name} cannot be read: {reason}"
-        raise Refused(f"{said}; correct or uninstall it") from error
+        problem = f"entry_points.txt of the installed {name} cannot be read: {reason}"
+        raise Refused(f"{problem}; correct or uninstall it") from error
 
 
 @click.group(cls=Commands, former=FORMER, context_settings={"help_option_names": ["-h", "--help"]})

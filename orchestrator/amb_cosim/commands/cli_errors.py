@@ -66,13 +66,13 @@ def interrupted(message: str) -> Failed:
     return Terminated(message) if was_terminated() else Interrupted(message)
 
 
-def refuse_nothing(outcome: Outcome) -> None:
+def refuse_empty_record(outcome: Outcome) -> None:
     """Raise an error if a run was interrupted before it recorded anything, which would replace an older result."""
     if outcome.status == "interrupted" and outcome.time <= 0.0:
         raise interrupted("interrupted before anything was recorded; nothing was written")
 
 
-def tell_failure(outcome: Outcome, folder: Path) -> None:
+def raise_failure(outcome: Outcome, folder: Path) -> None:
     """Raise an error with the cause if a run ended early."""
     if outcome.failure is not None:
         failed = interrupted if outcome.status == "interrupted" else Failed

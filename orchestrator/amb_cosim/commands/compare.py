@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_nothing, refusing
+from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_empty_record, refusing
 from amb_cosim.commands.options import NO_PLOTS, UNITS, UNTIL, output, parse_settings
 from amb_files.atomic import check_writable
 
@@ -55,15 +55,15 @@ def compare(
         check_writable(folder, is_folder=True)
         count = len(sources)
         flavour: Any = _last(flavours, count, "--flavour") or "native"
-        of_each = [parse_settings(texts) for texts in _by_run(settings, count, "--set")]
+        settings_by_run = [parse_settings(texts) for texts in _by_run(settings, count, "--set")]
         result = comparison.compare(
             *sources,
-            set=of_each if _names_run(settings) else of_each[0] if of_each else None,
+            set=settings_by_run if _names_run(settings) else settings_by_run[0] if settings_by_run else None,
             rotor=_last(rotors, count, "--rotor"),
             flavour=[each or "native" for each in flavour] if isinstance(flavour, list) else flavour,
             until=until,
         )
-        refuse_nothing(result.sides[-1].result.outcome)
+        refuse_empty_record(result.sides[-1].result.outcome)
         result.save(folder, plots=not no_plots)
     print_parts([*result.text(), f"results in {folder}"])
     failures = [f"{side.label}: {side.result.outcome.failure}" for side in result.sides if side.result.outcome.failure]
@@ -78,21 +78,21 @@ def _names_run(texts: Sequence[str]) -> bool:
 
 
 def _by_run(texts: Sequence[str], count: int, option: str) -> list[list[str]]:
-    """Return the texts for each run: those for all, then those for it alone."""
+    """Return the texts for each run: those for all runs, then those for this run alone."""
     for_all = [text for text in texts if not NUMBERED.fullmatch(text)]
-    of_each = [list(for_all) for _ in range(count)]
+    by_run = [list(for_all) for _ in range(count)]
     for match in filter(None, (NUMBERED.fullmatch(text) for text in texts)):
         number = int(match[1])
         if not 1 <= number <= count:
             raise ValueError(f"{option} {match[0]}: there is no run {number}; it must be from 1 to {count}")
-        of_each[number - 1].append(match[2])
-    return of_each
+        by_run[number - 1].append(match[2])
+    return by_run
 
 
 def _last(texts: Sequence[str], count: int, option: str) -> Any:
-    """Return the last text for all runs or None, or a list of one for each if one is for a single run."""
-    of_each = [local[-1] if local else None for local in _by_run(texts, count, option)]
-    return of_each if _names_run(texts) else of_each[0] if of_each else None
+    """Return the last text for all runs, or None; a list with an entry per run if any is for a single run."""
+    last = [of_run[-1] if of_run else None for of_run in _by_run(texts, count, option)]
+    return last if _names_run(texts) else last[0] if last else None
 
 
 COMMANDS = (compare,)

@@ -67,8 +67,8 @@ def build(
             raise ValueError("--assembled and --scenario exclude each other; use --assembled SCENARIO")
         check_writable(output, is_folder=True)
         if controller is not None:
-            of_rotor = [options.pop(name) for name in ("rotor", "receptances", "sources")]
-            if assembled or scenario or any(of_rotor) or not options.pop("arrays"):
+            unused = [options.pop(name) for name in ("rotor", "receptances", "sources")]
+            if assembled or scenario or any(unused) or not options.pop("arrays"):
                 allowed = "--flavour, --platforms, --fmi and --output"
                 raise ValueError(f"--controller {controller} can only be combined with {allowed}")
             click.echo(linear_controller(controller).build(output, **options))
@@ -122,10 +122,10 @@ def verify(ctx: click.Context, fmu: Path) -> None:
     from amb_cosim.cosim.verify.verification import verify
 
     with refusing():
-        result = verify(fmu)
-    for item in result:
-        click.echo(item)
-    if not all(item.is_equal for item in result):
+        results = verify(fmu)
+    for result in results:
+        click.echo(result)
+    if not all(result.is_equal for result in results):
         ctx.exit(1)
 
 

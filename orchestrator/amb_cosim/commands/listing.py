@@ -1,6 +1,6 @@
 """The command that lists scenarios and what applications make of them, or shows everything about one.
 
-An application adds entries in its module `listing`: `entries()` returns them, `outcomes()` what it knows of scenarios.
+An application adds entries in its module `listing`: `entries()` returns them, `outcomes()` outcomes by scenario.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ OTHERS = "others"  # theme of scenarios without one
 
 
 class ListedItem(NamedTuple):
-    """A scenario, or what an application makes of one: its description, and the words that find it.
+    """A scenario, or an entry that an application bases on one, with the texts in which `--filter` searches.
 
     `command` runs it.
     """
@@ -35,7 +35,7 @@ class ListedItem(NamedTuple):
     command: str = "run"
 
     def has(self, words: tuple[str, ...]) -> bool:
-        """Whether its description contains all words."""
+        """Return whether its texts contain all words."""
         text = " ".join((self.name, self.theme, self.description, self.outcome, self.source)).lower()
         return all(word in text for word in words)
 
@@ -52,12 +52,12 @@ def list_scenarios(name: str | None, words: str) -> None:
     with refusing():
         entries = list(_entries())
         if name is not None:
-            item = next((entry for entry in entries if entry.name == name), None)
-            if item is None:
+            entry = next((entry for entry in entries if entry.name == name), None)
+            if entry is None:
                 names = [entry.name for entry in entries]
                 raise ValueError(f"there is no entry {name}; {suggest(name, names)}")
             for label in ("name", "theme", "description", "outcome", "source", "file"):
-                if text := str(getattr(item, label)):
+                if text := str(getattr(entry, label)):
                     click.echo(f"{label:12} {text}")
             return
         wanted = tuple(words.lower().split())
@@ -87,9 +87,9 @@ def _entries() -> Iterator[ListedItem]:
     applications, files = modules_of("listing").values(), files_of("scenarios")
     outcomes = {name: text for listing in applications for name, text in listing.outcomes().items()}
     for name in packaged_scenarios():
-        if (item := readable(files[name], load_scenario, name)) is not None:
+        if (read := readable(files[name], load_scenario, name)) is not None:
             outcome = outcomes.get(name, "")
-            yield ListedItem(name, files[name], item.theme or OTHERS, item.description, outcome, item.source)
+            yield ListedItem(name, files[name], read.theme or OTHERS, read.description, outcome, read.source)
     for listing in applications:
         yield from listing.entries()
 

@@ -35,7 +35,7 @@ def former_option(name: str, present: str) -> Option:
 
 
 def parse_settings(settings: Iterable[str]) -> dict[str, str]:
-    """`component.variable=value` texts by variable; the last one counts.
+    """Return the values of `component.variable=value` texts by variable; the last one applies.
 
     The name of a variable, and the value of a String, may have a `=`. Such a text is divided at its last `=`, and
     `Assignments.set` finds the name in it.

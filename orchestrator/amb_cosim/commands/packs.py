@@ -12,7 +12,7 @@ import click
 from amb_cosim.commands.cli_errors import Refused, refusing
 
 GENERAL = __name__.partition(".")[0]
-PACKAGES: dict[click.Command, str] = {}  # of commands whose function is made here for a package
+PACKAGES: dict[click.Command, str] = {}  # of commands that this package makes for others
 
 
 class PackCommands(click.Group):
@@ -63,7 +63,7 @@ class PackCommands(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands by section."""
         names = self.list_commands(ctx)  # which adds those of other packages
-        heading = {name: title for title, of in self.sections.items() for name in of}
+        heading = {name: title for title, section in self.sections.items() for name in section}
         rest = (name for name in names if name not in heading)
         listed: dict[str, list[tuple[str, click.Command]]] = {title: [] for title in self.sections}
         for name in (*heading, *rest):

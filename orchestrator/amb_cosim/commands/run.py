@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from amb_cosim.commands.cli_errors import refuse_nothing, refusing, tell_failure
+from amb_cosim.commands.cli_errors import raise_failure, refuse_empty_record, refusing
 from amb_cosim.commands.options import (
     ALL,
     FLAVOUR,
@@ -81,37 +81,37 @@ def run(
     from amb_cosim.scenario import simulation
 
     folder = output or Path("results") / Path(name).stem
-    copy = Path(summary_json) if summary_json not in (None, "-") else None
+    summary_file = Path(summary_json) if summary_json not in (None, "-") else None
     with refusing():
         if step is not None:
             raise ValueError("--step is for SSP archives; set communication_step in the scenario")
         check_writable(folder, is_folder=True)
-        if copy is not None:
-            check_writable(copy, is_folder=False)
+        if summary_file is not None:
+            check_writable(summary_file, is_folder=False)
         file = folder / AUTOSAVED
         options["autosave"] = file if autosave else None
         result = simulation.run(name, **options, autosave_every=autosave)
-        refuse_nothing(result.outcome)
+        refuse_empty_record(result.outcome)
         text = result.summary.to_json()
         result.save(folder, plots=not no_plots)
         saved = [_save(result, moment, folder) for moment in options["save_at"]]
         if result.outcome.status != "interrupted":
             file.unlink(missing_ok=True)
-        if copy is not None:
-            write_file(copy, text)
+        if summary_file is not None:
+            write_file(summary_file, text)
     if summary_json == "-":
         click.echo(text, nl=False)
     console = plain_console(stderr=summary_json == "-")
     print_summary(result.summary, console, show_all)
     show_notices(result.summary.notices)
-    for message in saved:
-        console.print(message)
+    for line in saved:
+        console.print(line)
     console.print(f"results in {folder}")
-    tell_failure(result.outcome, folder)
+    raise_failure(result.outcome, folder)
 
 
 def _save(result: Result, moment: str, folder: Path) -> str:
-    """Write the state of a run at a point into a folder; print where, or that the run ended earlier."""
+    """Write the state of a run at a moment into a folder; return where, or why it does not exist."""
     try:
         file = result.checkpoint(moment).save(folder / f"checkpoint_{re.sub('[^0-9A-Za-z.]+', '_', moment)}.npz")
     except ValueError as error:
@@ -158,12 +158,12 @@ def _simulate(
         check_writable(folder, is_folder=True)
         with progress_bar() as report:
             result = simulation.simulate(system_file, progress=report, **options)
-        refuse_nothing(result.outcome)
+        refuse_empty_record(result.outcome)
         result.save(folder)
     show_warnings(sentences(warnings_of(result.signals)), whole=show_all)
     show_notices(json.loads(result.signals.attrs["notices"]))
     click.echo(f"{result.outcome}; results in {folder}")
-    tell_failure(result.outcome, folder)
+    raise_failure(result.outcome, folder)
 
 
 COMMANDS = (run, simulate)

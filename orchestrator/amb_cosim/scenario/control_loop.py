@@ -24,17 +24,17 @@ def check_control_loop(assembly: Assembly, plan: Plan) -> None:
     Raises
     ------
     ValueError
-        If a sensor of a controller is connected to nothing, so that it would show zero all along, or the table is that
+        If a sensor of a controller is connected to nothing, so that it would read zero throughout, or the table is that
         of another loop, or no controller uses it.
     """
     sensors = [f"{name}.{sensor}" for name, fmu in assembly.fmus.items() for sensor in _sensors(fmu.layout or {})]
     unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
     if unfed:
-        what = "a sensor, must be connected, and is not; no component has an output of that name"
-        raise ValueError("\n".join(f"{sensor}, {what}" for sensor in unfed))
+        problem = "is a sensor and must be connected; no component has an output of that name"
+        raise ValueError("\n".join(f"{sensor} {problem}" for sensor in unfed))
     if (table := assembly.options.get("receptances")) is None:
         return
-    from amb_cosim.design.rotor_models import check_loop  # a run without a table needs nothing of it
+    from amb_cosim.design.rotor_models import check_loop  # needed only by runs with a table
 
     controllers = [component.name for component in assembly.system.components if component.fmu == CONTROLLER]
     if not controllers:
@@ -46,7 +46,7 @@ def check_control_loop(assembly: Assembly, plan: Plan) -> None:
 
 
 def _sensors(layout: Mapping[str, Any]) -> list[str]:
-    """Return the inputs that are sensors of a model of this project with such a layout."""
+    """Return the inputs that are sensors in the layout of a model of this project."""
     return [*(plane[axis] for plane in layout.get("planes", ()) for axis in ("x", "y")), *layout.get("signals", ())]
 
 
@@ -56,9 +56,9 @@ def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, 
     Parameters
     ----------
     system
-        Of the run.
+        The system of the run.
     parameters
-        By component and name.
+        Its parameters, by component and name.
     """
     result: dict[str, float] = {}
     for component in system.components:

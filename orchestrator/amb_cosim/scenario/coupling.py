@@ -16,7 +16,7 @@ from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 
 DEFAULT_STEPS: Mapping[Coupling, float] = {"gauss_seidel": 250e-6, "jacobi": 25e-6, "iterative": 250e-6}  # s
 LARGEST_SHARE = 0.2  # of the controller's sample time, for a step in Jacobi order; see `coupling_warning`
-USUAL_SAMPLE_TIME = 250e-6  # s; of a controller that does not say its own
+USUAL_SAMPLE_TIME = 250e-6  # s; assumed for a controller that states none
 PREDICTION = "prediction_time"  # parameter of a component that can look ahead
 SAMPLE_TIME = "sample_time"  # parameter of a component that samples
 
@@ -28,8 +28,8 @@ def delay(coupling: Coupling, step_size: float) -> float:
 
 def predictable(interfaces: Mapping[str, FmuInterface]) -> list[str]:
     """Return the parameters, `component.variable`, for the prediction time of a component."""
-    result = {component: interface.ports.get(PREDICTION) for component, interface in interfaces.items()}
-    return [f"{component}.{PREDICTION}" for component, port in result.items() if port and port.causality == "parameter"]
+    ports = {component: interface.ports.get(PREDICTION) for component, interface in interfaces.items()}
+    return [f"{component}.{PREDICTION}" for component, port in ports.items() if port and port.causality == "parameter"]
 
 
 def coupling_warning(
@@ -53,11 +53,11 @@ def coupling_warning(
     longest = LARGEST_SHARE * (sample_time or USUAL_SAMPLE_TIME)
     if coupling != "jacobi" or step_size <= longest * (1.0 + 1e-9):
         return None
-    step, late, ahead, most = (1e6 * time for time in (step_size, delay(coupling, step_size), prediction_time, longest))
-    foreseen = f", of which the controller predicts {ahead:g} us" if prediction_time > 0.0 else ""
+    step, lag, ahead, most = (1e6 * time for time in (step_size, delay(coupling, step_size), prediction_time, longest))
+    compensation = f", of which the controller predicts {ahead:g} us" if prediction_time > 0.0 else ""
     whose = "of the controller's sample time" if sample_time else f"of {1e6 * USUAL_SAMPLE_TIME:g} us between samples"
     return (
-        f"with communication_step = {step:g} us in Jacobi order each force comes {late:g} us after the displacements "
-        f"that it responds to{foreseen}; that changes the damping of a levitated rotor, or makes it unstable. "
+        f"with communication_step = {step:g} us in Jacobi order each force comes {lag:g} us after the displacements "
+        f"that it responds to{compensation}; that changes the damping of a levitated rotor, or makes it unstable. "
         f"Keep to steps of at most {most:g} us, a fifth {whose}"
     )

@@ -34,7 +34,7 @@ class StatedValues:
     def refuse_far(self, name: str, value: float, label: str = "") -> None:
         """Refuse a number without a unit that is more than `FAR` times the scenario's.
 
-        If that is 0, the largest value of this unit that the component has is in its place.
+        If the scenario's is 0, the largest value in this unit of the component is used in its place.
 
         Parameters
         ----------
@@ -43,35 +43,35 @@ class StatedValues:
         value
             The number, in the unit of the variable.
         label
-            This label.
+            Label of this event.
 
         Raises
         ------
         ValueError
-            If the number is too far. A name that does not exist is left to others.
+            If the number is too far. Names that do not exist are reported elsewhere.
         """
         variable = name.removeprefix(f"{label}.")
         ports = self.ports(variable)
         unit = (ports[0].unit or "1") if ports else "1"
         if unit == "1":
             return
-        local, whose = self._size(variable, unit, label), "the scenario's"
-        if local == 0.0:
-            local, whose = self._largest_alike(variable, ports[0], label), "the largest of its kind,"
-        if 0.0 < FAR * local < abs(value):
+        reference, whose = self._magnitude(variable, unit, label), "the scenario's"
+        if reference == 0.0:
+            reference, whose = self._largest_alike(variable, ports[0], label), "the largest of its kind,"
+        if 0.0 < FAR * reference < abs(value):
             raise ValueError(
-                f"{name} = {value:g} {unit} is {abs(value) / local:.3g} times {whose} {local:.4g} {unit}; add the "
-                f"intended unit, such as {name}='{value:g} {unit}'"
+                f"{name} = {value:g} {unit} is {abs(value) / reference:.3g} times {whose} {reference:.4g} {unit}; add "
+                f"the intended unit, such as {name}='{value:g} {unit}'"
             )
 
     def ports(self, variable: str) -> list[Port]:
         """Return the variables with a name or pattern; empty if there are none."""
         try:
-            return [self.variables.port(result) for result in self.variables.matching(variable)]
+            return [self.variables.port(name) for name in self.variables.matching(variable)]
         except ValueError:
             return []
 
-    def _size(self, variable: str, unit: str, label: str) -> float:
+    def _magnitude(self, variable: str, unit: str, label: str) -> float:
         """Return the largest magnitude that is stated for a variable or, if none is, of its start value."""
         tables = [event.set for event in self.scenario.event if label and event.name == label]
         stated = {
@@ -82,22 +82,22 @@ class StatedValues:
         }
         if not label:
             stated |= {SPEED: self.scenario.Omega, **self.settings}
-        matching, result = {*self.variables.matching(variable)}, []
+        matching, magnitudes = {*self.variables.matching(variable)}, []
         for name, raw in stated.items():
             with suppress(ValueError):  # the name is not part of this machine
                 if matching & {*self.variables.matching(name)}:
-                    result.append(abs(quantity(raw, unit, name)))
-        return max(result) if result else max(abs(port.start or 0.0) for port in self.ports(variable))
+                    magnitudes.append(abs(quantity(raw, unit, name)))
+        return max(magnitudes) if magnitudes else max(abs(port.start or 0.0) for port in self.ports(variable))
 
     def _largest_alike(self, variable: str, port: Port, label: str) -> float:
         """Return the largest magnitude among inputs or parameters of the same component and unit."""
         component = self.variables.system.divide(variable)[0]
         interface = self.variables.interfaces.get(component)
         alike = [] if interface is None else [p for p in interface.of(port.causality) if p.unit == port.unit]
-        sizes = [self._size(f"{component}.{other.name}", port.unit or "1", label) for other in alike]
+        magnitudes = [self._magnitude(f"{component}.{other.name}", port.unit or "1", label) for other in alike]
         for event in self.scenario.event:
             for pattern, raw in event.set.get(component, {}).items():
                 with suppress(ValueError):
                     if any(matches(other.name, pattern) or other.name == pattern for other in alike):
-                        sizes.append(abs(quantity(raw, port.unit or "1", pattern)))
-        return max(sizes, default=0.0)
+                        magnitudes.append(abs(quantity(raw, port.unit or "1", pattern)))
+        return max(magnitudes, default=0.0)

@@ -117,10 +117,10 @@ def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:
     reduced, available = dict(data), [key for key in data if key not in ("description", "source")]
     for key in OF_COMPONENTS:
         values = data.get(key, {}).get(head, {})
-        left = {name: raw for name, raw in values.items() if name != rest and not matches(name, rest)}
+        remaining = {name: raw for name, raw in values.items() if name != rest and not matches(name, rest)}
         available += [f"{head}.{name}" for name in values]
-        if len(left) < len(values):
-            reduced[key] = reduced[key] | {head: left}
+        if len(remaining) < len(values):
+            reduced[key] = reduced[key] | {head: remaining}
     if reduced == data:
         raise ValueError(f"remove: the base has no {entry!r}; {suggest(entry, available)}")
     return reduced

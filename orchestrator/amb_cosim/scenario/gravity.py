@@ -1,12 +1,12 @@
 """Gravity in a scenario: on the rotor, and in the static currents of the magnetic bearings, which carry the weight.
 
-The coil pair of an axis that carries no weight has the bias current I_b, the other one the static current in addition:
+The coil pair of an axis that carries no weight has the bias current I_b, the other also the static current I_s:
 
     weight towards -x:  I_upper = I_b + I_s,  I_lower = I_b
     weight towards +x:  I_upper = I_b,        I_lower = I_b + I_s                                 (1)
 
-so that a machine turned by 180 degrees has the same magnets. The actuator's parameters of the second are a bias current
-I_b + I_s and a static current -I_s.
+so that a machine turned by 180 degrees has the same magnets. In the second case the actuator's parameters are a bias
+current I_b + I_s and a static current -I_s.
 """
 
 from __future__ import annotations
@@ -72,15 +72,15 @@ def _carry(missing: MissingParameters, bearing: str, axis: str, load: float) -> 
     law = int(values.parameter(f"{ACTUATOR}.force_law"))
     if static in missing.stated:
         return
-    without = {**parameters_of(values, bearing, axis), "static_current": 0.0}
+    unloaded = {**parameters_of(values, bearing, axis), "static_current": 0.0}
     try:
-        current = static_current_for(abs(load), axis_parameters(bearing, axis, **without), law)
+        current = static_current_for(abs(load), axis_parameters(bearing, axis, **unloaded), law)
     except ValueError as error:
-        magnet = ", ".join(f"{name}_{axis} = {without[name]:g} {unit}".rstrip() for name, unit in OF_MAGNET)
+        magnet = ", ".join(f"{name}_{axis} = {unloaded[name]:g} {unit}".rstrip() for name, unit in OF_MAGNET)
         raise ValueError(
             f"gravity: {bearing}.{axis} cannot carry its share of the weight: {error}; {bearing} has {magnet}"
         ) from error
     missing.set(static, math.copysign(current, load) if current else 0.0)
     if load < 0.0 and current and not values.drops(static, "parameter"):
-        bias = without["bias_current"] + current
+        bias = unloaded["bias_current"] + current
         values.set_or_drop(f"{ACTUATOR}.{bearing}.bias_current_{axis}", bias, only="parameter")

@@ -28,7 +28,7 @@ from array_types import Array
 def bare_signals(planned: PlannedRun, recording: Recording) -> SignalTable:
     """Return the record of a run over time and cycle, with the rotor's positions and the cycles of events.
 
-    This suffices for key values; units, parameters and warnings would cost more than these.
+    This suffices for key values; collecting units, parameters and warnings would take longer than computing them.
     """
     plan, recorder = planned.plan, recording.recorder
     variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
@@ -39,7 +39,7 @@ def bare_signals(planned: PlannedRun, recording: Recording) -> SignalTable:
 
 
 def _coupling_warnings(planned: PlannedRun) -> list[WarningRecord]:
-    """Return why the coupling of a loop is in doubt, if it is; there is a loop if connections lead both ways."""
+    """Return a warning if the coupling puts a loop in doubt; connections in both directions form a loop."""
     system = planned.plan.system
     links = {(system.split(link.source)[0], system.split(link.target)[0]) for link in system.connections}
     if not any((target, source) in links for source, target in links):
@@ -94,5 +94,5 @@ def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
     labels = {f"{role}_label": label for role, label in events.items()}
     changes = (*(n for n, _, _ in plan.events), *(n for n, _ in planned.profile))
     last = max((n for n in changes if n <= recorder.reached), default=0)
-    description = {PLACES: places_of(planned.assembly).to_json(), "period_s": plan.period}
-    return {**description, **cycles, **labels, LAST_CHANGE: last * cycle}
+    common = {PLACES: places_of(planned.assembly).to_json(), "period_s": plan.period}
+    return {**common, **cycles, **labels, LAST_CHANGE: last * cycle}

@@ -19,7 +19,7 @@ LINEAR = 0  # of force_law: constants from the geometry
 
 @dataclass(frozen=True)
 class MissingParameters:
-    """Parameters that nobody gave."""
+    """Values of parameters, of which those not in `stated` may still be set."""
 
     values: Assignments
     stated: Collection[str]
@@ -31,7 +31,7 @@ class MissingParameters:
 
 
 def stated_constants(values: Assignments) -> set[str]:
-    """Return the parameters of the controller that a system file states itself, and does not inherit."""
+    """Return the parameters of the controller that a system file states itself and does not inherit."""
     stated = [f"{CONTROLLER}.{pattern}" for pattern in values.system.stated.get(CONTROLLER, ())]
     return {name for pattern in stated if not values.lacks(pattern) for name in values.matching(pattern)}
 
@@ -47,38 +47,38 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
     missing
         The values of all parameters, and the names of those that are set or fixed.
     """
-    values, far = missing.values, list[str]()
+    values, differences = missing.values, list[str]()
     for bearing, axis in _axes(values):
-        of_axis, law = parameters_of(values, bearing, axis), values.parameter(f"{ACTUATOR}.force_law")
-        bias, static, limit = (of_axis[name] for name in ("bias_current", "static_current", "current_limit"))
+        p, law = parameters_of(values, bearing, axis), values.parameter(f"{ACTUATOR}.force_law")
+        bias, static, limit = (p[name] for name in ("bias_current", "static_current", "current_limit"))
         if not 0.0 <= bias + static <= limit or bias > limit:
             continue  # the actuator refuses to start with it
         measured = law == values.interfaces[ACTUATOR].ports["force_law"].items.get("measured")
-        slopes = tuple(of_axis[name] for name in MEASURED) if measured else _slopes(bearing, axis, of_axis, int(law))
+        slopes = tuple(p[name] for name in MEASURED) if measured else _slopes(bearing, axis, p, int(law))
         assumed = {f"{CONTROLLER}.{bearing}.{name}_{axis}": k for name, k in zip(("k_s", "k_i"), slopes, strict=True)}
         currents = {"i_min": -(static + bias), "i_max": bias}
         for name, value in (assumed | {f"{CONTROLLER}.{bearing}.{n}_{axis}": i for n, i in currents.items()}).items():
             _set_if_allowed(missing, name, value)
         geometry = {f"{ACTUATOR}.{bearing}.{name}_{axis}" for name in GEOMETRY}
-        of_law = {f"{ACTUATOR}.{bearing}.{name}_{axis}": k for name, k in zip(MEASURED, slopes, strict=True)}
-        if measured and geometry & {*missing.stated} and not of_law.keys() & {*missing.stated}:
-            assumed |= dict(zip(of_law, _slopes(bearing, axis, of_axis, LINEAR), strict=True))
-        far += [sentence for name, value in assumed.items() if (sentence := _difference(values, name, value))]
+        constants = {f"{ACTUATOR}.{bearing}.{name}_{axis}": k for name, k in zip(MEASURED, slopes, strict=True)}
+        if measured and geometry & {*missing.stated} and not constants.keys() & {*missing.stated}:
+            assumed |= dict(zip(constants, _slopes(bearing, axis, p, LINEAR), strict=True))
+        differences += [sentence for name, value in assumed.items() if (sentence := _difference(values, name, value))]
     about = f"by more than a factor of {LARGEST_RATIO:g} from the values of the magnets"
-    more = [f"and {len(far) - MOST_NAMED} more"] if len(far) > MOST_NAMED else []
-    return [f"constants differ {about}: {'; '.join(far[:MOST_NAMED] + more)}"] if far else []
+    more = [f"and {len(differences) - MOST_NAMED} more"] if len(differences) > MOST_NAMED else []
+    return [f"constants differ {about}: {'; '.join(differences[:MOST_NAMED] + more)}"] if differences else []
 
 
 def parameters_of(values: Assignments, bearing: str, axis: str) -> dict[str, float]:
     """Return the parameters of an axis of the actuator by their names without bearing and axis."""
-    begin, end = f"{bearing}.", f"_{axis}"
+    prefix, suffix = f"{bearing}.", f"_{axis}"
     names = (p.name for p in values.interfaces[ACTUATOR].of("parameter"))
-    of_axis = [name for name in names if name.startswith(begin) and name.endswith(end)]
-    return {name.removeprefix(begin).removesuffix(end): values.parameter(f"{ACTUATOR}.{name}") for name in of_axis}
+    of_axis = [name for name in names if name.startswith(prefix) and name.endswith(suffix)]
+    return {name.removeprefix(prefix).removesuffix(suffix): values.parameter(f"{ACTUATOR}.{name}") for name in of_axis}
 
 
 def _axes(values: Assignments) -> Iterator[tuple[str, str]]:
-    """Yield bearing and axis of all magnets, where there are a controller and magnets whose constants are known."""
+    """Yield bearing and axis of all magnets if the system has a controller, and an actuator with these parameters."""
     if {ACTUATOR, CONTROLLER} <= values.interfaces.keys() and "force_law" in values.interfaces[ACTUATOR].ports:
         for port in values.interfaces[ACTUATOR].of("parameter"):
             bearing, _, name = port.name.rpartition(".")
@@ -94,7 +94,7 @@ def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> 
 
 
 def _set_if_allowed(missing: MissingParameters, name: str, value: float) -> None:
-    """Set a parameter that nobody gave, unless the controller lacks it, has the value, or does not allow it."""
+    """Set a parameter unless the user has set it, or the controller lacks it, has this value, or does not allow it."""
     port = missing.values.interfaces[CONTROLLER].ports.get(name.removeprefix(f"{CONTROLLER}."))
     if port is None or math.isclose(missing.values.parameter(name), value):
         return

@@ -82,8 +82,8 @@ def _experiment(
     end, notices = _end(scenario, until, period, h)
     changes: list[InputChange] = []
     for number, event in enumerate(scenario.event, 1):
-        time, message = event.moment(period), f"event {event.name or number}"
-        changes += [InputChange(time, name, value, message) for name, value in _scaled(event.set, scenario, values)]
+        time, label = event.moment(period), f"event {event.name or number}"
+        changes += [InputChange(time, name, value, label) for name, value in _scaled(event.set, scenario, values)]
     changes += _release(scenario, values, changes)
     profiles = _speed_profile(scenario, values, period)
     places = places_of(assembly)
@@ -117,8 +117,8 @@ def _end(scenario: Scenario, until: Raw | None, period: float, h: float) -> tupl
     n = nearest_steps("until", time, h)
     if is_on_grid(n, time, h):
         return n * h, ()
-    message = f"until = {time:.12g} s is not a whole number of communication steps of {h:g} s"
-    return n * h, (f"{message}; the run ends at {n * h:.9g} s",)
+    deviation = f"until = {time:.12g} s is not a whole number of communication steps of {h:g} s"
+    return n * h, (f"{deviation}; the run ends at {n * h:.9g} s",)
 
 
 def _release(scenario: Scenario, values: Assignments, events: Sequence[InputChange]) -> list[InputChange]:
@@ -140,15 +140,15 @@ def _release(scenario: Scenario, values: Assignments, events: Sequence[InputChan
 def _with_first_angle(plan: Plan, cycles: float, assembly: Assembly) -> Mapping[str, Mapping[str, float]]:
     """Return the parameters with the angle at which the rotor starts, so that its angle at cycle 0 is exact.
 
-    The run starts at a communication point, up to a step before the cycles of settling. At cycle 0 the angle is the
+    The run starts at a communication point, up to a step before the settling begins. At cycle 0 the angle is the
     parameter's (0 by default), plus these cycles, whatever the step.
     """
-    early = plan.first + in_steps(cycles * plan.period, plan.step_size)
+    offset = plan.first + in_steps(cycles * plan.period, plan.step_size)
     parameters = {component: dict(values) for component, values in plan.parameters.items()}
     for component, interface in assembly.interfaces.items():
-        if early and ANGLE in interface.ports:
+        if offset and ANGLE in interface.ports:
             stated = parameters[component].get(ANGLE, 0.0)
-            parameters[component][ANGLE] = stated + plan.inputs[SPEED] * early * plan.step_size
+            parameters[component][ANGLE] = stated + plan.inputs[SPEED] * offset * plan.step_size
     return parameters
 
 
@@ -179,8 +179,8 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
         if isinstance(raw, str) and (number := plain_number(raw)) is not None:
             comparison.refuse_far(name, number)
     if stators := assembly.options.get("stators", ()):
-        of_plant = [f"{PLANT}.{name}" for name in scenario.parameters.get(PLANT, ())]
-        set_stators(values, stators, [*of_plant, *(settings or ())])
+        plant_settings = [f"{PLANT}.{name}" for name in scenario.parameters.get(PLANT, ())]
+        set_stators(values, stators, [*plant_settings, *(settings or ())])
     missing = MissingParameters(values, stated | stated_constants(values))
     set_gravity(missing, scenario)
     warnings = set_operating_points(missing)
@@ -213,13 +213,13 @@ def _scaled(
 ) -> list[tuple[str, Raw]]:
     """Return names and values of inputs, lacking ones too; unbalances (kg m) times the factor of the scenario."""
     scaled: list[tuple[str, Raw]] = []
-    for component, of_component in variables.items():
-        for variable, raw in of_component.items():
-            settings = f"{component}.{variable}"
-            if values.lacks(settings, only):
-                scaled.append((settings, raw))
+    for component, table in variables.items():
+        for variable, raw in table.items():
+            pattern = f"{component}.{variable}"
+            if values.lacks(pattern, only):
+                scaled.append((pattern, raw))
                 continue
-            for name in values.matching(settings):
+            for name in values.matching(pattern):
                 port = values.port(name)
                 if port.causality == "input" and port.unit == UNBALANCE:
                     _, value = values.read(name, raw, "input")

@@ -67,7 +67,7 @@ def plan_run(
     Raises
     ------
     ValueError
-        If anything in it does not fit.
+        If a name, a value, a time or a connection is not allowed.
     """
     settings = settings or {}
     assembly = assemble_scenario(scenario, settings, options)
@@ -88,7 +88,7 @@ def assemble_scenario(
     Raises
     ------
     ValueError
-        If an FMU cannot be had, or the system does not fit.
+        If an FMU is not available, or the system does not match the interfaces.
     """
     made_with, system = model_options(scenario), system_of(scenario)
     stators = stators_of_run(scenario, system, settings or {}, options.start)

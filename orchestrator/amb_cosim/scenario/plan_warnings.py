@@ -14,7 +14,7 @@ UNSTEADY = ("noise", "adc", "dac")  # effects with which no two turns are alike
 
 
 def idle_switches(values: Assignments, stated: Collection[str]) -> list[str]:
-    """Return a sentence on switches that were set, and to which the preset of the chain does not listen.
+    """Return a sentence on switches that were set but have no effect under the preset of the chain.
 
     Under `ideal` all effects are off, under other presets except `custom` all are on: other switch settings have no
     effect.
@@ -34,21 +34,21 @@ def idle_switches(values: Assignments, stated: Collection[str]) -> list[str]:
     idle = [s for s in switches if s in stated and bool(values.parameter(s)) == (chosen == IDEAL)]
     if chosen == CUSTOM or not idle:
         return []
-    message = ", ".join(f"{switch} = {'true' if values.parameter(switch) else 'false'}" for switch in idle)
-    return [f"{message} changes nothing while {name} = {chosen}; it counts with {name} = {CUSTOM}"]
+    settings = ", ".join(f"{switch} = {'true' if values.parameter(switch) else 'false'}" for switch in idle)
+    return [f"{settings} changes nothing while {name} = {chosen}; it takes effect with {name} = {CUSTOM}"]
 
 
 def unsteady_effects(values: Assignments) -> str:
     """Return the names of signal chain effects that make turns differ; empty if there are none."""
-    result = []
+    effects = []
     for component, interface in values.interfaces.items():
         preset = interface.ports.get(PRESET)
         if preset is None or CUSTOM not in preset.items or not (chosen := values.parameter(f"{component}.{PRESET}")):
             continue
         switches = [f"{component}.chain.{effect}" for effect in UNSTEADY]
         custom = chosen == preset.items[CUSTOM]
-        result += [name for name in switches if not custom or values.parameter(name)]
-    return f"{', '.join(result)}: no two turns are alike" if result else ""
+        effects += [name for name in switches if not custom or values.parameter(name)]
+    return f"{', '.join(effects)}: no two turns are alike" if effects else ""
 
 
 def viscous_losses(assembly: Assembly) -> list[str]:

@@ -59,10 +59,10 @@ def table_source(receptances: TableSource) -> ReceptanceTable | Path | None:
 
 def _unless(is_made: Callable[[object], bool]) -> Callable[[object, ValidatorFunctionWrapHandler], Any]:
     """Return a validator that leaves objects made in Python as they are."""
-    return lambda value, of_text: value if is_made(value) else of_text(value)
+    return lambda value, validate: value if is_made(value) else validate(value)
 
 
-def _as_data(value: object, of_text: SerializerFunctionWrapHandler) -> Any:
+def _as_data(value: object, _: SerializerFunctionWrapHandler) -> Any:
     if is_table(value) or is_controller(value):
         return repr(value)
     return TypeAdapter(type(value)).dump_python(value, mode="json", exclude_none=True) if is_rotor(value) else value

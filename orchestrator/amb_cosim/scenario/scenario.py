@@ -35,13 +35,13 @@ from amb_files.checks import errors_in
 from amb_files.pack_file import default
 from amb_files.toml import parse_toml, validate
 
-_MACHINE = (  # fields that say what runs, and how it is set
+_MACHINE = (  # fields that define the machine and its parameters
     *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "communication_step"),
 )
 
 SPEED = "Omega"  # the shared signal whose initial value counts the cycles
 AT_STANDSTILL = 0.01  # s, a cycle of a rotor that does not turn at first
-FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # that stood for a role before there were roles
+FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # labels that implied a role before roles existed
 
 
 class Scenario(Table):
@@ -182,13 +182,13 @@ class Scenario(Table):
         return cycle_period(self.initial_speed)
 
     def step_size(self, coupling: Coupling) -> float:
-        """Communication step in s, in this coupling."""
+        """Return the communication step (s) in a coupling."""
         if self.communication_step is None:
             return DEFAULT_STEPS[coupling]
         return time_of(self.communication_step, "communication_step")
 
     def end(self, period: float) -> float:
-        """End of the run in s, for cycles of `period` s."""
+        """Return the end of the run (s) for cycles of `period` (s)."""
         if self.end_cycle is not None and self.end_time is not None:
             raise ValueError(f"end_cycle = {self.end_cycle:g} and end_time = {self.end_time!r} exclude each other")
         if self.end_cycle is None and self.end_time is None:
@@ -258,18 +258,18 @@ def as_scenario(
     """
     scenario = source if isinstance(source, Scenario) else load_scenario(None if source is None else str(source))
     others = {"rotor": rotor, "receptances": receptances}
-    changes = {key: str(item) if isinstance(item, Path) else item for key, item in others.items() if item is not None}
+    changes = {key: str(new) if isinstance(new, Path) else new for key, new in others.items() if new is not None}
     scenario = scenario.model_copy(update=changes)
-    return scenario.changed(fmu={component: as_fmu(item) for component, item in fmu.items()}) if fmu else scenario
+    return scenario.changed(fmu={component: as_fmu(new) for component, new in fmu.items()}) if fmu else scenario
 
 
 def parse_scenario(text: str, name: str) -> Scenario:
-    """A scenario from TOML; `name` is used in messages. Raises ValueError as `load_scenario` does."""
+    """Return a scenario from TOML text; `name` is used in messages. Raises ValueError as `load_scenario` does."""
     return make_scenario(parse_toml(text, f"scenario {name}"), name)
 
 
 def make_scenario(data: dict[str, Any], name: str) -> Scenario:
-    """A scenario from the content of its TOML file. Raises ValueError as `load_scenario` does."""
+    """Return a scenario from the content of its TOML file. Raises ValueError as `load_scenario` does."""
     what = f"scenario {name}"
     scenario = validate({"name": Path(name).stem} | data, Scenario, what)
     with errors_in(what):
@@ -277,7 +277,7 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
         _check_speeds(scenario)
         for stop in scenario.stop:
             stop.condition(scenario.period)
-        _ = scenario.step_size("gauss_seidel"), scenario.end(scenario.period)  # both raise when they are wrong
+        _ = scenario.step_size("gauss_seidel"), scenario.end(scenario.period)  # both raise for wrong values
     return scenario
 
 

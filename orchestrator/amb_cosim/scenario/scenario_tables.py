@@ -27,7 +27,7 @@ class _Moment(Table):
     """Time of the event in seconds since the end of settling."""
 
     def moment(self, period: float) -> float:
-        """When it happens in s, for cycles of `period` s."""
+        """Return its time (s) for cycles of `period` (s)."""
         if (self.cycle is None) == (self.time is None):
             raise ValueError(f"{self.noun} needs either cycle or time")
         if self.cycle is not None:
@@ -81,7 +81,7 @@ class Stop(Table):
     """The same in seconds."""
 
     def condition(self, period: float) -> StopCondition:
-        """The condition with its times in s, for cycles of `period` s."""
+        """Return the condition, with times in s, for cycles of `period` (s)."""
         hold = self._duration("hold", self.hold_cycles, self.hold_time, period)
         begin = self._duration("from", self.from_cycle, self.from_time, period)
         return StopCondition(self.variable, self.above, self.below, hold, begin)

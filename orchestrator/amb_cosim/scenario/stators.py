@@ -53,7 +53,7 @@ def _switches_off(name: str, raw: Raw) -> bool:
 def touchable_stators(scenario: Scenario, system: System, settings: Mapping[str, Raw]) -> tuple[str, ...]:
     """Return the magnetic bearings whose stators the rotor can touch, by the `reasons_for_stators`.
 
-    None where another FMU replaces plant or actuator: nothing says how it treats a rotor that reaches the stator.
+    If another FMU replaces plant or actuator, none are returned: how it treats a rotor at the stator is unknown.
     """
     reasons = reasons_for_stators(scenario, settings)
     if not reasons or not _is_modelled(system):
@@ -81,9 +81,9 @@ def stators_of_run(
 def lacking_stators(
     scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw], start: Checkpoint
 ) -> list[str]:
-    """Return a sentence on the stators that the past of a run lacks, whose amplifiers it switches off, if any."""
-    available = assembly.options["stators"]
-    missing = [name for name in touchable_stators(scenario, assembly.system, settings) if name not in available]
+    """Return a warning if a run switches off amplifiers of bearings whose stators its past lacks."""
+    modelled = assembly.options["stators"]
+    missing = [name for name in touchable_stators(scenario, assembly.system, settings) if name not in modelled]
     if not missing:
         return []
     return [
@@ -119,12 +119,12 @@ def set_stators(values: Assignments, bearings: Sequence[str], assigned: Iterable
     """
     names = [port.name for port in values.interfaces[PLANT].of("parameter")]
     sites = {stator_site(bearing): bearing for bearing in bearings}
-    begins = tuple(f"{site}." for site in sites)
+    prefixes = tuple(f"{site}." for site in sites)
     matched = (matching_names(names, name.removeprefix(f"{PLANT}.")) for name in assigned)
-    meant = {name for matches in matched if all(match.startswith(begins) for match in matches) for name in matches}
+    settings = {name for matches in matched if all(match.startswith(prefixes) for match in matches) for name in matches}
     for name in names:
         site, _, variable = name.partition(".")
-        if site not in sites or name in meant:
+        if site not in sites or name in settings:
             continue
         values.parameters[PLANT].pop(name, None)
         if variable == "clearance":
