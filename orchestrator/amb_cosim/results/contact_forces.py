@@ -29,11 +29,11 @@ def is_sampled(dataset: Signals, site: str) -> bool:
 def peaks(dataset: Signals, site: str) -> Array | None:
     """Return the largest normal force (N) between samples, or its samples; None if neither was recorded."""
     steps = at_every_step(dataset)
-    result = _peaks(steps, site)
-    if result is None or steps is dataset or not dataset.sizes["time"]:
-        return result
+    forces = _peaks(steps, site)
+    if forces is None or steps is dataset or not dataset.sizes["time"]:
+        return forces
     begins = np.searchsorted(steps["time"].values, dataset["time"].values[:-1], side="right")
-    return np.maximum.reduceat(result, [0, *begins])
+    return np.maximum.reduceat(forces, [0, *begins])
 
 
 def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
@@ -54,8 +54,8 @@ def largest_averaged_force(dataset: Signals, site: str) -> float | None:
 
 
 def received_impulse(dataset: Signals, site: str) -> Array | None:
-    """Return the normal impulse (N s) of forces and impacts at a site from the first sample to each."""
-    return _at_samples(dataset, _received(at_every_step(dataset), site))
+    """Return the normal impulse (N s) of forces and impacts at a site, accumulated from the first sample to each."""
+    return _at_samples(dataset, _accumulated_impulse(at_every_step(dataset), site))
 
 
 def touches(dataset: Signals, site: str) -> Bools:
@@ -72,28 +72,28 @@ def largest(dataset: Signals, values: Array | None, begin: float = 0.0, end: flo
 
 
 def _peaks(dataset: Signals, site: str) -> Array | None:
-    result = signal(dataset, f"{site}.f_n_peak")
-    result = signal(dataset, f"{site}.f_n") if result is None else result
-    return None if result is None else np.asarray(result, np.float64)
+    forces = signal(dataset, f"{site}.f_n_peak")
+    forces = signal(dataset, f"{site}.f_n") if forces is None else forces
+    return None if forces is None else np.asarray(forces, np.float64)
 
 
 def _averaged(dataset: Signals, site: str) -> Array | None:
-    impulse, time = _received(dataset, site), dataset["time"].values
+    impulse, time = _accumulated_impulse(dataset, site), dataset["time"].values
     if impulse is None or len(time) < 2:
         return None
     return np.asarray((impulse - np.interp(time - WINDOW, time, impulse)) / WINDOW, np.float64)
 
 
-def _received(dataset: Signals, site: str) -> Array | None:
+def _accumulated_impulse(dataset: Signals, site: str) -> Array | None:
     mean, force, impacts = (signal(dataset, f"{site}.{name}") for name in ("f_n_mean", "f_n", "impulse"))
     steps = np.diff(dataset["time"].values)
     if mean is not None:
-        received = mean[1:] * steps
+        impulses = mean[1:] * steps
     elif force is not None and impacts is not None:
-        received = impacts[1:] + 0.5 * steps * (force[1:] + force[:-1])
+        impulses = impacts[1:] + 0.5 * steps * (force[1:] + force[:-1])
     else:
         return None
-    return np.asarray(np.cumsum(np.append(0.0, received))[: dataset.sizes["time"]], np.float64)
+    return np.asarray(np.cumsum(np.append(0.0, impulses))[: dataset.sizes["time"]], np.float64)
 
 
 def _at_samples(dataset: Signals, values: Array | None) -> Array | None:

@@ -85,8 +85,8 @@ def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
 def recovered(dataset: Signals) -> bool | None:
     """Return whether the rotor stays free of contact: five cycles follow the last contact, and it is stable.
 
-    A rotor that never touched counts as recovered. One that touched after all magnets lost their power does not, since
-    nothing keeps it from its retainers.
+    A rotor that never touched has recovered. One that touched after all magnets lost their power has not, since nothing
+    keeps it from its retainers.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[0]
 
@@ -96,9 +96,8 @@ def recovery(dataset: Signals) -> Recovery | None:
 
     `stator` is a rotor that has touched the stator of a magnetic bearing, whatever follows, and `unstable` one that
     diverges without contact under power, see `stability`; both with a disturbance or without. Of the others that have
-    not `recovered`, one whose magnets have no power at the end has `landed` on its retainers, where it belongs then,
-    even if it bounces or floats between them, and any other is `trapped`. Otherwise, `prevented` means no contact after
-    the disturbance.
+    not `recovered`, one whose magnets have no power at the end has `landed` on its retainers, even if it bounces or
+    floats between them, and any other is `trapped`. Otherwise, `prevented` means no contact after the disturbance.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -163,7 +162,7 @@ def _rolled(dataset: Signals) -> list[_Rolling]:
     """Return the times of rolling from cycle 0 on."""
     dataset = at_every_step(dataset)
     steps = np.diff(dataset["time"].values, prepend=np.nan)  # a sample's mode is that at the end of its step
-    result = []
+    rollings = []
     for site in places(dataset).sites:
         mode, whirl, race = (signal(dataset, f"{site}.{name}") for name in ("mode", "whirl_speed", "race_speed"))
         if mode is None or whirl is None:
@@ -180,5 +179,5 @@ def _rolled(dataset: Signals) -> list[_Rolling]:
             for speed in (whirl, race)
         )
         for k, start in enumerate(cycles(dataset)[begins]):
-            result.append(_Rolling(site, float(start), float(whirled[k]), float(turned[k]), k == len(ends)))
-    return result
+            rollings.append(_Rolling(site, float(start), float(whirled[k]), float(turned[k]), k == len(ends)))
+    return rollings

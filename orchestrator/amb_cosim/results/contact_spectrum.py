@@ -71,5 +71,5 @@ def _spectrum(values: Array, h: float) -> tuple[Array, Array]:
     begins = np.unique([*range(0, last, max(1, size // 2)), last])
     segments = sliding_window_view(values, size)[begins] * np.hanning(size + 1)[:-1]
     power = np.mean(np.abs(np.fft.rfft(segments)) ** 2, axis=0)
-    power[1 : (size + 1) // 2] *= 2.0  # and those of negative frequencies
+    power[1 : (size + 1) // 2] *= 2.0  # adds the power at negative frequencies
     return np.asarray(2.0 * np.pi * np.fft.rfftfreq(size, h), np.float64), np.asarray(power, np.float64)

@@ -28,7 +28,7 @@ def energy_balance(dataset: Signals) -> tuple[dict[str, float] | None, float | N
     """Return heat, work and `balance` (J), and the balance over the largest of all energies and over the heat.
 
     `balance` is the largest difference of gain and work from cycle 0 on. The largest energy may be that of the spin,
-    which hides the error; without heat, or energies, a share is None.
+    which hides the error. A ratio to zero is None.
     """
     dataset = at_every_step(dataset)
     series = energies(dataset)

@@ -24,7 +24,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from array_types import Array, Complex
 
 GROWTH = 1.5  # of the mean square from the first to the last third
-NEEDED = 1.5  # of the mean square of what is missed, without growing poles over with them
+NEEDED = 1.5  # ratio of the residuals' mean squares, without growing poles over with them
 SAMPLES = 160  # that are examined, at most
 FEWEST = 12  # samples that are examined, at least
 MOST_POLES, RANK = 24, 1e-8  # number, and singular value over the largest
@@ -49,10 +49,10 @@ def grows(motion: Array, rest: float) -> bool:
     growing = n * np.log(np.abs(z)) > 0.75 * math.log(GROWTH)
     if not growing.any():
         return False
-    fitted, amplitudes, missed = _fit(z, motion)
-    part = fitted[:, : len(z)][:, growing] @ amplitudes[: len(z)][growing]
-    steady = _fit(np.where(growing, z / np.abs(z), z), motion)[2]
-    return bool(np.mean(np.abs(part[-(n // 3) :]) ** 2) > rest**2 and steady > NEEDED * missed)
+    terms, amplitudes, residual = _fit(z, motion)
+    part = terms[:, : len(z)][:, growing] @ amplitudes[: len(z)][growing]
+    steady_residual = _fit(np.where(growing, z / np.abs(z), z), motion)[2]
+    return bool(np.mean(np.abs(part[-(n // 3) :]) ** 2) > rest**2 and steady_residual > NEEDED * residual)
 
 
 def _poles(motion: Array) -> Complex:
@@ -60,14 +60,14 @@ def _poles(motion: Array) -> Complex:
     width = len(motion) // 3
     windows = [sliding_window_view(signal, len(motion) - width + 1) for signal in motion.T]
     triangle = np.asarray(np.linalg.qr(np.concatenate(windows, axis=1).T, mode="r"))
-    U, s, _ = np.linalg.svd(triangle.T)  # that of the windows, which have more columns
+    U, s, _ = np.linalg.svd(triangle.T)  # equal to those of the windows, which have more columns
     U = U[:, : min(int(np.count_nonzero(s > RANK * s[0])), MOST_POLES, width - 1)]
     z = np.linalg.eigvals(np.linalg.lstsq(U[:-1], U[1:], rcond=None)[0]).astype(np.complex128)
     return z[np.abs(z) > RANK]
 
 
 def _fit(z: Complex, motion: Array) -> tuple[Complex, Complex, float]:
-    """Return the terms of (1), those of growing poles 1 at the end, their amplitudes, and the mean square missed."""
+    """Return the terms of (1), those of growing poles 1 at the end, amplitudes, and the residual's mean square."""
     n = len(motion)
     k = np.arange(n)[:, None]
     exponents = np.where(np.abs(z) > 1.0, k - (n - 1), k)

@@ -27,8 +27,8 @@ def magnet_force(dataset: Signals, axis: str) -> Array | None:
 
 def is_magnetic(dataset: Signals, bearing: str) -> bool:
     """Return whether a current or a force of a bearing was recorded that is not zero all the time."""
-    result = (of(dataset, f"{bearing}.{axis}") for of in (control_current, magnet_force) for axis in "xy")
-    return any(values is not None and bool(values.any()) for values in result)
+    signals = (of(dataset, f"{bearing}.{axis}") for of in (control_current, magnet_force) for axis in "xy")
+    return any(values is not None and bool(values.any()) for values in signals)
 
 
 def current_limits(dataset: Signals, axis: str) -> Limits | None:
@@ -50,9 +50,9 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     load, which a force without its static part excludes.
     """
     bearing, _, direction = axis.rpartition(".")
-    values, begin, end = parameters(dataset, ACTUATOR), f"{bearing}.", f"_{direction}"
-    of_axis = [name for name in values if name.startswith(begin) and name.endswith(end)]
-    p = {name[len(begin) : -len(end)]: float(values[name]) for name in of_axis if not isinstance(values[name], str)}
+    values, prefix, suffix = parameters(dataset, ACTUATOR), f"{bearing}.", f"_{direction}"
+    of_axis = [name for name in values if name.startswith(prefix) and name.endswith(suffix)]
+    p = {name[len(prefix) : -len(suffix)]: float(values[name]) for name in of_axis if not isinstance(values[name], str)}
     if not {"turns", "pole_area", "gap", "half_angle", "bias_current", "static_current", "current_limit"} <= p.keys():
         return None
     per_ampere = MU_0 * p["turns"] / p["gap"]

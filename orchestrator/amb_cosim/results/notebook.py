@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from amb_cosim.cosim.run.recording import Outcome
     from amb_cosim.results.summary import Summary
 
-FIGURES = ("touchdown", "orbits", "displacement", "contact", "magnets")  # figures, the first three for what moved
+FIGURES = ("touchdown", "orbits", "displacement", "contact", "magnets")  # the first three show the motion
 GOOD, BAD_COLOUR, OTHER = "#009e73", "#d55e00", "#0072b2"  # of verdicts
 
 

@@ -27,29 +27,29 @@ def path(dataset: Signals, place: str) -> Path | None:
     If an FMU does not output the displacement at a site, that of the retainer's bearing or of the sensor plane there is
     used.
     """
-    result = places(dataset)
-    bearing = result.retainers.get(place, "")
-    local = displacements(dataset, f"{place}.x", f"{place}.y")
-    if local is not None:
-        return local
-    other = displacements(dataset, f"{bearing}.x", f"{bearing}.y") if bearing else None
-    if other is None and place in result.measured:
-        other = displacements(dataset, *result.measured[place])
-    return None if other is None else other - centre(dataset, place)
+    rotor_places = places(dataset)
+    bearing = rotor_places.retainers.get(place, "")
+    at_site = displacements(dataset, f"{place}.x", f"{place}.y")
+    if at_site is not None:
+        return at_site
+    elsewhere = displacements(dataset, f"{bearing}.x", f"{bearing}.y") if bearing else None
+    if elsewhere is None and place in rotor_places.measured:
+        elsewhere = displacements(dataset, *rotor_places.measured[place])
+    return None if elsewhere is None else elsewhere - centre(dataset, place)
 
 
 def centre(dataset: Signals, site: str) -> Path:
     """Return the centre of a retainer, from its offset and the motion of its housing, shape (2, n) (m)."""
     values, size = parameters(dataset), dataset.sizes["time"]
-    moved = displacements(dataset, f"{site}.housing_x", f"{site}.housing_y")
+    housing = displacements(dataset, f"{site}.housing_x", f"{site}.housing_y")
     offset = np.array([[float(values.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
-    return offset + (np.zeros((2, size)) if moved is None else moved)
+    return offset + (np.zeros((2, size)) if housing is None else housing)
 
 
 def path_at_rest(dataset: Signals, place: str) -> Path | None:
     """Return the displacement (m) at a bearing or a site in the inertial frame, shape (2, n)."""
-    result = path(dataset, place)
-    return None if result is None else result + centre(dataset, place)
+    motion = path(dataset, place)
+    return None if motion is None else motion + centre(dataset, place)
 
 
 def upright(dataset: Signals) -> complex:
@@ -57,7 +57,7 @@ def upright(dataset: Signals) -> complex:
 
         exp(-j (pi/2 + a)),    a: `gravity_angle`, the direction of gravity from x towards y
 
-    Magnets often stand at 45 degrees to the vertical. It counts where gravity is 0, too; it is 1 without an angle.
+    Magnets often stand at 45 degrees to the vertical. It also applies if gravity is 0, and is 1 without an angle.
     """
     values = parameters(dataset)
     angle, down = values.get("gravity_angle"), np.sign(float(values.get("gravity") or 1.0))
@@ -75,14 +75,14 @@ def turned_upright(dataset: Signals, motion: Path) -> Path:
 
 def radius(dataset: Signals, place: str) -> Array | None:
     """Return the radial displacement (m) at a bearing, or at a site from the centre of its retainer; see `path`."""
-    result = path(dataset, place)
-    return None if result is None else np.hypot(*result)
+    motion = path(dataset, place)
+    return None if motion is None else np.hypot(*motion)
 
 
 def moving_places(dataset: Signals) -> tuple[str, ...]:
     """Return the bearings, and the retainers outside the plane of their bearing."""
-    result = places(dataset)
-    return (*result.bearings, *result.apart)
+    rotor_places = places(dataset)
+    return (*rotor_places.bearings, *rotor_places.apart)
 
 
 def support(dataset: Signals, bearing: str) -> str:
@@ -112,7 +112,7 @@ def notices_of_start(dataset: Signals) -> list[str]:
 
         R_k: largest radius in cycle k,    R_(k+1) < 0.95 R_k for k = 0 to n - 1,    R < 0.95 R_0 from cycle n on
 
-    The cycles before the first event and the first contact count, if they have enough samples.
+    Only cycles before the first event and the first contact are compared, if they have enough samples.
     """
     cycle, state = cycles(dataset), signal(dataset, "contact_state")
     events = [float(dataset.attrs.get(f"{role}_cycle", np.inf)) for role in ROLES]
@@ -191,16 +191,16 @@ def _is_steady(dataset: Signals, motion: Path | None, when: When) -> bool:
 
 def _circles(dataset: Signals, motion: Path | None, when: When, back: float = 0.0) -> Complex | None:
     """Return the `synchronous_circles` of the revolution that ends `back` turns earlier; None without it."""
-    turned = turns(dataset)
+    revolutions = turns(dataset)
     at = change(dataset) if when == "before" else np.inf
-    if motion is None or at is None or not len(turned):
+    if motion is None or at is None or not len(revolutions):
         return None
-    end = float(np.interp(at, cycles(dataset), turned)) - back
-    within = (turned > end - 1.0) & (turned <= end)
-    if end - 1.0 < turned[0] or np.count_nonzero(within) < _FEWEST_SAMPLES:
+    end = float(np.interp(at, cycles(dataset), revolutions)) - back
+    within = (revolutions > end - 1.0) & (revolutions <= end)
+    if end - 1.0 < revolutions[0] or np.count_nonzero(within) < _FEWEST_SAMPLES:
         return None
     x, y = motion[:, within]
-    return synchronous_circles(x, y, 2.0 * np.pi * turned[within])
+    return synchronous_circles(x, y, 2.0 * np.pi * revolutions[within])
 
 
 def synchronous_circles(x: Array, y: Array, theta: Array) -> Complex:
@@ -226,4 +226,4 @@ def synchronous_circles(x: Array, y: Array, theta: Array) -> Complex:
 
 def _largest_radii(dataset: Signals, within: Bools) -> dict[str, float | None]:
     radii = {place: radius(dataset, place) for place in moving_places(dataset)}
-    return {at: None if r is None or not within.any() else float(1e3 * r[within].max()) for at, r in radii.items()}
+    return {p: None if r is None or not within.any() else float(1e3 * r[within].max()) for p, r in radii.items()}

@@ -73,7 +73,7 @@ def places(dataset: Signals) -> RotorPlaces:
     return _read(dataset.attrs[ATTRIBUTE])
 
 
-@lru_cache(maxsize=8)  # a summary asks for them at every signal
+@lru_cache(maxsize=8)  # a summary needs them for every signal
 def _read(text: str) -> RotorPlaces:
     stored: dict[str, Any] = json.loads(text)
     measured = {site: (x, y) for site, (x, y) in stored.get("measured", {}).items()}
@@ -104,8 +104,8 @@ def _named_places(assembly: Assembly) -> RotorPlaces:
     fmu, plant = assembly.fmus.get(PLANT), assembly.interfaces[PLANT]
     layout = None if fmu is None else fmu.layout
     if layout is not None:
-        owners = {site["bearing"]: site["name"] for site in reversed(layout["sites"]) if site["bearing"]}
-        bearings = {bearing: owners.get(bearing, "") for bearing in layout["bearings"]}
+        retainer_of = {site["bearing"]: site["name"] for site in reversed(layout["sites"]) if site["bearing"]}
+        bearings = {bearing: retainer_of.get(bearing, "") for bearing in layout["bearings"]}
         signals = {sensor["name"]: (sensor["x"], sensor["y"]) for sensor in layout["sensors"]}
         others = [site for site in layout["sites"] if site["name"] not in bearings.values()]
         measured = {site["name"]: signals[site["sensor"]] for site in others if site["sensor"]}

@@ -1,4 +1,4 @@
-"""Times at which the amplifiers of the magnets are off, when warnings on their demand do not count."""
+"""Times at which the amplifiers of the magnets are off, when warnings on their demand are irrelevant."""
 
 from __future__ import annotations
 
@@ -42,25 +42,26 @@ def power_lost_at(dataset: Signals) -> float | None:
 
 
 def with_power(warned: Iterable[WarningRecord], dataset: Signals) -> list[WarningRecord]:
-    """Return warnings of a run; a demand at its limit counts only while an amplifier is on.
+    """Return warnings of a run; a demand at its limit matters only while an amplifier is on.
 
     With all amplifiers off the demand has no effect; the warning is omitted if there is no other time.
     """
     return [
-        left
+        part
         for record in warned
-        for left in ([record] if (record.component, record.variable) != DEMAND else _while_powered(record, dataset))
+        for part in ([record] if (record.component, record.variable) != DEMAND else _while_powered(record, dataset))
     ]
 
 
 def _while_powered(warned: WarningRecord, dataset: Signals) -> list[WarningRecord]:
-    label, silent = ".".join(DEMAND), without_power(dataset)
-    if label not in dataset or not silent.any():
+    label, unpowered = ".".join(DEMAND), without_power(dataset)
+    if label not in dataset or not unpowered.any():
         return [warned]
     times = np.asarray(dataset["time"].values, np.float64)
-    true = (np.asarray(dataset[label].values) != 0) & ~silent
+    limited = (np.asarray(dataset[label].values) != 0) & ~unpowered
     if warned.first is not None and len(times) and warned.first < times[0]:
         return [warned]
-    if not true.any():
+    if not limited.any():
         return []
-    return [replace(warned, first=float(times[true][0]), last=float(times[true][-1]), share=float(np.mean(true)))]
+    first, last = times[limited][[0, -1]].tolist()
+    return [replace(warned, first=first, last=last, share=float(np.mean(limited)))]

@@ -54,7 +54,7 @@ class Result(Run):
         try:
             dataset = load(file)
             return cls(dataset, Outcome(*json.loads(dataset.attrs["outcome"])))
-        except Exception as error:  # HDF5, its readers and JSON have each their own
+        except Exception as error:  # HDF5, its readers and JSON each raise their own
             raise ValueError(
                 f"{file} is not a result of a run, or is damaged: {error or type(error).__name__}"
             ) from error
@@ -90,7 +90,7 @@ class Result(Run):
         return Plots(self.signals)
 
     def save(self, folder: str | Path, plots: bool = True) -> Path:
-        """Write `result.nc`, `summary.json` and, if wanted, the figures that suit the run; return the folder."""
+        """Write `result.nc`, `summary.json` and, if requested, the figures that suit the run; return the folder."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
         self._save(folder / RESULT)

@@ -1,4 +1,4 @@
-"""Rocking: motion of a rotor to and fro at the bottom of its retainers, by which it stays there.
+"""Rocking: motion of a rotor to and fro at the bottom of its retainers, where it stays.
 
 With z the displacement from the centre of a retainer and z_r its mean over the last quarter of the time, the swing is
 

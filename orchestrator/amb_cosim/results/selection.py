@@ -104,9 +104,9 @@ def to_mat(selection: Selection, path: Path) -> None:
                 f"{name} cannot be written to a MAT file: its name must have at most {MAT_NAME} characters"
             )
     if len(set(names.values())) < len(names):
-        double = next(name for name in names if list(names.values()).count(names[name]) > 1)
+        duplicate = next(name for name in names if list(names.values()).count(names[name]) > 1)
         raise ValueError(
-            f"{double} cannot be written to a MAT file: another variable is called {names[double]} there, too"
+            f"{duplicate} cannot be written to a MAT file: another variable is called {names[duplicate]} there, too"
         )
     content: dict[str, object] = {short: selection.values(name) for name, short in names.items()}
     content["units"] = {short: selection.unit(name) for name, short in names.items()}

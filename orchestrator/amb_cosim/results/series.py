@@ -68,8 +68,8 @@ def shares_of_steps(dataset: Signals) -> dict[str, float] | None:
 
 def displacements(dataset: Signals, x: str, y: str) -> Path | None:
     """Return two variables as x and y, shape (2, n), in their unit; None if one was not recorded."""
-    of_x, of_y = signal(dataset, x), signal(dataset, y)
-    return None if of_x is None or of_y is None else np.array([of_x, of_y], np.float64)
+    x_samples, y_samples = signal(dataset, x), signal(dataset, y)
+    return None if x_samples is None or y_samples is None else np.array([x_samples, y_samples], np.float64)
 
 
 def cycles(dataset: Signals) -> Array:
@@ -107,7 +107,7 @@ def _free_speed(dataset: Signals) -> Array | None:
 
 
 def turns(dataset: Signals) -> Array:
-    """Return the revolutions of the rotor at each sample from cycle 0 on; at constant speed these are the cycles."""
+    """Return the revolutions of the rotor since cycle 0 at each sample; at constant speed these are the cycles."""
     if not speed_changes(dataset) or not dataset.sizes["time"]:
         return cycles(dataset)
     time, Omega = dataset["time"].values, speed(dataset)

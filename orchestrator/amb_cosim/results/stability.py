@@ -101,5 +101,5 @@ def needed() -> tuple[str, ...]:
 def _least_clearance(dataset: Signals) -> float:
     """Return the smallest clearance of the sites (m); 0 without sites."""
     values = parameters(dataset)
-    result = (values.get(f"{site}.clearance") for site in places(dataset).sites)
-    return min((float(clearance) for clearance in result if clearance is not None), default=0.0)
+    clearances = (values.get(f"{site}.clearance") for site in places(dataset).sites)
+    return min((float(clearance) for clearance in clearances if clearance is not None), default=0.0)

@@ -39,8 +39,8 @@ def stator_touches(dataset: Signals) -> dict[str, StatorTouch]:
     """Return the touches of each stator that the rotor has touched, by contact site, the earliest first."""
     steps, result = at_every_step(dataset), {}
     for site, bearing in places(dataset).stators.items():
-        counted = touches(steps, site) & (cycles(steps) >= 0.0)
-        if counted.any():
-            first = float(steps["time"].values[np.argmax(counted)])
+        touching = touches(steps, site) & (cycles(steps) >= 0.0)
+        if touching.any():
+            first = float(steps["time"].values[np.argmax(touching)])
             result[site] = StatorTouch(bearing, first, largest_averaged_force(steps, site), peak_force(steps, site))
     return dict(sorted(result.items(), key=lambda item: item[1].first))

@@ -81,8 +81,8 @@ def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
         (f"orbit before the {summary.events.get('disturbance')}", summary.orbit_before),
         ("orbit at the end", summary.orbit_after),
         ("largest orbit", summary.orbit_largest),
-        ("synchronous part before the change", _known(summary.settled_amplitude["before"])),
-        ("synchronous part at the end", _known(summary.settled_amplitude["end"])),
+        ("synchronous part before the change", _without_none(summary.settled_amplitude["before"])),
+        ("synchronous part at the end", _without_none(summary.settled_amplitude["end"])),
     ):
         if any(values.values()):
             unit = length_unit(1e-3 * _largest(values))
@@ -97,7 +97,7 @@ def _interval(events: Mapping[str, str]) -> str:
     return f" after the {begin}" if begin else f" before the {end}" if end else ""
 
 
-def _known(values: AtPlaces) -> AtPlaces:
+def _without_none(values: AtPlaces) -> AtPlaces:
     return {at: value for at, value in values.items() if value is not None}
 
 

@@ -123,31 +123,31 @@ class Touchdown:
 def touchdown(dataset: Signals) -> Touchdown | None:
     """Describe the touchdown of a run; None without contact, or without both gravity and an amplifier that is off."""
     steps, values = at_every_step(dataset), parameters(dataset)
-    contact, counted = in_contact(steps), cycles(steps) >= 0.0
-    if contact is None or not (contact & counted).any():
+    contact, from_cycle_0 = in_contact(steps), cycles(steps) >= 0.0
+    if contact is None or not (contact & from_cycle_0).any():
         return None
-    if not values.get("gravity") and not any((off & counted).any() for off in amplifiers_off(steps)):
+    if not values.get("gravity") and not any((off & from_cycle_0).any() for off in amplifiers_off(steps)):
         return None
-    released = np.any([contact, *amplifiers_off(steps)], axis=0) & counted
-    at_step = int(np.argmax(released))
-    release = float(steps["time"].values[at_step])
+    released = np.any([contact, *amplifiers_off(steps)], axis=0) & from_cycle_0
+    release_step = int(np.argmax(released))
+    release = float(steps["time"].values[release_step])
     start = int(np.searchsorted(dataset["time"].values[:-1], release))
     lying = contact[np.searchsorted(steps["time"].values, dataset["time"].values[start:])]
-    after, seen = _from(steps, at_step), _from(dataset, start)
-    received = {site: _impulse(steps, site, at_step) for site in places(dataset).sites}
+    after, sampled = _from(steps, release_step), _from(dataset, start)
+    impulses = {site: _impulse(steps, site, release_step) for site in places(dataset).sites}
     touched = [site for site in touchable(dataset) if touches(after, site).any()]
-    heights = {place: height(seen, place) for place in moving_places(dataset)}
-    radii = {place: radius(seen, place) for place in moving_places(dataset)}
-    rest = _rest(seen, lying)
+    heights = {place: height(sampled, place) for place in moving_places(dataset)}
+    radii = {place: radius(sampled, place) for place in moving_places(dataset)}
+    rest = _rest(sampled, lying)
     return Touchdown(
         release=release,
         drop={place: None if at is None else 1e3 * float(at[0] - at.min()) for place, at in heights.items()},
         orbit={place: None if r is None else 1e3 * float(r.max()) for place, r in radii.items()},
-        first_impacts=_first_impacts(after, received),
-        retainers={site: _retainer(after, site, received[site]) for site in touched},
+        first_impacts=_first_impacts(after, impulses),
+        retainers={site: _retainer(after, site, impulses[site]) for site in touched},
         rest_after=rest,
-        rocks_within=None if rest is not None else _rocks(seen, lying),
-        free_after=_free(after, contact[at_step:]),
+        rocks_within=None if rest is not None else _rocks(sampled, lying),
+        free_after=_free(after, contact[release_step:]),
         standstill_after=_standstill(after),
     )
 
@@ -175,22 +175,22 @@ def height(dataset: Signals, place: str) -> Array | None:
 
     None without gravity.
     """
-    values, seen = parameters(dataset), path_at_rest(dataset, place)
-    if seen is None or "gravity_angle" not in values or not values.get("gravity"):
+    values, motion = parameters(dataset), path_at_rest(dataset, place)
+    if motion is None or "gravity_angle" not in values or not values.get("gravity"):
         return None
     angle = values["gravity_angle"]
-    return np.asarray(-np.sign(values["gravity"]) * (np.array([np.cos(angle), np.sin(angle)]) @ seen), np.float64)
+    return np.asarray(-np.sign(values["gravity"]) * (np.array([np.cos(angle), np.sin(angle)]) @ motion), np.float64)
 
 
-def _first_impacts(after: Signals, received: Mapping[str, float | None]) -> tuple[Impact, ...]:
-    times, result, total = _times(after), [], 0.0
-    for site, whole in received.items():
+def _first_impacts(after: Signals, impulses: Mapping[str, float | None]) -> tuple[Impact, ...]:
+    times, impacts, total = _times(after), [], 0.0
+    for site, site_impulse in impulses.items():
         impulse = signal(after, f"{site}.impulse")
         if impulse is not None:
-            total += whole or float(impulse.sum())
-            result += [Impact(site, float(times[k]), float(impulse[k])) for k in np.flatnonzero(impulse > 0.0)]
-    counted = (impact for impact in result if impact.impulse >= LEAST_IMPACT * total)
-    return tuple(sorted(counted, key=lambda impact: impact.after)[:N_IMPACTS])
+            total += site_impulse or float(impulse.sum())
+            impacts += [Impact(site, float(times[k]), float(impulse[k])) for k in np.flatnonzero(impulse > 0.0)]
+    significant = (impact for impact in impacts if impact.impulse >= LEAST_IMPACT * total)
+    return tuple(sorted(significant, key=lambda impact: impact.after)[:N_IMPACTS])
 
 
 def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
@@ -222,18 +222,18 @@ def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
     mode, whirl = (signal(after, f"{site}.{name}") for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
         return None, None
-    closed = mode != FREE
-    turned = whirl * _steps(after) * np.logical_or.accumulate(closed)
+    touching = mode != FREE
+    turned = whirl * _steps(after) * np.logical_or.accumulate(touching)
     around, to_and_fro = float(turned.sum()), float(np.abs(turned).sum())
-    in_contact = np.abs(turned) * closed
+    in_contact = np.abs(turned) * touching
     if abs(around) < max(2.0 * np.pi, 0.5 * to_and_fro) or in_contact.sum() < WHIRLS * 2.0 * np.pi:
         return "none", None
     return "forward" if around > 0.0 else "backward", float(np.average(whirl, weights=in_contact))
 
 
 def _impulse(steps: Signals, site: str, start: int) -> float | None:
-    received = received_impulse(steps, site)
-    return None if received is None else float(received[-1] - received[max(start - 1, 0)])
+    accumulated = received_impulse(steps, site)
+    return None if accumulated is None else float(accumulated[-1] - accumulated[max(start - 1, 0)])
 
 
 def _race_spin_up(after: Signals, site: str) -> float | None:
@@ -254,8 +254,8 @@ def _lying(after: Signals, contact: Bools) -> list[tuple[Path, float]]:
     """
     retainers, values = places(after).retainers, parameters(after)
     recorded = [(path(after, site), values.get(f"{site}.clearance")) for site in retainers]
-    result = [(positions, float(c)) for positions, c in recorded if positions is not None and c is not None]
-    return result if contact[_last_part(after)].any() and len(result) == len(retainers) else []
+    lying = [(positions, float(c)) for positions, c in recorded if positions is not None and c is not None]
+    return lying if contact[_last_part(after)].any() and len(lying) == len(retainers) else []
 
 
 def _rest(after: Signals, contact: Bools) -> float | None:

@@ -219,12 +219,12 @@ def _time_in_contact(dataset: Signals) -> tuple[str, str] | None:
     duration = np.diff(steps["time"].values, prepend=steps["time"].values[:1]) * (cycles(steps) >= 0.0)
     if touching is None or not (touching & (duration > 0.0)).any():
         return None
-    inside, total = float(duration[touching].sum()), float(duration.sum())
+    touched, total = float(duration[touching].sum()), float(duration.sum())
     first, last = (_moment(dataset, at) for at in contact_history.contact_cycles(dataset) if at is not None)
     modes = {site: signal(steps, f"{site}.mode") for site in contact_history.touchable(dataset)}
     shares = {s: float(duration[mode != 0].sum()) for s, mode in modes.items() if mode is not None}
     parts = ", ".join(f"{site.upper()} {share:.3g} s" for site, share in shares.items() if share)
     of_sites = f"; {parts}" if parts and len(modes) > 1 else ""
     return "time in contact", (
-        f"{inside:.3g} s of {total:.3g} s ({100.0 * inside / total:.3g} %){of_sites}; {first} to {last}"
+        f"{touched:.3g} s of {total:.3g} s ({100.0 * touched / total:.3g} %){of_sites}; {first} to {last}"
     )

@@ -93,9 +93,9 @@ class Station:
 
 def stations(dataset: Signals) -> list[Station]:
     """Return the retainer of each bearing, or the bearing without one, and the other contact sites of `touchable`."""
-    result = places(dataset)
-    bearings = [Station(bearing_title(dataset, b), site or b, site) for b, site in result.bearings.items()]
-    others = (site for site in touchable(dataset) if site not in result.retainers and path(dataset, site) is not None)
+    rotor = places(dataset)
+    bearings = [Station(bearing_title(dataset, b), site or b, site) for b, site in rotor.bearings.items()]
+    others = (site for site in touchable(dataset) if site not in rotor.retainers and path(dataset, site) is not None)
     return [*bearings, *(Station(site_title(dataset, site), site, site) for site in others)]
 
 

@@ -42,8 +42,8 @@ def contact(dataset: Signals) -> Figure:
     sites = touchable(dataset)
     ratios = (*[3.0] * len(sites), 0.4 * (len(sites) + 1))
     forces = {site: [_values(dataset, of(dataset, site)) for of in (peaks, averaged_force)] for site in sites}
-    highest = float(np.nanmax([values for result in forces.values() for values in result], initial=0.0))
-    zoom = _zoom(time_values(dataset), [of_site for result in forces.values() for of_site in result])
+    highest = float(np.nanmax([force for of_site in forces.values() for force in of_site], initial=0.0))
+    zoom = _zoom(time_values(dataset), [force for of_site in forces.values() for force in of_site])
     size = (7.0 if zoom is None else 10.0, max(4.6 * sum(ratios) / 7.6, 3.2))
     figure = StyledFigure(figsize=size, layout="constrained")
     n_columns = 1 if zoom is None else 2
@@ -68,7 +68,7 @@ def contact(dataset: Signals) -> Figure:
 def _zoom(times: Array, forces: list[Array]) -> tuple[float, float] | None:
     """Return limits of a time axis around the large forces where they are but a small part of the run.
 
-    Large is what exceeds `LARGE` of the largest. Of `MANY` contacts that last longer, the first ones are enlarged.
+    Forces above `LARGE` of the largest are large. If they last longer, the first of `MANY` or more contacts are shown.
     """
     force = np.nanmax(np.abs(np.nan_to_num(forces)), axis=0) if forces else np.zeros(len(times))
     large = times[force > LARGE * force.max(initial=0.0)]
@@ -125,10 +125,10 @@ def whirl(dataset: Signals) -> Figure:
     Omega = unit.of(speed(dataset))
     for whirl_panel, mode_panel, site in zip(panels[::2], panels[1::2], sites, strict=True):
         rolling = -float(parameters(dataset)[f"{site}.journal_radius"]) / clearance(dataset, site) * Omega
-        closed = plant_signal(dataset, f"{site}.mode") > 0.0
+        touching = plant_signal(dataset, f"{site}.mode") > 0.0
         whirl_panel.plot(times, Omega, color="black", lw=0.8, ls=":", label=r"$+\Omega$")
         whirl_panel.plot(times, rolling, color="black", lw=0.8, ls=DASHED, label=r"rolling, $-(R_s/C_r)\,\Omega$")
-        whirling = np.where(closed, unit.of(plant_signal(dataset, f"{site}.whirl_speed")), np.nan)
+        whirling = np.where(touching, unit.of(plant_signal(dataset, f"{site}.whirl_speed")), np.nan)
         whirl_panel.plot(times, whirling, ".-", ms=1.5, color=colour_of(dataset, site), label="in contact")
         whirl_panel.set_title(
             site_title(dataset, site), loc="left", pad=title_padding(dataset, whirl_panel is panels[0])
@@ -138,7 +138,7 @@ def whirl(dataset: Signals) -> Figure:
         if np.median(rolling) < low:
             text = f"rolling: {np.median(rolling):,.0f} {unit.label}, below".replace("-", "\N{MINUS SIGN}")
             whirl_panel.text(0.99, 0.03, text, transform=whirl_panel.transAxes, ha="right", fontsize=8, color="0.3")
-        if not closed.any():
+        if not touching.any():
             _write_no_contact(whirl_panel)
         mode_panel.step(times, plant_signal(dataset, f"{site}.mode"), where="post", color="black", lw=0.8)
         mode_panel.set_ylim(-0.4, len(MODES) - 0.6)
@@ -155,8 +155,8 @@ def whirl(dataset: Signals) -> Figure:
 
 def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
     """Return limits that include the spin speed, its negative, and all whirl speeds except `OUTLIERS` at either end."""
-    result = whirling[np.isfinite(whirling)]
-    ends = np.quantile(result, (OUTLIERS, 1.0 - OUTLIERS)) if result.size else np.zeros(2)
+    finite = whirling[np.isfinite(whirling)]
+    ends = np.quantile(finite, (OUTLIERS, 1.0 - OUTLIERS)) if finite.size else np.zeros(2)
     largest = float(Omega.max(initial=0.0)) or 1.0
     low, high = min(-largest, float(ends[0])), max(largest, float(ends[1]))
     return low - 0.12 * (high - low), high + 0.12 * (high - low)
@@ -166,19 +166,19 @@ def _draw_contact_times(panel: Axes, dataset: Signals, sites: list[str]) -> None
     """Draw a bar for each site while the rotor is in contact; the first site is the highest."""
     times, rows = time_values(dataset), range(len(sites))
     for row, site in zip(reversed(rows), sites, strict=True):
-        closed, colour = _in_contact(dataset, site), colour_of(dataset, site)
-        panel.fill_between(times, row - 0.3, row + 0.3, where=closed, step="pre", color=colour, lw=0.3)
+        touching, colour = _in_contact(dataset, site), colour_of(dataset, site)
+        panel.fill_between(times, row - 0.3, row + 0.3, where=touching, step="pre", color=colour, lw=0.3)
     panel.set_ylim(-0.6, len(sites) - 0.4)
     panel.set_yticks(list(reversed(rows)), [site.upper() for site in sites])
 
 
 def _in_contact(dataset: Signals, site: str) -> Bools:
     """Return whether the rotor is in contact at each sample, or received an impulse in the step before it."""
-    closed = np.asarray(plant_signal(dataset, f"{site}.mode") > 0.0)
+    touching = np.asarray(plant_signal(dataset, f"{site}.mode") > 0.0)
     received = received_impulse(dataset, site)
     if received is not None:
-        closed[1:] |= np.diff(received) > 0.0
-    return closed
+        touching[1:] |= np.diff(received) > 0.0
+    return touching
 
 
 def _write_no_contact(panel: Axes) -> None:

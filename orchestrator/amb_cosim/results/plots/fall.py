@@ -90,7 +90,7 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
     ]
     entries += [
         Line2D([], [], color="black", label="rotor"),
-        *([Line2D([], [], color="black", ls=DASHED, label="height of the rotor that lies")] if falls else []),
+        *([Line2D([], [], color="black", ls=DASHED, label="height of a rotor at the bottom")] if falls else []),
         retainer_sample(),
     ]
     if any(_has_housing(dataset, station) for station in drawn):
@@ -128,9 +128,9 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
 def _draw_heights(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
     unit = length_unit(max((_reach(dataset, station) for station in drawn), default=1.0))
     for station in drawn:
-        of_station = height(dataset, station.place)
-        if of_station is not None:
-            panel.plot(time_values(dataset), unit.of(of_station), color=colour_of(dataset, station.site))
+        heights = height(dataset, station.place)
+        if heights is not None:
+            panel.plot(time_values(dataset), unit.of(heights), color=colour_of(dataset, station.site))
             panel.axhline(-clearance(dataset, station.site) / unit.size, color="black", lw=0.8, ls=DASHED)
     panel.set_title("Height against gravity", loc="left", pad=title_padding(dataset, highest=True))
     panel.set_ylabel(f"height ({unit.label})")

@@ -42,9 +42,9 @@ def magnets(dataset: Signals) -> Figure:
             (row[1], "force", magnet_force, force_limits, unit.size, unit.label),
         ):
             values = {axis: of(dataset, f"{bearing}.{axis}") for axis in AXES}
-            for axis, result in values.items():
-                if result is not None:
-                    panel.plot(time_values(dataset), result / size, color=AXES[axis], lw=0.7)
+            for axis, series in values.items():
+                if series is not None:
+                    panel.plot(time_values(dataset), series / size, color=AXES[axis], lw=0.7)
             bounds = [limits(dataset, f"{bearing}.{axis}") for axis in AXES]
             _draw_limits(panel, [b for b in bounds if b is not None], values.values(), size, label)
             panel.set_ylabel(f"{what} ({label})")
@@ -61,7 +61,7 @@ def magnets(dataset: Signals) -> Figure:
 
 def _draw_limits(panel: Axes, bounds: list[Limits], values: Iterable[Array | None], size: float, unit: str) -> None:
     """Draw the limits that values approach, and write distant ones."""
-    drawn = np.ravel([result / size for result in values if result is not None])
+    drawn = np.ravel([series / size for series in values if series is not None])
     low, high = float(np.nanmin(drawn, initial=0.0)), float(np.nanmax(drawn, initial=0.0))
     far = []
     for limit in sorted({bound / size for pair in bounds for bound in pair}):

@@ -28,12 +28,12 @@ def traces(selection: Selection) -> Figure:
     times = time_values(dataset)[selection.within] if has_cycles else selection.values("time")
     for panel, (unit, names) in zip(panels, panels_of.items(), strict=True):
         largest = max(float(np.nanmax(np.abs(selection.values(name)), initial=0.0)) for name in names)
-        displayed = _display_unit(unit, largest)
+        display_unit = _display_unit(unit, largest)
         for name, colour in zip(names, cycle(COLOURS), strict=False):
-            panel.plot(times, displayed.of(selection.values(name)), color=colour, label=_short(names, name))
+            panel.plot(times, display_unit.of(selection.values(name)), color=colour, label=_short(names, name))
         padding = title_padding(dataset, panel is panels[0]) if has_cycles else None
         panel.set_title(_heading(selection, names), loc="left", pad=padding)
-        panel.set_ylabel("" if unit == "1" else displayed.label)
+        panel.set_ylabel("" if unit == "1" else display_unit.label)
         _name_curves(panel, len(names))
     if has_cycles:
         label_time_axis(panels[-1], dataset)
