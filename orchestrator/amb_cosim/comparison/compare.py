@@ -175,22 +175,22 @@ def compare(
         loaded = load(source)
         if isinstance(loaded, Result):
             for value, values, default in ((set, settings, None), (rotor, rotors, None), (flavour, flavours, "native")):
-                local = values[number] if _is_each(value) else None
-                if local and local != default:
-                    raise ValueError(f"{_source_text(source)} is a saved result; {local} cannot be set for it")
+                requested = values[number] if _is_each(value) else None
+                if requested and requested != default:
+                    raise ValueError(f"{_source_text(source)} is a saved result; {requested} cannot be set for it")
         if flavours[number] not in FLAVOURS:
             raise ValueError(f"flavour = {flavours[number]!r} is not allowed; it must be one of {', '.join(FLAVOURS)}")
         plans.append(loaded)
     if (set or rotor or until) and all(isinstance(plan, Result) for plan in plans):
         raise ValueError("settings require a scenario; all of these are saved results")
     sides: list[Side] = []
-    for source, plan, local, its_rotor, its_flavour in zip(sources, plans, settings, rotors, flavours, strict=True):
+    for source, plan, its_set, its_rotor, its_flavour in zip(sources, plans, settings, rotors, flavours, strict=True):
         if isinstance(plan, Result):
             sides.append(Side(plan.scenario, _source_text(source), {}, plan))
             continue
-        result = run(plan, set=local, rotor=its_rotor, flavour=its_flavour, until=until, progress=progress)
-        label = _label(plan.name, local, its_rotor, its_flavour, (set, rotor, flavour))
-        sides.append(Side(label, _source_text(source), local or {}, result))
+        result = run(plan, set=its_set, rotor=its_rotor, flavour=its_flavour, until=until, progress=progress)
+        label = _label(plan.name, its_set, its_rotor, its_flavour, (set, rotor, flavour))
+        sides.append(Side(label, _source_text(source), its_set or {}, result))
         if result.outcome.status == "interrupted":
             break
     return side_by_side(sides)

@@ -62,12 +62,12 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
     unit = length_unit(_largest(radius(run, support(run, bearing)) for run in runs.values() for bearing in bearings))
     for panel, bearing in zip(panels, bearings, strict=True):
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
-            result, c = path(run, support(run, bearing)), _clearance(run, bearing)
-            if result is not None:
-                seen = unit.of(turned_upright(first, result))
+            motion, c = path(run, support(run, bearing)), _clearance(run, bearing)
+            if motion is not None:
+                orbit = unit.of(turned_upright(first, motion))
                 end = cycles(run) >= cycles(run).max(initial=0.0) - LAST_TURNS
-                panel.plot(*seen, color=colour, lw=0.6, alpha=OPACITY)
-                panel.plot(*seen[:, end], color=colour, lw=1.8, zorder=3)
+                panel.plot(*orbit, color=colour, lw=0.6, alpha=OPACITY)
+                panel.plot(*orbit[:, end], color=colour, lw=1.8, zorder=3)
             if c is not None:
                 draw_retainer(panel, c / unit.size)
         right, up = orbit_labels(first, unit.label)
@@ -119,10 +119,10 @@ def _along_the_run(
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     for panel, name in zip(panels, names, strict=True):
         label, values = curves(name)
-        for colour, run, result in zip(COLOURS * 2, runs.values(), values, strict=False):
-            if result is not None:
+        for colour, run, series in zip(COLOURS * 2, runs.values(), values, strict=False):
+            if series is not None:
                 axis = np.asarray(run["time"].values) if changing else cycles(run)
-                panel.plot(axis, result, color=colour, alpha=OPACITY, zorder=2)
+                panel.plot(axis, series, color=colour, alpha=OPACITY, zorder=2)
         panel.set_title(name.upper(), loc="left", pad=16.0 if panel is panels[0] else None)
         panel.set(ylabel=label, ylim=(0.0, None))
         _mark_events(panel, runs, named=panel is panels[0])
@@ -132,7 +132,7 @@ def _along_the_run(
 
 def _union(names: Iterable[Iterable[str]]) -> list[str]:
     """Return the names of all runs without repetition, in order of first appearance."""
-    return list(dict.fromkeys(name for result in names for name in result))
+    return list(dict.fromkeys(name for of_run in names for name in of_run))
 
 
 def _clearance(run: Signals, bearing: str) -> float | None:
@@ -143,7 +143,7 @@ def _clearance(run: Signals, bearing: str) -> float | None:
 
 def _largest(values: Iterable[Array | None]) -> float:
     """Return the largest of all values; 0 if there are none."""
-    return max((float(np.nanmax(result, initial=0.0)) for result in values if result is not None), default=0.0)
+    return max((float(np.nanmax(series, initial=0.0)) for series in values if series is not None), default=0.0)
 
 
 def _reach(panel: Axes) -> float:

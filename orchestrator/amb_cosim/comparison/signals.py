@@ -65,13 +65,13 @@ class SignalComparison:
     def text(self) -> list[str]:
         """Return a line for each run, and for each group of signals that only some runs have."""
         lines = []
-        for result in self.against_first:
-            if not result.same_times:
-                lines.append(f"{result.label}: sampled at other times than the first run; signals are not compared")
+        for other in self.against_first:
+            if not other.same_times:
+                lines.append(f"{other.label}: sampled at other times than the first run; signals are not compared")
                 continue
-            text = f"{result.label}: {result.equal} of {result.compared} common signals are bitwise equal"
-            if result.largest is not None:
-                worst = result.largest
+            text = f"{other.label}: {other.equal} of {other.compared} common signals are bitwise equal"
+            if other.largest is not None:
+                worst = other.largest
                 text += (
                     f"; {worst.signal} deviates most, by {worst.difference:.4g} {worst.unit} at cycle {worst.cycle:.4g}"
                 )
@@ -95,16 +95,16 @@ def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalCom
     runs
         Their records.
     """
-    names = [[name for name in variables_of(run) if not name.endswith(AT_STEPS)] for run in runs]  # each once
-    every = dict.fromkeys(name for result in names for name in result)
+    names = [[name for name in variables_of(run) if not name.endswith(AT_STEPS)] for run in runs]  # each name once
+    every = dict.fromkeys(name for of_run in names for name in of_run)
     having = {
-        name: tuple(label for label, result in zip(labels, names, strict=True) if name in result) for name in every
+        name: tuple(label for label, of_run in zip(labels, names, strict=True) if name in of_run) for name in every
     }
     common = tuple(name for name, owners in having.items() if len(owners) == len(labels))
     only_some = {name: owners for name, owners in having.items() if len(owners) < len(labels)}
     against = (
-        _against(label, runs[0], run, [name for name in names[0] if name in result])
-        for label, run, result in zip(labels[1:], runs[1:], names[1:], strict=True)
+        _against(label, runs[0], run, [name for name in names[0] if name in of_run])
+        for label, run, of_run in zip(labels[1:], runs[1:], names[1:], strict=True)
     )
     return SignalComparison(common, only_some, tuple(against))
 
@@ -112,14 +112,14 @@ def compare_signals(labels: Sequence[str], runs: Sequence[Signals]) -> SignalCom
 def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> AgainstFirst:
     """Return the differences of a run's signals from those of the first."""
     shorter = min(first.sizes["time"], run.sizes["time"])
-    times, first_times = (np.asarray(result["time"].values[:shorter]) for result in (run, first))
+    times, first_times = (np.asarray(record["time"].values[:shorter]) for record in (run, first))
     compared = [*names]
     if not shorter or not np.array_equal(times, first_times):
         return AgainstFirst(label, False, len(compared), 0, None)
     equal, worst = 0, 0.0
-    result: LargestDifference | None = None
+    largest: LargestDifference | None = None
     for name in compared:
-        reference, values = (np.asarray(r[name].values[:shorter], dtype=np.float64) for r in (first, run))
+        reference, values = (np.asarray(record[name].values[:shorter], dtype=np.float64) for record in (first, run))
         difference = np.abs(values - reference)
         if np.array_equal(values, reference, equal_nan=True):
             equal += 1
@@ -129,7 +129,7 @@ def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> 
         if span > 0.0 and difference[at] > worst * span:
             unit = str(first[name].attrs.get("units", ""))
             worst = float(difference[at]) / span
-            result = LargestDifference(
+            largest = LargestDifference(
                 name, "" if unit == "1" else unit, float(difference[at]), float(cycles(first)[at])
             )
-    return AgainstFirst(label, True, len(compared), equal, result)
+    return AgainstFirst(label, True, len(compared), equal, largest)

@@ -15,7 +15,7 @@
     "left.i_x" = 1
     "right.i_x" = -1
 
-    [[channel]]                            # blocks in sequence; what is fed twice is added
+    [[channel]]                            # blocks in sequence; channels to the same demand add up
     from = "tilting"                       # a list for equal channels: from = ["left.x", "left.y"]
     to = "tilting"
     gain = -1.0                            # or over speed: [["0 rpm", -1.0], ["9000 rpm", -1.2]]
@@ -140,14 +140,14 @@ def _laws(table: ControllerTable, warp: Warp) -> dict[float, Law]:
             owners.append(number - 1)
             reads.append(_weights(source, table.inputs, table.signals, f"{where}: from", "signals"))
             feeds.append(_weights(target, table.outputs, table.demands, f"{where}: to", "demands"))
-    B, result = np.array(reads), {}
+    B, laws_by_speed = np.array(reads), {}
     for speed in sorted(speeds):
         laws = [_in_series(channel, speed, warp, f"channel {k}") for k, channel in enumerate(table.channel, 1)]
-        each = side_by_side([laws[k] for k in owners])
+        parallel = side_by_side([laws[k] for k in owners])
         factors = [np.interp(speed, *np.array(gains[k]).T) for k in owners]
         C = np.array(feeds).T * factors
-        result[speed] = Law(each.A, each.B @ B, C @ each.C, C @ each.D @ B, each.sample_time)
-    return result
+        laws_by_speed[speed] = Law(parallel.A, parallel.B @ B, C @ parallel.C, C @ parallel.D @ B, parallel.sample_time)
+    return laws_by_speed
 
 
 def _in_series(channel: Channel, speed: float, warp: Warp, where: str) -> Law:

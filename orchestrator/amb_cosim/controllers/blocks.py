@@ -27,13 +27,13 @@ from amb_cosim.cosim.system.values import quantity
 
 Points = Annotated[tuple[tuple[Value, Value], ...], Field(min_length=1, max_length=1000)]  # of (speed, value)
 ValueOf = Callable[[Value, str], float]
-Warp = Callable[[float], float]  # allowed frequencies (rad/s) for an accurate sampled law
+Warp = Callable[[float], float]  # a frequency (rad/s) of a sampled law to that of the continuous law
 
 
 def angular_frequency(raw: Value, name: str) -> float:
     """Return a frequency in rad/s; a number is in Hz. Raises ValueError if it is not a frequency > 0."""
-    values = f"{raw!r} Hz" if isinstance(raw, int | float) and not isinstance(raw, bool) else raw
-    value = quantity(values, "rad/s", name)
+    text = f"{raw!r} Hz" if isinstance(raw, int | float) and not isinstance(raw, bool) else raw
+    value = quantity(text, "rad/s", name)
     if not 0.0 < value < math.inf:
         raise ValueError(f"{name} = {raw} is not allowed; it must be a frequency > 0")
     return value
@@ -42,15 +42,13 @@ def angular_frequency(raw: Value, name: str) -> float:
 def _number(raw: Value, unit: str, name: str, low: float, high: float) -> float:
     value = quantity(raw, unit, name)
     if not low <= value <= high:
-        displayed = "" if unit == "1" else f" {unit}"
-        raise ValueError(
-            f"{name} = {value:g}{displayed} is not allowed; it must be >= {low:g} and <= {high:g}{displayed}"
-        )
+        suffix = "" if unit == "1" else f" {unit}"
+        raise ValueError(f"{name} = {value:g}{suffix} is not allowed; it must be >= {low:g} and <= {high:g}{suffix}")
     return value
 
 
 def schedule(points: Sequence[tuple[Value, Value]], name: str, value_of: ValueOf) -> list[tuple[float, float]]:
-    """Return ascending speeds (rad/s), and the value at each; raises ValueError if they do not ascend."""
+    """Return ascending speeds (rad/s) and the value at each; raises ValueError if they do not ascend."""
     result = [(quantity(speed, "rad/s", f"speed of {name}"), value_of(raw, name)) for speed, raw in points]
     speeds = [speed for speed, _ in result]
     if speeds != sorted(set(speeds)):
@@ -113,8 +111,8 @@ class LeadLag(BlockTable):
 
     def law(self, warp: Warp) -> Law:
         w = warp(angular_frequency(self.frequency, "frequency"))
-        values = self.phase if isinstance(self.phase, str) else f"{self.phase!r} deg"
-        phase = _number(values, "rad", "phase", math.radians(0.1), math.radians(85.0))
+        text = self.phase if isinstance(self.phase, str) else f"{self.phase!r} deg"
+        phase = _number(text, "rad", "phase", math.radians(0.1), math.radians(85.0))
         a = (1.0 + math.sin(phase)) / (1.0 - math.sin(phase))
         root = math.sqrt(a if self.type == "lead" else 1.0 / a)
         return law_of(([root / w, 1.0], [1.0 / (root * w), 1.0]))
@@ -191,12 +189,12 @@ class SecondOrder(BlockTable):
 
     def law(self, warp: Warp) -> Law:
         w, z = warp(angular_frequency(self.frequency, "frequency")), _number(self.damping, "1", "damping", 1e-6, 1e3)
-        below = [1.0 / w**2, 2.0 * z / w, 1.0]
+        denominator = [1.0 / w**2, 2.0 * z / w, 1.0]
         if self.zero_frequency is None:
-            return law_of(([1.0], below))
+            return law_of(([1.0], denominator))
         v = warp(angular_frequency(self.zero_frequency, "zero_frequency"))
         y = _number(self.zero_damping, "1", "zero_damping", -1e3, 1e3)
-        return law_of(([1.0 / v**2, 2.0 * y / v, 1.0], below))
+        return law_of(([1.0 / v**2, 2.0 * y / v, 1.0], denominator))
 
 
 Block = Annotated[

@@ -74,9 +74,9 @@ def _cheapest(matrices: Array, rows: Sequence[tuple[int, int]], columns: Sequenc
     if not rows or not columns:
         return []
     filled = np.any(matrices != 0.0, axis=0)
-    item = _filled(filled, (rows[0][0], rows[-1][1]), (columns[0][0], columns[-1][1]))
-    many = [block for row in rows for column in columns for block in _filled(filled, row, column)]
-    return min(item, many, key=lambda blocks: sum(rows * columns + OVERHEAD for _, rows, _, columns in blocks))
+    single = _filled(filled, (rows[0][0], rows[-1][1]), (columns[0][0], columns[-1][1]))
+    several = [block for row in rows for column in columns for block in _filled(filled, row, column)]
+    return min(single, several, key=lambda blocks: sum(rows * columns + OVERHEAD for _, rows, _, columns in blocks))
 
 
 def _filled(filled: Bools, rows: tuple[int, int], columns: tuple[int, int]) -> list[Block]:

@@ -41,10 +41,10 @@ class Law:
             object.__setattr__(self, name, _matrix(name, getattr(self, name)))
         n, (p, m) = len(self.A), self.D.shape
         for name, shape in {"A": (n, n), "B": (n, m), "C": (p, n)}.items():
-            result = getattr(self, name).shape
-            if result != shape:
+            actual = getattr(self, name).shape
+            if actual != shape:
                 raise ValueError(
-                    f"{name} of shape {result} is not allowed; with A of shape {self.A.shape} and D of shape "
+                    f"{name} of shape {actual} is not allowed; with A of shape {self.A.shape} and D of shape "
                     f"{self.D.shape} it must be {shape}"
                 )
 
@@ -55,7 +55,7 @@ def law_of(K: Any, sampled: bool = False) -> Law:
     Parameters
     ----------
     K
-        See above.
+        The law in one of the forms above.
     sampled
         Whether arrays are those of a sampled law.
 
@@ -129,10 +129,10 @@ def side_by_side(laws: Sequence[Law]) -> Law:
 
 def _assembled(rows: Sequence[Sequence[Law]]) -> Law:
     """Return a matrix of single-signal laws as one law."""
-    each = side_by_side([law for row in rows for law in row])
+    stacked = side_by_side([law for row in rows for law in row])
     p, m = len(rows), len(rows[0])
     from_signals, to_demands = np.tile(np.eye(m), (p, 1)), np.kron(np.eye(p), np.ones((1, m)))
-    return Law(each.A, each.B @ from_signals, to_demands @ each.C, to_demands @ each.D @ from_signals)
+    return Law(stacked.A, stacked.B @ from_signals, to_demands @ stacked.C, to_demands @ stacked.D @ from_signals)
 
 
 def _of_arrays(parts: Sequence[Any]) -> Law:
@@ -176,20 +176,20 @@ def _is_matrix(K: Any) -> bool:
 
 def _numbers(name: str, value: Any) -> Any:
     try:
-        result = np.asarray(value)
-        if np.iscomplexobj(result):
-            if np.any(result.imag != 0.0):
+        array = np.asarray(value)
+        if np.iscomplexobj(array):
+            if np.any(array.imag != 0.0):
                 raise ValueError("complex")
-            result = result.real
-        return result.astype(np.float64)
+            array = array.real
+        return array.astype(np.float64)
     except (TypeError, ValueError):
         raise ValueError(f"{name} is not allowed; it must be an array of real numbers") from None
 
 
 def _matrix(name: str, value: Any) -> Array:
-    result = _numbers(name, value)
-    if result.ndim != 2:
-        raise ValueError(f"{name} of shape {result.shape} is not allowed; it must have rows and columns")
-    if not np.isfinite(result).all():
+    matrix = _numbers(name, value)
+    if matrix.ndim != 2:
+        raise ValueError(f"{name} of shape {matrix.shape} is not allowed; it must have rows and columns")
+    if not np.isfinite(matrix).all():
         raise ValueError(f"{name} has numbers that are not finite")
-    return np.ascontiguousarray(result)
+    return np.ascontiguousarray(matrix)

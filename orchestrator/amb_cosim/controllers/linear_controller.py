@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SLOW_TIME = 0.1  # s
 STABLE = 1.0 + 1e-9  # largest pole magnitude of a law that counts as stable: integrators are at 1
-WEIGHTS = (0.25, 0.5, 0.75)  # number of interpolated matrices whose poles are checked
+WEIGHTS = (0.25, 0.5, 0.75)  # of the second of two speeds, for interpolated matrices whose poles are checked
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class LinearController:
         Whether poles outside the unit circle are allowed.
     """
 
-    model: ClassVar[str] = "linear_controller"  # that it is a component of
+    model: ClassVar[str] = "linear_controller"  # name of the model whose constants it provides
 
     laws: Mapping[float, Law]
     ports: Ports
@@ -151,7 +151,7 @@ def linear_controller(
         Discretisation of a continuous K: `tustin`, exact at the frequency `prewarp` (rad/s) if given, `zoh`, `foh`,
         `euler`, `backward_diff`, `matched`, `impulse`.
     sampled_arrays
-        Whether arrays, which do not say it, are those of a sampled law.
+        Whether arrays, which do not state it, are those of a sampled law.
     gains, offsets, limits
         Factor, added value (A), and smallest and largest value (A) of each demand, or of all.
     delay
@@ -177,8 +177,8 @@ def linear_controller(
     -20000
     """
     if isinstance(K, str | Path):
-        values = {"inputs": inputs, "outputs": outputs, "sample_time": sample_time}
-        return _from_file(Path(K), {name: value for name, value in values.items() if value is not None})
+        overrides = {"inputs": inputs, "outputs": outputs, "sample_time": sample_time}
+        return _from_file(Path(K), {name: value for name, value in overrides.items() if value is not None})
     by_speed = _laws(K, sampled_arrays)
     first = next(iter(by_speed.values()))
     time = check_sample_time(_sample_time(first) if sample_time is None else sample_time)
@@ -204,7 +204,7 @@ def linear_controller(
 
 
 def _from_file(path: Path, options: Mapping[str, Any]) -> LinearController:
-    """Return the controller in a file; arguments of `linear_controller` in `given` override the file."""
+    """Return the controller in a file; `options`, arguments of `linear_controller`, override the file."""
     from amb_cosim.controllers.array_file import read_arrays
     from amb_cosim.controllers.block_file import read_blocks
     from amb_files.array_files import SUFFIXES
@@ -281,11 +281,11 @@ def _check_stable(laws: Mapping[float, Law]) -> None:
 def _labels(
     K: Any, attribute: str, names: Sequence[str] | None, count: int, argument: str, kind: str
 ) -> tuple[str, ...]:
-    item = next(iter(K.values())) if isinstance(K, Mapping) else K
+    law = next(iter(K.values())) if isinstance(K, Mapping) else K
     if isinstance(names, str):
         names = [names]
     if names is None:
-        labels = getattr(item, attribute, None)
+        labels = getattr(law, attribute, None)
         if not labels or any("[" in label for label in labels):
             raise ValueError(f"{argument} is missing; it must name the {kind}, of which this law has {count}")
         names = labels

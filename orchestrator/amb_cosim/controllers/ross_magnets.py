@@ -28,7 +28,7 @@ def levitation_files(name: str, rotor: str, magnets: Mapping[str, SavedMagnet]) 
     rotor
         Name of the rotor file that the scenario is for.
     magnets
-        The magnetic bearings by the names that they have there; each has a sensor `NAME_probe`.
+        The magnetic bearings by their names in that file; each has a sensor `NAME_probe`.
     """
     controller = {
         "inputs": [f"{of}_probe.{axis}" for of in magnets for axis in AXES],
@@ -39,7 +39,7 @@ def levitation_files(name: str, rotor: str, magnets: Mapping[str, SavedMagnet]) 
     }
     law = f"{name}_controller.toml"
     scenario = {
-        "description": "Levitation under the control that ROSS has of the magnets, without gravity as there",
+        "description": "Levitation under the PID control of the magnets in ROSS, which has no gravity",
         "rotor": rotor,
         "fmu": {"rolac_controller": law},
         "Omega": "100 rad/s",

@@ -200,9 +200,9 @@ def _planes(rotor: Rotor, sites: Sequence[Site]) -> Planes:
 def _shaft_radius(rotor: Rotor, node: int) -> float:
     """Return the larger shaft radius (m) next to a node."""
     before, after = rotor.elements[: node - 1][-1:], rotor.elements[node - 1 : node]
-    beside = [layer.diameter[1] for layers in before for layer in layers]
-    beside += [layer.diameter[0] for layers in after for layer in layers]
-    return max(beside) / 2.0
+    diameters = [layer.diameter[1] for layers in before for layer in layers]
+    diameters += [layer.diameter[0] for layers in after for layer in layers]
+    return max(diameters) / 2.0
 
 
 def flat_constants(structure: Structure) -> Array:
@@ -251,12 +251,12 @@ def seal_records(seals: Sequence[Bearing]) -> SealRecords:
     records = np.zeros((len(speeds) + 1 if seals else 0, len(seals)), dtype=SEAL)
     for k, seal in enumerate(seals):
         of_seal = records[:, k]
-        local = [at.speed for at in seal.at_speed]
+        table_speeds = [row.speed for row in seal.at_speed]
         of_seal["begin"] = [speeds[0] if speeds else 0.0, *speeds]
-        of_seal["lowest"], of_seal["highest"] = min(local, default=-np.inf), max(local, default=np.inf)
+        of_seal["lowest"], of_seal["highest"] = min(table_speeds, default=-np.inf), max(table_speeds, default=np.inf)
         cubics = of_seal["coefficients"].reshape(len(of_seal), 8, 4)
         for place, begin in enumerate(of_seal["begin"]):
-            if place and local and local[0] <= begin < local[-1]:
+            if place and table_speeds and table_speeds[0] <= begin < table_speeds[-1]:
                 interpolant = seal.interpolant()
                 for power in range(4):
                     cubics[place, :, power] = interpolant(begin, nu=power)[:2].ravel() / math.factorial(power)

@@ -153,8 +153,8 @@ def empty_table(
 
     `inner` are those of an inner controller, by `component.name`.
     """
-    available = {**loop_parameters(loop, parameters), **(inner or {})}
-    return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, available)
+    values = {**loop_parameters(loop, parameters), **(inner or {})}
+    return ReceptanceTable(rotor, loop.sensor_names, loop.axis_names, values)
 
 
 def read_table(
@@ -182,18 +182,18 @@ def read_table(
         If the file cannot be read, is incomplete, or belongs to another rotor or loop; one line for each error.
     """
     if isinstance(source, ReceptanceTable):
-        name, result = f"table of receptances of rotor {source.rotor}", source
+        name, receptances = f"table of receptances of rotor {source.rotor}", source
     else:
         name = f"table of receptances {source}"
         file = validate(read_toml(source, name), _ReceptanceFile, name)
         entries = tuple(Entry(entry.order, entry.speed, entry.receptance, entry.inner) for entry in file.receptance)
-        result = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
-    if rotor is not None and result.rotor != rotor:
-        raise ValueError(f"{name}: it belongs to rotor {result.rotor!r}, not {rotor!r}")
+        receptances = ReceptanceTable(file.rotor, file.sensors, file.axes, file.loop, entries)
+    if rotor is not None and receptances.rotor != rotor:
+        raise ValueError(f"{name}: it belongs to rotor {receptances.rotor!r}, not {rotor!r}")
     if loop is not None:
-        _check_names(result, loop, name)
-    _check_parameters(result, parameters or {}, name)
-    return result
+        _check_names(receptances, loop, name)
+    _check_parameters(receptances, parameters or {}, name)
+    return receptances
 
 
 def _lines(entry: Entry) -> list[str]:
@@ -309,17 +309,17 @@ def _shape(matrix: Array) -> str:
 
 
 def _check_names(table: ReceptanceTable, loop: ControlLoop, what: str) -> None:
-    for kind, result, wanted in (
+    for kind, names, expected in (
         ("sensors", table.sensors, loop.sensor_names),
         ("axes", table.axes, loop.axis_names),
     ):
-        if result != wanted:
-            raise ValueError(f"{what}: its {kind} are {', '.join(result)}, not {', '.join(wanted)}")
+        if names != expected:
+            raise ValueError(f"{what}: its {kind} are {', '.join(names)}, not {', '.join(expected)}")
 
 
 def _check_parameters(table: ReceptanceTable, parameters: Mapping[str, float], file: str) -> None:
-    for name, wanted in parameters.items():
-        result = table.parameters.get(name)
-        if result is None or not math.isclose(result, wanted, rel_tol=1e-9, abs_tol=1e-300):
-            displayed = "unknown" if result is None else f"{result:g}"
-            raise ValueError(f"{file}: it was identified with {name} = {displayed}, not {wanted:g}; identify again")
+    for name, expected in parameters.items():
+        identified = table.parameters.get(name)
+        if identified is None or not math.isclose(identified, expected, rel_tol=1e-9, abs_tol=1e-300):
+            text = "unknown" if identified is None else f"{identified:g}"
+            raise ValueError(f"{file}: it was identified with {name} = {text}, not {expected:g}; identify again")

@@ -71,8 +71,8 @@ def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None)
     if table is not None:
         return model, table.constants(loop)
     R = receptance(SPEEDS, K_B, C_B, rotor)
-    available = np.array([condition_number(r) <= MAX_CONDITION for r in R])
-    return model, pack(loop, SPEEDS[available], R[available]) if available.any() else no_table(loop)
+    invertible = np.array([condition_number(r) <= MAX_CONDITION for r in R])
+    return model, pack(loop, SPEEDS[invertible], R[invertible]) if invertible.any() else no_table(loop)
 
 
 def check_loop(
@@ -86,6 +86,6 @@ def check_loop(
     The controller is that of a rotor, by default the packs'; `inner` are parameters of an inner linear controller, by
     `component.name`.
     """
-    available = {name: value for name, value in parameters.items() if value is not None}
+    stated = {name: value for name, value in parameters.items() if value is not None}
     loop = control_loop(load_rotor(rotor))
-    read_table(receptances, loop=loop, parameters={**loop_parameters(loop, available), **(inner or {})})
+    read_table(receptances, loop=loop, parameters={**loop_parameters(loop, stated), **(inner or {})})

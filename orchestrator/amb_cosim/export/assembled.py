@@ -81,7 +81,7 @@ def levitated_rotor(
     planned = plan_models(SYSTEM if scenario is None else scenario, rotor, receptances)
     plan = planned.plan
     model, constants = assembled(plan, planned.made)
-    starts = {f"{component}.{name}": value for component, of in plan.parameters.items() for name, value in of.items()}
+    starts = {f"{c}.{name}": value for c, parameters in plan.parameters.items() for name, value in parameters.items()}
     return with_starts(model, starts | dict(plan.inputs)), constants
 
 

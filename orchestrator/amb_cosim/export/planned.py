@@ -28,7 +28,7 @@ STEP_SIZE = 250e-6  # s, default communication step
 
 @dataclass(frozen=True)
 class PlannedModels:
-    """A plan, and model and constants of each component."""
+    """A plan, with model and constants of each component."""
 
     plan: Plan
     made: Mapping[str, Made]
@@ -58,9 +58,9 @@ def plan_models(
         system, experiment = load_system(scenario), load_experiment(scenario, Experiment(STEP_SIZE, STEP_SIZE))
         options: dict[str, Any] = {"rotor": rotor, "receptances": table_source(receptances)}
     else:
-        values = as_scenario(scenario, rotor, receptances)
-        system = system_of(values)
-        options = {**model_options(values), "stators": stators_of_run(values, system, {})}
+        resolved = as_scenario(scenario, rotor, receptances)
+        system = system_of(resolved)
+        options = {**model_options(resolved), "stators": stators_of_run(resolved, system, {})}
     made = made_for(system, **options)
     system, interfaces = fitted(
         system,
@@ -69,7 +69,7 @@ def plan_models(
     )
     assembly = Assembly(system, {}, interfaces, options)
     if experiment is None:
-        return PlannedModels(plan_scenario(values, assembly), made)
+        return PlannedModels(plan_scenario(resolved, assembly), made)
     plan = plan_experiment(experiment, assembly.assignments())
     check_control_loop(assembly, plan)
     return PlannedModels(plan, made)

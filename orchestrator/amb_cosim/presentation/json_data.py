@@ -1,7 +1,7 @@
 """JSON of typed results: a field's key is its name with its unit, and both are declared once, in the field's type.
 
-speeds: Annotated[Array, "rad/s"]            "speeds_rad_s": [..]
-planes: Annotated[Array, Key("planes_z_m")]  "planes_z_m": [..]
+speeds: Annotated[Array, "rad/s"]                "speeds_rad_s": [..]
+planes: Annotated[Array, JsonKey("planes_z_m")]  "planes_z_m": [..]
 """
 
 from __future__ import annotations

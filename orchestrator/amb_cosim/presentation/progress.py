@@ -56,11 +56,11 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
     if callable(progress):
         yield progress
         return
-    with bars(plain_console(stderr=True), progress) as displayed:
-        task = displayed.add_task(STARTING, total=None)
+    with bars(plain_console(stderr=True), progress) as progress_bars:
+        task = progress_bars.add_task(STARTING, total=None)
 
         def report(done: int, total: int) -> None:
             text = f"simulating, {100.0 * done / max(total, 1):.0f} %"
-            displayed.update(task, description=text, completed=done, total=total)
+            progress_bars.update(task, description=text, completed=done, total=total)
 
         yield report

@@ -33,9 +33,9 @@ DASHED = (0, (4, 2))
 TITLE_SIZE = 10.5  # points, of a figure's title
 LETTER = 0.085  # inches, width of one in a panel's title
 RESOLUTION = 200  # dots per inch of a file
-RING = 0.06  # width of a retainer's ring, of its clearance
+RING = 0.06  # width of a retainer's ring over its clearance
 RETAINER: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "0.45", "lw": 0.5, "zorder": 0.5}
-OF_SAMPLES: dict[Any, HandlerBase] = {tuple: HandlerTuple(ndivide=None, pad=0.0)}  # a legend's `handler_map`
+OF_SAMPLES: dict[Any, HandlerBase] = {tuple: HandlerTuple(ndivide=None, pad=0.0)}  # `handler_map` for `samples`
 
 STYLE: dict[Any, Any] = {
     "font.size": 9.0,
@@ -110,10 +110,10 @@ def spread(places: ArrayLike, gap: float) -> Array:
     """
     from scipy.optimize import isotonic_regression  # slow to import, and few figures have labels to spread
 
-    wanted = np.asarray(places, np.float64)
-    order, offsets = np.argsort(wanted, kind="stable"), gap * np.arange(len(wanted))
-    result = np.empty_like(wanted)
-    result[order] = isotonic_regression(wanted[order] - offsets).x + offsets
+    requested = np.asarray(places, np.float64)
+    order, offsets = np.argsort(requested, kind="stable"), gap * np.arange(len(requested))
+    result = np.empty_like(requested)
+    result[order] = isotonic_regression(requested[order] - offsets).x + offsets
     return result
 
 

@@ -96,7 +96,7 @@ def show_warnings(sentences: Iterable[str], console: Console | None = None, *, w
 
 
 def show_notices(sentences: Iterable[str]) -> None:
-    """Print the scenario settings that replacing components lack, one per line, to standard error."""
+    """Print notices, such as settings that replacing components lack, one per line, to standard error."""
     console = plain_console(stderr=True)
     for sentence in sentences:
         console.print(f"notice: {sentence}", markup=False, highlight=False, soft_wrap=True)

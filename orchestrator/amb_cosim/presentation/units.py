@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from amb_cosim.presentation.digits import significant
 from array_types import Array
 
-SIZES = {  # of each unit in the SI unit of its quantity, the first; a frequency is a speed too, a hertz a turn
+SIZES = {  # in the quantity's SI unit, which comes first; frequencies are speeds, 1 Hz is a turn per s
     "speed": {"rad/s": 1.0, "Hz": 2.0 * math.pi, "rpm": 2.0 * math.pi / 60.0},
     "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
     "force": {"N": 1.0, "kN": 1e3},
@@ -105,13 +105,13 @@ def parse_units(text: str) -> dict[str, str]:
         If a name is not a display unit, or two are of one quantity.
     """
     result: dict[str, str] = {}
-    for values in filter(None, re.split(r"[,;\s]+", text.replace("\N{MICRO SIGN}", "u"))):
-        if values not in QUANTITIES:
-            raise ValueError(f"units = {values!r} is not allowed; it must be one of {', '.join(QUANTITIES)}")
-        quantity = QUANTITIES[values]
+    for name in filter(None, re.split(r"[,;\s]+", text.replace("\N{MICRO SIGN}", "u"))):
+        if name not in QUANTITIES:
+            raise ValueError(f"units = {name!r} is not allowed; it must be one of {', '.join(QUANTITIES)}")
+        quantity = QUANTITIES[name]
         if quantity in result:
             raise ValueError(f"units = {text!r} is not allowed; it must have one unit of {quantity}")
-        result[quantity] = values
+        result[quantity] = name
     return result
 
 
