@@ -31,7 +31,7 @@ REFUSED = {
     "contact": ({"rotor_contact.turbine.u": "300 g.mm"}, "rotor_contact.*.mode = .* before cycle 0"),
     "instability": (
         {"rolac_controller.*.c_b_?": 0.0},
-        "the loop is not stable: of a vibration of .* Hz there is 1.* as much",
+        "the loop is not stable: a vibration of .* Hz changes by the factor 1.* per step",
     ),
 }
 

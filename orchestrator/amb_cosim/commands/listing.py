@@ -60,8 +60,8 @@ def list_scenarios(name: str | None, words: str) -> None:
                 if text := str(getattr(entry, label)):
                     click.echo(f"{label:12} {text}")
             return
-        wanted = tuple(words.lower().split())
-        entries = [entry for entry in entries if entry.has(wanted)]
+        required = tuple(words.lower().split())
+        entries = [entry for entry in entries if entry.has(required)]
         if not entries:
             raise ValueError(f"no entry has the words {words!r}")
     console, width, described = plain_console(), max(len(entry.name) for entry in entries), _descriptions()

@@ -19,7 +19,7 @@ class PackCommands(click.Group):
     """A group to which others add commands; they are imported for listings, and for commands not defined here.
 
     `sections` has the names of commands by the heading under which help lists them; all others are listed under the
-    name of their package. `former` has the names of commands that left, with the command in place of each.
+    name of their package. `former` has the names of former commands, with the replacement of each.
     """
 
     def __init__(self, *args: Any, former: dict[str, str] | None = None, **options: Any) -> None:

@@ -37,13 +37,13 @@ def import_model(model: Path, output: Path | None, frequency: str | None) -> Non
     path = output or Path(f"{model.stem}_rotor.toml")
     with refusing():
         check_writable(path, is_folder=False)
-        at = None if frequency is None else quantity(frequency, "rad/s", "--frequency")
-        content, notes, magnets = read_ross(model, at)
-        others = levitation_files(model.stem, path.name, magnets) if magnets else {}
-        for name in others:
+        omega = None if frequency is None else quantity(frequency, "rad/s", "--frequency")
+        content, notes, magnets = read_ross(model, omega)
+        magnet_files = levitation_files(model.stem, path.name, magnets) if magnets else {}
+        for name in magnet_files:
             check_writable(path.with_name(name), is_folder=False)
         head = "".join(f"# {line}\n" for line in (f"Imported from {model.name}, which ROSS saved. SI units.", *notes))
-        texts = {path.name: head + "\n" + tomli_w.dumps(content)} | others
+        texts = {path.name: head + "\n" + tomli_w.dumps(content)} | magnet_files
         for name, text in texts.items():
             write_file(path.with_name(name), text)
     for note in notes:

@@ -60,12 +60,12 @@ def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, 
     parameters
         Its parameters, by component and name.
     """
-    result: dict[str, float] = {}
+    data: dict[str, float] = {}
     for component in system.components:
         if not is_made_from_file(component.fmu):
             continue
         values = parameters[component.name]
         names = [name for name in values if name in _PARAMETERS or name.endswith(_ENDINGS)]
-        result |= {f"{component.name}.{name}": float(values[name] or 0.0) for name in names}
-        result[f"{component.name}.matrices"] = float(zlib.crc32(model_source(component.fmu)[1].tobytes()))
-    return result
+        data |= {f"{component.name}.{name}": float(values[name] or 0.0) for name in names}
+        data[f"{component.name}.matrices"] = float(zlib.crc32(model_source(component.fmu)[1].tobytes()))
+    return data

@@ -29,7 +29,7 @@ def idle_switches(values: Assignments, stated: Collection[str]) -> list[str]:
     if preset is None or CUSTOM not in preset.items:
         return []
     name = f"{CONTROLLER}.{PRESET}"
-    chosen = next(item for item, number in preset.items.items() if number == values.parameter(name))
+    chosen = next(label for label, number in preset.items.items() if number == values.parameter(name))
     switches = [f"{CONTROLLER}.chain.{effect}" for effect in SWITCHES]
     idle = [s for s in switches if s in stated and bool(values.parameter(s)) == (chosen == IDEAL)]
     if chosen == CUSTOM or not idle:

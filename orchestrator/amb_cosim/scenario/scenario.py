@@ -144,8 +144,8 @@ class Scenario(Table):
 
         It lasts a second without settling unless they set something else.
         """
-        retained = {key: value for key, value in self._data().items() if key in _MACHINE}
-        return make_scenario(overlaid(retained | {"settle_cycles": 0, "end_time": 1.0}, fields), self.name)
+        fields_of_machine = {key: value for key, value in self._data().items() if key in _MACHINE}
+        return make_scenario(overlaid(fields_of_machine | {"settle_cycles": 0, "end_time": 1.0}, fields), self.name)
 
     def save(self, path: str | Path) -> Path:
         """Write the scenario as a TOML file that `load` reads, paths in it relative to the file; return its path.

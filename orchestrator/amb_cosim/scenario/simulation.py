@@ -97,7 +97,7 @@ def run_planned(planned: PlannedRun, options: RunOptions = DEFAULTS) -> Result:
 
 
 def check(scenario: str | Path | Scenario) -> None:
-    """Raise ValueError if a scenario does not fit the components that it runs; builds their FMUs if need be.
+    """Raise ValueError if a scenario does not fit the components that it runs; builds their FMUs if necessary.
 
     It is a `Scenario`, the name of a packaged scenario, or the path of a TOML file.
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 class FmuError(RuntimeError):
     """An FMU refused a call; `status` is its FMI status, `log` its messages.
 
-    `end` is the time (s) up to which the FMU came in a step in which it ends the run, as FMI allows; NaN if it states
+    `end` is the time (s) that the FMU reached in a step in which it ended the run, as FMI allows; NaN if it states
     none, and None for all other calls.
     """
 

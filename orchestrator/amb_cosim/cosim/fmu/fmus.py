@@ -46,10 +46,10 @@ log = logging.getLogger(__name__)
 
 GROUP = "amb_cosim.models"
 
-# Models that are made from a separate file: what stands for an FMU in a system, by the end of its name.
+# Models that are made from a separate file, by the suffix of the file, which a system names in place of an FMU.
 MADE_FROM_FILE = {".toml": "linear_controller", ".npz": "linear_controller", ".mat": "linear_controller"}
 
-# Files of a package that decide what is made from it.
+# Suffixes of the files of a package on which the FMUs made from it depend.
 CODE = (".py", ".c", ".h", ".ll", ".toml", ".md", ".svg", ".png")
 
 
@@ -113,7 +113,7 @@ def models() -> Mapping[str, EntryPoint]:
 
 
 def as_fmu(fmu: FmuSource | PathLike[str]) -> FmuSource:
-    """Return what stands for an FMU, a path as text."""
+    """Return the source of an FMU, a path as text."""
     return fspath(fmu) if isinstance(fmu, PathLike) else fmu
 
 
@@ -123,7 +123,7 @@ def fmu_name(fmu: FmuSource) -> str:
 
 
 def model_of(fmu: FmuSource) -> str | None:
-    """Return the name of the model that a component is, or is made by from a file; None for the path of an FMU."""
+    """Return the name of a component's model, also of one that is made from a file; None for the path of an FMU."""
     if not isinstance(fmu, str):
         return fmu.model
     return fmu if fmu in models() else MADE_FROM_FILE.get(Path(fmu).suffix)

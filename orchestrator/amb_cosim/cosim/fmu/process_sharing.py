@@ -55,7 +55,7 @@ def _named_code(folder: Path, identifier: str) -> Mapping[str, str]:
 def modules_of(folder: Path) -> Mapping[str, str]:
     """Return the Python modules that an extracted FMU of PythonFMU brings, by name, each with a digest of its code."""
     resources = folder / "resources"
-    result: dict[str, str] = {}
+    digests: dict[str, str] = {}
     if not (resources / PYTHONFMU.decode()).is_file():
         return {}
     for entry in sorted(resources.iterdir()):
@@ -66,5 +66,5 @@ def modules_of(folder: Path) -> Mapping[str, str]:
             for file in code:
                 sha.update(file.relative_to(resources).as_posix().encode() + b"\0" + file.read_bytes())
             name = entry.name.partition(".")[0]
-            result[name] = result.get(name, "") + sha.hexdigest()
-    return result
+            digests[name] = digests.get(name, "") + sha.hexdigest()
+    return digests

@@ -24,7 +24,7 @@ END_TIME = 10.0  # s in which a process that no longer answers has to end
 
 
 def _forwarded(method: str) -> Callable[..., Any]:
-    """Return a method that asks the process for the same method of its `FmuComponent`."""
+    """Return a method that calls the same method of the `FmuComponent` in the process."""
     return lambda self, *arguments: self._ask(method, *arguments)
 
 

@@ -184,7 +184,7 @@ def run(
 
 
 def _watched(buffer: RecordBuffer, positions: Indices, begin: int, end: int) -> RecordBuffer:
-    """Return the buffer of a block of steps, with columns of its own for the positions that are watched."""
+    """Return the buffer of a block of steps, with additional columns for the positions that are watched."""
     every = np.concatenate([buffer.steps_positions, positions])
     table = np.zeros((end - begin, len(every)))
     return buffer._replace(steps_positions=every, steps_size=len(every), steps_first=begin, steps_table=table)

@@ -264,7 +264,7 @@ def check_stability(T: Array, step_size: float) -> None:
     worst = max(np.linalg.eigvals(T), key=abs)
     frequency = abs(np.angle(worst)) / (2.0 * math.pi * step_size)
     raise CannotSettle(
-        f"the loop is not stable: of a vibration of {frequency:.1f} Hz there is {abs(worst):.9g} as much after a step"
+        f"the loop is not stable: a vibration of {frequency:.1f} Hz changes by the factor {abs(worst):.9g} per step"
     )
 
 

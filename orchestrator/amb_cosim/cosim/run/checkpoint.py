@@ -173,7 +173,7 @@ class Checkpoint:
 
 
 def as_checkpoint(start: Checkpoint | str | Path | None) -> Checkpoint | None:
-    """Return a checkpoint, read from its file if need be; raises ValueError as `Checkpoint.load`."""
+    """Return a checkpoint, read from its file if necessary; raises ValueError as `Checkpoint.load`."""
     return Checkpoint.load(start) if isinstance(start, str | Path) else start
 
 

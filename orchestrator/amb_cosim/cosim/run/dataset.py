@@ -85,8 +85,8 @@ class Run:
         if n in self.checkpoints:
             return self.checkpoints[n]
         saved = [f"{checkpoint.time:.9g} s" for checkpoint in self.checkpoints.values()]
-        message = f"there are {', '.join(saved)}" if saved else "run with save_at saves them, as far as the run gets"
-        raise ValueError(f"there is no checkpoint at {'one moment' if moment is None else moment}; {message}")
+        hint = f"there are {', '.join(saved)}" if saved else "run with save_at saves them, as far as the run gets"
+        raise ValueError(f"there is no checkpoint at {'one moment' if moment is None else moment}; {hint}")
 
     def _save(self, path: Path) -> None:
         """Write the recorded signals as NetCDF."""

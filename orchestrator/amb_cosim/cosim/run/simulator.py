@@ -258,19 +258,19 @@ class Simulator:
         return start.point
 
 
-def _columns(recorded: Sequence[str], table: Array, wanted: Sequence[str], plan: Plan) -> Array:
+def _columns(recorded: Sequence[str], table: Array, names: Sequence[str], plan: Plan) -> Array:
     """Return the record of a checkpoint, with the columns of a plan's record.
 
     An input that only this run changes had its initial value until then.
     """
     columns = dict(zip(recorded, table.T, strict=True))
-    missing = [name for name in wanted if name not in columns and name not in plan.inputs]
+    missing = [name for name in names if name not in columns and name not in plan.inputs]
     if missing:
         raise ValueError(f"the checkpoint has no record of {missing[0]}; it must be recorded up to the checkpoint")
-    result = np.empty((len(table), len(wanted)))
-    for k, name in enumerate(wanted):
-        result[:, k] = columns[name] if name in columns else plan.inputs[name]
-    return result
+    record = np.empty((len(table), len(names)))
+    for k, name in enumerate(names):
+        record[:, k] = columns[name] if name in columns else plan.inputs[name]
+    return record
 
 
 def with_simulated_settling(plan: Plan, notice: str) -> Plan:
@@ -280,13 +280,13 @@ def with_simulated_settling(plan: Plan, notice: str) -> Plan:
 
 def _shorter_last_steps(assembly: Assembly, plan: Plan) -> dict[int, tuple[int, float]]:
     """Return point and size (s) of the last step of each component whose last step would end after the plan's end."""
-    end, result = plan.time(plan.last), {}
+    end, last_steps = plan.time(plan.last), {}
     for i, c in enumerate(plan.system.components):
         point = (plan.last - 1) // c.every * c.every
         is_longer = point + c.every > plan.last or plan.stop_time is not None
         if is_longer and assembly.interfaces[c.name].takes_any_step:
-            result[i] = (point, end - plan.time(point))
-    return result
+            last_steps[i] = (point, end - plan.time(point))
+    return last_steps
 
 
 def _end_of(name: str, every: int, plan: Plan, assembly: Assembly) -> float:

@@ -61,12 +61,12 @@ def plan_experiment(experiment: Experiment, values: Assignments, settings: Mappi
         values.inputs.setdefault(name, values.start_value(event.variable))
         events.append((grid.nearest("time of event", event.time), name, value))
     settling, unsolved = _settling(experiment, common)
-    available = [
+    signals = [
         *values.inputs,
         *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
     ]
     patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
-    recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, available)
+    recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, signals)
     each = experiment.each if experiment.record_every > 1 else ()
     return Plan(
         system=system,
@@ -78,7 +78,7 @@ def plan_experiment(experiment: Experiment, values: Assignments, settings: Mappi
         events=tuple(events),
         ramps=ramps,
         recorded=recorded,
-        stops=tuple(_condition(stop, available, values, grid, beginning) for stop in experiment.stops),
+        stops=tuple(_condition(stop, signals, values, grid, beginning) for stop in experiment.stops),
         record_every=experiment.record_every,
         recorded_each=_chosen(recorded, each, (), None),
         record_from=first if experiment.record_settling else 0,

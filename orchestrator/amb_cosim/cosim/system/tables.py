@@ -38,9 +38,9 @@ def check_bases(name: str, derived: tuple[str, ...]) -> None:
     derived
         Names of the files derived from it, the first one first.
     """
-    local = name.partition(" ")[2]
-    if local in derived:
-        raise ValueError(f"{name}: it is its own base ({' -> '.join((*derived, local))})")
+    file = name.partition(" ")[2]
+    if file in derived:
+        raise ValueError(f"{name}: it is its own base ({' -> '.join((*derived, file))})")
     if len(derived) > MOST_BASES:
         raise ValueError(f"{name} is not allowed as a base: a file must have <= {MOST_BASES} bases in a chain")
 

@@ -59,13 +59,13 @@ def read_experiments(folder: Path) -> list[ReferenceExperiment]:
     related = list(_root(manifest).iter("Related"))
 
     def files_of(role: str) -> list[Path]:
-        of_role = [item for item in related if item.get("role", "").split("/")[0] == role]
-        return [_beside(manifest, item.get("source", ""), folder) for item in of_role]
+        of_role = [entry for entry in related if entry.get("role", "").split("/")[0] == role]
+        return [_beside(manifest, entry.get("source", ""), folder) for entry in of_role]
 
     if not (files := files_of("experiment")):
         results = [file for file in files_of("result") if file.suffix == ".csv"]
         return [ReferenceExperiment(file.stem, references=_table(file)) for file in results]
-    return [_experiment(item, file, folder) for file in files for item in _root(file).iter("Experiment")]
+    return [_experiment(element, file, folder) for file in files for element in _root(file).iter("Experiment")]
 
 
 def _experiment(element: Element, file: Path, folder: Path) -> ReferenceExperiment:
