@@ -1,10 +1,10 @@
-"""Begins the command line: Ctrl-C and SIGTERM are one line and an exit code while the rest is imported, too."""
+"""Starts the command line; during imports, too, Ctrl-C and SIGTERM lead to a single line and an exit code."""
 
 import os
 import signal
 import sys
 
-if "multiprocessing.spawn" in sys.modules:  # a process of a sweep or a study, which imports the script it comes from
+if "multiprocessing.spawn" in sys.modules:  # a process of a sweep or a study, which imports the script that started it
     from amb_cosim.cosim.basics.descendants import continue_without_parent
 
     continue_without_parent()  # before the rest is imported, which takes seconds
@@ -23,7 +23,7 @@ def main() -> None:
     try:
         main(prog_name="amb-cosim")
     except SystemExit as ended:
-        if ended.code in CODES.values():  # the message is written; Python clears away what the exception left half-made
+        if ended.code in CODES.values():  # the message is printed; hide those about half-made objects
             os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
         raise
 
