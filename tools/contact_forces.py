@@ -1,7 +1,7 @@
-"""`python -m tools.contact_forces` writes the table of contact forces in docs/validation/contact_forces.md anew.
+"""Updates the table in docs/validation/contact_forces.md: `python -m tools.contact_forces [SCENARIO ...]`.
 
-With names of scenarios after it, it writes the rows of these. Pages quote peaks from this table alone;
-`tests/docs/test_forces_on_pages.py` compares, slow tests run the scenarios.
+It runs the named scenarios, or all, and replaces their rows. Pages quote peaks from this table alone, which
+`tests/docs/test_forces_on_pages.py` checks; slow tests run the scenarios.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ def forces_of(name: str) -> Forces:
     summary = run_planned(plan_run(load_scenario(name))).summary
     averaged, impulse = summary.averaged_contact_force, summary.peak_impulse
     peaks = summary.peak_contact_force
-    result = {s: (peaks[s] or 0.0, averaged[s] or 0.0, impulse[s] or 0.0) for s in peaks}
-    return {site: values for site, values in result.items() if any(values)}
+    forces = {s: (peaks[s] or 0.0, averaged[s] or 0.0, impulse[s] or 0.0) for s in peaks}
+    return {site: values for site, values in forces.items() if any(values)}
 
 
 def read_page() -> dict[str, Forces]:
@@ -69,24 +69,24 @@ def read_page() -> dict[str, Forces]:
     return forces
 
 
-def table(of_scenarios: dict[str, Forces]) -> str:
+def table(scenarios: dict[str, Forces]) -> str:
     """Return the table in Markdown."""
     rows = (
         f"| `{name}` | {site.upper()} | {peak:.0f} | {averaged:.0f} | {impulse:.2f} |\n"
-        for name, forces in of_scenarios.items()
+        for name, forces in scenarios.items()
         for site, (peak, averaged, impulse) in forces.items()
     )
     return HEADING + "".join(rows)
 
 
 def main(*names: str) -> None:
-    """Run the scenarios, or those that are named, and write the page; raise ValueError for one that it lacks."""
+    """Run the named scenarios, or all, and write the page; raises ValueError for a name not in `SCENARIOS`."""
     if unknown := sorted(set(names) - set(SCENARIOS)):
         raise ValueError(f"scenario {unknown[0]!r} is none of {', '.join(SCENARIOS)}")
-    stated = read_page() if names else {}
-    result = {name: forces_of(name) if name in names or not names else stated.get(name, {}) for name in SCENARIOS}
+    stored = read_page() if names else {}
+    forces = {name: forces_of(name) if name in names or not names else stored.get(name, {}) for name in SCENARIOS}
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(HEADING)
-    PAGE.write_text(before + table(result) + "\n" + ROW.sub("", rest).lstrip("\n"), encoding="utf-8")
+    PAGE.write_text(before + table(forces) + "\n" + ROW.sub("", rest).lstrip("\n"), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Tests under other arithmetic: `python -m tools.arithmetic [SETTING ...] [--keep FOLDER] [-- pytest's arguments]`.
 
-A test that changes its verdict under one of the settings, or comes near its tolerance, hangs on last bits. `--keep`
-adds what was noted to that of earlier runs.
+A test that fails under some settings only, or comes near its tolerance, depends on last bits. `--keep` adds the notes
+to those of earlier runs.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from tools.arithmetic.settings import chosen_settings, environment_of
 
 ROOT = Path(__file__).resolve().parents[2]
 NEAR = 2.0 / 3.0  # of a tolerance
-MOVED = 0.01  # of a tolerance: what moves by less does not hang on bits
+MOVED = 0.01  # of a tolerance; a comparison that moves by less does not depend on last bits
 
-Notes = Mapping[str, Mapping[str, float]]  # by test and place: how near it came to its limit, 1 at the limit
+Notes = Mapping[str, Mapping[str, float]]  # by test and place: error over tolerance, 1 at the limit
 
 
 def main(arguments: list[str]) -> int:
-    """Run the tests under the settings that are named; print what hangs on bits and return 1 if a test does."""
+    """Run the tests under the named settings, print those that depend on last bits; return 1 if any does or fails."""
     parser = argparse.ArgumentParser(prog="python -m tools.arithmetic", description="Run tests under other arithmetic.")
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where notes of runs are, and are kept")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="add the notes to those in this folder")
     split = arguments.index("--") if "--" in arguments else len(arguments)
     names, values = chosen_settings(parser, arguments[:split])
     with tempfile.TemporaryDirectory() as folder:
@@ -37,14 +37,14 @@ def main(arguments: list[str]) -> int:
 
 
 def run(name: str, notes: Path, arguments: list[str]) -> int:
-    """Run the tests under one setting, which leaves its notes in a folder; return pytest's exit code."""
+    """Run the tests under a setting, write the notes into a folder, and return pytest's exit code."""
     notes.mkdir(parents=True, exist_ok=True)
     print(f"\n== {name}", flush=True)
-    noting = ["-p", "tools.arithmetic.margins", "-o", "enable_assertion_pass_hook=true"]
+    plugin = ["-p", "tools.arithmetic.margins", "-o", "enable_assertion_pass_hook=true"]
     with environment_of(name) as environment:
         # No random examples: they would differ too.
         environment |= {"MARGINS_FOLDER": str(notes.resolve()), "CI": "true"}
-        command = [sys.executable, "-m", "pytest", *noting, *arguments]
+        command = [sys.executable, "-m", "pytest", *plugin, *arguments]
         return subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
 
 
@@ -56,11 +56,11 @@ def read_notes(folder: Path) -> Notes:
     return notes
 
 
-def compare(found: Mapping[str, Notes]) -> int:
-    """Print tests that fail, and comparisons that move and come near their limits; return how many tests those are."""
+def compare(notes: Mapping[str, Notes]) -> int:
+    """Print tests that fail, or whose comparisons move and come near their limits; return how many there are."""
     suspects = 0
-    for test in sorted(set().union(*found.values())):
-        by_setting = {name: tests[test] for name, tests in found.items() if test in tests}
+    for test in sorted(set().union(*notes.values())):
+        by_setting = {name: tests[test] for name, tests in notes.items() if test in tests}
         failed = [name for name, margins in by_setting.items() if "failed" in margins]
         rows = []
         for place in sorted(set().union(*by_setting.values()) - {"failed"}):
@@ -71,7 +71,7 @@ def compare(found: Mapping[str, Notes]) -> int:
         if failed or rows:
             suspects += 1
             print("\n".join([f"{test}: {'fails under ' + ', '.join(failed) if failed else 'near its limit'}", *rows]))
-    print(f"{suspects} tests hang on bits, of {len(set().union(*found.values()))} under {len(found)} settings")
+    print(f"{suspects} of {len(set().union(*notes.values()))} tests depend on bits, under {len(notes)} settings")
     return suspects
 
 

@@ -1,6 +1,6 @@
 """pytest plugin that notes how near each numeric comparison of a test comes to its limit.
 
-An error of 0.7 where 1 is allowed counts as 0.7, and so does a value of 1 that must be above 0.7. Seen are
+An error of 0.7 where 1 is allowed has the margin 0.7, and so has a value of 1 that must be above 0.7. Observed are
 `pytest.approx`, `numpy.testing.assert_allclose`, and asserted `<`, `<=`, `>`, `>=` between two numbers.
 """
 
@@ -62,14 +62,14 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_call() -> Iterator[None]:
-    """Explain no comparison by a line-by-line difference: pytest would look for one where there is none, and long."""
+    """Suppress explanations by line-by-line differences, which pytest would seek at length even if there are none."""
     explain, util._reprcompare = util._reprcompare, None
     yield
     util._reprcompare = explain
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Note a failure; with several processes the first of them hears of all."""
+    """Note a failure; with several processes, the main process receives all reports."""
     if report.failed:
         _margins.setdefault(report.nodeid, {})["failed"] = 1.0
 
@@ -83,7 +83,7 @@ def pytest_assertion_pass(item: pytest.Item, lineno: int, orig: str, expl: str) 
 
 
 def pytest_sessionfinish() -> None:
-    """Write the notes of this process to a file of its own in the folder that `MARGINS_FOLDER` names."""
+    """Write the notes of this process to a separate file in the folder `MARGINS_FOLDER`."""
     if _margins:
         Path(os.environ["MARGINS_FOLDER"], f"{uuid.uuid4()}.json").write_text(json.dumps(_margins), encoding="utf-8")
 
@@ -93,8 +93,8 @@ def _note(place: str, ratio: float) -> None:
         return
     if not place.startswith("line"):
         place = f"{place} in {_line()}"
-    local = _margins.setdefault(_running[-1], {})
-    local[place] = max(local.get(place, 0.0), ratio)
+    margins = _margins.setdefault(_running[-1], {})
+    margins[place] = max(margins.get(place, 0.0), ratio)
 
 
 def _line() -> str:
@@ -110,7 +110,7 @@ def _line() -> str:
 def _ratio(explanation: str) -> float | None:
     """Return smaller over larger side of an inequality between positive numbers; None of anything else.
 
-    Text is no number, and where pytest shortens it a backslash may be cut from its letter, which Python warns of.
+    Text is skipped: where pytest shortens it, a backslash may be cut from its letter, and Python would warn.
     """
     if "'" in explanation or '"' in explanation:
         return None
@@ -129,7 +129,7 @@ def _ratio(explanation: str) -> float | None:
 
 
 def _value(node: ast.expr) -> float:
-    """Return the value of an expression of numbers; ValueError where there is anything else."""
+    """Return the value of an expression of numbers; raises ValueError if it contains anything else."""
     allowed = (ast.BinOp, ast.UnaryOp, ast.Constant, ast.operator, ast.unaryop)
     if not all(isinstance(part, allowed) for part in ast.walk(node)):
         raise ValueError("not a number")

@@ -1,7 +1,7 @@
 """Results under other arithmetic: `python -m tools.arithmetic.results [SETTING ...] [--keep FOLDER]`.
 
-All scenarios are run and all statements of the thesis judged under each setting. What then differs in the four digits
-that are printed is sensitive: it hangs on last bits, and is told so where it is stated.
+All scenarios are run and all statements of the thesis judged under each setting. Results that differ in the four
+printed digits depend on last bits, which pages that quote them state.
 """
 
 from __future__ import annotations
@@ -20,31 +20,31 @@ from typing import Any
 from tools.arithmetic.settings import chosen_settings, environment_of
 
 PRINTED = 5e-4  # relative; four digits
-ALIKE = 1e-9  # of what is zero but for rounding
+ALIKE = 1e-9  # absolute, for values that are zero but for rounding
 NOT_RESULTS = {"wall_s", "real_time_factor", "warnings"}
 
 Results = Mapping[str, Any]
 
 
 def main(arguments: list[str]) -> int:
-    """Compute results under the settings that are named, print what differs, and return 0."""
+    """Compute results under the named settings, print those that differ, and return 0."""
     parser = argparse.ArgumentParser(prog="python -m tools.arithmetic.results", description=__doc__)
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where results are, and are kept")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="add the results to those in this folder")
     names, values = chosen_settings(parser, arguments)
     with tempfile.TemporaryDirectory() as folder:
-        retained = values.keep or Path(folder)
-        retained.mkdir(exist_ok=True)
+        results = values.keep or Path(folder)
+        results.mkdir(exist_ok=True)
         for name in names:
             print(f"== {name}", flush=True)
             with environment_of(name) as environment:
                 command = [
                     sys.executable,
                     "-c",
-                    f"from {__spec__.name} import compute; compute({str(retained / name)!r})",
+                    f"from {__spec__.name} import compute; compute({str(results / name)!r})",
                 ]
                 subprocess.run(command, env=environment, check=True)
-        result = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in sorted(retained.iterdir())}
-    for line in differences(result):
+        by_setting = {path.name: json.loads(path.read_text(encoding="utf-8")) for path in sorted(results.iterdir())}
+    for line in differences(by_setting):
         print(line)
     return 0
 
@@ -58,8 +58,8 @@ def compute(file: str) -> None:
     with ProcessPoolExecutor() as pool:
         results = dict(zip(scenarios(), pool.map(_summary, scenarios()), strict=True))
     with tempfile.TemporaryDirectory() as folder:
-        for item in assess(load_statements("bath_thesis"), Path(folder)).as_dict()["statements"]:
-            results[item["key"]] = {"verdict": item["verdict"], "ours": item["ours"]}
+        for statement in assess(load_statements("bath_thesis"), Path(folder)).as_dict()["statements"]:
+            results[statement["key"]] = {"verdict": statement["verdict"], "ours": statement["ours"]}
     Path(file).write_text(json.dumps(results), encoding="utf-8")
 
 
@@ -69,9 +69,9 @@ def _summary(scenario: str) -> dict[str, Any]:
     return amb_cosim.run(scenario).summary.as_dict()
 
 
-def differences(found: Mapping[str, Results]) -> list[str]:
+def differences(results: Mapping[str, Results]) -> list[str]:
     """Return a line for each result that differs in its printed digits, with its value under each setting."""
-    by_setting = {setting: dict(_leaves(results)) for setting, results in found.items()}
+    by_setting = {setting: dict(_leaves(of_setting)) for setting, of_setting in results.items()}
     names = dict.fromkeys(name for leaves in by_setting.values() for name in leaves)
     lines = []
     for name in names:

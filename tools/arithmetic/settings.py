@@ -1,7 +1,7 @@
 """Settings under which BLAS, numpy, numba and the C library choose the instructions of other processors.
 
-Sums in another order, fused or not, change last bits from one processor to another. Empty caches come with each
-setting, since what is compiled for one processor is not for another.
+The order of sums, and fused operations, change last bits from one processor to another. Each setting has empty caches,
+since code compiled for one processor is not valid for another.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import platformdirs
 
 OLD_LEVELS = "X86_V3 X86_V4 AVX2 FMA3 AVX512F AVX512_SKX AVX512_ICL AVX512_SPR"
 NO_AVX512 = "X86_V4 AVX512F AVX512_SKX AVX512_ICL AVX512_SPR"
-# By name: cores of OpenBLAS and numba, levels that numpy must not use, and what the C library must not.
+# By name: processors for OpenBLAS and numba, and instruction sets that numpy and the C library must not use.
 SETTINGS: Mapping[str, Mapping[str, str]] = {
     "own": {},
     "oldest": {
@@ -50,9 +50,9 @@ print(hashlib.sha256(b"".join(array.tobytes() for array in found)).hexdigest())
 
 
 def chosen_settings(parser: argparse.ArgumentParser, arguments: list[str]) -> tuple[list[str], argparse.Namespace]:
-    """Return the names of the settings to use, all by default, and the other arguments; print those left out.
+    """Return the names of the settings to use, all by default, and the other arguments; print the settings left out.
 
-    Left out is what this processor cannot run, and what gives the same bits as a setting before it.
+    Settings are left out if this processor cannot run them, or if they give the same bits as an earlier one.
     """
     parser.add_argument("settings", nargs="*", metavar="SETTING", help=f"of {', '.join(SETTINGS)}; all by default")
     values = parser.parse_args(arguments)
@@ -78,21 +78,21 @@ def chosen_settings(parser: argparse.ArgumentParser, arguments: list[str]) -> tu
 
 @contextmanager
 def environment_of(name: str) -> Iterator[dict[str, str]]:
-    """The environment of processes under a setting, with caches that are empty at first."""
+    """Yield the environment of processes under a setting, with caches that are empty at first."""
     changes = dict(SETTINGS[name])
-    if "NPY_DISABLE_CPU_FEATURES" in changes:  # numpy takes no names that it does not know
+    if "NPY_DISABLE_CPU_FEATURES" in changes:  # numpy refuses unknown names
         available = np.show_config(mode="dicts")["SIMD Extensions"]["found"]
         levels = changes["NPY_DISABLE_CPU_FEATURES"].split()
         changes["NPY_DISABLE_CPU_FEATURES"] = " ".join(level for level in levels if level in available)
-    # Without files of byte code in the new folder, every process would compile all that it imports.
+    # Without byte code in the new folder, every process would compile all that it imports.
     dropped = {"PYTHONDONTWRITEBYTECODE", "AMB_COSIM_TEST_CACHE"}.union(*SETTINGS.values())
-    local = {key: value for key, value in os.environ.items() if key not in dropped}
+    inherited = {key: value for key, value in os.environ.items() if key not in dropped}
     with tempfile.TemporaryDirectory() as folder:
         caches = {
             "NUMBA_CACHE_DIR": str(Path(folder, "numba")),
             "PYTHONPYCACHEPREFIX": str(Path(folder, "pycache")),
             "XDG_CACHE_HOME": str(Path(folder, "cache")),
-            # What the C compiler keeps is the same for all.
+            # The cache of the C compiler does not depend on the setting.
             "ZIG_GLOBAL_CACHE_DIR": os.environ.get("ZIG_GLOBAL_CACHE_DIR", platformdirs.user_cache_dir("zig")),
         }
-        yield local | changes | caches
+        yield inherited | changes | caches

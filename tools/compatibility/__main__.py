@@ -1,4 +1,4 @@
-"""Writes docs/reference/compatibility.md from what the tests ran: `python -m tools.compatibility RECORD [PAGE]`.
+"""Writes docs/reference/compatibility.md from a record of test runs: `python -m tools.compatibility RECORD [PAGE]`.
 
 `RECORD` is the file of `pytest --hosts RECORD`; see `record.py`.
 """
@@ -47,5 +47,5 @@ def _result(lines: list[Row]) -> str:
 
 
 if __name__ == "__main__":
-    given, target = Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else PAGE
-    target.write_text(page(json.loads(given.read_text(encoding="utf-8"))), encoding="utf-8")
+    record, target = Path(sys.argv[1]), Path(sys.argv[2]) if len(sys.argv) > 2 else PAGE
+    target.write_text(page(json.loads(record.read_text(encoding="utf-8"))), encoding="utf-8")

@@ -48,7 +48,7 @@ The FMUs are those for 64-bit Linux in the public repositories of
 """
 COLUMNS = ("FMU", "tool", "FMI", "outputs", "times", "largest difference")
 MOST_STEPS = 1000
-LONGEST = 300.0  # s without another FMU begun, after which a process is ended
+LONGEST = 300.0  # s without a new FMU started, after which a process is ended
 EMPTY = ("String", "Binary", "Clock")  # types without numbers
 
 
@@ -65,7 +65,7 @@ class Comparison(NamedTuple):
 
 
 def compare(fmus: Iterable[Path]) -> list[Comparison]:
-    """Return a row for each FMU that FMPy can run in co-simulation; print why others are left out."""
+    """Return a row for each FMU that FMPy can run in co-simulation; print why others are omitted."""
     described = [(fmu, request) for fmu in fmus if (request := describe(fmu)) is not None]
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -130,15 +130,15 @@ def exact_steps(run: dict[str, Any]) -> dict[str, float]:
 
 
 def run_all(runner: str, requests: Path, folder: Path, count: int) -> list[Columns | str]:
-    """Return the columns of each FMU, or why it failed; a process that ends early or hangs is followed by another."""
+    """Return the columns of each FMU, or why it failed; a process that ends early or hangs is replaced."""
     while len(list(folder.iterdir())) < count:
         command = [sys.executable, "-m", "tools.compatibility.foreign_runs", runner, str(requests), str(folder)]
         with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
             while process.poll() is None:
-                begun = len(list(folder.iterdir()))
+                started = len(list(folder.iterdir()))
                 with suppress(subprocess.TimeoutExpired):
                     process.wait(LONGEST)
-                if len(list(folder.iterdir())) == begun:
+                if len(list(folder.iterdir())) == started:
                     process.kill()
     return [_result(folder / f"{k}.npz") for k in range(count)]
 
@@ -157,19 +157,19 @@ def difference(ours: Columns, reference: Columns) -> dict[str, Any]:
     largest = 0.0
     for name in reference:
         a, b = ours[name][:n], reference[name][:n]
-        apart = np.where(np.isnan(a) | np.isnan(b), np.where(np.isnan(a) & np.isnan(b), 0.0, np.inf), np.abs(a - b))
-        largest = max(largest, float(np.max(apart, initial=0.0)))
+        gaps = np.where(np.isnan(a) | np.isnan(b), np.where(np.isnan(a) & np.isnan(b), 0.0, np.inf), np.abs(a - b))
+        largest = max(largest, float(np.max(gaps, initial=0.0)))
     note = f"FMPy recorded {more} more" if more else ""
     return {"outputs": len(reference) - 1, "times": n, "difference": largest, "note": note}
 
 
 def distinct(folders: Iterable[Path]) -> Iterator[Path]:
-    """Yield the FMUs of folders, equal files once."""
-    known = set()
+    """Yield the FMUs of folders; equal files only once."""
+    digests = set()
     for file in sorted(file for folder in folders for file in folder.rglob("*") if file.suffix.lower() == ".fmu"):
         digest = hashlib.sha256(file.read_bytes()).digest()
-        if digest not in known:
-            known.add(digest)
+        if digest not in digests:
+            digests.add(digest)
             yield file
 
 

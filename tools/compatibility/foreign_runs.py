@@ -1,8 +1,8 @@
 """Runs FMUs in sequence, each alone: `python -m tools.compatibility.foreign_runs RUNNER REQUESTS FOLDER`.
 
-REQUESTS is a file of JSON, a list of files of FMUs with their outputs, start, stop and step (s). Time and outputs of
-the FMU k are in FOLDER/k.npz, elements of arrays in columns; the reason of a failure is in FOLDER/k.txt, which is
-written before the run, since an FMU can end the process. FMUs with either file are skipped.
+REQUESTS is a JSON file, a list of FMU files with their outputs, start, stop and step (s). Time and outputs of FMU k are
+in FOLDER/k.npz, elements of arrays in columns. The reason for a failure is in FOLDER/k.txt, which is written before the
+run, because an FMU can end the process. FMUs with either file are skipped.
 """
 
 from __future__ import annotations
@@ -47,11 +47,11 @@ def with_this_master(run: dict[str, Any]) -> Columns:
         system = Path(folder) / "alone.toml"
         system.write_text(SYSTEM.format(**run | {"fmu": json.dumps(run["fmu"])}), encoding="utf-8")
         data = amb_cosim.simulate(system, isolated=False).dataset
-    result = {"time": np.asarray(data["time"].values, float)[:, None]}
+    columns = {"time": np.asarray(data["time"].values, float)[:, None]}
     for name in run["outputs"]:
         elements = [v for v in data if v == f"fmu.{name}" or str(v).startswith(f"fmu.{name}[")]
-        result[name] = np.column_stack([np.asarray(data[v].values, float) for v in elements])
-    return result
+        columns[name] = np.column_stack([np.asarray(data[v].values, float) for v in elements])
+    return columns
 
 
 RUNNERS = {"fmpy": with_fmpy, "this_master": with_this_master}

@@ -1,11 +1,11 @@
-"""A plugin of pytest that writes down which hosts ran which FMUs, with the option `--hosts FILE`.
+"""pytest plugin that records which hosts ran which FMUs, with the option `--hosts FILE`.
 
-Tests say what they run by a marker, which this turns into lines of a JSON file: the outcome is that of the test, the
-version that of the distribution or program that is installed.
+A marker states what a test runs; the plugin writes an entry of a JSON file for it, with the outcome of the test and the
+version of the installed distribution or program.
 
     @pytest.mark.host("a host in C under wine", "wine", platform="Windows x86_64", fmus="a probe", what="its data")
 
-`host_marks.py` in tests/support has the mark of the tools that are distributions of Python.
+`host_marks.py` in tests/support has the marks of tools that are Python distributions.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ PROPERTY = "host"  # of a report
 
 
 class HostRecord:
-    """A plugin of every process of pytest: workers hand on what a test runs, the main process writes it down."""
+    """Plugin of every pytest process: workers pass on what a test runs, the main process records it."""
 
     def __init__(self, file: Path) -> None:
         self.file = file
-        self.found: dict[str, dict[str, str]] = {}
+        self.entries: dict[str, dict[str, str]] = {}
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         for item in items:
@@ -42,14 +42,14 @@ class HostRecord:
         for name, facts in report.user_properties:
             if name == PROPERTY and (report.when == "call" or report.outcome != "passed"):
                 assert isinstance(facts, dict)
-                self.found[f"{report.nodeid} {facts['tool']}"] = _line(facts, report)
+                self.entries[f"{report.nodeid} {facts['tool']}"] = _line(facts, report)
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Add what was run to the file, in place of what the same tests had there."""
-        if hasattr(session.config, "workerinput") or not self.found:
+        """Add the entries to the file, in place of earlier ones of the same tests."""
+        if hasattr(session.config, "workerinput") or not self.entries:
             return
         before = json.loads(self.file.read_text(encoding="utf-8")) if self.file.is_file() else {}
-        text = json.dumps(before | self.found, indent=1, sort_keys=True)
+        text = json.dumps(before | self.entries, indent=1, sort_keys=True)
         self.file.write_text(f"{text}\n", encoding="utf-8")
 
 
@@ -68,7 +68,7 @@ def _line(facts: dict[str, Any], report: pytest.TestReport) -> dict[str, str]:
 
 @cache
 def version_of(source: str) -> str:
-    """Return the version of a distribution of Python, or of a program; empty where there is neither."""
+    """Return the version of a distribution of Python, or of a program; empty if neither is installed."""
     if not source:
         return ""
     try:
@@ -77,6 +77,6 @@ def version_of(source: str) -> str:
         program = shutil.which(source)
     if program is None:
         return ""
-    text = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=60, check=False).stdout
-    result = re.search(r"\d+(\.\d+)+", text)
-    return result[0] if result else ""
+    output = subprocess.run([program, "--version"], capture_output=True, text=True, timeout=60, check=False).stdout
+    match = re.search(r"\d+(\.\d+)+", output)
+    return match[0] if match else ""

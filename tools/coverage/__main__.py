@@ -1,7 +1,7 @@
 """Branch coverage of kernels, slaves and master: `python -m tools.coverage [kernels] [host] [c]`, all by default.
 
-`kernels`: the models, compiled, with notes of their branches. `host`: what is Python in an FMU, and the master, by
-coverage.py. `c`: what is C, compiled by gcc. The exit code is the number of parts below 95 %.
+`kernels`: the compiled models, with a note at each branch. `host`: the Python code of FMUs, and the master, by
+coverage.py. `c`: the C code, compiled by gcc. The exit code is the number of parts below 95 %.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ LEAST = 95.0  # per cent of the branches
 MODELS = [f"tests/{name}" for name in ("rotor_contact", "amb_actuator", "rolac_controller")]
 HOST = [
     *(f"tests/{name}" for name in ("fmi_export", "native", "swap", "orchestrator", "cosim", "ssp")),
-    # Here coverage.py handles SIGTERM.
+    # coverage.py handles SIGTERM itself.
     "--deselect=tests/cosim/test_interruption.py::test_sigterm_ends_a_program_that_uses_the_package_as_before",
 ]
-PARTS = {  # of what is Python
+PARTS = {  # of the Python code
     "master": "orchestrator/amb_cosim/cosim",
     "what builds FMUs": "libraries/fmi_export/building",
     "models, and flavour python": "libraries/fmi_export",
 }
 C = [
     *("tests/native", "tests/fmi_export", "tests/cosim/test_compiled.py"),
-    # The counters are exported too.
+    # The library also exports gcc's counters.
     "--deselect=tests/native/test_exports.py::test_the_linux_library_exports_the_fmi_functions_alone",
     "--deselect=tests/fmi_export/test_guard.py::test_the_guard_has_the_functions_of_the_standard_and_no_python",
 ]
@@ -49,14 +49,14 @@ def main(parts: list[str]) -> int:
 
 
 def _kernels(folder: Path) -> bool:
-    report = folder / "kernels.json"
-    _pytest("-p", "tools.coverage.kernels", "--branches", str(report), *MODELS)
-    result = json.loads(report.read_text(encoding="utf-8"))
-    return _tell_all("kernels", {file: [(line, taken) for line, taken in lines] for file, lines in result.items()})
+    file = folder / "kernels.json"
+    _pytest("-p", "tools.coverage.kernels", "--branches", str(file), *MODELS)
+    report = json.loads(file.read_text(encoding="utf-8"))
+    return _print_files("kernels", {name: [(line, taken) for line, taken in lines] for name, lines in report.items()})
 
 
 def _host(folder: Path) -> bool:
-    # In a new cache kernels are compiled, which runs what compiles them.
+    # With an empty cache kernels are compiled, which covers the code that compiles them.
     environment = os.environ | {"COVERAGE_FILE": str(folder / "data"), "NUMBA_CACHE_DIR": str(folder / "numba")}
 
     def coverage(*arguments: str) -> None:
@@ -66,25 +66,25 @@ def _host(folder: Path) -> bool:
     coverage("combine", "--quiet")
     coverage("json", "--quiet", f"-o{folder / 'report.json'}")
     files = json.loads((folder / "report.json").read_text(encoding="utf-8"))["files"]
-    enough = []
+    passed = []
     for name, start in PARTS.items():
-        mine = {file: files.pop(file) for file in list(files) if file.startswith(start)}
-        result = {
+        of_part = {file: files.pop(file) for file in list(files) if file.startswith(start)}
+        branches_of = {
             file: [
                 *((line, True) for line, _ in branches["executed_branches"]),
                 *((line, False) for line, _ in branches["missing_branches"]),
             ]
-            for file, branches in mine.items()
+            for file, branches in of_part.items()
         }
-        enough.append(_tell_all(name, result))
-    return all(enough)
+        passed.append(_print_files(name, branches_of))
+    return all(passed)
 
 
 def _c(folder: Path) -> bool:
     _pytest("-p", "tools.coverage.gcc", "--counters", str(folder / "counters"), *C)
-    result = of_branches(folder / "counters")
-    return _tell_all(
-        "C", {file: [(line, count > 0) for (line, _), count in lines.items()] for file, lines in result.items()}
+    counts = of_branches(folder / "counters")
+    return _print_files(
+        "C", {file: [(line, count > 0) for (line, _), count in lines.items()] for file, lines in counts.items()}
     )
 
 
@@ -92,19 +92,19 @@ def _pytest(*arguments: str) -> None:
     subprocess.run([sys.executable, "-m", "pytest", "-q", "-n", "0", *arguments], cwd=ROOT, check=False)
 
 
-def _tell_all(name: str, files: Mapping[str, list[tuple[int, bool]]]) -> bool:
-    """Print the files that have branches not taken, with their lines, and the sum; return whether it is enough."""
+def _print_files(name: str, files: Mapping[str, list[tuple[int, bool]]]) -> bool:
+    """Print the files with branches not taken, with their lines, and the total; return whether it reaches `LEAST`."""
     for file, branches in sorted(files.items()):
         missed = [line for line, taken in branches if not taken]
         if missed:
-            _tell(file, len(branches), len(missed))
+            _print_row(file, len(branches), len(missed))
             print(f"    lines {', '.join(str(line) for line in sorted(set(missed)))}")
     every = [taken for branches in files.values() for _, taken in branches]
-    return _tell(name, len(every), every.count(False))
+    return _print_row(name, len(every), every.count(False))
 
 
-def _tell(name: str, total: int, missing: int) -> bool:
-    """Print a row of a table; return whether it is enough."""
+def _print_row(name: str, total: int, missing: int) -> bool:
+    """Print a row of a table; return whether the share of branches taken reaches `LEAST`."""
     share = 100.0 * (total - missing) / max(total, 1)
     print(f"{name:44}{total:8} branches{missing:6} not taken{share:8.1f} %", flush=True)
     return share >= LEAST

@@ -1,4 +1,4 @@
-"""Sources in which each branch has a switch, which notes that it was taken.
+"""Adds a switch to each branch of a source, which notes that the branch was taken.
 
 if a < b:          if (not switch_is_on(4) if a < b else switch_is_on(5)):
 for k in range(n): switch_is_on(6)    else: switch_is_on(7)
@@ -10,7 +10,7 @@ import ast
 from typing import Any
 
 
-class Notes(ast.NodeTransformer):
+class BranchSwitches(ast.NodeTransformer):
     """Adds the switches to the functions of a module; `lines` has the lines of branches, which count from `first`."""
 
     def __init__(self, first: int) -> None:
@@ -27,7 +27,7 @@ class Notes(ast.NodeTransformer):
         return ast.fix_missing_locations(tree)
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
-        return node  # its own statements get theirs
+        return node  # `add_to` visits its statements
 
     def visit_If(self, node: Any) -> Any:
         self.generic_visit(node)

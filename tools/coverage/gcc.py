@@ -1,4 +1,4 @@
-"""pytest plugin that compiles what is C with gcc's counters of branches; `of_branches` reads them.
+"""pytest plugin that compiles C code with gcc's branch counters; `of_branches` reads them.
 
 python -m pytest -p tools.coverage.gcc --counters FOLDER tests/native
 """
@@ -31,7 +31,7 @@ Branch = tuple[int, int]  # line, and number of the branch there
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--counters", metavar="FOLDER", type=Path, help="compile with gcc, which counts branches there")
+    parser.addoption("--counters", metavar="FOLDER", type=Path, help="compile with gcc and write branch counts there")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -64,7 +64,7 @@ def _with_counters(compile_library: Callable[..., bytes], counters: Path) -> Cal
 
 
 def of_branches(counters: Path) -> dict[str, dict[Branch, int]]:
-    """Return how often each branch was taken, by C file; the counts of all libraries together."""
+    """Return how often each branch was taken, by C file, in all libraries together."""
     taken: dict[str, dict[Branch, int]] = defaultdict(lambda: defaultdict(int))
     names = {path.read_text(encoding="utf-8"): path for path in ROOT.glob("[lo]*/**/*.[ch]")}
     for notes in sorted(counters.glob("*/*.gcno")):

@@ -1,8 +1,8 @@
-"""pytest plugin that tells which branches of the models the tests take, kernels compiled as ever.
+"""pytest plugin that reports which branches of the models the tests take, with compiled kernels.
 
     python -m pytest -p tools.coverage.kernels --branches report.json -n 0 tests/rotor_contact
 
-What subprocesses and FMUs do does not count.
+Branches taken in subprocesses and FMUs are not counted.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.coverage.branches import Notes
+from tools.coverage.branches import BranchSwitches
 from tools.instruments.loading import ChangedSources
 
 FMUS = Path(__file__).resolve().parents[2] / "fmus"
@@ -34,12 +34,12 @@ class _Measurement:
 
     def __init__(self) -> None:
         self.lines: dict[str, dict[int, int]] = {}
-        ChangedSources(lambda path: FMUS in path.parents, self._with_notes)
+        ChangedSources(lambda path: FMUS in path.parents, self._with_switches)
 
-    def _with_notes(self, path: Path) -> ast.Module:
-        notes = Notes(first=1 + sum(map(len, self.lines.values())))
-        tree = notes.add_to(path.read_text(encoding="utf-8"))
-        self.lines[str(path.relative_to(FMUS))] = dict(enumerate(notes.lines, notes.first))
+    def _with_switches(self, path: Path) -> ast.Module:
+        switches = BranchSwitches(first=1 + sum(map(len, self.lines.values())))
+        tree = switches.add_to(path.read_text(encoding="utf-8"))
+        self.lines[str(path.relative_to(FMUS))] = dict(enumerate(switches.lines, switches.first))
         return tree
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:

@@ -1,4 +1,4 @@
-"""Modules that are loaded from a changed source, in which `switch_is_on` of `switch` is known."""
+"""Loads modules from a changed source, which can call `switch_is_on` of `switch`."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from typing import Any
 
 
 class ChangedSources(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Loads modules whose file is wanted as `changed(file)` returns them; must begin before anything imports them."""
+    """Loads modules whose file `is_changed` as `changed(file)` returns them; create it before they are imported."""
 
-    def __init__(self, is_wanted: Callable[[Path], bool], changed: Callable[[Path], ast.Module]) -> None:
-        self.is_wanted, self.changed = is_wanted, changed
+    def __init__(self, is_changed: Callable[[Path], bool], changed: Callable[[Path], ast.Module]) -> None:
+        self.is_changed, self.changed = is_changed, changed
         with suppress(ImportError):
             import numba
 
-            self.kernels = tempfile.TemporaryDirectory()  # what is compiled here is of no use to others
+            self.kernels = tempfile.TemporaryDirectory()  # kernels compiled from changed sources must not be reused
             vars(numba.config)["CACHE_DIR"] = self.kernels.name
         sys.meta_path.insert(0, self)
 
     def find_spec(self, name: str, path: Any = None, target: Any = None) -> Any:
         spec = importlib.machinery.PathFinder.find_spec(name, path)
-        if "." not in name or spec is None or spec.origin is None or not self.is_wanted(Path(spec.origin)):
+        if "." not in name or spec is None or spec.origin is None or not self.is_changed(Path(spec.origin)):
             return None
         return importlib.machinery.ModuleSpec(name, self, origin=spec.origin)
 

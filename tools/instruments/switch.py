@@ -1,4 +1,4 @@
-"""Switches that are put into a source, for Python and for compiled kernels; they note that they were reached."""
+"""Switches for changed sources, in Python and in compiled kernels; each notes that it was reached."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _reached = (ctypes.c_uint8 * MOST)()
 
 
 def choose(number: int) -> None:
-    """Turn a switch on, and all others off; none has number 0."""
+    """Turn a switch on and all others off; 0 turns all off."""
     _active.value = number
 
 
 def reached() -> set[int]:
-    """Return the numbers of the switches that have been reached since the last time."""
+    """Return the numbers of the switches that have been reached since the last call."""
     result = {number for number, passed in enumerate(bytes(_reached)) if passed}
     ctypes.memset(_reached, 0, MOST)
     return result

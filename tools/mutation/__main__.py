@@ -1,4 +1,4 @@
-"""Mutants of the parts where a mistake would be hardest to see: `python -m tools.mutation [NAME ...]`, all by default.
+"""Mutants of the files whose faults would be hardest to notice: `python -m tools.mutation [NAME ...]`, all by default.
 
 A name may be followed by further options of `plugin`, as in `python -m tools.mutation friction --mutants 17,23`.
 """
@@ -36,7 +36,7 @@ TARGETS = {
 
 
 def main(arguments: list[str]) -> int:
-    """Run the campaigns that are named, one after the other; return how many failed to run."""
+    """Run the named campaigns, or all, in sequence; return how many failed to run."""
     names = [argument for argument in arguments if argument in TARGETS]
     options = [argument for argument in arguments if argument not in TARGETS]
     codes = []

@@ -1,9 +1,9 @@
-"""Mutants of a source file, all in one: each change of an operator, number, condition or statement has a switch.
+"""All mutants of a source file in one source: each change of an operator, number, condition or statement has a switch.
 
     a + b       (a - b) if switch_is_on(7) else (a + b)
     x = f(y)    if not switch_is_on(8): x = f(y)
 
-So kernels are compiled once for all mutants of their file.
+Kernels are therefore compiled once for all mutants of their file.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ CALLS = {"min": "max", "max": "min"}
 
 
 class Mutant(NamedTuple):
-    """Line of a change, and what is there before and after."""
+    """Line of a change, and the code before and after."""
 
     line: int
     before: str
@@ -46,7 +46,7 @@ class _Switches(ast.NodeTransformer):
         self.mutants: list[Mutant] = []
 
     def add_to(self, function: ast.FunctionDef) -> None:
-        """Put switches into the body of a function; those inside it get theirs on their own."""
+        """Put switches into the body of a function, without functions inside it, which are visited separately."""
         start = 1 if ast.get_docstring(function) is not None else 0
         body = [self.visit(statement) for statement in function.body[start:]]
         function.body[start:] = body
@@ -67,7 +67,7 @@ class _Switches(ast.NodeTransformer):
 
     def _visit_parts(self, node: ast.AST) -> None:
         if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Attribute) and node.value.attr == "shape":
-            return  # which axis is asked for
+            return  # the index selects an axis
         for name, value in ast.iter_fields(node):
             if name in ("target", "targets", "annotation", "func", "keywords"):
                 continue
@@ -121,7 +121,7 @@ def _is_text(node: ast.AST) -> bool:
 
 
 def _stores(node: ast.AST) -> bool:
-    """Return whether a statement changes something that exists already, in an array or a record."""
+    """Return whether a statement assigns to an element of an array or a field of a record."""
     return isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Attribute | ast.Subscript)
 
 

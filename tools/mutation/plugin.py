@@ -2,9 +2,9 @@
 
     python -m pytest -p tools.mutation.plugin -n 0 --mutate fmus/rotor_contact/friction.py tests/rotor_contact
 
-Tests run once on the source as it is, which tells how long each takes and which mutants it reaches. Then each mutant
-meets the tests that reach it, in a process of its own, until one fails or `--mutant-seconds` are over; those come first
-that are fast and have killed others.
+Tests first run on the unchanged source, which measures how long each takes and which mutants it reaches. Then the tests
+that reach a mutant run on it, in a separate process, until one fails or `--mutant-seconds` have passed. Tests that are
+fast and have killed other mutants run first.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from _pytest.runner import runtestprotocol
 from tools.instruments.loading import ChangedSources
 from tools.mutation.mutants import Mutant, with_switches
 
-MOST_TESTS = 250  # of a mutant: the number of the one that fails is an exit code
+MOST_TESTS = 250  # of a mutant; the number of the test that fails is an exit code
 
 
 @dataclass
@@ -40,8 +40,8 @@ class _Test:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--mutate", metavar="FILE", help="source file whose mutants meet the tests")
-    parser.addoption("--mutant-seconds", type=float, default=30.0, help="longest processor time of one mutant's tests")
+    parser.addoption("--mutate", metavar="FILE", help="source file whose mutants are tested")
+    parser.addoption("--mutant-seconds", type=float, default=30.0, help="largest CPU time (s) of the tests of a mutant")
     parser.addoption("--mutants", help="numbers of the mutants to try, with commas between; all by default")
     parser.addoption("--every", type=int, default=1, help="try every n-th mutant")
 
@@ -71,8 +71,8 @@ class _Campaign:
         outcomes: Counter[str] = Counter()
         for number in chosen:
             mutant = self.mutants[number - 1]
-            ours = [test for test in tests if number in test.reached]
-            outcome = _outcome(number, sorted(ours, key=_Test.cost), options.mutant_seconds)
+            reaching = [test for test in tests if number in test.reached]
+            outcome = _outcome(number, sorted(reaching, key=_Test.cost), options.mutant_seconds)
             outcomes[outcome] += 1
             print(f"{number:4} line {mutant.line}: {_described(mutant)}  {outcome}", flush=True)
         print(f"{self.path.name}: {n} mutants, {sum(outcomes.values())} tried, {dict(outcomes)}", flush=True)
@@ -88,12 +88,12 @@ class _Campaign:
                 started = time.process_time()
                 reports = runtestprotocol(item, nextitem=None, log=False)
                 seconds = time.process_time() - started
-                if seconds < 1.0:  # else it has compiled something, perhaps
+                if seconds < 1.0:  # a longer test may have compiled kernels
                     break
             if all(report.passed for report in reports):
                 tests.append(_Test(item, seconds, reached()))
             elif any(report.failed for report in reports):
-                print(f"left out, it fails: {item.nodeid}")
+                print(f"left out, because it fails: {item.nodeid}")
         print(f"{len(tests)} tests, {sum(test.seconds for test in tests):.1f} s", flush=True)
         return tests
 
@@ -126,12 +126,12 @@ def _run(number: int, tests: list[_Test], most: float) -> int:
     os.dup2(silence, 1)
     os.dup2(silence, 2)
     choose(number)
-    begun = time.process_time()
+    started = time.process_time()
     for place, test in enumerate(tests[:MOST_TESTS], 1):
-        if time.process_time() - begun + test.seconds > most:
+        if time.process_time() - started + test.seconds > most:
             break
         signal.signal(signal.SIGPROF, signal.SIG_DFL)
-        signal.setitimer(signal.ITIMER_PROF, 10.0 * test.seconds + 5.0)  # compiled kernels hear no other signal
+        signal.setitimer(signal.ITIMER_PROF, 10.0 * test.seconds + 5.0)  # compiled kernels react to no other signal
         if any(report.failed for report in runtestprotocol(test.item, nextitem=None, log=False)):
             return place
     return 0

@@ -3,7 +3,7 @@
     python -m pip install "ross-rotordynamics>=2.3" "plotly<7"
     python tools/ross/published_rotors.py
 
-rewrites what `published_rotors.json` holds under `ross`; `-o FILE` writes to another file. Rotors are read from
+rewrites the key `ross` of `published_rotors.json`; `-o FILE` writes to another file. Rotors are read from
 `rotors/*.toml` without the project's reader. Speeds are in rev/min, eigenvalues and frequencies in rad/s, as
 [real, imaginary]; all else is in SI units. Nodes count from 1.
 """
@@ -34,7 +34,7 @@ SPEEDS = {  # rev/min
     "friswell_5_9_3": (0, 2000, 4000),
     "friswell_5_9_4": (0, 2000, 4000),
     "friswell_5_9_5": (0, 2000, 4000),
-    "friswell_5_9_6": (1500,),  # the speed its oil film is given for
+    "friswell_5_9_6": (1500,),  # the speed of the coefficients of its oil film
     "friswell_5_9_9": (0, 2000, 4000),
 }
 THEORIES = ("rayleigh", "timoshenko")
@@ -51,7 +51,7 @@ CONE: dict[str, Any] = {
 
 UNBALANCES = ({"node": 3, "magnitude": 2e-3, "phase": 0.4}, {"node": 5, "magnitude": 1e-3, "phase": -1.9})
 RESPONSES = {"friswell_5_9_5": (400, 830, 2500, 3100, 8000), "friswell_5_9_6": (1500,)}
-SEEN = (1, 3, 5, 7)
+OBSERVED = (1, 3, 5, 7)
 
 OIL_FILM_SPEED = 1500 * np.pi / 30
 OIL_FILM = {
@@ -64,14 +64,14 @@ OIL_FILM = {
 
 
 def read(name: str) -> dict[str, Any]:
-    """The rotor file as it stands."""
+    """Return the content of a rotor file."""
     return tomllib.loads((HERE / "rotors" / f"{name}.toml").read_text(encoding="utf-8"))
 
 
 def build(data: dict[str, Any], theory: str, shaft: list[Any] | None = None) -> Any:
-    """ROSS's rotor; `shaft` replaces the file's elements."""
+    """Return the rotor in ROSS; `shaft` replaces the file's elements."""
     nodes = len(shaft) + 1 if shaft else len(data["shaft"]["nodes"])
-    stretch = (nodes - 1) // (len(data["shaft"]["nodes"]) - 1)  # elements in the place of one
+    stretch = (nodes - 1) // (len(data["shaft"]["nodes"]) - 1)  # elements that replace one
     discs = [
         ross.DiskElement(stretch * (b["node"] - 1), b["mass"], b["diametral_inertia"], b["polar_inertia"])
         for b in data["bodies"]
@@ -86,7 +86,7 @@ def build(data: dict[str, Any], theory: str, shaft: list[Any] | None = None) -> 
 
 
 def cylinders(data: dict[str, Any], theory: str) -> list[Any]:
-    """The shaft of the file."""
+    """Return the shaft of the file."""
     shaft = data["shaft"]
     lengths = np.diff(shaft["nodes"])
     outer, inner = (np.broadcast_to(shaft.get(key, 0.0), lengths.shape) for key in ("diameter", "inner_diameter"))
@@ -97,7 +97,7 @@ def cylinders(data: dict[str, Any], theory: str) -> list[Any]:
 
 
 def cones(data: dict[str, Any]) -> list[Any]:
-    """A conical shaft with a straight bore, without shear deformation."""
+    """Return a conical shaft with a straight bore, without shear deformation."""
     count, bore = CONE["elements"], CONE["inner_diameter"]
     length = data["shaft"]["nodes"][-1] / count
     ends = np.linspace(*CONE["diameters"], count + 1)
@@ -117,18 +117,18 @@ def tensor(letter: str, value: Any) -> dict[str, float]:
 
 
 def eigenvalues(rotor: Any, speed: float) -> list[list[float]]:
-    """The bending modes; ROSS's rotor can also stretch and twist."""
+    """Return the eigenvalues of bending modes; ROSS also has axial and torsional ones."""
     modal = rotor.run_modal(speed * np.pi / 30, sparse=False)
     motion = np.abs(modal.evectors[: rotor.ndof]) ** 2
     bending = np.isin(np.arange(rotor.ndof) % 6, (0, 1, 3, 4))
-    result = modal.evalues[motion[bending].sum(axis=0) > 0.5 * motion.sum(axis=0)]
-    result = result[result.imag >= 0.0]
-    return pairs(result[np.argsort(np.abs(result), kind="stable")][:COUNT])
+    values = modal.evalues[motion[bending].sum(axis=0) > 0.5 * motion.sum(axis=0)]
+    values = values[values.imag >= 0.0]
+    return pairs(values[np.argsort(np.abs(values), kind="stable")][:COUNT])
 
 
 def unbalance_response(rotor: Any, speeds: tuple[float, ...]) -> dict[str, Any]:
-    """Complex x, y at the nodes seen: q(t) = Re[q exp(i theta)]."""
-    places = [6 * (node - 1) + axis for node in SEEN for axis in (0, 1)]
+    """Return complex x, y at the nodes `OBSERVED`: q(t) = Re[q exp(i theta)]."""
+    places = [6 * (node - 1) + axis for node in OBSERVED for axis in (0, 1)]
     forced = rotor.run_unbalance_response(
         [u["node"] - 1 for u in UNBALANCES],
         [u["magnitude"] for u in UNBALANCES],
@@ -139,14 +139,14 @@ def unbalance_response(rotor: Any, speeds: tuple[float, ...]) -> dict[str, Any]:
 
 
 def oil_film() -> dict[str, Any]:
-    """Coefficients of the short bearing of example 5.9.6."""
+    """Return the coefficients of the short bearing of example 5.9.6."""
     bearing = ross.CylindricalBearing(0, np.array([OIL_FILM_SPEED]), **OIL_FILM)
     K, C = (matrix(OIL_FILM_SPEED)[:2, :2].tolist() for matrix in (bearing.K, bearing.C))
     return {"stiffness": K, "damping": C}
 
 
 def pairs(values: np.ndarray) -> list[list[float]]:
-    """[real, imaginary], each to ten digits of the number's size."""
+    """Return [real, imaginary] of each value, to ten digits of its magnitude."""
     decimals = [9 - math.floor(math.log10(abs(v))) for v in values]
     return [[round(v.real, n) + 0.0, round(v.imag, n) + 0.0] for v, n in zip(values.tolist(), decimals, strict=True)]
 
@@ -166,7 +166,7 @@ def compute() -> dict[str, Any]:
         "cone": {**CONE, "eigenvalues": eigenvalues(build(cone, "rayleigh", cones(cone)), CONE["speed"])},
         "unbalance_response": {
             "unbalances": UNBALANCES,
-            "nodes": SEEN,
+            "nodes": OBSERVED,
             "x_y": {
                 name: {theory: unbalance_response(rotors[name][theory], speeds) for theory in THEORIES}
                 for name, speeds in RESPONSES.items()

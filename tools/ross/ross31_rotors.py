@@ -53,17 +53,17 @@ def main():
         "integral": rotor([magnet(0), magnet(6, FINE, **INTEGRAL)], "integral"),
     }
     results = {"ross": ross.__version__}
-    for name, item in rotors.items():
-        item.save(str(FOLDER / f"{name}.toml"))
+    for name, saved in rotors.items():
+        saved.save(str(FOLDER / f"{name}.toml"))
         kind = "at_speed" if name == "over_speed" else "matched"
         modes = {}
         for speed in SPEEDS:
-            result = item.run_modal(speed, num_modes=12, matched_whirl=kind == "matched")
-            retained = [v for v in result.evalues if 20.0 < v.imag < 900.0]
-            modes[str(speed)] = [[v.real, v.imag] for v in sorted(retained, key=lambda v: v.imag)]
+            modal = saved.run_modal(speed, num_modes=12, matched_whirl=kind == "matched")
+            selected = [v for v in modal.evalues if 20.0 < v.imag < 900.0]
+            modes[str(speed)] = [[v.real, v.imag] for v in sorted(selected, key=lambda v: v.imag)]
         results[name] = {kind: modes}
         if kind == "matched" and name != "over_frequency":
-            results[name]["k_s"], results[name]["k_i"] = item.bearing_elements[-1].ks, item.bearing_elements[-1].ki
+            results[name]["k_s"], results[name]["k_i"] = saved.bearing_elements[-1].ks, saved.bearing_elements[-1].ki
     (FOLDER / "results.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
 
 

@@ -6,7 +6,7 @@
 rewrites `ross/critical_speeds.json`. The rotors are those of `ross_rotors.py`, without their bearings. Frequencies and
 speeds in rad/s, stiffness in N/m, damping in N s/m, amplitudes in m as [real, imaginary]; nodes count from 1.
 
-ROSS's own map of critical speeds (`run_ucs`) is of a rotor at rest; here they are those of its matrices M, G and K with
+ROSS computes its map of critical speeds (`run_ucs`) for a rotor at rest; these come from its matrices M, G and K with
 the whirl at the spin speed.
 """
 
@@ -29,7 +29,7 @@ ROTORS = {"two_discs": two_discs, "three_materials": three_materials, "compresso
 STIFFNESSES = (1e6, 2e7, 3e8)  # N/m, equal at both bearings
 COUNT = 3  # critical speeds
 SPEEDS = (200.0, 500.0, 800.0)  # rad/s
-STIFFNESS = (1.2e7, 1.7e7, 2.6e7)  # N/m at these: of a magnetic bearing it rises
+STIFFNESS = (1.2e7, 1.7e7, 2.6e7)  # N/m at these speeds; that of a magnetic bearing rises
 DAMPING = (4e4, 3.5e4, 2.5e4)  # N s/m
 UNBALANCE = 1e-3  # kg m
 
@@ -41,14 +41,14 @@ def on_bearings(rotor: Any, **coefficients: Any) -> Any:
 
 
 def places(rotor: Any) -> list[int]:
-    """Return the nodes of its bearings, from 0; seals, which ROSS counts among them, are none."""
+    """Return the nodes of the first two bearings, from 0, without seals, which ROSS lists among bearings."""
     return [b.n for b in rotor.bearing_elements if type(b).__name__ == "BearingElement"][:2]
 
 
 def bending(rotor: Any) -> tuple[Any, Any, Any]:
     """Return ROSS's M, G and K at rest over the translations and slopes of bending, without axial motion and twist."""
-    retained = [6 * n + k for n in range(len(rotor.nodes)) for k in (0, 1, 3, 4)]
-    at = np.ix_(retained, retained)
+    rows = [6 * n + k for n in range(len(rotor.nodes)) for k in (0, 1, 3, 4)]
+    at = np.ix_(rows, rows)
     return rotor.M(0.0)[at], rotor.G()[at], rotor.K(0.0)[at]
 
 
@@ -65,10 +65,10 @@ def critical_speeds(rotor: Any) -> list[float]:
     squares, shapes = eig(K.astype(complex), M - 1j * G)
     x, y = shapes[0::4], shapes[1::4]
     forward = (x * y.conj()).imag.sum(axis=0) > 0.0
-    result = sorted(
+    speeds = sorted(
         float(np.sqrt(s.real)) for s, is_forward in zip(squares, forward, strict=True) if is_forward and s.real > 0.0
     )
-    return result[:COUNT]
+    return speeds[:COUNT]
 
 
 def computed(rotor: Any) -> dict[str, Any]:

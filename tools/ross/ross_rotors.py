@@ -30,7 +30,7 @@ TITANIUM = ross.Material("Ti-6Al-4V", 4430.0, E=114e9, Poisson=0.34)
 
 
 def two_discs() -> Any:
-    """A uniform shaft with two discs in orthotropic bearings."""
+    """Return a uniform shaft with two discs in orthotropic bearings."""
     shaft = [ross.ShaftElement(0.25, 0.0, 0.05, material=STEEL) for _ in range(6)]
     discs = [
         ross.DiskElement.from_geometry(2, STEEL, 0.07, 0.05, 0.28),
@@ -41,7 +41,7 @@ def two_discs() -> Any:
 
 
 def cone() -> Any:
-    """A hollow conical shaft, without shear, in cross-coupled bearings."""
+    """Return a hollow conical shaft, without shear, in cross-coupled bearings."""
     ends = np.linspace(0.08, 0.04, 11)
     bores = np.linspace(0.03, 0.01, 11)
     shaft = [
@@ -55,7 +55,7 @@ def cone() -> Any:
 
 
 def three_materials() -> Any:
-    """Stepped, conical and hollow pieces of three materials, in bearings with three speeds."""
+    """Return stepped, conical and hollow pieces of three materials, in bearings with three speeds."""
     pieces = [
         (0.10, 0.0, 0.05, 0.05, STEEL),
         (0.15, 0.02, 0.06, 0.09, TITANIUM),
@@ -77,7 +77,7 @@ def three_materials() -> Any:
 
 
 def seals() -> Any:
-    """Two discs in bearings, with a seal over four speeds, cross-coupled and with mass, and one that is unsymmetric."""
+    """Return two discs in bearings, a cross-coupled seal with mass over four speeds, and an unsymmetric seal."""
     shaft = [ross.ShaftElement(0.12, 0.0, 0.05, material=STEEL) for _ in range(10)]
     discs = [ross.DiskElement(n, 12.0, 0.06, 0.11) for n in (3, 7)]
     bearings = [ross.BearingElement(n, kxx=1.2e7, cxx=2e3) for n in (0, 10)]
@@ -93,8 +93,8 @@ def seals() -> Any:
         "mxx": (3.0 - 1e-3 * speeds).tolist(),
     }
     unlike = {"kxx": 4e5, "kyy": -2e5, "kxy": 1e5, "kyx": 3e4, "cxx": 800.0, "cyy": 300.0, "mxx": 0.5, "myy": 1.5}
-    result = [ross.SealElement(5, tag="balance piston", **rising), ross.SealElement(2, tag="eye", **unlike)]
-    return ross.Rotor(shaft, discs, [*bearings, *result], tag="seals")
+    seal_elements = [ross.SealElement(5, tag="balance piston", **rising), ross.SealElement(2, tag="eye", **unlike)]
+    return ross.Rotor(shaft, discs, [*bearings, *seal_elements], tag="seals")
 
 
 ROTORS = {
@@ -109,7 +109,7 @@ UNBALANCE, PHASES = (2e-3, 1e-3), (0.4, -1.9)  # kg m and rad, at the first disc
 
 
 def computed(rotor: Any, speeds: tuple[float, ...]) -> dict[str, Any]:
-    """Eigenvalues at each speed, and complex x, y of all nodes under the unbalances: q(t) = Re[q exp(i theta)]."""
+    """Return eigenvalues at each speed, and complex x, y of three nodes under the unbalances: Re[q exp(i theta)]."""
     loaded = [rotor.disk_elements[0].n, rotor.disk_elements[-1].n]
     turning = [speed for speed in speeds if speed]
     forced = rotor.run_unbalance_response(loaded, UNBALANCE, PHASES, frequency=np.array(turning)).forced_resp
