@@ -38,7 +38,7 @@ def request(mass, guid):
 
 def test_a_changed_rotor_is_the_difference_that_is_named(tmp_path):
     SweepStore(tmp_path, DESIGN, request(3.0, "{a}"), {})
-    with pytest.raises(ValueError, match=r"rotor\.discs\[0\]\.mass: 3\.0 there, 3\.1 now") as error:
+    with pytest.raises(ValueError, match=r"rotor\.discs\[0\]\.mass: 3\.0 then, 3\.1 now") as error:
         SweepStore(tmp_path, DESIGN, request(3.1, "{b}"), {})
     assert "guid" not in str(error.value)
     with raises_naming(ValueError, "guids.rotor_contact", "{a}", "{b}", "code", "file"):

@@ -146,7 +146,7 @@ def test_a_changed_rotor_is_named_with_what_differs(tmp_path, of_python):
     text = RUB.with_name("expander.toml").read_text(encoding="utf-8")
     state = run("old.toml", 0.9, save_at=["0.5 ms"]).checkpoint("0.5 ms").save(tmp_path / "state.npz")
     assert run("same.toml", "0.9 # kg", start=state).outcome.status == "completed"
-    with raises_naming(ValueError, "rotor", "bodies[0].mass: 0.9 there, 0.8 now") as refusal:
+    with raises_naming(ValueError, "rotor", "bodies[0].mass: 0.9 then, 0.8 now") as refusal:
         run("new.toml", 0.8, start=state)
     assert_names(refusal.value, *(["Rotor of Python"] if of_python else ["old.toml", "new.toml"]))
     assert "fmus" not in str(refusal.value)

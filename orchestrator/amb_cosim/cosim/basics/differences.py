@@ -20,16 +20,16 @@ LONGEST = 160  # characters of a value
 
 def list_differences(stored: Any, now: Any) -> str:
     """Return a line per difference of two pieces of JSON data, with both values."""
-    lines = [f"  {at}: {_short(old)} there, {_short(new)} now" for at, old, new in _differences(stored, now)]
+    lines = [f"  {at}: {_short(old)} then, {_short(new)} now" for at, old, new in _differences(stored, now)]
     return "\n".join(lines[:MOST])
 
 
-def described(item: Any) -> tuple[str, Any]:
+def described(source: Any) -> tuple[str, Any]:
     """Return name and content of a file or a dataclass as JSON data; of a file other than TOML, its digest."""
-    if not isinstance(item, str | Path):
-        content = json.dumps(asdict(item), default=_as_data)
-        return f"{type(item).__name__} of Python", json.loads(content)
-    file = Path(item)
+    if not isinstance(source, str | Path):
+        content = json.dumps(asdict(source), default=_as_data)
+        return f"{type(source).__name__} of Python", json.loads(content)
+    file = Path(source)
     if file.suffix == ".toml":
         return file.name, json.loads(json.dumps(read_toml(file, f"file {file}"), default=str))
     with file.open("rb") as opened:
@@ -52,7 +52,7 @@ def list_other_sources(stored: Mapping[str, Any], now: Mapping[str, Any]) -> str
     for kind in stored.keys() & now.keys():
         (name, old), (new_name, new) = stored[kind], now[kind]
         if old != new:
-            lines.append(f"  {kind}: {name if name == new_name else f'{name} there, {new_name} now'}, which differ")
+            lines.append(f"  {kind}: {name if name == new_name else f'{name} then, {new_name} now'}, which differ")
             inner = list_differences(old, new) if not isinstance(old, str) and not isinstance(new, str) else ""
             lines += [f"  {line}" for line in inner.splitlines()]
     return "\n".join(lines)

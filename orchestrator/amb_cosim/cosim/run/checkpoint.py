@@ -87,12 +87,12 @@ class Checkpoint:
 
         The message lists the differences: those of the sources in place of the identifiers of FMUs, which follow.
         """
-        differences = list_differences(self.past, past)
-        if differences and (others := list_other_sources(self.sources, sources)):
+        lines = list_differences(self.past, past)
+        if lines and (others := list_other_sources(self.sources, sources)):
             rest = list_differences({**self.past, "fmus": None}, {**past, "fmus": None})
-            differences = "\n".join(filter(None, (others, rest)))
-        if differences:
-            raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run, which had\n{differences}")
+            lines = "\n".join(filter(None, (others, rest)))
+        if lines:
+            raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run, which differs in\n{lines}")
 
     def save(self, path: str | Path) -> Path:
         """Write the checkpoint to a file, which appears completely or not at all, and return its path.
