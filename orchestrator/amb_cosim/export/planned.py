@@ -87,7 +87,7 @@ def made_for(system: System, source: Callable[..., Made] = model_source, **optio
         is_built = Path(str(component.fmu)).is_file()
         built = "is an FMU already: it can neither receive start values nor become part of another FMU"
         raise ValueError(
-            f"{component.name} of system {system.name}: {component.fmu} {built if is_built else 'is no file'}; it must "
-            f"be one of the models {', '.join(models())}"
+            f"{component.name} of system {system.name}: {component.fmu} {built if is_built else 'is not a file'}; it "
+            f"must be one of the models {', '.join(models())}"
         )
     return {c.name: source(c.fmu, **options) for c in system.components}

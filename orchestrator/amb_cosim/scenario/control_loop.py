@@ -38,7 +38,7 @@ def check_control_loop(assembly: Assembly, plan: Plan) -> None:
 
     controllers = [component.name for component in assembly.system.components if component.fmu == CONTROLLER]
     if not controllers:
-        raise ValueError(f"receptances {named(table)} have no use: no component of the run is the model {CONTROLLER}")
+        raise ValueError(f"receptances {named(table)} are not used: no component of the run is the model {CONTROLLER}")
     parameters = plan.all_parameters(assembly.interfaces)
     inner = inner_loop_parameters(assembly.system, parameters)
     for controller in controllers:

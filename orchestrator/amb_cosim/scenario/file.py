@@ -54,7 +54,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     packaged = files_of("scenarios")
     source = packaged.get(name, Path(name))
     if not source.is_file() and (source.is_symlink() or source.exists()):
-        what = "no regular file" if source.exists() else "a link that leads to no file"
+        what = "not a regular file" if source.exists() else "a link to a missing file"
         raise ValueError(f"scenario {name}: {source} is {what}")
     if not source.is_file():
         kind = "file" if name.endswith(".toml") else "scenario"
@@ -67,7 +67,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         raise ValueError(f"scenario {name}: remove = {remove!r} is not allowed; it must be a list of names")
     if base is None:
         if remove:
-            raise ValueError(f"scenario {name}: remove has no use without a base")
+            raise ValueError(f"scenario {name}: remove requires a base")
         return data
     if not isinstance(base, str):
         raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")

@@ -1,7 +1,7 @@
 """The cache of built and unpacked FMUs: the user's folder, or one of this process if that is not writable.
 
-Entries that were not used for a day may occupy at most `LIMIT` bytes; new entries displace the least recently used.
-The cache is measured once an hour at most, since that takes a second for thousands of entries. Only folders with names
+If the cache exceeds `LIMIT` bytes, a new entry displaces the least recently used ones, except those used within a day.
+The cache is measured at most once an hour, since that takes a second for thousands of entries. Only folders with names
 of this cache are removed.
 """
 

@@ -19,8 +19,8 @@ EPSILON = sys.float_info.epsilon
 def in_steps(time: float, h: float) -> float:
     """Return a time (s) in steps of h (s), without the rounding of times that are whole or half numbers of steps.
 
-    Every rounding of a quotient of times begins here: 3 steps of 1e-4 s are 3.0000000000000004 steps otherwise, and
-    the step of 3.5 that is nearest depends on the last bit.
+    Round quotients of times with this function: 3 steps of 1e-4 s are 3.0000000000000004 steps otherwise, and the step
+    nearest to 3.5 depends on the last bit.
     """
     halves = 2.0 * time / h
     if not math.isfinite(halves):

@@ -165,7 +165,7 @@ def _texts(description: Any) -> Iterator[TextVariable]:
 
 def _of_experiment(description: Any, attribute: str) -> float | None:
     """Return a positive number of the default experiment; None if it has none."""
-    with suppress(TypeError, ValueError):  # None, or a text that is no number
+    with suppress(TypeError, ValueError):  # None, or a text that is not a number
         value = float(getattr(description.defaultExperiment, attribute, None))  # type: ignore[arg-type]
         return value if 0.0 < value < math.inf else None
     return None

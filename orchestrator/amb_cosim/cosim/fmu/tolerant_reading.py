@@ -53,11 +53,11 @@ def read_tolerantly(folder: Path) -> tuple[Any, tuple[str, ...]]:
 
 
 def _identifier_fault(description: Any) -> tuple[str, ...]:
-    """Return the rule that an identifier breaks if it is no name in C, such as `tank-c`."""
+    """Return the rule that an identifier breaks if it is not a name in C, such as `tank-c`."""
     identifier = getattr(description.coSimulation, "modelIdentifier", None)
     if identifier is None or re.fullmatch(r"[A-Za-z_]\w*", identifier, re.ASCII):
         return ()
-    return (f"modelIdentifier = {identifier!r} is no name in C",)
+    return (f"modelIdentifier = {identifier!r} is not a name in C",)
 
 
 def _read_corrected(file: Path) -> Any:

@@ -108,7 +108,7 @@ class Recorder:
             self._grow(self._rows + due, self._n_steps + max(0, last + 1 - begin))
         except (MemoryError, ValueError) as error:  # numpy raises either
             raise ValueError(
-                f"there is no memory to record {len(self._positions)} variables at {due} points; "
+                f"memory does not suffice to record {len(self._positions)} variables at {due} points; "
                 f"record.variables or record.every of the scenario can reduce them"
             ) from error
         steps = self.each, len(self.each), begin - self._n_steps, self._steps

@@ -86,7 +86,7 @@ class Run:
             return self.checkpoints[n]
         saved = [f"{checkpoint.time:.9g} s" for checkpoint in self.checkpoints.values()]
         hint = f"there are {', '.join(saved)}" if saved else "run with save_at saves them, as far as the run gets"
-        raise ValueError(f"there is no checkpoint at {'one moment' if moment is None else moment}; {hint}")
+        raise ValueError(f"{'no moment is named' if moment is None else f'no checkpoint at {moment}'}; {hint}")
 
     def _save(self, path: Path) -> None:
         """Write the recorded signals as NetCDF."""

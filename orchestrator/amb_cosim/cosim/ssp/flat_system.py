@@ -318,5 +318,5 @@ def _depth(node: Node) -> float:
 
 def _checked_number(value: Raw, name: str, what: str) -> float:
     if isinstance(value, bool | str):
-        raise ValueError(f"{what}: {name} = {value} is no number and cannot be transformed")
+        raise ValueError(f"{what}: {name} = {value} is not a number and cannot be transformed")
     return float(value)

@@ -104,7 +104,7 @@ def read_parameters(root: Any, what: str) -> dict[str, list[ParameterValue]]:
             texts = texts_of(element) if kind == "String" else [text.strip() for text in texts_of(element)]
             result[name] = [_value(kind, text, element.get("unit")) for text in texts]
         except (KeyError, ValueError) as error:
-            problem = f"= {element.get('value')!r} is no value" if kind in READERS else "is"
+            problem = f"= {element.get('value')!r} is not a value" if kind in READERS else "is"
             allowed = ", ".join(READERS)
             raise ValueError(f"{what}: parameter {name} {problem} of type {kind}; there are {allowed}") from error
     return result

@@ -71,7 +71,7 @@ def parse(content: bytes, schema: str, what: str) -> Any:
     try:
         root = etree.fromstring(content, parser)
     except etree.XMLSyntaxError as error:
-        raise ValueError(f"{what} is no XML: {error}") from error
+        raise ValueError(f"{what} is not XML: {error}") from error
     check(root, schema, what)
     return root
 

@@ -31,7 +31,7 @@ class InputChange:
 
 @dataclass(frozen=True)
 class Profile:
-    """An input is linear between points (time in s, value) and constant outside; `slope` is fed its derivative, in 1/s.
+    """An input that is linear between points (time in s, value), constant outside; `slope` receives its slope, in 1/s.
 
     Without a point at or before communication point 0, the input's initial value applies there.
     """

@@ -25,7 +25,7 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
         If `raw` is not a number, or has an unknown unit or one of another dimension.
     """
     if isinstance(raw, bool):
-        raise ValueError(f"{name} = {str(raw).lower()} is no number")
+        raise ValueError(f"{name} = {str(raw).lower()} is not a number")
     return to_unit(raw, unit, name)
 
 

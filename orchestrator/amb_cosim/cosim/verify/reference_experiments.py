@@ -122,7 +122,7 @@ def _number(element: Element, key: str, file: Path) -> float | None:
     except ValueError:
         number = math.nan
     if number is not None and not math.isfinite(number):
-        raise ValueError(f"{file.name}: {key} = {text!r} is no number")
+        raise ValueError(f"{file.name}: {key} = {text!r} is not a number")
     return number
 
 
