@@ -19,7 +19,7 @@ def shown(dataset, outcome=COMPLETED):
 def test_a_result_shows_verdict_orbits_forces_and_key_values(synthetic):
     """The rotor is free of contact from cycle 12 on, of 20."""
     html = shown(synthetic())
-    assert "recovered: the rotor touched and is free of contact since cycle 11.99" in html
+    assert "recovered: the rotor touched and has been free of contact since cycle 11.99" in html
     assert re.findall('<img alt="([a-z]+) of synthetic"', html) == ["orbits", "contact"]
     assert html.count("data:image/png;base64,iVBOR") == 2
     assert html.index("largest contact force") < html.index("<details>") < html.index("peak contact force")

@@ -84,7 +84,7 @@ def test_a_rotor_that_levitates_again_does_not_lie_still(caught):
     assert caught.recovery == "recovered"
     assert caught.touchdown.rest_after is None
     assert caught.touchdown.free_after == pytest.approx((caught.last_contact - 2.0) / 250.0, abs=1e-4)
-    assert rows(caught)["at last"].startswith("it is free of contact after")
+    assert rows(caught)["final state"].startswith("free of contact after")
 
 
 def orbit(radius: np.ndarray, **attributes: float) -> xr.Dataset:

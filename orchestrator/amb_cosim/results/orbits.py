@@ -108,7 +108,7 @@ def orbit_largest(dataset: Signals) -> dict[str, float | None]:
 
 
 def notices_of_start(dataset: Signals) -> list[str]:
-    """Return a sentence if a largest radius is that of a motion of the start, which has not settled.
+    """Return a sentence if a largest radius is that of a transient at the start, which has not settled.
 
         R_k: largest radius in cycle k,    R_(k+1) < 0.95 R_k for k = 0 to n - 1,    R < 0.95 R_0 from cycle n on
 
@@ -131,7 +131,7 @@ def notices_of_start(dataset: Signals) -> list[str]:
         return []
     falls = ", ".join(f"{place.upper()} {percent:.2g} %" for place, percent in falling.items())
     return [
-        "the largest orbit is a motion of the start that has not settled; after the first cycle it falls by "
+        "the largest orbit is a transient at the start that has not settled; after the first cycle it falls by "
         f"{falls}; more settle_cycles reduce it"
     ]
 
@@ -141,7 +141,7 @@ def notices_of_samples(dataset: Signals) -> list[str]:
 
         1 - |r_n|/max |r| <= 1 - cos(pi/n),    n = 2 pi/(max |Omega| h)                              (1)
 
-    for n samples, h apart, in a turn of an ellipse on which the rotor moves once with each of its turns; n >= 3.
+    for n samples, h apart, in a turn of a synchronous ellipse; n >= 3.
     """
     every = thinning(dataset)
     if every == 1:
@@ -151,8 +151,8 @@ def notices_of_samples(dataset: Signals) -> list[str]:
     missed = f"by up to {100.0 * (1.0 - np.cos(np.pi / n)):.2g} %" if n >= 3.0 else "by much"
     turn = f", {n:.3g} in a turn," if np.isfinite(n) else ""
     return [
-        f"orbits are those of the samples, one of {every} steps{turn} and may miss the largest radius of a motion with "
-        f"the spin {missed}; record.every = 1 records all steps"
+        f"orbits are sampled at one of {every} steps{turn} and may miss the largest radius of a synchronous motion "
+        f"{missed}; record.every = 1 records all steps"
     ]
 
 

@@ -107,7 +107,7 @@ class Summary:
         the contact force's power is beyond the reduction.
     notices
         Scenario settings that replacing components lack, an end of the run rounded to whole steps, a largest orbit
-        that is a motion of the start, and what orbits of a thinned record may miss.
+        that is a transient at the start, and what orbits of a thinned record may miss.
     verdict
         Outcome of the run, in a word and a sentence, and the values that determine it. It is printed, and not in JSON.
     """

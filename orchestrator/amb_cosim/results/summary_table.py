@@ -116,9 +116,9 @@ def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
         f"{hit.site.upper()} {number(hit.impulse)} N s after {number(hit.after)} s" for hit in touchdown.first_impacts
     )
     ends = (
-        ("the rotor lies still", touchdown.rest_after),
-        ("it is free of contact", touchdown.free_after),
-        ("it stands still", touchdown.standstill_after),
+        ("at rest", touchdown.rest_after),
+        ("free of contact", touchdown.free_after),
+        ("standstill", touchdown.standstill_after),
     )
     rocks = touchdown.rocks_within
     moves = "moving" if rocks is None else f"rocking within {number(rocks)} deg"
@@ -132,7 +132,7 @@ def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
         ),
         ("first impacts", "\n".join(hits) or "-"),
         *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in touchdown.retainers.items()),
-        ("at last", ", ".join(f"{what} after {number(time)} s" for what, time in ends if time is not None) or moves),
+        ("final state", ", ".join(f"{what} after {number(t)} s" for what, t in ends if t is not None) or moves),
     ]
 
 

@@ -113,7 +113,7 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         return word, f"the rotor does not touch{after}"
     assert last is not None
     if free:
-        return "recovered", f"the rotor touched and is free of contact since {_moment(dataset, last)}"
+        return "recovered", f"the rotor touched and has been free of contact since {_moment(dataset, last)}"
     touched = _touched_at_the_end(dataset)
     where = _listed(touched) or "its retainers"
     if rolling := contact_history.rolls_at_the_end(dataset):
