@@ -13,8 +13,8 @@ class FmuError(RuntimeError):
     """
 
     def __init__(self, call: str, status: str, log: Sequence[str], end: float | None = None) -> None:
-        self.said = "; ".join(dict.fromkeys(log)) if log else "the FMU logged nothing"
-        super().__init__(f"{call} answered {status}: {self.said}")
+        self.log_text = "; ".join(dict.fromkeys(log)) if log else "the FMU logged nothing"
+        super().__init__(f"{call} answered {status}: {self.log_text}")
         self.call = call
         self.status = status
         self.log = list(log)
@@ -41,7 +41,7 @@ class StepFailed(RuntimeError):
     def by(cls, component: str, time: float, error: Exception, cause: str = "") -> StepFailed:
         """Return the error for a component whose step from `time` (s) raised another one; `cause` ends its reason."""
         if isinstance(error, FmuError) and error.end is not None:
-            return cls(component, time, f"{component} ended the run ({error.said})", error.end)
+            return cls(component, time, f"{component} ended the run ({error.log_text})", error.end)
         return cls(component, time, f"{error}{cause}")
 
 

@@ -26,8 +26,8 @@ class Log:
     def warnings(self) -> list[str]:
         return [text for status, text in self.messages if status == WARNING]
 
-    def said(self) -> list[str]:
-        """Return the log, without warnings if it contains anything else."""
+    def explanations(self) -> list[str]:
+        """Return the texts that explain a refusal: the log, without warnings if it contains anything else."""
         return [text for status, text in self.messages if status != WARNING] or self.warnings
 
 

@@ -106,7 +106,7 @@ class FmuComponent:
             self.close()
             if isinstance(error, FmuError):
                 raise
-            raise FmuError("loading", "Error", [*self._log.said(), str(error)]) from error
+            raise FmuError("loading", "Error", [*self._log.explanations(), str(error)]) from error
 
     def reset(self, inputs: Sequence[str], outputs: Sequence[str], start: StartValues, every: int = 1) -> None:
         """Reset the FMU for another run; the arguments are those of the constructor.
@@ -138,7 +138,7 @@ class FmuComponent:
             self._guard("Get", fault_code.read, self._binding)
             if fault_code.values[0] != 0.0:
                 # Initialisation mode retries after every change, so only the last message still applies.
-                raise FmuError("initialisation", f"fault {fault_code.values[0]:g}", self._log.said()[-1:])
+                raise FmuError("initialisation", f"fault {fault_code.values[0]:g}", self._log.explanations()[-1:])
         del self._log.messages[:before]  # intermediate messages of initialisation mode
 
     def write(self) -> None:
@@ -331,6 +331,6 @@ class FmuComponent:
         if status == FATAL:
             _corrupted.add(self._folder)
         end = self._binding.end_of_run(function, status)
-        said = [*self._log.said(), *self._binding.reasons(function, status)]
+        texts = [*self._log.explanations(), *self._binding.reasons(function, status)]
         status_text = STATUS[status] if 0 <= status < len(STATUS) else f"{status}, a status that FMI does not have"
-        return FmuError(function, status_text, said, end)
+        return FmuError(function, status_text, texts, end)

@@ -117,18 +117,18 @@ def run(
     first, last, schedules
         As for `Master.run`.
     recorder
-        Sees every point; the last included.
+        Records every point, the last included.
     observers
         Called about every 50 ms with the last reached point and the values after it; values that are only recorded may
         be older.
     stops
-        Judged at every point, after it has been recorded.
+        Checked at every point, after it has been recorded.
     program
         Result of `program_of` for this master and these stops, for repeated runs.
     stop
         As for `Master.run`.
     watch
-        Sees the values of its positions at every point.
+        Receives the values at its positions for every point.
 
     Raises
     ------
@@ -282,7 +282,7 @@ def _merged(changes: Sequence[Changes]) -> Changes:
 def structure_of(data: Any) -> Structure:
     """Return a NamedTuple as a C structure: arrays as their addresses, last the length of the first array.
 
-    The arrays live as long as it.
+    It keeps the arrays alive.
     """
     size = next(len(value) for value in data if isinstance(value, np.ndarray))
     members = [_member(value) for value in (*data, size)]

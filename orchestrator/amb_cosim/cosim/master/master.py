@@ -136,21 +136,21 @@ class Master(Generic[P]):
             the loop.
         """
         for component in self.components:
-            self._starting(component, component.enter, self.time(n))
+            self._guarded_start(component, component.enter, self.time(n))
         sweeps = 1 + sum(len(sources) for sources in self.wiring.sources)
         for _ in range(sweeps + 1):
             before = self.values.copy()
             for i, component in enumerate(self.components):
-                self._starting(component, self._send_inputs, i)
-                self._starting(component, self._fetch_outputs, i)
+                self._guarded_start(component, self._send_inputs, i)
+                self._guarded_start(component, self._fetch_outputs, i)
             if np.array_equal(before, self.values, equal_nan=True):
                 break
         else:
             raise StartFailed(self._describe_loop())
         for component in self.components:
-            self._starting(component, component.leave)
+            self._guarded_start(component, component.leave)
         for i, component in enumerate(self.components):
-            self._starting(component, self._fetch_outputs, i)
+            self._guarded_start(component, self._fetch_outputs, i)
         self._pass_changes()
 
     def _pass_changes(self) -> None:
@@ -160,8 +160,8 @@ class Master(Generic[P]):
             if not changed:
                 return
             for i in changed:
-                self._starting(self.components[i], self._send_inputs, i)
-                self._starting(self.components[i], self._fetch_outputs, i)
+                self._guarded_start(self.components[i], self._send_inputs, i)
+                self._guarded_start(self.components[i], self._fetch_outputs, i)
 
     def _has_other_inputs(self, i: int) -> bool:
         """Return whether the sources of component i differ from the inputs that it has."""
@@ -273,7 +273,7 @@ class Master(Generic[P]):
             raise StepFailed(name, self.time(n), f"{reason}; a shorter communication step helps") from error
 
     @staticmethod
-    def _starting(component: Participant, action: Callable[..., None], *arguments: float) -> None:
+    def _guarded_start(component: Participant, action: Callable[..., None], *arguments: float) -> None:
         try:
             action(*arguments)
         except Exception as error:

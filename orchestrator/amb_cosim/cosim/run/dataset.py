@@ -81,7 +81,7 @@ class Run:
             return next(iter(self.checkpoints.values()))
         h, period = float(self.signals.attrs["communication_step_s"]), self.signals.attrs.get("period_s")
         start = next((checkpoint.start_time for checkpoint in self.checkpoints.values()), 0.0)
-        n = -1 if moment is None else nearest_point("a moment", moment_of(moment, period), h, start)
+        n = -1 if moment is None else nearest_point("moment", moment_of(moment, period), h, start)
         if n in self.checkpoints:
             return self.checkpoints[n]
         saved = [f"{checkpoint.time:.9g} s" for checkpoint in self.checkpoints.values()]

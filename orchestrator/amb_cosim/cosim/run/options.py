@@ -30,8 +30,8 @@ class Saves:
     Attributes
     ----------
     points
-        Communication points; a state is that of the last point, not after them, at which all components have completed
-        their steps.
+        Communication points; each state is that of the last point up to it at which all components have completed their
+        steps.
     file, every
         File of automatic checkpoints, each replacing the previous one, and wall-clock time between them (s).
     held
@@ -56,7 +56,7 @@ class Saves:
         """
         points = [*self.points]
         for moment in self.moments:
-            points.append(plan.grid.nearest("a moment", moment_of(moment, plan.period or None)))
+            points.append(plan.grid.nearest("moment", moment_of(moment, plan.period or None)))
             if points[-1] > plan.last:
                 raise ValueError(f"no state can be saved at {moment}; the run ends at {plan.time(plan.last):.9g} s")
         interfaces = assembly.interfaces.items()

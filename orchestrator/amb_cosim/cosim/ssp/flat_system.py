@@ -114,7 +114,7 @@ class FlatSystem:
     def signals(self, inputs: Mapping[str, Raw]) -> tuple[Signal, ...]:
         """Return connectors of the system that feed inputs, and signals that this package's annotation names.
 
-        A connector without a value is no signal if its inputs have different values of their own.
+        A connector without a value does not become a signal if its inputs have different values.
         """
         annotated = {
             signal.get("name"): tuple(end.get("name") for end in signal.iterfind("amb:Target", NAMES))

@@ -43,7 +43,7 @@ def plan_experiment(experiment: Experiment, values: Assignments, settings: Mappi
     h = experiment.step_size
     system, interfaces = values.system, values.interfaces
     values.set_defaults_of_signals()
-    components = tuple(_rated(c, values, h) for c in system.components)
+    components = tuple(_with_rate(c, values, h) for c in system.components)
     system = replace(system, components=components, coupling=experiment.coupling or system.coupling)
     common = math.lcm(*(_start_grid(c, values, h) for c in system.components))
     origin, first = _beginning(experiment, common)
@@ -219,7 +219,7 @@ def _sample_time(component: Component, values: Assignments) -> float | None:
     return sample_time if sample_time is None or sample_time > 0.0 else None
 
 
-def _rated(component: Component, values: Assignments, h: float) -> Component:
+def _with_rate(component: Component, values: Assignments, h: float) -> Component:
     """Return a component with the rate of its sample time; an FMU that takes any step makes every step."""
     sample_time, name = _sample_time(component, values), f"{component.name}.sample_time"
     if sample_time is None:
