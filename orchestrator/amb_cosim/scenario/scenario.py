@@ -39,7 +39,7 @@ _MACHINE = (  # fields that define the machine and its parameters
     *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "communication_step"),
 )
 
-SPEED = "Omega"  # the shared signal whose initial value counts the cycles
+SPEED = "Omega"  # the shared signal whose initial value defines the cycles
 AT_STANDSTILL = 0.01  # s, a cycle of a rotor that does not turn at first
 FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # labels that implied a role before roles existed
 
@@ -96,10 +96,10 @@ class Scenario(Table):
     """Revolutions before cycle 0 in which the motion settles. The rotor angle at cycle 0 is `initial.angle` of the
     rotor plus these revolutions, with any communication step."""
     settling: Settling = "simulated"
-    """Whether these turns are `simulated`, or the motion that they lead to is `solved` for, and one turn of it
-    simulated, with the angle that the rotor has after them; `automatic` solves where it can. It cannot where noise,
-    converters, adaptive control, identification or contact are on before cycle 0, where the loop is not stable,
-    forces are not linear, or housings, races or the speed move."""
+    """How the motion before cycle 0 is obtained: `simulated` over these turns; `solved` for, with a simulated turn that
+    ends at the same rotor angle; or `automatic`, which solves if possible. It is impossible with noise,
+    converters, adaptive control, identification or contact before cycle 0, with an unstable loop or nonlinear forces,
+    and if housings, races or the speed move."""
     end_cycle: float | None = Field(default=None, gt=0.0, le=1e9)
     """End of the run in cycles; either this or `end_time`, and either replaces the end of a base. A `stop` may end the
     run earlier."""
@@ -158,7 +158,7 @@ class Scenario(Table):
         controllers = {f"fmu.{name}": fmu for name, fmu in self.fmu.items() if is_controller(fmu)}
         if made := self._made() | controllers:
             what = " and ".join(f"{kind} {named(value)!r}" for kind, value in made.items())
-            raise ValueError(f"scenario {self.name} has {what} of Python; its file must name files")
+            raise ValueError(f"scenario {self.name} has {what} made in Python; a scenario file must name files")
         write_file(Path(path), tomli_w.dumps(with_paths(self._data(), relative_to(Path(path).parent))))
         return Path(path)
 

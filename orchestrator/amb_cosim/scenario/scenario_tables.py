@@ -89,7 +89,7 @@ class Stop(Table):
     def _duration(self, what: str, cycles: float | None, time: Value | None, period: float) -> float:
         if cycles is not None and time is not None:
             names = [name for name in type(self).model_fields if name.startswith(what)]
-            raise ValueError(f"stop on {self.variable} has both {' and '.join(names)}; it may have one")
+            raise ValueError(f"stop on {self.variable} has both {' and '.join(names)}; set only one")
         value = cycles * period if cycles is not None else quantity(time or 0.0, "s", f"{what}_time of stop")
         if not 0.0 <= value < math.inf:
             raise ValueError(f"{what}_time of stop = {value:g} s is not allowed; it must be >= 0 s")

@@ -186,7 +186,7 @@ def loop_at(master: Master[FmuComponent], assembly: Assembly, n: int) -> Settled
     if unable:
         raise CannotSettle(f"the FMU of {unable[0]} does not declare which part of its state moves linearly")
     if master.coupling == "iterative":
-        raise CannotSettle("in iterative coupling steps are repeated")
+        raise CannotSettle("iterative coupling repeats steps")
     before = master.values.copy()
     master.run(n, n + 1)
     parts = []

@@ -301,6 +301,6 @@ def _check_states(assembly: Assembly) -> None:
     unable = [name for name, interface in assembly.interfaces.items() if not interface.saves_state]
     if unable:
         raise ValueError(
-            f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, and an FMU there "
-            f"cannot save and restore its state (canGetAndSetFMUstate)"
+            f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, which "
+            f"requires FMUs that save and restore their state (canGetAndSetFMUstate)"
         )
