@@ -17,7 +17,7 @@ from amb_cosim.cosim.fmu.fmu_interface import Port, TextVariable
 from amb_cosim.cosim.fmu.fmus import provide
 from amb_cosim.cosim.ssp.bindings import Setting, read_bindings
 from amb_cosim.cosim.ssp.hierarchy import NAMES, Hierarchy, Node, number_of
-from amb_cosim.cosim.ssp.nets import Nets, Way
+from amb_cosim.cosim.ssp.nets import Nets, Route
 from amb_cosim.cosim.ssp.structure import MASTER
 from amb_cosim.cosim.ssp.unit_conversion import Unit, conversion, unit_of
 from amb_cosim.cosim.system.system import UNCHANGED, Component, Connection, Output, Signal
@@ -69,7 +69,7 @@ class FlatSystem:
         return tuple(Component(name, str(self.files[name]), every[name]) for name in names)
 
     def remarks(self) -> tuple[str, ...]:
-        """Return notices on what runs in another way than the document states."""
+        """Return notices on what does not run as the document states."""
         elements = self.hierarchy.components.items()
         exchanged = [name for name, (_, element, _) in elements if element.get("implementation") == "ModelExchange"]
         notices = [f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged]
@@ -88,17 +88,17 @@ class FlatSystem:
     def _connections(self) -> Iterator[Connection]:
         """Return connections between variables of components."""
         for source in self.nets.outputs:
-            for way in self.nets.claim(source):
-                if self.nets.causality(way.node) == "output":
-                    both = f"{source.text} and {way.node.text}"
+            for route in self.nets.claim(source):
+                if self.nets.causality(route.node) == "output":
+                    both = f"{source.text} and {route.node.text}"
                     raise ValueError(f"{self.what}: {both} are outputs that are connected with each other")
-                outputs = self._ends(source, way.start_indices)
-                inputs = self._ends(way.node, way.end_indices)
+                outputs = self._ends(source, route.start_indices)
+                inputs = self._ends(route.node, route.end_indices)
                 if len(outputs) != len(inputs):
                     pair = f"{next(iter(outputs))} ({len(outputs)} values) and {next(iter(inputs))} ({len(inputs)})"
                     raise ValueError(f"{self.what}: a connection joins {pair}, which must be equal in number")
-                self._check_law(way, {**outputs, **inputs})
-                factor, offset = way.law
+                self._check_law(route, {**outputs, **inputs})
+                factor, offset = route.law
                 for output, target in zip(outputs, inputs, strict=True):
                     yield Connection(output, target, factor=factor, offset=offset, converts_units=True)
         for link in self.hierarchy.links:
@@ -137,37 +137,37 @@ class FlatSystem:
             for output in self._delivered(node.name, value)
         )
 
-    def _delivered(self, name: str, way: Way) -> Iterator[Output]:
+    def _delivered(self, name: str, route: Route) -> Iterator[Output]:
         """Return the output of a connector, or of each element of an array; its source may be a signal."""
-        node = way.source
-        sources = self._ends(node, way.start_indices) if node.kind == "component" else {node.text: None}
-        self._check_law(way, sources)
+        node = route.source
+        sources = self._ends(node, route.start_indices) if node.kind == "component" else {node.text: None}
+        self._check_law(route, sources)
         for source in sources:
             place = "" if len(sources) == 1 else source.removeprefix(node.text)
-            yield Output(f"{name}{place}", source, None if way.unit is None else way.unit.name, *way.law)
+            yield Output(f"{name}{place}", source, None if route.unit is None else route.unit.name, *route.law)
 
-    def _elements_fed(self, node: Node, reached: Iterable[Way]) -> dict[str, dict[str, tuple[Way, Port | None]]]:
+    def _elements_fed(self, node: Node, reached: Iterable[Route]) -> dict[str, dict[str, tuple[Route, Port | None]]]:
         """Return the inputs of components that a connector, or each element of an array, feeds."""
-        result: dict[str, dict[str, tuple[Way, Port | None]]] = {}
-        for way in reached:
-            if self.nets.causality(way.node) == "input":
-                targets = self._ends(way.node, way.end_indices)
+        result: dict[str, dict[str, tuple[Route, Port | None]]] = {}
+        for route in reached:
+            if self.nets.causality(route.node) == "input":
+                targets = self._ends(route.node, route.end_indices)
                 for k, (target, port) in enumerate(targets.items(), 1):
-                    place = way.start_indices or ((k,) if len(targets) > 1 else ())
+                    place = route.start_indices or ((k,) if len(targets) > 1 else ())
                     name = f"{node.name}[{','.join(map(str, place))}]" if place else node.name
-                    result.setdefault(name, {})[target] = way, port
+                    result.setdefault(name, {})[target] = route, port
         return result
 
-    def _signal(self, node: Node, name: str, fed: Mapping[str, tuple[Way, Port | None]]) -> Signal:
+    def _signal(self, node: Node, name: str, fed: Mapping[str, tuple[Route, Port | None]]) -> Signal:
         """Return the signal of a connector, with a separate port if not all inputs are equal to it."""
-        laws = {target: way.law for target, (way, _) in fed.items() if way.law != UNCHANGED}
+        laws = {target: route.law for target, (route, _) in fed.items() if route.law != UNCHANGED}
         unit = self._start_unit(node)
         if not laws and len({port.unit for _, port in fed.values() if port is not None and port.unit}) <= 1:
             return Signal(name, tuple(fed))
-        for target, (way, port) in fed.items():
-            self._check_law(way, {target: port})
-        way, first = next(iter(fed.values()))
-        factor, offset = way.law
+        for target, (route, port) in fed.items():
+            self._check_law(route, {target: port})
+        route, first = next(iter(fed.values()))
+        factor, offset = route.law
         port = Port(
             name=name,
             type="Real" if first is None else first.type,
@@ -185,7 +185,7 @@ class FlatSystem:
         declared = self.nets.unit(node)
         if declared is not None or node not in self.exposed:
             return declared
-        units = dict.fromkeys(way.presumed for way in self.exposed[node] if way.presumed is not None)
+        units = dict.fromkeys(route.presumed for route in self.exposed[node] if route.presumed is not None)
         first = next(iter(units), None)
         for unit in units:
             if first is not None and conversion(first, unit) != UNCHANGED:
@@ -228,12 +228,12 @@ class FlatSystem:
     def _spread(self, node: Node, setting: Setting) -> None:
         """Set what a connector of a system reaches, and its signal."""
         values, unit = self._read(node, setting)
-        for way in self.nets.below(node, unit):
-            (factor, offset), passed = way.law, values
-            if way.law != UNCHANGED:
-                self._check_law(way, self._ends(way.node, way.end_indices))
+        for route in self.nets.below(node, unit):
+            (factor, offset), passed = route.law, values
+            if route.law != UNCHANGED:
+                self._check_law(route, self._ends(route.node, route.end_indices))
                 passed = [factor * _checked_number(value, setting.name, self.what) + offset for value in values]
-            self._set(way.node, self._selected(passed, way.start_indices, way.node.text), way.end_indices)
+            self._set(route.node, self._selected(passed, route.start_indices, route.node.text), route.end_indices)
         if node in self.exposed:
             for name in self._elements_fed(node, self.exposed[node]):
                 place = [int(index) for index in name.removeprefix(node.name).strip("[]").split(",") if index]
@@ -299,9 +299,9 @@ class FlatSystem:
             raise ValueError(f"{self.what}: {node.text} has no element [{','.join(map(str, indices))}]")
         return {f"{node.place}.{port.name}": port for port in ports} or {node.text: None}
 
-    def _check_law(self, way: Way, ends: Mapping[str, Port | None]) -> None:
-        """Raise a ValueError unless all variables are Reals where a way transforms values."""
-        for end, port in ends.items() if way.law != UNCHANGED else ():
+    def _check_law(self, route: Route, ends: Mapping[str, Port | None]) -> None:
+        """Raise a ValueError unless all variables are Reals where a route transforms values."""
+        for end, port in ends.items() if route.law != UNCHANGED else ():
             if port is not None and port.type != "Real":
                 raise ValueError(
                     f"{self.what}: {end} is {port.type}; only values of Reals can be transformed or have their unit "

@@ -16,8 +16,8 @@ from amb_cosim.cosim.ssp.unit_conversion import Law, Unit, composed, conversion,
 from amb_cosim.cosim.system.system import UNCHANGED
 
 
-class Way(NamedTuple):
-    """The way of a value from a source to a connector, with the law that it passes.
+class Route(NamedTuple):
+    """The route of a value from a source to a connector, with the law that it passes.
 
     `presumed` is the unit at the source that the law presumes, and `unit` the unit after it, None without a unit.
     Indices are those of an element of an array.
@@ -52,7 +52,7 @@ class Nets:
             self._links_at.setdefault(link.start, []).append((link, True))
             self._links_at.setdefault(link.end, []).append((link, False))
         self._arrival: dict[Node, Link] = {}  # by which the value of a net reaches each connector
-        self.delivered: dict[Node, Way] = {}  # to each connector of the outermost system that an output reaches
+        self.delivered: dict[Node, Route] = {}  # to each connector of the outermost system that an output reaches
 
     def causality(self, node: Node) -> str:
         """Return the causality of a connector: for a component, its FMU's; otherwise the document's."""
@@ -83,43 +83,43 @@ class Nets:
         """Return whether `claim` was called for something that feeds a connector."""
         return node in self._arrival
 
-    def claim(self, start: Node) -> list[Way]:
-        """Return the ways to all that a source of a net reaches, and note at connectors how it arrives."""
+    def claim(self, start: Node) -> list[Route]:
+        """Return the routes to all that a source of a net reaches, and note at connectors how it arrives."""
         return list(self._spread(start, self.unit(start), claims=True))
 
-    def below(self, node: Node, unit: Unit | None) -> list[Way]:
-        """Return the ways onward from a connector; `unit` is that of its value."""
+    def below(self, node: Node, unit: Unit | None) -> list[Route]:
+        """Return the routes onward from a connector; `unit` is that of its value."""
         return list(self._spread(node, self.unit(node) or unit, claims=False))
 
-    def _spread(self, start: Node, unit: Unit | None, claims: bool) -> Iterator[Way]:
-        waiting = [(Way(start, start, UNCHANGED, unit, unit, (), ()), self._arrival.get(start))]
+    def _spread(self, start: Node, unit: Unit | None, claims: bool) -> Iterator[Route]:
+        queue = [(Route(start, start, UNCHANGED, unit, unit, (), ()), self._arrival.get(start))]
         seen = {start}
-        while waiting:
-            at, arrival = waiting.pop(0)
-            for link, forward in self._links_at.get(at.node, ()):
+        while queue:
+            here, arrival = queue.pop(0)
+            for link, forward in self._links_at.get(here.node, ()):
                 node = link.end if forward else link.start
                 if link is arrival or node in seen:
                     continue
                 from_indices, to_indices = (link.start_indices, link.end_indices)[:: 1 if forward else -1]
-                if (at.node != start and from_indices) or (node.kind != "component" and to_indices):
+                if (here.node != start and from_indices) or (node.kind != "component" and to_indices):
                     raise ValueError(
-                        f"{self.what}: the connection of {at.node.text} and {node.text} has indices at a connector of "
-                        f"a system, which is not supported"
+                        f"{self.what}: the connection of {here.node.text} and {node.text} has indices at a connector "
+                        f"of a system, which is not supported"
                     )
-                law, after = self._passed(link, at.node, at.unit, node)
-                total = composed(at.law, law)
+                law, after = self._passed(link, here.node, here.unit, node)
+                total = composed(here.law, law)
                 is_same = total == UNCHANGED and not link.suppresses_units
-                presumed = at.presumed or (self.unit(node) if is_same else None)
-                way = Way(start, node, total, presumed, after, at.start_indices or from_indices, to_indices)
+                presumed = here.presumed or (self.unit(node) if is_same else None)
+                route = Route(start, node, total, presumed, after, here.start_indices or from_indices, to_indices)
                 if node.kind == "component":
-                    yield way
+                    yield route
                     continue
                 seen.add(node)
                 if claims:
                     self._arrival.setdefault(node, link)
                     if node[:2] == OUTERMOST:
-                        self.delivered.setdefault(node, way)
-                waiting.append((way, link))
+                        self.delivered.setdefault(node, route)
+                queue.append((route, link))
 
     def _passed(self, link: Link, source: Node, unit: Unit | None, target: Node) -> tuple[Law, Unit | None]:
         """Return the law of a connection in this direction, and the unit of the value after it."""

@@ -10,7 +10,7 @@ from fmi_export.building.number_texts import plain_forms
 from fmi_export.building.units import COMMON, SI, parse_unit, to_unit
 
 Raw = bool | int | float | str
-RPM = 30.0 / math.pi  # 1/min of a rad/s
+RPM = 30.0 / math.pi  # 1/min per rad/s
 
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*\S)\s*")
 _BOOLEANS = {"true": 1.0, "false": 0.0, "1": 1.0, "0": 0.0}
