@@ -71,17 +71,17 @@ class PiecewiseLinear(Schedule):
     def changes(self, first: int, last: int) -> Changes:
         n = np.arange(first, last, dtype=np.intp)
         at, values = self._at, self._values
-        place = n.astype(np.float64)
+        position = n.astype(np.float64)
         if self._grid.last is not None:
-            place[n == self._grid.last] = self._grid.position(self._grid.last)
-        after = np.searchsorted(at, place, side="right")
+            position[n == self._grid.last] = self._grid.position(self._grid.last)
+        after = np.searchsorted(at, position, side="right")
         before, after = np.maximum(after - 1, 0), np.minimum(after, len(at) - 1)
         steps, rise = at[after] - at[before], values[after] - values[before]
         moving = steps > 0
-        part, slope = np.zeros((2, len(n)))
-        np.divide(rise * (place - at[before]), steps, out=part, where=moving)
+        increment, slope = np.zeros((2, len(n)))
+        np.divide(rise * (position - at[before]), steps, out=increment, where=moving)
         np.divide(rise, steps * self._grid.step_size, out=slope, where=moving)
         if self._slope is None:
-            return Changes(n, np.full(len(n), self._value, np.intp), values[before] + part)
-        both = np.column_stack([values[before] + part, slope])
+            return Changes(n, np.full(len(n), self._value, np.intp), values[before] + increment)
+        both = np.column_stack([values[before] + increment, slope])
         return Changes(np.repeat(n, 2), np.tile([self._value, self._slope], len(n)), both.ravel())

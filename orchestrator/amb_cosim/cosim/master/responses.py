@@ -55,7 +55,7 @@ class StateMap:
         Names of the variables that the master sends, and of those that it reads.
     positions
         Their positions among the master's values.
-    places
+    linear_state
         The FMU's `Fmu.linear_state`.
     """
 
@@ -65,25 +65,25 @@ class StateMap:
         interface: FmuInterface,
         names: tuple[Sequence[str], Sequence[str]],
         positions: tuple[Indices, Indices],
-        places: Mapping[str, Any],
+        linear_state: Mapping[str, Any],
     ) -> None:
         self.component, self.interface = component, interface
         component.save()
         self.memory = component.memory()
         self.base = self.memory.copy()
         n_values = len(interface.ports)
-        state = len(self.memory) - int(places["size"])
+        state = len(self.memory) - int(linear_state["size"])
         self._values = state - n_values - n_values % 2  # both begin at multiples of 16 bytes
         self._inputs, self._outputs = (
             self._values + np.array([interface.ports[name].position for name in group], np.intp) for group in names
         )
         self.sources, self.slot = positions
-        rows = state + np.concatenate([np.arange(begin, end) for begin, end in places["rows"]])
+        rows = state + np.concatenate([np.arange(begin, end) for begin, end in linear_state["rows"]])
         self.moves = self.base[rows] != 0.0  # states that are still zero never move
         self.rows = rows[self.moves]
-        self.unless: tuple[str, ...] = tuple(places["unless"])
-        self._angle = None if places["angle"] is None else state + int(places["angle"])
-        self._energy = [state + int(place) for place in places["energy"] or ()]
+        self.unless: tuple[str, ...] = tuple(linear_state["unless"])
+        self._angle = None if linear_state["angle"] is None else state + int(linear_state["angle"])
+        self._energy = [state + int(place) for place in linear_state["energy"] or ()]
         self._balance = self._values + interface.ports[BALANCE].position if self._energy else 0
 
     @property

@@ -194,8 +194,8 @@ def loop_at(master: Master[FmuComponent], assembly: Assembly, n: int) -> Settled
         name = component.name
         exchanged = master.wiring.inputs[name], master.wiring.outputs[name]
         positions = sources, np.arange(len(before))[slot]
-        places = assembly.fmus[name].linear_state or {}
-        parts.append(StateMap(component, assembly.interfaces[name], exchanged, positions, places))
+        linear_state = assembly.fmus[name].linear_state or {}
+        parts.append(StateMap(component, assembly.interfaces[name], exchanged, positions, linear_state))
     _refuse_active_nonlinearity(parts)
     used = np.unique(np.concatenate(master.wiring.sources))
     moved = used[(used >= master.wiring.n_exogenous) & (master.values[used] != before[used])]
