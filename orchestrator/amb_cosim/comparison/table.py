@@ -84,8 +84,8 @@ def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
 
 def _leaves(name: str, value: Any, states: Mapping[int, str]) -> Iterator[tuple[str, Value]]:
     if isinstance(value, Mapping):
-        for k, (key, item) in enumerate(value.items()):
-            yield from _leaves(f"{name} {states.get(k, key)}", item, {})
+        for k, (key, entry) in enumerate(value.items()):
+            yield from _leaves(f"{name} {states.get(k, key)}", entry, {})
     else:
         yield name, value
 

@@ -61,14 +61,14 @@ def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
     """
     declared = {site.stator for site in rotor.sites}
     nodes = {bearing.name: bearing.node for bearing in rotor.bearings}
-    result = [Site(stator_site(name), nodes[name], stator=name) for name in bearings if name not in declared]
-    for site in result:
+    bores = [Site(stator_site(name), nodes[name], stator=name) for name in bearings if name not in declared]
+    for site in bores:
         if site.name in rotor.nodes_by_name:
             raise ValueError(
                 f"the name {site.name!r} of a part of rotor {rotor.name!r} is not allowed here; it must be free for "
                 f"the stator bore of {site.stator}"
             )
-    return tuple(result)
+    return tuple(bores)
 
 
 def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structure, Planes]:

@@ -120,13 +120,13 @@ class FlatSystem:
             signal.get("name"): tuple(end.get("name") for end in signal.iterfind("amb:Target", NAMES))
             for signal in self.root.iterfind(f".//{MASTER}/amb:Signal", NAMES)
         }
-        result = [Signal(name, targets) for name, targets in annotated.items()]
+        signals = [Signal(name, targets) for name, targets in annotated.items()]
         for node, reached in self.exposed.items():
             for name, fed in self._elements_fed(node, reached).items() if node.name not in annotated else ():
                 values = {inputs[target] for target in fed if target in inputs}
                 if name in inputs or len(values) < 2:
-                    result.append(self._signal(node, name, fed))
-        return tuple(result)
+                    signals.append(self._signal(node, name, fed))
+        return tuple(signals)
 
     def outputs(self) -> tuple[Output, ...]:
         """Return the connectors of the outermost system that outputs of components reach, as outputs of the whole."""
@@ -148,15 +148,15 @@ class FlatSystem:
 
     def _elements_fed(self, node: Node, reached: Iterable[Route]) -> dict[str, dict[str, tuple[Route, Port | None]]]:
         """Return the inputs of components that a connector, or each element of an array, feeds."""
-        result: dict[str, dict[str, tuple[Route, Port | None]]] = {}
+        fed: dict[str, dict[str, tuple[Route, Port | None]]] = {}
         for route in reached:
             if self.nets.causality(route.node) == "input":
                 targets = self._ends(route.node, route.end_indices)
                 for k, (target, port) in enumerate(targets.items(), 1):
                     place = route.start_indices or ((k,) if len(targets) > 1 else ())
                     name = f"{node.name}[{','.join(map(str, place))}]" if place else node.name
-                    result.setdefault(name, {})[target] = route, port
-        return result
+                    fed.setdefault(name, {})[target] = route, port
+        return fed
 
     def _signal(self, node: Node, name: str, fed: Mapping[str, tuple[Route, Port | None]]) -> Signal:
         """Return the signal of a connector, with a separate port if not all inputs are equal to it."""

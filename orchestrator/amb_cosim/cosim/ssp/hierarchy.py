@@ -204,16 +204,16 @@ class Hierarchy:
         kind = element.get("type") or FMU
         if kind not in TYPES:
             raise ValueError(f"{document.what}: component {place} is of type {kind}, which is not supported")
-        result: tuple[Kind, str] = "component", place
+        kind_and_path: tuple[Kind, str] = "component", place
         if kind == FMU:
             self.components[place] = document.file(element.get("source")), element, document
             self._add_connectors("component", place, element, document)
         else:
             inner, system = _referenced(document, element.get("source"), kind == PACKAGE)
-            result = self._add_system(system, place, inner, {}, depth + 1)
+            kind_and_path = self._add_system(system, place, inner, {}, depth + 1)
             self.bases[place] = inner.folder
         self.bindings.append((place, element, document))
-        return result
+        return kind_and_path
 
     def _add_dictionary(self, dictionary: Any, path: str, document: Document) -> str:
         """Add the entries of a signal dictionary, and return its path."""

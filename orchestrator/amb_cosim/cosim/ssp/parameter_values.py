@@ -96,18 +96,18 @@ def read_parameters(root: Any, what: str) -> dict[str, list[ParameterValue]]:
     ValueError
         For an unsupported type, and for a value that does not match its type.
     """
-    result: dict[str, list[ParameterValue]] = {}
+    parameters: dict[str, list[ParameterValue]] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
         name, element = parameter.get("name"), parameter[0]
         kind = etree.QName(element).localname
         try:
             texts = texts_of(element) if kind == "String" else [text.strip() for text in texts_of(element)]
-            result[name] = [_value(kind, text, element.get("unit")) for text in texts]
+            parameters[name] = [_value(kind, text, element.get("unit")) for text in texts]
         except (KeyError, ValueError) as error:
             problem = f"= {element.get('value')!r} is not a value" if kind in READERS else "is"
             allowed = ", ".join(READERS)
             raise ValueError(f"{what}: parameter {name} {problem} of type {kind}; there are {allowed}") from error
-    return result
+    return parameters
 
 
 def _value(kind: str, text: str, unit: str | None) -> ParameterValue:

@@ -74,10 +74,10 @@ def _has(interface: FmuInterface | None, name: str) -> bool:
 def _mandatory(component: Component, interface: FmuInterface) -> tuple[str, ...]:
     """Return the mandatory inputs, with patterns expanded; a replacing component may lack them."""
     inputs = [port.name for port in interface.of("input")]
-    result: list[str] = []
+    expanded: list[str] = []
     for name in component.mandatory:
         matching = matching_names(inputs, name) if is_pattern(name) or component.replaces is not None else [name]
         if not matching and component.replaces is None:
             raise ValueError(f"{component.name} has no input {name}, which must be connected; {suggest(name, inputs)}")
-        result += matching
-    return tuple(result)
+        expanded += matching
+    return tuple(expanded)

@@ -182,12 +182,12 @@ def _incomplete_options(system: System, before: System) -> list[Connection]:
         if link.option is not None and any(link.touches(name) for name in system.replaced):
             ends = before.divide(link.source)[0], before.divide(link.target)[0]
             groups.setdefault((link.option, *ends), []).append(link)
-    result = []
+    incomplete = []
     for links in groups.values():
         absent = [link for link in links if link.target not in made]
         if len(absent) < len(links):
-            result += absent
-    return result
+            incomplete += absent
+    return incomplete
 
 
 def _lacking(component: Component, ends: Iterable[str], interfaces: Interfaces, causality: str) -> list[str]:

@@ -27,8 +27,8 @@ def turns(dataset: Signals) -> Figure:
         A = 1/2 integral of x dy - y dx about the centre of the orbit.
     """
     drawn = stations(dataset)
-    turned = turns_of(dataset)
-    last = turned >= turned[-1] - TURNS
+    revolutions = turns_of(dataset)
+    last = revolutions >= revolutions[-1] - TURNS
     paths = [station.seen(dataset)[:, last] for station in drawn]
     limit = 1.15 * max((float(np.nanmax(np.abs(path))) for path in paths), default=0.0) or 1e-6
     unit = length_unit(limit)
@@ -39,7 +39,7 @@ def turns(dataset: Signals) -> Figure:
         colour = colour_of(dataset, station.site) if station.site else "black"
         x, y = unit.of(path)
         panel.plot(x, y, color=colour)
-        _mark_turns(panel, turned[last], x, y, colour)
+        _mark_turns(panel, revolutions[last], x, y, colour)
         amplitude = settled_amplitude(dataset, station.path(dataset), "end")
         synchronous = "" if amplitude is None else f", 1x {unit.text(amplitude, 3)}"
         text = f"{whirl_direction(path)}{synchronous}"
@@ -66,10 +66,10 @@ def whirl_direction(path: Array) -> str:
     return "forward whirl" if area > 0.0 else "backward whirl"
 
 
-def _mark_turns(panel: Axes, turned: Array, x: Array, y: Array, colour: str) -> None:
+def _mark_turns(panel: Axes, revolutions: Array, x: Array, y: Array, colour: str) -> None:
     """Draw a dot at each whole turn, and an arrow along the end of the motion."""
-    whole = np.arange(np.ceil(turned[0]), np.floor(turned[-1]) + 1.0)
-    panel.plot(np.interp(whole, turned, x), np.interp(whole, turned, y), "o", ms=5.0, color=colour)
+    whole = np.arange(np.ceil(revolutions[0]), np.floor(revolutions[-1]) + 1.0)
+    panel.plot(np.interp(whole, revolutions, x), np.interp(whole, revolutions, y), "o", ms=5.0, color=colour)
     if len(x) > 2:
         style = {"arrowstyle": "-|>", "color": colour, "lw": 0.8}
         panel.annotate("", (x[-1], y[-1]), (x[-3], y[-3]), arrowprops=style)
