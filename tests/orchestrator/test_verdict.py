@@ -56,7 +56,10 @@ def printed(dataset, *, whole=False, width=None):
 
 CASES = {
     "recovered": (lambda run: run(), "the rotor touched and has been free of contact since cycle 11.99 (0.24 s)"),
-    "trapped": (lambda run: run(16), "the rotor touched RB2 until cycle 11.99 (0.24 s); the run ends 4.01 cycles later, and"),
+    "trapped": (
+        lambda run: run(16),
+        "the rotor touched RB2 until cycle 11.99 (0.24 s); the run ends 4.01 cycles later, and",
+    ),
     "landed": (lambda run: without_power(run(16)), "no magnet has power, and the rotor still moves on RB2"),
     "levitated": (lambda run: free_of_contact(run()), "the rotor does not touch after the step"),
     "rolled": (lambda run: rolling(run()), "the rotor rolls on RB1 (backward whirl, 1571 rad/s) at the end"),
