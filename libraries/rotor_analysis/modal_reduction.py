@@ -37,7 +37,7 @@ class ShapeSpace:
     count
         Number of retained elastic modes, in addition to both rigid motions.
     residual
-        Retained residual shapes.
+        Retained residual shapes, and those of the spinning rotor (`spinning_shapes`).
     """
 
     rotor: FreeRotor

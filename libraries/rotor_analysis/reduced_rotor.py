@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from rotor_analysis.masters import condense_to_accuracy, frequency_error
 from rotor_analysis.modal_reduction import reduce_to_shapes, space_for_band, space_with_modes
 from rotor_analysis.reduction import Reduction, msdc, reduce_by, unreduced
 from rotor_analysis.rotor import Mesh, ReductionOptions, Rotor
+from rotor_analysis.spinning_shapes import whirl, with_spinning_shapes
 from rotor_analysis.undamped import undamped_modes
 
 DEFAULT_BAND = 2000.0  # Hz
@@ -34,6 +36,26 @@ class ReductionError:
 
     frequencies: Array
     percent: Array
+
+
+@dataclass(frozen=True)
+class WhirlError:
+    """Errors of the whirl of a reduced free rotor that spins, by mode.
+
+    speed
+        Spin speed (rad/s).
+    forward, backward
+        Frequencies of whirl of the full model (rad/s), ascending, shapes (count + 1,) and (count,). The slowest forward
+        whirl of a rotor that does not bend is due to its gyroscopic moment.
+    forward_error, backward_error
+        Relative errors of the reduced model (%); NaN for modes that it does not have.
+    """
+
+    speed: Annotated[float, "rad/s"]
+    forward: Annotated[Array, "rad/s"]
+    forward_error: Annotated[Array, "%"]
+    backward: Annotated[Array, "rad/s"]
+    backward_error: Annotated[Array, "%"]
 
 
 def reduced_rotor(rotor: Rotor) -> Reduction:
@@ -83,6 +105,27 @@ def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
     return ReductionError(exact, percent)
 
 
+def whirl_error(rotor: Rotor, count: int = 6) -> WhirlError | None:
+    """Return the errors of the plant's frequencies of whirl at the speed that the rotor file states.
+
+    None if it states none, or a node has no inertia: such a rotor has no plant.
+    """
+    full, speed = assemble(rotor), rotor.reduction.speed
+    if not speed or lacks_inertia(full.M, full.K):
+        return None
+    exact, result = (_whirl(model, speed)[: 2 * count + 1] for model in (full, reduced_rotor(rotor).model))
+    percent = np.full(len(exact), np.nan)
+    percent[: len(result)] = 100.0 * (result / exact[: len(result)] - 1.0)
+    return WhirlError(speed, exact[::2], percent[::2], exact[1::2], percent[1::2])
+
+
+def _whirl(model: Matrices, speed: float) -> Array:
+    """Return all frequencies of `whirl` (rad/s) of a free rotor."""
+    free = free_rotor(model)
+    frequencies = np.concatenate([np.zeros(2), free.frequencies])
+    return whirl(frequencies, free.modes(len(free.frequencies)), speed * model.G[::2, 1::2])[0]
+
+
 def valid_to(full: Matrices, reduced: Matrices) -> float:
     """Return the frequency (rad/s) up to which a reduction of the free rotor is valid.
 
@@ -108,13 +151,16 @@ def force_nodes(rotor: Rotor) -> tuple[int, ...]:
 
 
 def _by_free_modes(full: Matrices, rotor: Rotor) -> Reduction:
-    """The reduction by the free modes, and the residual shapes of `force_nodes`, as the rotor file requires."""
+    """The reduction by free modes, residual shapes of `force_nodes` and spinning shapes, as the rotor file requires."""
     if lacks_inertia(full.M, full.K):
         return unreduced(full)
     free, forces, options = free_rotor(full), force_nodes(rotor), rotor.reduction
+    highest = None
     if options.modes is not None:
         space = space_with_modes(free, options.modes, forces, options.accuracy)
     else:
-        band = DEFAULT_BAND if options.band is None else options.band
-        space = space_for_band(free, 2.0 * math.pi * band, forces, options.accuracy)
+        highest = 2.0 * math.pi * (DEFAULT_BAND if options.band is None else options.band)
+        space = space_for_band(free, highest, forces, options.accuracy)
+    if options.speed:
+        space = with_spinning_shapes(space, full, options.speed, highest, options.accuracy)
     return reduce_to_shapes(full, space, forces)

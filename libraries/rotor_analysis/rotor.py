@@ -44,9 +44,13 @@ class ReductionOptions:
     band: Annotated[StrictFloat, Gt(0.0), Moderate, Unit("Hz")] | None = None
     """With `free_modes`, the frequency up to which the receptance between bearings and sites is accurate; by default
     2 kHz, up to which ISO 14839-3 judges the sensitivity of magnetic bearings."""
+    speed: Annotated[StrictFloat, Ge(0.0), Moderate, Unit("rad/s")] = 0.0
+    """With `free_modes`, the highest spin speed. There the frequencies of whirl, forward and backward, are accurate in
+    the modes whose backward whirl is within `band`, or in the first `modes`. By default only the rotor at rest counts,
+    and gyroscopic moments may find the reduced rotor too stiff (`rotor show`)."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
-    """Allowed relative error of that receptance at rest, or with `msdc` of the first natural frequencies. `rotor show`
-    prints the error of the spinning rotor, which is larger: a wider band reduces it."""
+    """Allowed relative error of that receptance at rest and of these frequencies of whirl, or with `msdc` of the first
+    natural frequencies."""
 
     def __post_init__(self) -> None:
         if self.method is None:
@@ -57,6 +61,7 @@ class ReductionOptions:
             ("masters", len(self.masters) > 0, "msdc"),
             ("modes", self.modes is not None, "free_modes"),
             ("band", self.band is not None, "free_modes"),
+            ("speed", self.speed > 0.0, "free_modes"),
         ):
             if is_set and self.method != method:
                 raise ValueError(f"{name} is set, which belongs to {method}, not to {self.method!r}")

@@ -34,6 +34,16 @@ def test_imported_rotor_is_a_rotor_file(rotor, tmp_path):
     assert (len(result.bodies), len(result.bearings), len(result.seals), len(result.materials)) == (7, 2, 12, 3)
 
 
+def test_whirl_of_a_plant_at_the_speed_of_its_file_is_shown(rotor):
+    shown, data = (rotor("show", "turbo_expander", *more).output for more in ((), ("--json",)))
+    whirl = json.loads(data)["whirl"]
+    assert whirl["speed_rad_s"] == load_rotor("turbo_expander").reduction.speed
+    assert_names(shown, "at 41998 rpm", f"{whirl['backward_rad_s'][0] / (2.0 * math.pi):.1f}")
+    assert len(whirl["forward_error_percent"]) == len(whirl["backward_error_percent"]) + 1
+    at_rest = rotor("show", "bath_rig")
+    assert "forward" not in at_rest.output
+
+
 def test_imported_rotor_can_be_shown_and_drawn(rotor, tmp_path):
     assert rotor("import", ROSS / "cone.toml", "-o", "cone.toml").exit_code == 0
     done = rotor("show", "cone.toml", "-o", "cone.png")

@@ -168,6 +168,7 @@ def test_rotor_without_parts_keeps_the_ends_of_its_shaft():
     [
         ({"method": "none", "masters": (1, 2)}, ("masters", "msdc", "'none'")),
         ({"method": "msdc", "modes": 3}, ("modes", "free_modes", "'msdc'")),
+        ({"masters": (1, 2), "speed": 300.0}, ("speed", "free_modes", "'msdc'")),
         ({"method": "guyan"}, ("method", "'guyan'", "'free_modes'", "'msdc'", "'none'")),
     ],
 )

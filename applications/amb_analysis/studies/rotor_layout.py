@@ -9,12 +9,13 @@ from typing import Annotated, ClassVar
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.result import DrawnResult
+from amb_cosim.cosim.system.values import RPM
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from array_types import Array
 from rotor_analysis.damping import free_modes
 from rotor_analysis.receptance_error import ReceptanceError, receptance_error
-from rotor_analysis.reduced_rotor import reduced_rotor, reduction_error
+from rotor_analysis.reduced_rotor import WhirlError, reduced_rotor, reduction_error, whirl_error
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor, numbered_positions
@@ -55,6 +56,8 @@ class RotorLayout(DrawnResult):
     frequencies, error
         Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors of
         those of the plant's model (%).
+    whirl
+        The same of forward and backward whirl of the free rotor at the highest speed; None if its file states none.
     description
         The rotor, for the figure.
     limits
@@ -79,6 +82,7 @@ class RotorLayout(DrawnResult):
     receptance: ReceptanceError | None
     frequencies: Annotated[Array, "rad/s"]
     error: Annotated[Array, "%"]
+    whirl: WhirlError | None
     description: Annotated[Rotor, Layout.OMITTED]
     limits: Limits = ()
 
@@ -103,6 +107,7 @@ class RotorLayout(DrawnResult):
             *limit_notes(self.limits, [0.0]),
             self._plant(),
             *self._receptance_table(),
+            *self._whirl_table(),
             f"damping: {_damping(self.description)}",
         ]
 
@@ -129,6 +134,19 @@ class RotorLayout(DrawnResult):
         table = text_table("Error of the plant's receptance", ("frequency", "at rest (%)", "spinning as fast (%)"))
         for frequency, *errors in zip(error.frequencies, error.error, error.spinning, strict=True):
             table.add_row(_hertz(frequency), *(f"{100.0 * value:.2g}" for value in errors))
+        return [table]
+
+    def _whirl_table(self) -> list[TextBlock]:
+        """Return the table of whirl at the highest speed, or nothing where the file states none."""
+        whirl = self.whirl
+        if whirl is None:
+            return []
+        header = ("mode", "forward (Hz)", "plant (%)", "backward (Hz)", "plant (%)")
+        table = text_table(f"Whirl of the free rotor at {whirl.speed * RPM:.0f} rpm", header)
+        forward = _whirl_cells(whirl.forward, whirl.forward_error)
+        backward = [("-", "-"), *_whirl_cells(whirl.backward, whirl.backward_error)]
+        for mode, (ahead, back) in enumerate(zip(forward, backward, strict=True)):
+            table.add_row(str(mode), *ahead, *back)
         return [table]
 
 
@@ -173,6 +191,7 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         receptance=receptance_error(result),
         frequencies=error.frequencies,
         error=error.percent,
+        whirl=whirl_error(result, COUNT),
         description=result,
         limits=limits_of((*result.bearings, *result.seals)),
     )
@@ -180,6 +199,12 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
 
 def _hertz(omega: float) -> str:
     return f"{omega / (2.0 * math.pi):.{0 if omega > 1e3 else 1}f} Hz"
+
+
+def _whirl_cells(frequencies: Array, percent: Array) -> list[tuple[str, str]]:
+    """Return frequencies (Hz) and errors (%) as displayed."""
+    errors = ("-" if math.isnan(error) else f"{error:+.4f}" for error in percent)
+    return [(f"{omega / (2.0 * math.pi):.1f}", error) for omega, error in zip(frequencies, errors, strict=True)]
 
 
 def _damping(rotor: Rotor) -> str:

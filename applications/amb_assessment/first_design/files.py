@@ -8,8 +8,8 @@ from pathlib import Path
 from string import Template
 
 from amb_assessment.first_design.design import Design, Progress, first_design
-from amb_assessment.first_design.levitation import OperatingPoint, operating_points
-from amb_assessment.first_design.rotor_text import damping, require_name, supports
+from amb_assessment.first_design.levitation import TRIP, OperatingPoint, operating_points
+from amb_assessment.first_design.rotor_text import damping, reduction, require_name, supports
 from amb_assessment.first_design.sizing import BANDWIDTH, MachineSizes, MagnetData, machine_sizes
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
@@ -63,7 +63,8 @@ def new_machine(
     folder
         The folder, which has the name of the machine.
     rotor
-        Text of a rotor file: of `plain_shaft`, or of a drawing. Without `[damping]`, a default is assumed.
+        Text of a rotor file: of `plain_shaft`, or of a drawing. Without `[damping]`, a default is assumed; without
+        `[reduction]`, the plant is that of a rotor that may spin at the trip speed.
     speed
         Highest operating speed (rad/s).
     bearings
@@ -85,8 +86,10 @@ def new_machine(
     if folder.exists():
         raise ValueError(f"{folder} exists; a new machine needs a new folder")
     name = f"rotor file {folder / ROTOR}"
-    has_damping = "damping" in parse_toml(rotor, name)
-    rotor = rotor if has_damping else rotor + damping()
+    stated = parse_toml(rotor, name)
+    has_damping = "damping" in stated
+    rotor += "" if has_damping else damping()
+    rotor += "" if "reduction" in stated else reduction(TRIP * speed)
     bare = _rotor_of(rotor, name)
     if bare.bearings and bearings:
         present = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)

@@ -1,4 +1,4 @@
-"""The text of a rotor file for a start: a plain shaft with a wheel; supports and damping for a rotor that has none.
+"""The text of a rotor file for a start: a plain shaft with a wheel; supports, damping and reduction where it has none.
 
 A drawing's rotor file replaces the first and, if it has bearings, retainers and sensors, also the second.
 """
@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from string import Template
 
+from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_files.checks import require
 from rotor_analysis.rotor import Rotor
@@ -119,6 +120,11 @@ def gap_for(diameter: float) -> float:
 def damping() -> str:
     """Return the text of the damping that is assumed for a rotor file without any."""
     return _filled("damping.toml")
+
+
+def reduction(speed: float) -> str:
+    """Return the text of the reduction for a rotor file without any, with the highest spin speed (rad/s)."""
+    return _filled("reduction.toml", speed=speed, rpm=speed * RPM)
 
 
 def diameter_at(rotor: Rotor, z: float) -> float:

@@ -1,0 +1,103 @@
+"""Shapes that the modes of the spinning rotor have beyond a space of shapes of the rotor at rest.
+
+With the M-orthonormal modes Phi of the free rotor at rest, W = diag(omega_k) and Gamma = Omega Phi^T G_1 Phi, circles
+x + i y = Phi p exp(i omega t) of the rotor that spins at Omega obey
+
+    (W^2 + omega Gamma - omega^2) p = 0                                                             (1)
+    [[0, W], [W, Gamma]] [W p/omega; p] = omega [W p/omega; p].                                     (2)
+
+The matrix is symmetric. A rotor of n elastic modes has n negative omega, of backward whirl, and n + 1 positive, of
+forward whirl; the additional one is due to the gyroscopic moment of the tilting rotor. Three are 0.
+
+A space of coordinates C = Phi^T M shapes lacks (1 - C C^T) p of a mode. The relative error of omega is of second order:
+
+    |e|^2,  e = W (1 - C C^T) p/omega  with |p| = 1.                                                (3)
+
+The left singular vectors u of all e give the shapes Phi W^-1 u. The first, with the largest singular values, reduce the
+sum of (3) most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from array_types import Array
+from rotor_analysis.assembly import Matrices
+from rotor_analysis.free_rotor import ResidualModes
+from rotor_analysis.masters import SLOW, frequency_error
+from rotor_analysis.modal_reduction import ShapeSpace
+
+ROUNDING = 1e-7  # of |e|
+
+
+def whirl(frequencies: Array, shapes: Array, G: Array) -> tuple[Array, Array]:
+    """Return the frequencies of whirl (rad/s) in a space of shapes, and p of (1) in columns.
+
+    First the slowest forward one, then the others, forward and backward in turn, ascending.
+
+    Parameters
+    ----------
+    frequencies
+        Of M-orthonormal shapes (rad/s), those of the rigid motions first, shape (m,).
+    shapes
+        The shapes in columns, shape (n, m).
+    G
+        Omega G_1 of a positive spin (N s/m), shape (n, n).
+    """
+    m, W = len(frequencies), np.diag(frequencies)
+    omega, vectors = np.linalg.eigh(np.block([[np.zeros((m, m)), W], [W, shapes.T @ G @ shapes]]))
+    order = np.zeros(2 * m - 3, dtype=int)
+    order[::2], order[1::2] = np.arange(m + 1, 2 * m), np.arange(m - 3, -1, -1)
+    return np.abs(omega[order]), vectors[m:, order]
+
+
+def with_spinning_shapes(
+    space: ShapeSpace, full: Matrices, speed: float, highest: float | None, accuracy: float
+) -> ShapeSpace:
+    """Return a space in which the spinning rotor whirls as fast as with all elements, with few additional shapes.
+
+    They join the residual shapes. An accurate space is returned unchanged.
+
+    Parameters
+    ----------
+    space
+        Shapes of the rotor at rest.
+    full
+        The finite-element model of the free rotor.
+    speed
+        Spin speed (rad/s).
+    highest
+        Frequency (rad/s) up to which backward whirl counts, and the forward whirl of the same modes; None if both of
+        each retained mode count.
+    accuracy
+        Allowed relative error of the frequencies of whirl.
+
+    Raises
+    ------
+    ValueError
+        If rounding exceeds the accuracy.
+    """
+    rotor, M, G = space.rotor, full.M[::2, ::2], speed * full.G[::2, 1::2]
+    frequencies, phi = np.concatenate([np.zeros(2), rotor.frequencies]), rotor.modes(len(rotor.frequencies))
+    exact, p = whirl(frequencies, phi, G)
+    modes = space.count if highest is None else int(np.count_nonzero(exact[1::2] <= highest))
+    exact, p = exact[: 2 * modes + 1], p[:, : 2 * modes + 1]
+    C, least = phi.T @ M @ space.shapes, np.inf
+    lacking = (p - C @ (C.T @ p)) / np.linalg.norm(p, axis=0)
+    u, size, _ = np.linalg.svd(frequencies[:, None] * lacking / np.maximum(exact, SLOW), full_matrices=False)
+    flexible = frequencies > 0.0
+    u[flexible] /= frequencies[flexible, None]
+    for count in range(np.count_nonzero(size > ROUNDING) + 1):
+        result = space
+        if count:
+            c = np.linalg.qr(np.hstack([C[:, 2 + space.count :], u[:, :count]]))[0]
+            squares, turned = np.linalg.eigh(c.T @ (frequencies[:, None] ** 2 * c))
+            result = replace(space, residual=ResidualModes(np.sqrt(squares), phi @ c @ turned))
+        error = np.max(frequency_error(exact, whirl(result.frequencies, result.shapes, G)[0]))
+        if error <= accuracy:
+            return result
+        least = min(error, least)
+    what = f"of whirl at reduction.speed = {speed:g} rad/s; the least error is {least:.1e}"
+    raise ValueError(f"reduction.accuracy = {accuracy:g} is not reached by the frequencies {what}")
