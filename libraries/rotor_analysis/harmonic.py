@@ -25,7 +25,7 @@ from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 
 BEYOND = 3.0  # times the highest frequency: up to there all modes are kept
-LEAST_MODES = 4
+LEAST_MODES = 10  # for gyroscopic moments, which couple modes
 
 Forces = Callable[[float], Complex]
 """Forces (N) at all nodes over displacements (m) at all nodes at a frequency (rad/s), x and y of each node in turn."""

@@ -8,6 +8,7 @@ import pytest
 from rotor_analysis.assembly import assemble, with_bearings
 from rotor_analysis.harmonic import harmonic_model
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.spectrum import eigenvalues
 
 EXPANDER = Path(__file__).parents[1] / "strange_machine/expander.toml"
 OMEGAS = 2 * np.pi * np.linspace(5.0, 2000.0, 60)
@@ -35,6 +36,19 @@ def test_every_place_moves_as_in_the_full_model(held):
         exact = np.linalg.solve(D, force)[rows]
         assert np.linalg.norm(motion - exact) < 3e-3 * np.linalg.norm(exact)
     assert model.model.size < full.size / 4
+
+
+@pytest.mark.parametrize("name", ["turbo_expander", "compressor"])
+def test_spinning_rotor_whirls_as_with_all_elements_up_to_the_highest_frequency(name):
+    """At the speed of the file; gyroscopic moments couple retained modes and those left out."""
+    rotor = load_rotor(name)
+    Omega, highest = rotor.reduction.speed, 2.0 * rotor.reduction.speed
+    model = harmonic_model(rotor, rotor.bearing_nodes, highest, ()).model
+    exact, result = (np.abs(eigenvalues(one, Omega).imag) for one in (assemble(rotor), model))
+    exact, result = (np.sort(omega[omega > 10.0]) for omega in (exact, result))
+    inside = exact < highest
+    assert np.sum(inside) > 4
+    np.testing.assert_allclose(result[: len(exact)][inside[: len(result)]], exact[inside], rtol=1e-4)
 
 
 def test_a_free_rotor_below_its_modes_moves_as_a_rigid_body():
