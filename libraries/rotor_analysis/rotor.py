@@ -47,7 +47,7 @@ class ReductionOptions:
     speed: Annotated[StrictFloat, Ge(0.0), Moderate, Unit("rad/s")] = 0.0
     """With `free_modes`, the highest spin speed. There the frequencies of whirl, forward and backward, are accurate in
     the modes whose backward whirl is within `band`, or in the first `modes`. By default only the rotor at rest counts,
-    and gyroscopic moments may find the reduced rotor too stiff (`rotor show`)."""
+    and the spinning reduced rotor may whirl too fast (`rotor show`)."""
     accuracy: Annotated[StrictFloat, Gt(0.0), Lt(1.0)] = 1e-3
     """Allowed relative error of that receptance at rest and of these frequencies of whirl, or with `msdc` of the first
     natural frequencies."""

@@ -69,6 +69,7 @@ def new(
     The rotor comes from a file, or is a plain shaft with a mass and a length. Missing values are prompted for.
     """
     from amb_assessment.first_design.files import new_machine
+    from amb_assessment.first_design.levitation import TRIP
     from amb_cosim.cosim.system.values import quantity
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import STARTING, bars
@@ -112,6 +113,12 @@ def new(
         click.echo("retainers and sensors are placed next to the bearings; move them in rotor.toml if necessary")
     if "damping" in made.assumed:
         click.echo("damping of the bending modes is assumed: 0.3, 0.5, then 1 %; enter measured values in rotor.toml")
+    reduction = sizes.rotor.reduction
+    if reduction.method == "free_modes" and not reduction.speed:
+        click.echo(
+            "the [reduction] of the rotor file states no speed, so that the simulated rotor may whirl too fast; add "
+            f"speed = {TRIP * sizes.speed:.5g} (rad/s) to it in rotor.toml, and look at its error by rotor show"
+        )
     if sizes.retainers:
         click.echo(
             "no windage is assumed: without spin.drag in levitation.toml only retainers slow a rotor without drive"

@@ -189,7 +189,7 @@ def test_damping_that_a_drawing_does_not_tell_is_assumed_and_said(tmp_path):
     undamped.write_text("\n".join(lines[:begin] + lines[after:]))
     assert not any(load_rotor(undamped).damping.ratios(3))
     done = CliRunner().invoke(main, ["new", str(tmp_path / "made"), "--rotor", str(undamped), "--speed", "15000 rpm"])
-    assert_names(done.output, "damping", "assumed")
+    assert_names(done.output, "damping", "assumed", "[reduction]", f"speed = {1.05 * 15000.0 * RPM:.5g}")
     assert load_rotor(tmp_path / "made/rotor.toml").damping.ratios(3).tolist() == [0.003, 0.005, 0.01]
 
 
