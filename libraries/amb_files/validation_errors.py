@@ -122,7 +122,7 @@ def _options(form: type[Any], unknown: ErrorDetails) -> list[str]:
 
 def _at_place(sentence: str, keys: Location, data: object) -> str:
     """Return a form's sentence with its place: `diameter = ...` of a shaft becomes `shaft.diameter = ...`."""
-    named = re.match(r"(\w+)(?= (?:=|is missing|is given))", sentence)
+    named = re.match(r"(\w+)(?= (?:=|is missing|is set))", sentence)
     if named:
         return _place((*keys, named[1]), data) + sentence[named.end() :]
     return f"{_place(keys, data)}: {sentence}" if keys else sentence

@@ -97,6 +97,7 @@ def with_ring(node, mass, radius):
         ("[damping]\nrotating = -1", ("damping.rotating", "-1")),
         ("[damping]\nmodal = [0.01, 'much']", ("damping.modal", "'much'")),
         ("[mesh]\naccuracy = -1", ("mesh.accuracy", "-1")),
+        ("[reduction]\nmethod = 'msdc'\nmodes = 4", ("reduction.modes", "free_modes", "'msdc'")),
     ],
 )
 def test_mistake_in_a_part_is_named_with_its_key(tmp_path, more, facts):
@@ -117,6 +118,7 @@ def test_mistake_in_a_part_is_named_with_its_key(tmp_path, more, facts):
             ("shaft.inner_diameter", "0.06 m", ">= 0 m", "< 0.05 m"),
         ),
         ("density = 7800", "density = inf", ("shaft.density", "inf kg/m3", "finite", ">= 0")),
+        ("diameter = 0.05", "diameter = 0.05\nmaterial = 'steel'", ("shaft.youngs_modulus", "material")),
         ("poissons_ratio = 0.3", "poissons_ratio = 0.5", ("shaft.poissons_ratio = 0.5", "> -1", "< 0.5")),
         ("diameter = 0.05", "diameter = 1e30", ("shaft.diameter", "1e+30 m")),
         ("diameter = 0.05", "diameter = 'wide'", ("shaft.diameter", "'wide'")),
