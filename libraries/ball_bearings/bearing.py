@@ -1,14 +1,14 @@
 """A ball bearing under a force: loads of its balls, displacement, pressure, and its static rating.
 
-Balls lie at the angles phi_j. With the distance B = (f_i + f_o - 1) D of the centres of the grooves, and the contact
-angle alpha without load, a displacement (x, y, z) of the inner ring stretches that distance of ball j to
+Balls lie at the angles phi_j. The centres of the grooves have the distance B = (f_i + f_o - 1) D, and the contact angle
+without load is alpha. A displacement (x, y, z) of the inner ring changes that distance at ball j to
 
     s_j = hypot(B cos(alpha) - P_d/2 + x cos(phi_j) + y sin(phi_j),  B sin(alpha) +- z)
     Q_j = K max(s_j - B, 0)^1.5
 
 along the line of the centres, + in the first row and - in the second of a pair. The inner ring gets the force -Q_j.
-Rings are rigid, the balls have no mass, so that forces are those of a slow motion. Source: T. A. Harris, Rolling
-Bearing Analysis, chapters on load distribution; ISO 76 for the rating.
+Rings are rigid and the balls have no mass, so forces are quasi-static. Source: T. A. Harris, Rolling Bearing Analysis,
+chapters on load distribution; ISO 76 for the rating.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from amb_files.checks import require
 from array_types import Array
 from ball_bearings.hertz import STEEL, Material, PointContact, groove_contact, in_series
 
-PRESSURE_LIMIT = 4200e6  # Pa, at which balls and races keep a mark of 1e-4 of the ball's diameter (ISO 76)
+PRESSURE_LIMIT = 4200e6  # Pa, which leaves a permanent indentation of 1e-4 of the ball's diameter (ISO 76)
 STRIBECK = 5.0  # F = Z Q_max/5 with usual clearance (ISO 76)
 
 
@@ -39,9 +39,10 @@ class BallBearing:
     rows
         1 or 2. Back to back and face to face differ under moments only, which are not modelled.
     contact_angle
-        alpha without load (rad); above 0 with two rows alone, as one needs an axial force to carry a radial one.
+        alpha without load (rad); above 0 only with two rows, since a single row needs an axial force to carry a radial
+        force.
     clearance
-        Diametral internal clearance P_d (m) of a bearing without contact angle; negative: its balls are pressed in.
+        Diametral internal clearance P_d (m) of a bearing without contact angle; negative for an interference.
     preload
         Axial force of one row of a pair with a contact angle on the other (N).
     ball
@@ -62,8 +63,9 @@ class BallBearing:
         D, d_m, Z = self.ball_diameter, self.pitch_diameter, self.balls
         require(Z >= 3, "balls", f"{Z}", "3 or more")
         require(0.0 < D < d_m, "ball_diameter", f"{D:g} m", f"> 0 m and < pitch_diameter = {d_m:g} m")
-        room = d_m * math.sin(math.pi / Z)
-        require(room > D, "ball_diameter", f"{D:g} m", f"< {room:.4g} m, or {Z} balls do not fit on {d_m:g} m")
+        spacing = d_m * math.sin(math.pi / Z)
+        allowed = f"< {spacing:.4g} m for {Z} balls to fit on a pitch diameter of {d_m:g} m"
+        require(spacing > D, "ball_diameter", f"{D:g} m", allowed)
         for name, f in zip(("inner", "outer"), self.conformity, strict=True):
             require(0.5 < f <= 0.6, f"conformity of the {name} groove", f"{f:g}", "> 0.5 and <= 0.6")
         require(self.rows in (1, 2), "rows", f"{self.rows}", "1 or 2")
@@ -103,7 +105,7 @@ class BallBearing:
 
     @cached_property
     def preload_approach(self) -> float:
-        """Axial displacement of each row of a pair by its preload (m)."""
+        """Axial displacement of each row of a pair due to its preload (m)."""
         if self.preload == 0.0:
             return 0.0
         B, alpha = self.groove_distance, self.contact_angle
@@ -140,16 +142,16 @@ class BallBearing:
         """Return the loads, the direction of each along the radius and the axis, and the angles of the balls."""
         x, y, z = displacement
         phi = angle + 2.0 * math.pi * np.arange(self.balls) / self.balls
-        sides = np.array([[1.0], [-1.0]])[: self.rows]
+        signs = np.array([[1.0], [-1.0]])[: self.rows]
         B, alpha = self.groove_distance, self.contact_angle
         radial = B * math.cos(alpha) - 0.5 * self.clearance + x * np.cos(phi) + y * np.sin(phi)
-        axial = sides * (B * math.sin(alpha) + self.preload_approach) + z
+        axial = signs * (B * math.sin(alpha) + self.preload_approach) + z
         s = np.hypot(radial, axial)
         Q = self.stiffness * np.maximum(s - B, 0.0) ** 1.5
         return Q, radial / s, axial / s, phi
 
     def displacement_under(self, force: float) -> float:
-        """Return the radial displacement (m) under a radial force (N) on the line of a ball: the most for a ball.
+        """Return the radial displacement (m) under a radial force (N) towards a ball, which loads that ball most.
 
         Raises
         ------
@@ -159,13 +161,17 @@ class BallBearing:
         require(force >= 0.0, "force", f"{force:g} N", ">= 0 N")
         if force == 0.0:
             return 0.0
-        longest = 0.5 * self.ball_diameter
-        most = -float(self.force(np.array([longest, 0.0, 0.0]))[0])
-        require(force < most, "force", f"{force:g} N", f"< {most:.3g} N, which presses the balls through the races")
-        return float(brentq(lambda x: -self.force(np.array([x, 0.0, 0.0]))[0] - force, 0.0, longest, xtol=1e-15))
+        largest_displacement = 0.5 * self.ball_diameter
+        limit = -float(self.force(np.array([largest_displacement, 0.0, 0.0]))[0])
+        require(force < limit, "force", f"{force:g} N", f"< {limit:.3g} N, which presses the balls through the races")
+
+        def excess(x: float) -> float:
+            return -float(self.force(np.array([x, 0.0, 0.0]))[0]) - force
+
+        return float(brentq(excess, 0.0, largest_displacement, xtol=1e-15))
 
     def largest_load(self, force: float) -> float:
-        """Return the load (N) of the most loaded ball under a radial force (N) on its line."""
+        """Return the load (N) of the most loaded ball under a radial force (N) towards it."""
         return float(np.max(self.ball_loads(np.array([self.displacement_under(force), 0.0, 0.0]))))
 
     @property

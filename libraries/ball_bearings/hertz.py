@@ -7,8 +7,8 @@ The ratio kappa = a/b follows from the curvatures by
 
     F(rho) = [(kappa^2 + 1) E - 2 K]/[(kappa^2 - 1) E],      m = 1 - 1/kappa^2
 
-with the complete elliptic integrals K(m), E(m) and the difference of curvatures F(rho), so that it is exact where the
-fits of the literature (Brewe and Hamrock) are within some per cent. Source: T. A. Harris, Rolling Bearing Analysis.
+with the complete elliptic integrals K(m), E(m) and the difference of curvatures F(rho). This is exact; the fits of the
+literature (Brewe and Hamrock) have errors of some per cent. Source: T. A. Harris, Rolling Bearing Analysis.
 """
 
 from __future__ import annotations
@@ -84,9 +84,9 @@ def groove_contact(
     ball, race
         Materials.
     """
-    along = 2.0 * gamma / (1.0 - gamma)
-    total = (4.0 - 1.0 / conformity + along) / ball_diameter
-    difference = (1.0 / conformity + along) / (ball_diameter * total)
+    race_curvature = 2.0 * gamma / (1.0 - gamma)  # in the rolling direction, times D
+    total = (4.0 - 1.0 / conformity + race_curvature) / ball_diameter
+    difference = (1.0 / conformity + race_curvature) / (ball_diameter * total)
     kappa = float(brentq(lambda k: curvature_difference(k) - difference, 1.0001, 1e4, xtol=1e-12))
     m = 1.0 - 1.0 / (kappa * kappa)
     E, K = float(ellipe(m)), float(ellipk(m))
