@@ -13,24 +13,24 @@ from amb_files.atomic import write_file
 
 NO_TIME = (1980, 1, 1, 0, 0, 0)  # the earliest time that a zip archive can store
 MOST_UNPACKED = 256 * 2**20  # bytes
-MOST_ENTRIES = 10_000  # each of which takes a third of a millisecond to unpack
+MOST_ENTRIES = 10_000  # unpacking takes a third of a millisecond each
 LONGEST = 200  # characters of an error in a message
 ENCRYPTED = 1  # in the flags of an entry
-OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)  # errors unrelated to archives
+DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)  # errors unrelated to archives
 
 
 def archive_of(content: Mapping[str, bytes]) -> bytes:
     """Return a zip archive of `content` (by name).
 
-    FMUs in it are already compressed, and stored unchanged.
+    FMUs are already compressed, so they are stored unchanged.
     """
     memory = BytesIO()
-    with zipfile.ZipFile(memory, "w") as whole:
+    with zipfile.ZipFile(memory, "w") as archive:
         for name in sorted(content):
             entry = zipfile.ZipInfo(name, NO_TIME)
             entry.compress_type = zipfile.ZIP_STORED if name.endswith(".fmu") else zipfile.ZIP_DEFLATED
             entry.create_system, entry.external_attr = 3, 0o100644 << 16
-            whole.writestr(entry, content[name], compresslevel=6)
+            archive.writestr(entry, content[name], compresslevel=6)
     return memory.getvalue()
 
 
@@ -53,9 +53,9 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
     Raises
     ------
     ValueError
-        If it is not a zip file, damaged, encrypted, compressed by an unknown method, has more than `MOST_ENTRIES`
-        entries, unpacks to more than `MOST_UNPACKED` bytes, has entries outside the folder, or two different entries of
-        a name.
+        If it is not a zip file, is damaged or encrypted, uses an unknown compression method, has more than
+        `MOST_ENTRIES` entries, unpacks to more than `MOST_UNPACKED` bytes, or has entries outside the folder or two
+        different entries of the same name.
     """
     folder.mkdir(parents=True, exist_ok=True)
     try:
@@ -66,7 +66,7 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
             _check(content, entries)
             content.extractall(folder, entries)
     except OSError as error:
-        if error.errno in OF_THE_DISK:
+        if error.errno in DISK_ERRORS:
             raise
         raise ValueError(f"{name} cannot be unpacked: {_shortened(error)}") from error
     except Exception as error:  # each compression method raises different errors
@@ -74,7 +74,7 @@ def unpack(archive: Path, folder: Path, name: str) -> None:
 
 
 def _entries(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
-    """Return the entries of an archive, with `/` in names for the backslashes that some tools of Windows write."""
+    """Return the entries of an archive; backslashes in names, which some Windows tools write, become `/`."""
     entries = archive.infolist()
     for entry in entries:
         entry.filename = entry.filename.replace("\\", "/")
@@ -90,14 +90,14 @@ def _check(archive: zipfile.ZipFile, entries: list[zipfile.ZipInfo]) -> None:
         )
     if len(entries) > MOST_ENTRIES:
         raise ValueError(f"it has {len(entries)} entries, which is not allowed; it must have <= {MOST_ENTRIES}")
-    seen: dict[str, zipfile.ZipInfo] = {}
+    entry_by_path: dict[str, zipfile.ZipInfo] = {}
     for entry in entries:
         path = PurePosixPath(entry.filename)
         if entry.flag_bits & ENCRYPTED:
             raise ValueError(f"{entry.filename} is encrypted, which is not allowed")
         if path.is_absolute() or ".." in path.parts:
             raise ValueError(f"the entry {entry.filename} is not allowed; its path must lie in the archive")
-        first = seen.setdefault("/".join(path.parts), entry)  # ./x and a//x are x and a/x
+        first = entry_by_path.setdefault("/".join(path.parts), entry)  # ./x and a//x are x and a/x
         if first is not entry and archive.read(first) != archive.read(entry):
             names = dict.fromkeys((first.filename, entry.filename))
             raise ValueError(f"there are two entries {' and '.join(names)} that differ, which is not allowed")

@@ -19,7 +19,7 @@ SUFFIXES = (".npz", ".mat")
 MOST_BYTES = 2**28  # bytes of all arrays of a file: a law of 600 states at 90 speeds; an archive of 1 MB can hold 1 GB
 MAT_SPACE, READ_TIME = 2**31, 120  # memory limit (bytes) and time limit (s) of the process that reads a .mat file
 
-# A damaged .mat file can crash scipy's reader, and with it the process.
+# Run in a separate process, because a damaged .mat file can crash scipy's reader.
 READ_MAT = """
 import sys
 from contextlib import suppress
@@ -27,13 +27,13 @@ from io import BytesIO
 import numpy as np
 from scipy.io import loadmat
 
-def text(item):
-    return item if isinstance(item, str) else text(item.item()) if np.size(item) == 1 else "?"
+def text(cell):
+    return cell if isinstance(cell, str) else text(cell.item()) if np.size(cell) == 1 else "?"
 
-def plain(name, value):
+def flat(name, value):
     if value.dtype.names:
         return {f"{name}.{field}": np.array(text(value[field])) for field in value.dtype.names}
-    return {name: np.array([text(i) for i in np.ravel(value)]) if value.dtype.kind in "OU" else value}
+    return {name: np.array([text(cell) for cell in np.ravel(value)]) if value.dtype.kind in "OU" else value}
 
 space, most, source, *keys = sys.argv[1:]
 with suppress(Exception):  # Windows has no such limit
@@ -45,10 +45,10 @@ try:
     result = {}
     for key in keys:
         if key in content:
-            result |= plain(key, np.asarray(content[key]))
+            result |= flat(key, np.asarray(content[key]))
     size = sum(array.nbytes for array in result.values())
     if size > int(most):
-        raise ValueError(f"its arrays have {size} bytes; it must have <= {most}")
+        raise ValueError(f"its arrays have {size} bytes; they must have <= {most} bytes")
     np.savez(arrays := BytesIO(), **result)
     sys.stdout.buffer.write(arrays.getvalue())
 except Exception as error:
@@ -64,7 +64,7 @@ def read_content(path: Path, keys: Sequence[str] = ()) -> dict[str, NDArray[Any]
     Raises
     ------
     ValueError
-        If it cannot be read.
+        If the file cannot be read.
     """
     if path.suffix == ".npz":
         return _load_npz(path, keys)
@@ -86,16 +86,16 @@ def _load_npz(path: Path | IO[bytes], keys: Sequence[str]) -> dict[str, NDArray[
         with zipfile.ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
         if size > MOST_BYTES:
-            raise ValueError(f"its arrays have {size} bytes; it must have <= {MOST_BYTES}")
+            raise ValueError(f"its arrays have {size} bytes; they must have <= {MOST_BYTES} bytes")
         with np.load(path, allow_pickle=False) as file:
             return {key: file[key] for key in keys or file.files if key in file.files}
     except Exception as error:  # damaged files raise various errors
-        said = single_line(error)
-        if "pickle" in said:  # numpy's message suggests unpickling
-            said = "it has an array of Python objects, which is not allowed"
-        raise ValueError(f"it cannot be read as an .npz file: {_cut(said)}") from error
+        reason = single_line(error)
+        if "pickle" in reason:  # numpy's message suggests unpickling
+            reason = "it has an array of Python objects, which is not allowed"
+        raise ValueError(f"it cannot be read as an .npz file: {_cut(reason)}") from error
 
 
 def _cut(text: str, longest: int = 200) -> str:
-    """Shorten a reason, since zipfile prints all of a wrong name in a damaged file."""
+    """Shorten a reason: for a damaged file, zipfile prints the whole garbled name."""
     return text if len(text) <= longest else f"{text[:longest]}..."

@@ -14,7 +14,7 @@ def require(condition: bool, what: str, value: object, allowed: str) -> None:
 
 
 def require_positive(record: object, **units: str) -> None:
-    """Raise a ValueError unless the fields that `units` names, with a unit each or "", are finite and above zero."""
+    """Raise a ValueError unless each field named in `units`, with its unit or "", is finite and above zero."""
     for name, unit in units.items():
         value = getattr(record, name)
         require(0.0 < value < math.inf, name, f"{value:g} {unit}".rstrip(), f"> 0 {unit}".rstrip())
@@ -27,7 +27,7 @@ def single_line(error: object) -> str:
 
 @contextmanager
 def errors_in(place: str) -> Iterator[None]:
-    """Put the place of a fault, unless it is empty, before the message of a ValueError."""
+    """Begin the message of a ValueError with `place`, unless it is empty."""
     try:
         yield
     except ValueError as error:

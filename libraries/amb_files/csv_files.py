@@ -1,7 +1,7 @@
-"""Reads tables of texts, `.csv`, as tools and spreadsheets of any country save them.
+"""Reads CSV tables as tools and spreadsheets of any country save them.
 
 Columns are separated by commas, semicolons or tabs. Numbers have decimal points, or decimal commas throughout, as in
-a German spreadsheet. A number that may mean two numbers is refused: `1,500` alone may be 1500 or 1.5.
+a German spreadsheet. An ambiguous number is refused: `1,500` alone may be 1500 or 1.5.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from pathlib import Path
 from amb_files.toml import LARGEST, read_text
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
-STATED = re.compile(r"sep=(.)\r?\n")  # the first line of some files for spreadsheets
-JUDGED = 50  # rows whose number of cells shows the separator
+SEPARATOR_LINE = re.compile(r"sep=(.)\r?\n")  # the first line of some files for spreadsheets
+SAMPLED_ROWS = 50  # rows whose number of cells shows the separator
 POWER = r"(?:[eE][+-]?\d+)?"
 COMMA = re.compile(rf"[+-]?(?:\d+,\d*|,\d+){POWER}")
 POINT = re.compile(rf"[+-]?(?:\d+\.\d*|\.\d+){POWER}")
-GROUP = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")  # of three digits, or three decimals
-GROUPED = re.compile(r"[+-]?\d[\d.,'’]*[.,'’][\d.,'’]*")  # with several separators
+GROUP = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")  # a group of three digits, or three decimals
+GROUPED = re.compile(r"[+-]?\d[\d.,'’]*[.,'’][\d.,'’]*")  # with any separators
 
 Rows = list[list[str]]
 
 
 def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], Rows]:
-    """Return the headings of a table, without blanks around them, and its rows, whose numbers have decimal points.
+    """Return the headings of a table, without blanks around them, and its rows, with decimal points in numbers.
 
     Parameters
     ----------
@@ -42,13 +42,13 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
     Raises
     ------
     ValueError
-        If it cannot be read, two headings are equal, rows differ in length, or a number may mean two numbers.
+        If it cannot be read, two headings are equal, rows differ in length, or a number is ambiguous.
     """
     text = read_text(path, name, largest)
-    stated = STATED.match(text)
-    text = text[stated.end() :] if stated else text
+    separator_line = SEPARATOR_LINE.match(text)
+    text = text[separator_line.end() :] if separator_line else text
     try:
-        separator = stated[1] if stated else _separator(text)
+        separator = separator_line[1] if separator_line else _separator(text)
         rows = list(_rows(text, separator))
     except csv.Error as error:
         raise ValueError(f"{name} cannot be read as a table: {error}") from error
@@ -56,15 +56,16 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
         raise ValueError(f"{name} must have a row of headings and a row of values")
     while len(rows[0]) > 1 and not any(row[-1].strip() for row in rows if len(row) == len(rows[0])):
         rows = [row[:-1] if len(row) == len(rows[0]) else row for row in rows]  # each row ends with a separator
-    heads = [head.strip() for head in rows[0]]
+    headings = [heading.strip() for heading in rows[0]]
     for k, row in enumerate(rows[1:], 2):
-        if len(row) != len(heads):
-            advice = "; with decimal commas, columns must be separated by semicolons" if len(row) > len(heads) else ""
-            expected = f"{len(heads)} values as the headings, separated by {SEPARATORS.get(separator, separator)}"
+        if len(row) != len(headings):
+            is_longer = len(row) > len(headings)
+            advice = "; with decimal commas, columns must be separated by semicolons" if is_longer else ""
+            expected = f"{len(headings)} values as the headings, separated by {SEPARATORS.get(separator, separator)}"
             raise ValueError(f"row {k} of {name} must have {expected}; it has {len(row)}{advice}")
-    if twice := next((head for head in heads if heads.count(head) > 1), ""):
-        raise ValueError(f"{name} has two columns {twice!r}; their headings must be unique")
-    return heads, _with_points(rows[1:], name) if separator != "," or '"' in text else rows[1:]
+    if duplicate := next((heading for heading in headings if headings.count(heading) > 1), ""):
+        raise ValueError(f"{name} has two columns {duplicate!r}; their headings must be unique")
+    return headings, _with_points(rows[1:], name) if separator != "," or '"' in text else rows[1:]
 
 
 def _rows(text: str, separator: str) -> Iterator[list[str]]:
@@ -76,15 +77,15 @@ def _rows(text: str, separator: str) -> Iterator[list[str]]:
 
 def _separator(text: str) -> str:
     """Return the separator that divides all first rows into the same number of cells, or else most of the headings."""
-    counts = {separator: [len(row) for row in islice(_rows(text, separator), JUDGED)] for separator in SEPARATORS}
-    for separator, count in counts.items():
-        if count and count[0] > 1 and len(set(count)) == 1:
+    lengths = {sep: [len(row) for row in islice(_rows(text, sep), SAMPLED_ROWS)] for sep in SEPARATORS}
+    for separator, of_rows in lengths.items():
+        if of_rows and of_rows[0] > 1 and len(set(of_rows)) == 1:
             return separator
-    return max(reversed(SEPARATORS), key=lambda separator: counts[separator][:1])
+    return max(reversed(SEPARATORS), key=lambda separator: lengths[separator][:1])
 
 
 def _with_points(rows: Rows, name: str) -> Rows:
-    """Return rows with decimal points in place of commas, if all their numbers have such."""
+    """Return rows with decimal points in place of decimal commas, if all their fractions have decimal commas."""
     items = [item for row in rows for cell in row if "," in cell for item in cell.split()]
     commas = [item for item in items if COMMA.fullmatch(item)]
     if grouped := next((item for item in items if item.count(",") and _is_grouped(item)), ""):

@@ -44,17 +44,17 @@ def pack_files() -> dict[str, PackFile]:
     ValueError
         If a file cannot be read or is malformed.
     """
-    return {pack: read_pack_file(file, pack) for pack, file in available().items()}
+    return {pack: read_pack_file(file, pack) for pack, file in pack_toml_paths().items()}
 
 
-def available() -> dict[str, Path]:
-    """Return the files `pack.toml` by name of the pack."""
+def pack_toml_paths() -> dict[str, Path]:
+    """Return the paths of the files `pack.toml`, by name of the pack."""
     files = {name: folder / NAME for name, folder in packs().items()}
     return {name: file for name, file in files.items() if file.exists() or file.is_symlink()}
 
 
 def read_pack_file(file: Path, pack: str) -> PackFile:
-    """Return the content of the file `pack.toml` of a pack; raises ValueError as `pack_files`."""
+    """Return the content of a pack's `pack.toml`; raises ValueError as `pack_files` does."""
     what = f"{NAME} of pack {pack}"
     return validate(read_toml(file, what), PackFile, what)
 
@@ -76,7 +76,7 @@ def default(key: Default) -> str:
 
 
 def rotor_path(rotor: str | Path | None = None) -> Path:
-    """Return the file of a rotor of a pack, or the path as it is.
+    """Return the file of a packaged rotor, or a path unchanged.
 
     Parameters
     ----------
@@ -86,12 +86,12 @@ def rotor_path(rotor: str | Path | None = None) -> Path:
     Raises
     ------
     ValueError
-        If it is neither; the message suggests names. A path that ends in `.toml` is not checked.
+        If `rotor` is neither; the message suggests names. A path that ends in `.toml` is not checked.
     """
     name = default("rotor") if rotor is None else rotor
-    available, path = files_of("rotors"), Path(name)
-    if str(name) in available:
-        return available[str(name)]
+    rotors, path = files_of("rotors"), Path(name)
+    if str(name) in rotors:
+        return rotors[str(name)]
     if path.suffix != ".toml" and not path.exists():
-        raise ValueError(f"no rotor {str(name)!r}; {suggest(path.name, available)}")
+        raise ValueError(f"no rotor {str(name)!r}; {suggest(path.name, rotors)}")
     return path

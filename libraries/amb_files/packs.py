@@ -6,7 +6,7 @@ A distribution that declares
     my_pump = "my_pump"
 
 adds the package `my_pump`. Its folders `rotors`, `systems`, `scenarios` and `sweeps` contain files of that kind, which
-are known by their names. The optional file `pack.toml` has the form of `PackFile`; the modules `studies` and `commands`
+are used by their names. The optional file `pack.toml` has the form of `PackFile`; the modules `studies` and `commands`
 add studies and commands.
 
 An application is a package of code above the orchestrator, declared in the group `amb_cosim.applications`. It adds
@@ -29,26 +29,25 @@ APPLICATIONS = "amb_cosim.applications"
 
 
 def unreadable_distributions() -> dict[str, str]:
-    """Return the reason by the name of each installed distribution whose `entry_points.txt` cannot be read.
+    """Return each installed distribution whose `entry_points.txt` cannot be read, with the reason.
 
-    A distribution without a name is called by its folder.
+    A distribution without a name is identified by its folder.
     """
     result = {}
     for distribution in distributions():
         try:
             _ = distribution.entry_points
-        except Exception as error:  # of the library that parses it
+        except Exception as error:  # whatever the parser of the standard library raises
             name = distribution.metadata["Name"] or Path(str(getattr(distribution, "_path", "distribution"))).name
-            is_text = not isinstance(error, UnicodeDecodeError)
             reason = getattr(error, "strerror", None) or "it has a line without a value"
-            result[name] = reason if is_text else "it is not UTF-8"
+            result[name] = "it is not UTF-8" if isinstance(error, UnicodeDecodeError) else reason
     return result
 
 
 def pack_of(file: Path) -> str:
-    """Return the name of the pack that has a file in its folder, or in one of those in it."""
-    places = file.parent, file.parents[1]
-    return next((pack for pack, folder in packs().items() if folder in places), file.parents[1].name)
+    """Return the name of the pack that has a file in its folder or directly in a subfolder."""
+    parents = file.parent, file.parents[1]
+    return next((pack for pack, folder in packs().items() if folder in parents), file.parents[1].name)
 
 
 @cache
@@ -91,9 +90,9 @@ def files_of(kind: str, **general: Path) -> dict[str, Path]:
 
 @cache
 def modules_of(name: str) -> dict[str, ModuleType]:
-    """Import the module of a name in each application and pack that has one, in this order; return them by these names.
+    """Import the module `name` of each application and pack that has it; return the modules by application or pack.
 
-    A module that cannot be imported is skipped with a warning.
+    Applications come first. A module that cannot be imported is skipped with a warning.
     """
     homes = {package: (f"application {package!r}", package, folder) for package, folder in applications().items()}
     homes |= {pack: (f"pack {pack!r}", folder.name, folder) for pack, folder in packs().items()}
@@ -104,7 +103,7 @@ def modules_of(name: str) -> dict[str, ModuleType]:
                 result[home] = import_module(f"{package}.{name}")
             except (Exception, SystemExit) as error:  # whatever its code raises
                 why = f"{type(error).__name__}: {error}"
-                print(f"warning: {what} has no {name}, because their import fails: {why!r}", file=sys.stderr)
+                print(f"warning: {what} has no {name}, because the import fails: {why!r}", file=sys.stderr)
     return result
 
 

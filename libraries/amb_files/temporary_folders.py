@@ -1,4 +1,4 @@
-"""Temporary folders that end with their process; a later process removes those of a killed one."""
+"""Temporary folders that are removed with their process; a later process removes those of a killed process."""
 
 from __future__ import annotations
 
@@ -53,12 +53,12 @@ def _create_locked(folder: Path) -> int | None:
 
 
 def _name(token: str) -> str:
-    """Return the name of a folder, which ends with a digest of itself, so that it cannot occur by accident."""
+    """Return the name of a folder; it ends with a digest of its beginning, so that no other folder has such a name."""
     return f"{PREFIX}{token}-{hashlib.sha256(f'{PREFIX}{token}'.encode()).hexdigest()[:16]}"
 
 
 def _is_ours(folder: Path) -> bool:
-    """Return whether a folder was made here for this user."""
+    """Return whether `temporary_folder` made a folder for this user."""
     token = re.fullmatch(f"{re.escape(PREFIX)}([0-9a-f]{{16}})-[0-9a-f]{{16}}", folder.name)
     try:
         return token is not None and folder.name == _name(token[1]) and folder.lstat().st_uid == os.geteuid()
@@ -79,7 +79,7 @@ def _remove_abandoned(parent: Path) -> None:
 
 
 def _lock(folder: Path, wait: bool) -> int | None:
-    """Lock a folder and return what `_unlock` takes; raises OSError if it is locked and `wait` is false."""
+    """Lock a folder and return its descriptor for `_unlock`; raises OSError if it is locked and `wait` is false."""
     if sys.platform == "win32":
         return None
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)

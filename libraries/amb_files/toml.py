@@ -66,14 +66,14 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
         If the text is not valid TOML (the message has line and column), or tables are nested too deeply.
     """
     too_deep = ValueError(f"{name} is not allowed: its tables and lists are nested more than {DEEPEST} deep")
-    # a dotted key takes the square of its length
+    # the time to parse a dotted key grows with the square of its length
     if max(part.count(".") for part in NO_KEY.split(text)) > LONGEST_KEY:
         raise too_deep
     try:
         data = tomllib.loads(text)
     except RecursionError as error:
         raise too_deep from error
-    except ValueError as error:  # from Python, for a number with thousands of digits
+    except ValueError as error:  # a TOMLDecodeError, or from int() for thousands of digits
         raise ValueError(f"{name} is not valid TOML: {error}{_separators(text, str(error))}") from error
     inner: list[Any] = [data]
     for _ in range(DEEPEST):

@@ -34,7 +34,7 @@ _KINDS = {
 _BOUNDS = {annotated_types.Gt: ">", annotated_types.Ge: ">=", annotated_types.Lt: "<", annotated_types.Le: "<="}
 _LONGEST = 60  # characters of a value in a message
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
-_MANY = 3  # unknown keys of a table in a single sentence
+_MANY = 3  # unknown keys of a table from which on a single sentence lists them
 
 
 @dataclass(frozen=True)
@@ -77,20 +77,20 @@ def sentences(error: ValidationError, form: type[Any], data: object) -> list[str
     by_place: dict[Location, list[ErrorDetails]] = {}
     for details in error.errors():
         by_place.setdefault(_keys(details, data), []).append(details)
-    for keys, result in list(by_place.items()):  # a list counts as too short if its items are invalid
-        if result[0]["type"] == "too_short" and any(other[: len(keys)] == keys != other for other in by_place):
+    for keys, errors in list(by_place.items()):  # pydantic calls a list too short if its items are invalid
+        if errors[0]["type"] == "too_short" and any(other[: len(keys)] == keys != other for other in by_place):
             del by_place[keys]
-    unknown: dict[Location, list[Location]] = {}
-    for keys, result in by_place.items():
-        if result[0]["type"] in _UNKNOWN:
-            unknown.setdefault(keys[:-1], []).append(keys)
-    together = []
-    for strangers in unknown.values():
-        if len(strangers) >= _MANY:  # not a typo but a file of another kind
-            result = [by_place.pop(keys)[0] for keys in strangers]
-            names = ", ".join(_place(keys, data) for keys in strangers)
-            together.append(f"unknown keys {names}; {suggest(names, _options(form, result[0]))}")
-    return [*together, *(line for result in by_place.values() for line in _sentence(result, form, data).splitlines())]
+    unknown_keys: dict[Location, list[Location]] = {}  # by table
+    for keys, errors in by_place.items():
+        if errors[0]["type"] in _UNKNOWN:
+            unknown_keys.setdefault(keys[:-1], []).append(keys)
+    summaries = []
+    for unknown in unknown_keys.values():
+        if len(unknown) >= _MANY:  # not a typo but a file of another kind
+            errors = [by_place.pop(keys)[0] for keys in unknown]
+            names = ", ".join(_place(keys, data) for keys in unknown)
+            summaries.append(f"unknown keys {names}; {suggest(names, _options(form, errors[0]))}")
+    return [*summaries, *(line for errors in by_place.values() for line in _sentence(errors, form, data).splitlines())]
 
 
 def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
@@ -121,7 +121,7 @@ def _options(form: type[Any], unknown: ErrorDetails) -> list[str]:
 
 
 def _at_place(sentence: str, keys: Location, data: object) -> str:
-    """Return a form's sentence with its place: `diameter = ...` of a shaft becomes `shaft.diameter = ...`."""
+    """Return a sentence of a form's check, with its place: `diameter = ...` becomes `shaft.diameter = ...`."""
     named = re.match(r"(\w+)(?= (?:=|is missing|is set))", sentence)
     if named:
         return _place((*keys, named[1]), data) + sentence[named.end() :]
@@ -174,7 +174,7 @@ def _place(keys: Location, data: object) -> str:
 def _keys(details: ErrorDetails, data: object) -> Location:
     """Return the parts of an error's location that the data has, and a missing key.
 
-    pydantic adds the members of unions and what validators made.
+    pydantic's locations also contain members of unions and names of validators.
     """
     location = details["loc"]
     keys: Location = ()

@@ -1,4 +1,4 @@
-"""Names with wildcards: `*` for any characters, `?` for any one, `[xy]` for one of these.
+"""Names with wildcards: `*` for any characters, `?` for any single character, `[xy]` for x or y.
 
 Brackets with numbers are array indices and are taken literally: `u[2]`, `gains[*,1]`.
 """

@@ -1,4 +1,4 @@
-"""Types of arrays outside FMUs; code that runs in an FMU has `fmi_export.model.Array`."""
+"""Types of arrays outside FMUs; code that runs in an FMU uses `fmi_export.model.Array`."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -96,9 +96,9 @@ def _entries() -> Iterator[ListedItem]:
 
 def _descriptions() -> dict[str, str]:
     """Return the descriptions of packs; an invalid pack.toml is skipped with a warning."""
-    from amb_files.pack_file import available, read_pack_file
+    from amb_files.pack_file import pack_toml_paths, read_pack_file
 
-    contents = {pack: readable(file, read_pack_file, file, pack) for pack, file in available().items()}
+    contents = {pack: readable(file, read_pack_file, file, pack) for pack, file in pack_toml_paths().items()}
     return {pack: content.description for pack, content in contents.items() if content is not None}
 
 
