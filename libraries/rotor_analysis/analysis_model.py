@@ -42,8 +42,8 @@ def analysis_model(
 
     max |lambda - lambda_full| / |lambda_full| <= accuracy, over `count` modes at both ends of `speeds`
 
-    It retains an increasing number of free modes, and residual shapes of bearings and seals; the full model if no
-    reduction is accurate.
+    Reductions retain an increasing number of free modes, and the residual shapes of bearings and seals. If none of them
+    is accurate, the full model is returned.
 
     Parameters
     ----------
@@ -71,21 +71,21 @@ def analysis_model(
         reduction = reduce_by(full, basis.model.translations, basis.right, basis.left)
         error = 0.0
         for speed in ends:
-            result = np.array([mode.eigenvalue for mode in modes(reduction.model, speed, count)])
-            if np.abs(result).max(initial=0.0) > np.abs(exact[speed]).max():  # slow motion that is strongly damped
+            reduced = np.array([mode.eigenvalue for mode in modes(reduction.model, speed, count)])
+            if np.abs(reduced).max(initial=0.0) > np.abs(exact[speed]).max():  # slow motion that is strongly damped
                 exact[speed] = eigenvalues(full, speed)
-            error = max(error, _error(result, exact[speed], count))
+            error = max(error, _error(reduced, exact[speed], count))
         if error <= accuracy:
             return AnalysisModel(SupportedRotor(rotor, full, reduction), error)
         retained = int(GROWTH * retained) + 1
     return AnalysisModel(SupportedRotor(rotor, full, unreduced(full)), 0.0)
 
 
-def _error(result: Complex, exact: Complex, count: int) -> float:
+def _error(reduced: Complex, exact: Complex, count: int) -> float:
     """Return the largest relative distance of a reduction's lowest modes from the nearest full-model eigenvalues.
 
     It is infinite if the reduction lacks some of these modes.
     """
-    if len(result) < min(count, int(np.sum(oscillating(exact) & (exact.imag > 0.0)))):
+    if len(reduced) < min(count, int(np.sum(oscillating(exact) & (exact.imag > 0.0)))):
         return np.inf
-    return float(np.max(np.min(np.abs(result[:, None] - exact), axis=1) / np.abs(result), initial=0.0))
+    return float(np.max(np.min(np.abs(reduced[:, None] - exact), axis=1) / np.abs(reduced), initial=0.0))

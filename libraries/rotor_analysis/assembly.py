@@ -48,7 +48,7 @@ class Matrices:
     over_speed
         Bearings and seals on the model whose coefficients depend on the spin speed; `at` adds them to M, K and C.
     hysteresis
-        Hysteretic damping of the shaft in addition, for motion at one frequency; None without.
+        Hysteretic damping of the shaft in addition, for motion at a single frequency; None if the shaft has none.
     """
 
     M: Array
@@ -100,8 +100,8 @@ class Matrices:
         if self.R.any():
             C, K = self.C + self.R, self.K - Omega * self.R @ turned(self.size)
             model = replace(model, C=C, R=np.zeros_like(self.R), K=K)
-        for item in self.over_speed:
-            K, C, M = (item.left @ matrix @ item.right for matrix in item.bearing.at(Omega))
+        for attached in self.over_speed:
+            K, C, M = (attached.left @ matrix @ attached.right for matrix in attached.bearing.at(Omega))
             model = replace(model, M=model.M + M, C=model.C + C, K=model.K + K)
         return model
 
@@ -127,7 +127,7 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     Returns
     -------
     Matrices
-        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C, R and hysteresis are of
+        Size 4 n for n nodes; node k has rows 4 (k - 1) .. 4 (k - 1) + 3 for x, y, x', y'. C, R and hysteresis come from
         the rotor's `damping` alone.
 
     Raises
@@ -152,18 +152,18 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
         M[w, w] += body.mass
         M[w + 1, w + 1] += body.diametral_inertia
         G[w + 1, w + 1] += body.polar_inertia
-    damping, both = rotor.damping, np.eye(2)
+    damping, both_planes = rotor.damping, np.eye(2)
     C, R = damping_matrices(damping, shaft_mass, M, K)
-    stiffness = np.kron(K, both).astype(np.float64)
-    lossy = Hysteresis(damping.loss_factor, damping.rotating, stiffness) if damping.loss_factor else None
+    stiffness = np.kron(K, both_planes).astype(np.float64)
+    hysteresis = Hysteresis(damping.loss_factor, damping.rotating, stiffness) if damping.loss_factor else None
     return Matrices(
-        M=np.kron(M, both).astype(np.float64),
-        C=np.kron(C + 0.0, both).astype(np.float64),  # no -0.0
-        R=np.kron(R + 0.0, both).astype(np.float64),
+        M=np.kron(M, both_planes).astype(np.float64),
+        C=np.kron(C + 0.0, both_planes).astype(np.float64),  # no -0.0
+        R=np.kron(R + 0.0, both_planes).astype(np.float64),
         G=np.kron(G, MINUS_I),
         K=stiffness,
         translations={k + 1: (4 * k, 4 * k + 1) for k in range(len(nodes))},
-        hysteresis=lossy,
+        hysteresis=hysteresis,
     )
 
 
@@ -176,7 +176,7 @@ def element_matrices(element: Element, mass: MassModel) -> tuple[Array, Array, A
 
 
 def on_bearings(model: Matrices, rotor: Rotor) -> Matrices:
-    """Return `model` of `rotor` with its bearings and seals; those that depend on speed are for `Matrices.at`."""
+    """Return `model` of `rotor` with its bearings and seals; `Matrices.at` adds those that depend on speed."""
     return with_bearings(model, (*rotor.bearings, *rotor.seals))
 
 
@@ -184,8 +184,8 @@ def with_bearings(model: Matrices, bearings: Iterable[Bearing]) -> Matrices:
     """Return a model with bearings, whose nodes must have translations in it."""
     for bearing in bearings:
         if bearing.at_speed:
-            place = np.eye(model.size)[model.rows((bearing.node,))]
-            model = replace(model, over_speed=(*model.over_speed, AttachedBearing(bearing, place, place.T)))
+            selection = np.eye(model.size)[model.rows((bearing.node,))]
+            model = replace(model, over_speed=(*model.over_speed, AttachedBearing(bearing, selection, selection.T)))
         else:
             model = model.with_bearing(bearing.node, *bearing.at(0.0))
     return model

@@ -37,38 +37,38 @@ def stiffness(element: Element) -> Array:
     array, shape (4, 4)
         Stiffness in N/m, N/rad, N m/rad.
     """
-    length, phi = element.length, shear_parameter(element)
+    L, phi = element.length, shear_parameter(element)
     if element.is_tapered:
         return tapered.stiffness(element, phi)
-    a, b, c, d = 12.0, 6.0 * length, (4.0 + phi) * length**2, (2.0 - phi) * length**2
+    a, b, c, d = 12.0, 6.0 * L, (4.0 + phi) * L**2, (2.0 - phi) * L**2
     shape = np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]])
-    return element.material.youngs_modulus * element.second_moment / ((1.0 + phi) * length**3) * shape
+    return element.material.youngs_modulus * element.second_moment / ((1.0 + phi) * L**3) * shape
 
 
 def consistent_translational_mass(element: Element) -> Array:
     """Return the translational mass from the element's static deflection, shape (4, 4), kg and kg m.
 
-    Cubic Hermite functions when Phi = 0 (Nelson and McVaugh 1976); with shear those of Nelson 1980.
+    The shape functions are Hermite cubics for Phi = 0 (Nelson and McVaugh 1976), those of Nelson 1980 with shear.
     """
-    n, p = element.length, shear_parameter(element)
+    L, phi = element.length, shear_parameter(element)
     if element.is_tapered:
-        return tapered.translational_mass(element, p)
-    a, b = 156.0 + 294.0 * p + 140.0 * p**2, (22.0 + 38.5 * p + 17.5 * p**2) * n
-    c, d = 54.0 + 126.0 * p + 70.0 * p**2, (13.0 + 31.5 * p + 17.5 * p**2) * n
-    e, f = (4.0 + 7.0 * p + 3.5 * p**2) * n**2, (3.0 + 7.0 * p + 3.5 * p**2) * n**2
+        return tapered.translational_mass(element, phi)
+    a, b = 156.0 + 294.0 * phi + 140.0 * phi**2, (22.0 + 38.5 * phi + 17.5 * phi**2) * L
+    c, d = 54.0 + 126.0 * phi + 70.0 * phi**2, (13.0 + 31.5 * phi + 17.5 * phi**2) * L
+    e, f = (4.0 + 7.0 * phi + 3.5 * phi**2) * L**2, (3.0 + 7.0 * phi + 3.5 * phi**2) * L**2
     shape = np.array([[a, b, c, -d], [b, e, d, -f], [c, d, a, -b], [-d, -f, -b, e]])
-    return element.material.density * element.area * n / (420.0 * (1.0 + p) ** 2) * shape
+    return element.material.density * element.area * L / (420.0 * (1.0 + phi) ** 2) * shape
 
 
 def consistent_rotary_inertia(element: Element) -> Array:
     """Return the rotary inertia from the same deflection, shape (4, 4); G_1 is twice this."""
-    n, p = element.length, shear_parameter(element)
+    L, phi = element.length, shear_parameter(element)
     if element.is_tapered:
-        return tapered.rotary_inertia(element, p)
-    a, b = 36.0, (3.0 - 15.0 * p) * n
-    c, d = (4.0 + 5.0 * p + 10.0 * p**2) * n**2, (1.0 + 5.0 * p - 5.0 * p**2) * n**2
+        return tapered.rotary_inertia(element, phi)
+    a, b = 36.0, (3.0 - 15.0 * phi) * L
+    c, d = (4.0 + 5.0 * phi + 10.0 * phi**2) * L**2, (1.0 + 5.0 * phi - 5.0 * phi**2) * L**2
     shape = np.array([[a, b, -a, b], [b, c, -b, -d], [-a, -b, a, -b], [b, -d, -b, c]])
-    return element.material.density * element.second_moment / (30.0 * n * (1.0 + p) ** 2) * shape
+    return element.material.density * element.second_moment / (30.0 * L * (1.0 + phi) ** 2) * shape
 
 
 def diagonal_mass(element: Element) -> tuple[Array, Array]:

@@ -99,14 +99,14 @@ def _crossing(model: Matrices, number: int, mode: Mode, low: float, high: float)
         return continue_modes(model, [mode], low, Omega)[0] if Omega > low else mode
 
     def frequency_excess(Omega: float) -> float:
-        """Return damped frequency minus spin speed; a mode that does not oscillate has no frequency."""
-        result = mode_at(Omega)
-        return (result.frequency if result else 0.0) - Omega
+        """Return damped frequency minus spin speed; the frequency of a mode that does not oscillate is 0."""
+        continued = mode_at(Omega)
+        return (continued.frequency if continued else 0.0) - Omega
 
     Omega = float(brentq(frequency_excess, low, high, xtol=1e-9, rtol=1e-12))
-    result = mode_at(Omega) or mode
+    critical = mode_at(Omega) or mode
     if model.hysteresis is not None:  # its damping changes sign at this frequency
         synchronous = modes(model, Omega, omega=Omega)
-        index = pair_modes(model.M, [result.shape], [item.shape for item in synchronous])[0][0]
-        result = result if index is None else synchronous[index]
-    return CriticalSpeed(Omega, number, result.damping_ratio, result.whirl)
+        index = pair_modes(model.M, [critical.shape], [candidate.shape for candidate in synchronous])[0][0]
+        critical = critical if index is None else synchronous[index]
+    return CriticalSpeed(Omega, number, critical.damping_ratio, critical.whirl)

@@ -46,16 +46,16 @@ def critical_speeds(free: Matrices, springs: Mapping[int, float], count: int) ->
     if len(springs) < 2 or min(springs.values()) <= 0.0:
         raise ValueError(f"springs = {dict(springs)} N/m are not allowed; they must be two or more, > 0 N/m")
     M, K = free.M[::2, ::2], free.K[::2, ::2].copy()
-    G = free.G[::2, 1::2]  # of x over y: minus multiplication by -i, which is [[0, 1], [-1, 0]]
-    place = {node: rows[0] // 2 for node, rows in free.translations.items()}
+    G_1 = free.G[::2, 1::2]  # G has G_1 times [[0, 1], [-1, 0]] over x and y
+    row = {node: rows[0] // 2 for node, rows in free.translations.items()}
     for node, stiffness in springs.items():
-        K[place[node], place[node]] += stiffness
+        K[row[node], row[node]] += stiffness
     last = len(K) - 1
-    mu, shapes = eigh(M - G, K, subset_by_index=(max(0, last + 1 - count), last))
+    mu, shapes = eigh(M - G_1, K, subset_by_index=(max(0, last + 1 - count), last))
     retained = mu[::-1] > 1e-16
-    along = shapes[[place[node] for node in sorted(place)]][:, ::-1][:, retained]
-    largest = along[np.abs(along).argmax(axis=0), np.arange(along.shape[1])]
-    return 1.0 / np.sqrt(mu[::-1][retained]), along / largest
+    translations = shapes[[row[node] for node in sorted(row)]][:, ::-1][:, retained]
+    largest = translations[np.abs(translations).argmax(axis=0), np.arange(translations.shape[1])]
+    return 1.0 / np.sqrt(mu[::-1][retained]), translations / largest
 
 
 def antinodes(shape: Array) -> list[tuple[int, slice]]:
@@ -73,19 +73,19 @@ def lobe_masses(free: Matrices, shape: Array) -> list[tuple[int, float, float]]:
 
         m_l = sum over the nodes of lobe l of m_k |phi_k|                                         (2)
 
-    A mass near a zero of the shape hardly excites the mode, and hardly counts. So the masses depend neither on the mesh
-    about the zero nor on the rounding that decides on which side of it a node is.
+    A mass near a zero of the shape hardly excites the mode and hardly contributes. The masses therefore depend neither
+    on the mesh about the zero nor on the rounding that decides on which side of it a node is.
     """
-    along = np.zeros(free.size)
+    translation = np.zeros(free.size)
     rows = [free.translations[node][0] for node in sorted(free.translations)]
-    along[rows] = 1.0
-    weighted = (free.M @ along)[rows] * np.abs(shape)
-    return [(at, float(weighted[span].sum()), float(np.sign(shape[at]))) for at, span in antinodes(shape)]
+    translation[rows] = 1.0
+    weighted = (free.M @ translation)[rows] * np.abs(shape)
+    return [(peak, float(weighted[span].sum()), float(np.sign(shape[peak]))) for peak, span in antinodes(shape)]
 
 
 def _signs(shape: Array) -> Array:
-    """Return the signs of a shape, of a zero that of the position before it, of leading ones that of the next."""
+    """Return the signs of a shape; a zero has the sign of the position before it, a leading zero that of the next."""
     signs = np.sign(shape)
     nonzero = np.flatnonzero(signs)
-    place = np.maximum(np.searchsorted(nonzero, np.arange(len(signs)), side="right") - 1, 0)
-    return np.asarray(signs[nonzero[place]])
+    last = np.maximum(np.searchsorted(nonzero, np.arange(len(signs)), side="right") - 1, 0)
+    return np.asarray(signs[nonzero[last]])

@@ -20,7 +20,7 @@ Ratio = Annotated[StrictFloat, Ge(0.0), Lt(1.0)]
 Ratios = Annotated[tuple[Ratio, ...], BeforeValidator(as_tuple)]
 Share = Annotated[StrictFloat, Ge(0.0), Le(1.0)]
 
-SHIFT = 1e4  # rad^2/s^2, for a stiffness that does not hold the rotor
+SHIFT = 1e4  # rad^2/s^2, which makes the singular stiffness of a free rotor positive definite
 N_RIGID = 2  # modes of the free rotor in a single plane: translation and tilting
 
 

@@ -1,10 +1,10 @@
-"""Response of a turning rotor to harmonic forces, f = Re[F exp(i omega t)], between any of its nodes.
+"""Response of a spinning rotor to harmonic forces, f = Re[F exp(i omega t)], between any of its nodes.
 
     [-omega^2 M + i omega (C + Omega G) + K + D - L F(i omega) R] q = L f,   x = R q                  (1)
 
-M to D are the rotor with what else holds it, reduced to its free modes up to some frequency and the residual shapes of
-the nodes where forces act (`free_rotor`). R has the displacements of all nodes, L the forces on the coordinates.
-F(i omega) are forces of magnetic bearings over displacements.
+M, C, G, K and D describe the rotor on its other bearings, reduced to its free modes up to some frequency and the
+residual shapes of the nodes where forces act (`free_rotor`). R maps the coordinates to the displacements of all nodes,
+L forces at the nodes to the coordinates. F(i omega) are forces of magnetic bearings over displacements.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from rotor_analysis.reduction import Reduction
 from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 
-BEYOND = 3.0  # times the highest frequency: up to there all modes are kept
+BEYOND = 3.0  # times the highest frequency: all modes up to there are retained
 LEAST_MODES = 10  # for gyroscopic moments, which couple modes
 
 Forces = Callable[[float], Complex]
@@ -36,7 +36,7 @@ class HarmonicModel:
     """A reduced rotor for (1).
 
     model
-        With its bearings, without those of F.
+        The rotor on its bearings, without those of F.
     right, left
         R and L of (1): x and y of each node in turn, shape (2 nodes, size) and its transpose.
     """
@@ -50,7 +50,7 @@ class HarmonicModel:
         return replace(self, model=self.model.at(Omega))
 
     def stiffness(self, omega: float, Omega: float, forces: Forces | None = None) -> Complex:
-        """Return the matrix of (1) at a frequency and a spin speed (rad/s), with F of (1) if there is any."""
+        """Return the matrix of (1) at a frequency and a spin speed (rad/s), with F of (1) unless it is None."""
         stiffness = dynamic_stiffness(self.model, Omega, omega)
         return stiffness if forces is None else stiffness - self.left @ forces(omega) @ self.right
 
@@ -96,23 +96,23 @@ def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings:
     Parameters
     ----------
     rotor
-        Its description, of which bearings and seals do not count.
+        Its description; its bearings and seals are ignored.
     nodes
-        Where forces act, those of magnetic bearings among them.
+        Nodes where forces act, including those of magnetic bearings.
     highest
         Frequency (rad/s) up to which the response is accurate.
     bearings
-        Its support.
+        Bearings and seals on the rotor, without those of F.
     """
-    held = tuple(bearings)
+    supports = tuple(bearings)
     full = assemble(rotor)
-    places = tuple({*nodes, *(bearing.node for bearing in held)}) or (1, len(rotor.shaft.nodes))
+    force_nodes = tuple({*nodes, *(bearing.node for bearing in supports)}) or (1, len(rotor.shaft.nodes))
     count = int(np.searchsorted(free_modes(full.M[::2, ::2], full.K[::2, ::2])[0], BEYOND * highest))
-    reduction = reduce_to_modes(full, max(count, LEAST_MODES, len(places)), places)
-    return HarmonicModel(with_bearings(reduction.model, held), *_at_nodes(rotor, reduction))
+    reduction = reduce_to_modes(full, max(count, LEAST_MODES, len(force_nodes)), force_nodes)
+    return HarmonicModel(with_bearings(reduction.model, supports), *_at_nodes(rotor, reduction))
 
 
 def _at_nodes(rotor: Rotor, reduction: Reduction) -> tuple[Array, Array]:
-    """Return R and L of (1): rows of x and y of all nodes in a full model."""
+    """Return R and L of (1), with x and y of all nodes of the full model."""
     rows = [4 * node + axis for node in range(len(rotor.shaft.nodes)) for axis in (0, 1)]
     return reduction.right[rows], reduction.left[:, rows]

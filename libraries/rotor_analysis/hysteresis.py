@@ -1,4 +1,4 @@
-"""Hysteretic damping of the shaft: force by loss factor and strain, whatever the frequency at which the shaft bends.
+"""Hysteretic damping of the shaft: a force by loss factor and strain, independent of the frequency of bending.
 
 The share r of the loss factor eta that rotates with the shaft opposes strain in the frame of the shaft. A whirl with
 the frequency omega in the fixed frame, forward or backward, bends the fibres of the shaft with omega - Omega or
@@ -8,12 +8,14 @@ the frequency omega in the fixed frame, forward or backward, bends the fibres of
     P_f = (1 - i J)/2,   P_b = (1 + i J)/2
 
 where K is the stiffness of the shaft alone, J turns each pair x, y by a right angle from x to y, and P_f and P_b are
-the forward and the backward part of the motion. Faster than the spin D is i eta K: each cycle takes 2 pi eta times the
-greatest strain energy. Slower than the spin, with r = 1, it is -sgn(Omega) eta K J, whose force on a forward whirl has
-the direction of the velocity: it drives this whirl. Synchronous forward whirl keeps the shaft bent and loses nothing.
+the forward and the backward part of the motion. For motion faster than the spin, D is i eta K: each cycle dissipates
+2 pi eta times the maximum strain energy. For slower motion with r = 1, D is -sgn(Omega) eta K J; its force on a forward
+whirl has the direction of the velocity and drives this whirl. Synchronous forward whirl leaves the strain constant and
+dissipates nothing.
 
-A model in time needs a force of positions and velocities. On a free rotor with K phi_k = omega_k^2 M phi_k and
-phi_k^T M phi_k = 1 it is that of the viscous damping with equal loss in each mode at rest,
+A model in time needs a force that depends on positions and velocities. For a free rotor with
+K phi_k = omega_k^2 M phi_k and phi_k^T M phi_k = 1 it is that of the viscous damping with equal loss in each mode at
+rest,
 
     C_i = eta sum_k omega_k (M phi_k)(M phi_k)^T.                                                          (2)
 
@@ -58,7 +60,7 @@ class Hysteresis:
         return np.asarray(drive + 1j * loss * self.K if loss else drive)
 
     def viscous(self, M: Array) -> tuple[Array, Array]:
-        """Return the share in the fixed frame and the rotating one of C_i in (2), N s/m, of a free rotor of mass M."""
+        """Return the shares of C_i (2) in the fixed and in the rotating frame (N s/m), for a free rotor of mass M."""
         frequencies, shapes = free_modes(M[::2, ::2], self.K[::2, ::2])
         momenta = M[::2, ::2] @ shapes
         C: Array = np.kron(self.loss_factor * (momenta * frequencies) @ momenta.T, np.eye(2)).astype(np.float64)

@@ -16,23 +16,23 @@ DEPENDENT = 1e-13  # least eigenvalue of a mass matrix with diagonal 1: rounding
 
 
 def lacks_inertia(M: Array, K: Array) -> bool:
-    """Return whether some motion, with mass and stiffness M and K, is static by all that rounding leaves."""
+    """Return whether some motion has no inertia, within rounding, in a model of mass M and stiffness K."""
     mu = np.diag(M) / np.diag(K)
     if np.min(mu, initial=np.inf) <= MASSLESS * np.max(mu, initial=0.0):
         return True
-    size = np.sqrt(np.diag(M))
-    return bool(np.min(np.linalg.eigvalsh(M / np.outer(size, size)), initial=np.inf) <= DEPENDENT)
+    scale = np.sqrt(np.diag(M))
+    return bool(np.min(np.linalg.eigvalsh(M / np.outer(scale, scale)), initial=np.inf) <= DEPENDENT)
 
 
 def inertial(mu: Array) -> Bools:
-    """Return which mu of (1) are of modes."""
+    """Return which mu of (1) belong to modes."""
     return np.asarray(mu > MASSLESS * np.max(mu, initial=0.0))
 
 
 def inertias(M: Array, K: Array) -> int:
     """Return the number of independent motions that have inertia: the rank of M, scaled by the diagonal of K."""
-    size = np.sqrt(np.diag(K))
-    return int(np.count_nonzero(inertial(np.linalg.eigvalsh(M / np.outer(size, size)))))
+    scale = np.sqrt(np.diag(K))
+    return int(np.count_nonzero(inertial(np.linalg.eigvalsh(M / np.outer(scale, scale)))))
 
 
 def inertial_modes(M: Array, K: Array, shift: float = 0.0) -> tuple[Array, Array]:
@@ -48,6 +48,6 @@ def inertial_modes(M: Array, K: Array, shift: float = 0.0) -> tuple[Array, Array
     from scipy.linalg import eigh  # slow to import
 
     mu, shapes = eigh(M, K + shift * M)
-    kept = inertial(mu)
-    mu, shapes = mu[kept][::-1], shapes[:, kept][:, ::-1]
+    has_inertia = inertial(mu)
+    mu, shapes = mu[has_inertia][::-1], shapes[:, has_inertia][:, ::-1]
     return np.asarray(1.0 / mu - shift), np.asarray(shapes / np.sqrt(mu))

@@ -10,7 +10,7 @@ from rotor_analysis.reduction import Reduction, msdc
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.undamped import undamped_modes
 
-SLOW = 0.1  # rad/s, of a rotor that hardly bends, on bearings that hardly hold it
+SLOW = 0.1  # rad/s; slower modes are those of a rotor that hardly bends, on bearings that hardly support it
 
 
 def needed_masters(rotor: Rotor) -> tuple[int, ...]:

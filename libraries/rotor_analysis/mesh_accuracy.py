@@ -17,7 +17,7 @@ from rotor_analysis.undamped import undamped_modes
 Layers = tuple[Element, ...]  # an element and the sleeves on it
 
 MOST_NODES = 500
-MOST_NEEDED = 4 * MOST_NODES  # by the order of the error: a rotor for which it says more is not tried
+MOST_NEEDED = 4 * MOST_NODES  # elements, extrapolated by the order of the error; refinement stops if more are needed
 ORDER: dict[MassModel, int] = {"diagonal": 2, "consistent": 4}  # of a frequency's error in the length of the elements
 ROUNDING = 64 * np.finfo(float).eps  # of the terms of a dynamic stiffness, in the difference of two
 LARGE = 0.25  # elements with this share of the largest contribution are divided together
@@ -31,9 +31,9 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
 
         delta omega / omega = phi^T (D_halves - D) phi / (2 omega^2)
 
-    less the rounding error of the difference, which is all that is left of it in a motion that hardly bends the rotor,
-    as on soft bearings. While the sum over the elements exceeds `accuracy` for a mode, the original elements that
-    contribute most are divided into more equal parts.
+    less the rounding error of the difference, which dominates it in a motion that hardly bends the rotor, as on soft
+    bearings. While the sum over the elements exceeds `accuracy` for a mode, the original elements that contribute most
+    are divided into more equal parts.
 
     Parameters
     ----------
@@ -52,20 +52,20 @@ def refine_to_accuracy(rotor: Rotor, modes: int, accuracy: float) -> Rotor:
     z = np.array(rotor.shaft.nodes)
     counts = np.ceil(np.diff(z) / (z[-1] - z[0]) * modes).astype(int)
     order = ORDER[rotor.shaft.mass_matrix]
-    most = np.maximum(1, np.diff(z) // (SHORTEST * (1.0 + SHORTEST) * (z[-1] - z[0]))).astype(int)
-    counts = np.minimum(counts, most)
+    max_counts = np.maximum(1, np.diff(z) // (SHORTEST * (1.0 + SHORTEST) * (z[-1] - z[0]))).astype(int)
+    counts = np.minimum(counts, max_counts)
     while np.sum(counts) < MOST_NODES:
         mesh = _divide(rotor, counts)
         change = _change_by_halving(mesh, modes)
         sums = np.sum(change, axis=0)
-        missed = change[:, sums > accuracy]
-        if missed.size == 0:
+        inaccurate = change[:, sums > accuracy]
+        if inaccurate.size == 0:
             return mesh
         if np.sum(counts) * (np.max(sums) / accuracy) ** (1.0 / order) > MOST_NEEDED:
             break
-        coarse = np.any(missed > LARGE * np.max(missed, axis=0), axis=1)
+        coarse = np.any(inaccurate > LARGE * np.max(inaccurate, axis=0), axis=1)
         divided = np.unique(np.repeat(np.arange(len(counts)), counts)[coarse])
-        finer = np.minimum(counts[divided] + np.maximum(1, counts[divided] // 3), most[divided])
+        finer = np.minimum(counts[divided] + np.maximum(1, counts[divided] // 3), max_counts[divided])
         if np.array_equal(finer, counts[divided]):
             break
         counts[divided] = finer
@@ -78,9 +78,8 @@ def _change_by_halving(rotor: Rotor, modes: int) -> Array:
     change = np.empty((len(rotor.elements), len(frequencies)))
     for e, layers in enumerate(rotor.elements):
         at_ends = shapes[2 * e : 2 * e + 4]
-        halves, whole = (
-            D(layers, rotor.shaft.mass_matrix, frequencies) for D in (_stiffness_halved, _dynamic_stiffness)
-        )
+        halves = _stiffness_halved(layers, rotor.shaft.mass_matrix, frequencies)
+        whole = _dynamic_stiffness(layers, rotor.shaft.mass_matrix, frequencies)
         difference = np.abs(np.einsum("im,mij,jm->m", at_ends, halves - whole, at_ends))
         size = np.einsum("im,mij,jm->m", np.abs(at_ends), np.abs(whole), np.abs(at_ends))
         change[e] = np.maximum(difference - ROUNDING * size, 0.0)

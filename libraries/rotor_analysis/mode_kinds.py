@@ -10,7 +10,7 @@ from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import translations
 
-RIGID = 0.5  # of the kinetic energy; from there on a mode counts as that of a rigid body
+RIGID = 0.5  # share of the kinetic energy from which on a mode is a rigid-body mode
 SIGN_THRESHOLD = 1e-3  # of the largest displacement; smaller ones have no sign
 
 

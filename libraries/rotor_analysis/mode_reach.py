@@ -26,7 +26,7 @@ from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
 from rotor_analysis.rotor import Rotor
 
-SMALL = 0.02  # share of the largest of a shape below which a place is at a node of it
+SMALL = 0.02  # share of the largest value of a shape; positions with less are at a node of it
 REACHED = 0.05  # least reach of a mode that is controlled
 
 
@@ -52,7 +52,7 @@ class BearingReach:
 
     @property
     def kind(self) -> str:
-        """Obstacle to damping by the bearing, in words; empty without any."""
+        """Obstacle to damping by the bearing, in words; empty if it has none."""
         if self.is_at_node:
             return "at a node"
         return "non-collocated" if self.value < 0.0 else ""
@@ -71,10 +71,10 @@ class ModeReach:
     def deciding(self) -> BearingReach:
         """The bearing that drives the mode most, if a bearing does; otherwise that with the largest reach.
 
-        A single bearing with a reach below -`REACHED` counts: its law needs the opposite phase at this mode.
+        A bearing with a reach below -`REACHED` drives the mode: its law needs the opposite phase there.
         """
-        worst = min(self.bearings, key=lambda one: one.value)
-        return worst if worst.value < -REACHED else max(self.bearings, key=lambda one: one.value)
+        worst = min(self.bearings, key=lambda bearing: bearing.value)
+        return worst if worst.value < -REACHED else max(self.bearings, key=lambda bearing: bearing.value)
 
 
 def mode_reaches(rotor: Rotor, magnets: Sequence[str], count: int) -> list[ModeReach]:

@@ -15,7 +15,7 @@ from rotor_analysis.spectrum import AT_REST, eigenpairs, eigenvalues, oscillatin
 
 Whirl = Literal["forward", "backward", "mixed"]
 
-SAME_EIGENVALUE = 1e-7  # eigenvalues closer than this, relatively, are one; stiff bearings part them by 2e-8
+SAME_EIGENVALUE = 1e-7  # relative distance of eigenvalues that count as equal; stiff bearings separate them by 2e-8
 INDEPENDENT = 1e10  # condition of the products of shapes; rounding leaves those of a defective eigenvalue above 1e12
 
 
@@ -87,10 +87,10 @@ def modes(model: Matrices, Omega: float, count: int | None = None, omega: float 
     """
     require(count is None or count >= 1, "count", count, "1 or more")
     values, shapes = eigenpairs(model, Omega, omega)
-    result = np.flatnonzero(oscillating(values) & (values.imag > 0.0))
-    result = result[np.argsort(values[result].imag, kind="stable")]
-    shapes = _separate_whirl(model, values[result], shapes[:, result])
-    return _to_modes(model, values[result[:count]], shapes[:, :count])
+    order = np.flatnonzero(oscillating(values) & (values.imag > 0.0))
+    order = order[np.argsort(values[order].imag, kind="stable")]
+    shapes = _separate_whirl(model, values[order], shapes[:, order])
+    return _to_modes(model, values[order[:count]], shapes[:, :count])
 
 
 def overdamped_modes(model: Matrices, Omega: float) -> list[Mode]:
@@ -99,9 +99,9 @@ def overdamped_modes(model: Matrices, Omega: float) -> list[Mode]:
     Their damping ratio is 1 if they decay and -1 if they grow; an unsupported rotor drifts, with eigenvalue 0.
     """
     values, shapes = eigenpairs(model, Omega)
-    result = np.flatnonzero(np.isfinite(values) & ~oscillating(values))
-    result = result[np.argsort(np.abs(values[result]), kind="stable")]
-    return _to_modes(model, values[result].real.astype(np.complex128), shapes[:, result])
+    order = np.flatnonzero(np.isfinite(values) & ~oscillating(values))
+    order = order[np.argsort(np.abs(values[order]), kind="stable")]
+    return _to_modes(model, values[order].real.astype(np.complex128), shapes[:, order])
 
 
 def damped_frequencies(model: Matrices, Omega: float, count: int | None = None) -> Array:
@@ -128,15 +128,15 @@ def translations(model: Matrices, shape: Complex) -> Complex:
 
 def _to_modes(model: Matrices, values: Complex, shapes: Complex) -> list[Mode]:
     nodes = sorted(model.translations)
-    place = shapes[[row for node in nodes for row in model.translations[node]]]
-    sizes = np.abs(place)
+    displacement = shapes[[row for node in nodes for row in model.translations[node]]]
+    sizes = np.abs(displacement)
     only_slopes = sizes.max(axis=0, initial=0.0) < 1e-6 * np.abs(shapes).max(axis=0, initial=0.0)  # but for rounding
-    place[:, only_slopes], sizes[:, only_slopes] = 0.0, 0.0
+    displacement[:, only_slopes], sizes[:, only_slopes] = 0.0, 0.0
     result = []
     for k, (value, shape) in enumerate(zip(values, shapes.T, strict=True)):
-        among = place[:, k] if sizes[:, k].any() else shape
+        among = displacement[:, k] if sizes[:, k].any() else shape
         largest = among[np.argmax(np.abs(among))]
-        x, y = place[0::2, k] / largest, place[1::2, k] / largest
+        x, y = displacement[0::2, k] / largest, displacement[1::2, k] / largest
         result.append(Mode(complex(value), shape / largest, dict(zip(nodes, _whirl_senses(x, y), strict=True))))
     return result
 
@@ -154,10 +154,10 @@ def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Comple
         if end < len(values) and abs(values[end] - values[begin]) <= SAME_EIGENVALUE * abs(values[begin]):
             continue
         if end - begin > 1:
-            place = np.stack([translations(model, shape) for shape in shapes[:, begin:end].T], axis=-1)
-            x, y = place[:, 0], place[:, 1]
+            displacement = np.stack([translations(model, shape) for shape in shapes[:, begin:end].T], axis=-1)
+            x, y = displacement[:, 0], displacement[:, 1]
             size = x.conj().T @ x + y.conj().T @ y
-            if np.linalg.cond(size) < INDEPENDENT:  # else they are one shape, of a defective eigenvalue
+            if np.linalg.cond(size) < INDEPENDENT:  # otherwise they are the same shape, of a defective eigenvalue
                 turning = 1j * (x.conj().T @ y - y.conj().T @ x)  # Hermitian: 2 Im(x conj(y)) summed over the nodes
                 shapes[:, begin:end] = shapes[:, begin:end] @ eigh(turning, size)[1]
         begin = end

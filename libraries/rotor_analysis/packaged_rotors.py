@@ -1,4 +1,4 @@
-"""Rotors of the installed packs by name; one is the default."""
+"""Rotors of the installed packs, by name."""
 
 from __future__ import annotations
 

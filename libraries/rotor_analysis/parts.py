@@ -24,10 +24,10 @@ Tensor = tuple[tuple[float, float], tuple[float, float]]  # ((xx, xy), (yx, yy))
 
 
 def _as_tensor(value: object) -> object:
-    """A 2 x 2 tensor, or a single number for both axes of an isotropic bearing."""
+    """Return a 2 x 2 tensor unchanged, and a single number as the tensor of an isotropic bearing."""
     rows: Any = value if isinstance(value, list | tuple) else ((value, 0.0), (0.0, value))
-    whole = len(rows) == 2 and all(isinstance(row, list | tuple) and len(row) == 2 for row in rows)
-    if not whole or not all(_is_finite(number) for row in rows for number in row):
+    is_matrix = len(rows) == 2 and all(isinstance(row, list | tuple) and len(row) == 2 for row in rows)
+    if not is_matrix or not all(_is_finite(number) for row in rows for number in row):
         raise ValueError("it must be a finite number or [[xx, xy], [yx, yy]] of finite numbers")
     return tuple(tuple(float(number) for number in row) for row in rows)
 
@@ -46,7 +46,7 @@ NO_TENSOR: Tensor = ((0.0, 0.0), (0.0, 0.0))
 TensorOrNumber = Annotated[Tensor, BeforeValidator(_as_tensor), AfterValidator(_as_moderate)]
 DEFAULT_CLEARANCE = 0.5e-3  # m
 AT_Z = 0  # in place of the node of a part that is placed by z
-NodeUnlessZ = Annotated[Node, Field(default=AT_Z)]  # a default of the field itself would need one for all that follow
+NodeUnlessZ = Annotated[Node, Field(default=AT_Z)]  # `= AT_Z` in a class would require defaults of all fields after it
 
 
 class _Placed:
@@ -113,7 +113,7 @@ class Disc(_Placed):
 
 
 def _kind_of_body(value: object) -> str:
-    """A body with a radius or a width is a disc."""
+    """Return the tag of a body: one with a radius or a width is a disc."""
     if isinstance(value, dict):
         return "disc" if {"radius", "width"} & set(value) else "body"
     return "disc" if isinstance(value, Disc) else "body"

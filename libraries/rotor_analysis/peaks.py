@@ -25,7 +25,7 @@ class Peak:
     amplification
         AF = Omega/(Omega_2 - Omega_1), the speeds where the amplitude is 1/sqrt(2) of the peak.
     from_single_side
-        Whether only one of these speeds was found, and the width is twice the distance to it.
+        Whether only one of these speeds exists, so that the width is twice its distance from the peak.
     """
 
     Omega: float
@@ -51,7 +51,7 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
     for k in np.flatnonzero((amplitudes[1:-1] >= amplitudes[:-2]) & (amplitudes[1:-1] > amplitudes[2:])) + 1:
         with np.errstate(divide="ignore"):
             compliance = (amplitudes[k] / amplitudes) ** 2
-        Omega, lowest = (float(of) for of in vertex(speeds[k - 1 : k + 2], compliance[k - 1 : k + 2])[:2])
+        Omega, lowest = (float(value) for value in vertex(speeds[k - 1 : k + 2], compliance[k - 1 : k + 2])[:2])
         if not 0.9 < lowest <= 1.0:  # samples that do not resolve the peak
             Omega, lowest = float(speeds[k]), 1.0
         before = _crossing(speeds[k::-1], compliance[k::-1], 2.0 * lowest, lowest)
@@ -64,21 +64,21 @@ def peaks_of(speeds: Array, amplitudes: Array) -> list[Peak]:
 def highest_peaks(speeds: Array, curves: Mapping[str, Array]) -> list[tuple[str, Peak]]:
     """Return the peaks of the amplitudes at several places, ascending, with the place where each is highest.
 
-    Peaks of two places within half of the half-power width are one.
+    Peaks of two places are the same critical speed if their distance is at most half of the half-power width.
     """
-    found = [(name, peak) for name, amplitudes in curves.items() for peak in peaks_of(speeds, amplitudes)]
+    peaks = [(name, peak) for name, amplitudes in curves.items() for peak in peaks_of(speeds, amplitudes)]
     groups: list[list[tuple[str, Peak]]] = []
-    for name, peak in sorted(found, key=lambda item: item[1].Omega):
+    for name, peak in sorted(peaks, key=lambda named: named[1].Omega):
         width = peak.Omega * max(0.5 / peak.amplification, 1.0 / UNDAMPED)
         if groups and peak.Omega - groups[-1][-1][1].Omega <= width:
             groups[-1].append((name, peak))
         else:
             groups.append([(name, peak)])
-    return [max(group, key=lambda item: item[1].amplitude) for group in groups]
+    return [max(group, key=lambda named: named[1].amplitude) for group in groups]
 
 
 def _crossing(speeds: Array, values: Array, level: float, lowest: float) -> float | None:
-    """Return the speed at which values rise to a level, from the first on; None if they fall below the lowest first."""
+    """Return the first speed at which `values` reach a level; None if they fall below `lowest` before it."""
     beyond = np.flatnonzero(values >= level)
     if not len(beyond) or values[: beyond[0]].min() < lowest * (1.0 - 1e-6):
         return None
@@ -93,7 +93,7 @@ def _crossing(speeds: Array, values: Array, level: float, lowest: float) -> floa
 
 def _peak(Omega: float, height: float, before: float | None, after: float | None) -> Peak:
     from_single_side = before is None or after is None
-    ends = [item for item in (before, after) if item is not None]
+    ends = [speed for speed in (before, after) if speed is not None]
     width = 2.0 * abs(Omega - ends[0]) if from_single_side else ends[1] - ends[0]
     return Peak(Omega, height, Omega / max(width, math.ulp(Omega)), from_single_side)
 

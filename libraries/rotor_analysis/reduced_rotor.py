@@ -21,7 +21,7 @@ from rotor_analysis.spinning_shapes import whirl, with_spinning_shapes
 from rotor_analysis.undamped import undamped_modes
 
 DEFAULT_BAND = 2000.0  # Hz
-HOLDS_WITHIN = 0.01  # relative error of a natural frequency, up to which a mode counts as one of the rotor's
+HOLDS_WITHIN = 0.01  # relative error of the natural frequency up to which a reduced mode represents one of the rotor
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
     """Return the plant's model of the free rotor, without its bearings.
 
     The translations x and y of some planes come first, in order, then the other coordinates: with free modes the planes
-    of bearings and sites, with MSDC the masters. Unreduced, the coordinates are x, y and the slopes x', y' of every
-    node, and with free modes if some node has no inertia. By default MSDC's masters are the planes of discs, bearings,
-    seals, sites and sensors, and others until the first modes are accurate.
+    of bearings and sites, with MSDC the masters. Without reduction, or with free modes if some node has no inertia, the
+    coordinates are x, y and the slopes x', y' of every node. By default MSDC's masters are the planes of discs,
+    bearings, seals, sites and sensors, and others until the first modes are accurate.
 
     Parameters
     ----------
@@ -80,8 +80,8 @@ def reduced_rotor(rotor: Rotor) -> Reduction:
     if options.method == "none":
         return unreduced(full)
     if options.method == "msdc":
-        named, count = rotor.masters, (rotor.mesh or Mesh()).modes
-        return msdc(full, named) if named else condense_to_accuracy(full, rotor, count, options.accuracy)
+        masters, count = rotor.masters, (rotor.mesh or Mesh()).modes
+        return msdc(full, masters) if masters else condense_to_accuracy(full, rotor, count, options.accuracy)
     return _by_free_modes(full, rotor)
 
 
@@ -91,7 +91,7 @@ def elastic_shapes(rotor: Rotor) -> tuple[int, int]:
 
 
 def with_modes(rotor: Rotor, modes: int) -> Rotor:
-    """Return a rotor whose plant has a number of elastic modes in each plane of motion."""
+    """Return the rotor with `modes` elastic modes in each plane of motion of its plant."""
     return replace(rotor, reduction=ReductionOptions("free_modes", modes=modes))
 
 
@@ -99,9 +99,9 @@ def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
     """Return the errors of the frequencies of `reduced_rotor`, of the first `count` modes without rigid motion."""
     full, plant = on_bearings(assemble(rotor), rotor), reduced_rotor(rotor)
     reduced = reduce_by(full, plant.model.translations, plant.right, plant.left).model
-    exact, result = (undamped_modes(model, rotor, count)[0] for model in (full, reduced))
+    exact, approximate = (undamped_modes(model, rotor, count)[0] for model in (full, reduced))
     percent = np.full(len(exact), np.nan)
-    percent[: len(result)] = 100.0 * (result / exact[: len(result)] - 1.0)
+    percent[: len(approximate)] = 100.0 * (approximate / exact[: len(approximate)] - 1.0)
     return ReductionError(exact, percent)
 
 
@@ -138,20 +138,20 @@ def valid_to(full: Matrices, reduced: Matrices) -> float:
     full, reduced
         The free rotor and its reduction, each the same in both planes of motion.
     """
-    (exact, _), (result, _) = (free_modes(model.M[::2, ::2], model.K[::2, ::2]) for model in (full, reduced))
-    within = frequency_error(exact[: len(result)], result) <= HOLDS_WITHIN
-    count = len(result) if within.all() else int(np.argmin(within))
+    (exact, _), (approximate, _) = (free_modes(model.M[::2, ::2], model.K[::2, ::2]) for model in (full, reduced))
+    within = frequency_error(exact[: len(approximate)], approximate) <= HOLDS_WITHIN
+    count = len(approximate) if within.all() else int(np.argmin(within))
     return float(exact[count - 1]) if count else 0.0
 
 
 def force_nodes(rotor: Rotor) -> tuple[int, ...]:
-    """Return the nodes of bearings and contact sites, which get residual shapes, or else those of the ends."""
+    """Return the nodes of bearings and contact sites, which get residual shapes; without any, those of the ends."""
     nodes = {*rotor.site_nodes, *rotor.bearing_nodes} or {1, len(rotor.shaft.nodes)}
     return tuple(sorted(nodes))
 
 
 def _by_free_modes(full: Matrices, rotor: Rotor) -> Reduction:
-    """The reduction by free modes, residual shapes of `force_nodes` and spinning shapes, as the rotor file requires."""
+    """Return the reduction to free modes, residual and spinning shapes, as set in the rotor file."""
     if lacks_inertia(full.M, full.K):
         return unreduced(full)
     free, forces, options = free_rotor(full), force_nodes(rotor), rotor.reduction

@@ -1,17 +1,17 @@
-"""Samples of curves, closer about each maximum until it is that of the curve, not of its samples.
+"""Samples of curves, added about each maximum until the largest sample has the height of the curve's maximum.
 
 Near a resonance a response is h = a/(x - x_0 - j sigma), so that the inverse of its square is a parabola:
 
     |h|^-2 = ((x - x_0)^2 + sigma^2)/|a|^2                                                        (1)
 
-Through three samples it gives x_0 and sigma even of a peak that is much sharper than their distances. Where the height
-expected so is not that of the samples, or these are far apart, more are added at x_0 + sigma tan(psi), which divides
-the circle of h evenly, and between a maximum and a neighbour that is less than half as high.
+Through three samples it gives x_0 and sigma even of a peak that is much sharper than their distances. If the parabola
+predicts a higher maximum than the samples have, or they are too far apart, samples are added at x_0 + sigma tan(psi),
+which divides the circle of h evenly, and halfway between a maximum and a neighbour that is less than half as high.
 
-Three samples of another curve say nothing of a peak that is narrower than their distances: on its flanks they may lie
-evenly about a sample that is not its top. Such a maximum counts only if the curve bends at its neighbours about as much
-as at it, by the second differences; otherwise halves of the distances follow. A maximum at an end counts if a sample
-close to it is lower.
+Three samples of any other curve do not show a peak that is narrower than their distances: they may lie evenly on its
+flanks, about a sample that is not its top. A maximum is therefore accepted only if the second differences at its
+neighbours are about as large as at the maximum; otherwise the intervals about it are halved. A maximum at an end is
+accepted if a sample close to it is lower.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from array_types import Array, Indices
 ACCURACY = 1e-3  # of a maximum, relative to it or to its height above its neighbours
 ROUNDS = 16  # in which samples are added; the distance shrinks by a factor of ten or more in each
 FAN = np.tan(np.linspace(-1.45, 1.45, 17))  # about a peak, in half widths
-ROUND = np.tan(np.linspace(-1.45, 1.45, 33))  # about a known resonance, whose circle is drawn
+CIRCLE = np.tan(np.linspace(-1.45, 1.45, 33))  # about a computed resonance, whose circle is drawn
 FEW = np.array([-1.0, 0.0, 1.0])  # about the top of a smooth curve
-NEAR, WIDER = 0.2, 5.0  # distance and width of a peak, in half widths of another, up to which samples serve both
+NEAR, WIDER = 0.2, 5.0  # distance and width of a peak, in half widths of a sharper one whose samples serve both
 FINE = 0.25  # half widths, the largest distance of samples at a maximum
-STEEP = 0.5  # of a maximum, below which its neighbours are too far away to tell its shape
+STEEP = 0.5  # of a maximum; lower neighbours are too far away to show its shape
 EVEN = 0.2, 2.5  # least and largest curvature at a neighbour of a maximum, over that at it, about a single smooth top
-FLAT = 1e-5  # of a maximum, by which it exceeds its neighbours at least if it is no rounding
+FLAT = 1e-5  # of a maximum; it is due to rounding if it exceeds its neighbours by less
 END, NEXT = 1e-4, 0.02  # of the range and of the second distance: the first distance that shows the slope at an end
 SAME = 1e-12  # relative distance of equal samples
 
@@ -57,9 +57,9 @@ def refined(
     x
         First samples, ascending, shape (n,).
     heights
-        Returns the curves whose maxima count from values, shape (n, ...). Minima are maxima of minus a curve.
+        Returns, from values, the curves whose maxima are refined, shape (n, ...). Minima are maxima of minus a curve.
     accuracy
-        Of each maximum, relative.
+        Relative accuracy of each maximum.
     resonant
         Whether maxima above 0 are resonances by (1); otherwise the curves are smooth, and parabolas themselves.
 
@@ -70,7 +70,7 @@ def refined(
     """
     values = evaluate(x)
     for _ in range(ROUNDS):
-        more = _closer(x, np.asarray(heights(values)).reshape(len(x), -1), accuracy, resonant)
+        more = _additional_samples(x, np.asarray(heights(values)).reshape(len(x), -1), accuracy, resonant)
         if not len(more):
             break
         order = np.argsort(np.concatenate([x, more]), kind="stable")
@@ -79,18 +79,18 @@ def refined(
 
 
 def with_samples(x: Array, more: Iterable[float]) -> Array:
-    """Return x, ascending, and those of more samples that are between its ends, such as the entries of a table."""
+    """Return x, ascending, with those of `more` that lie between its ends, such as the entries of a table."""
     return np.sort(np.concatenate([x, _between(np.array(list(more), dtype=np.float64), x)]))
 
 
 def about_resonances(x: Array, resonances: Sequence[tuple[float, float]]) -> Array:
-    """Return x, and samples about resonances x_0 with half widths sigma that are between its ends."""
+    """Return x with samples about resonances (x_0, half width sigma) that lie between its ends."""
     limits = [(at, width, -np.inf, np.inf) for at, width in resonances]
-    return np.sort(np.concatenate([x, _between(_fans(limits, ROUND), x)]))
+    return np.sort(np.concatenate([x, _between(_fans(limits, CIRCLE), x)]))
 
 
-def _closer(x: Array, h: Array, accuracy: float, may_resonate: bool) -> Array:
-    """Return samples to add about maxima of any column of h that the samples do not resolve yet."""
+def _additional_samples(x: Array, h: Array, accuracy: float, may_resonate: bool) -> Array:
+    """Return samples to add about the maxima of any column of h that are not yet resolved."""
     if len(x) < 3:
         return np.empty(0)
     ends = [*_next_to_first(x, h), *(-at for at in _next_to_first(-x[::-1], h[::-1]))]
@@ -119,7 +119,7 @@ def _closer(x: Array, h: Array, accuracy: float, may_resonate: bool) -> Array:
 
 
 def _may_be_narrow(x: Array, h: Array, k: Indices, curve: Indices) -> Array:
-    """Return which maxima, at samples k + 1 of their curves, may have a top that their neighbours do not enclose."""
+    """Return which maxima, at samples k + 1 of their curves, may be narrower than the distances of the samples."""
     slopes = np.pad(np.diff(h, axis=0) / np.diff(x)[:, None], ((1, 1), (0, 0)))  # none beyond the ends
     distances = np.pad(np.diff(x), 1, mode="edge")
     widths = np.stack([distances[k + n] + distances[k + n + 1] for n in range(3)])
@@ -139,9 +139,9 @@ def _next_to_first(x: Array, h: Array) -> list[float]:
 
 
 def _fans(peaks: Sequence[tuple[float, float, float, float]], offsets: Array = FAN) -> Array:
-    """Return samples about peaks, each with its half width, and the ends within which it has samples.
+    """Return samples about peaks (position, half width, least and largest sample).
 
-    Of peaks at about the same place the sharpest counts.
+    Of peaks at about the same position only the sharpest has samples.
     """
     result: list[Array] = [np.empty(0)]
     placed: list[tuple[float, float]] = []
@@ -154,7 +154,7 @@ def _fans(peaks: Sequence[tuple[float, float, float, float]], offsets: Array = F
 
 
 def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
-    """Return place, value and second divided difference at the minimum of the parabola through three samples.
+    """Return position, value and second divided difference of the minimum of the parabola through three samples.
 
     Parameters
     ----------
@@ -169,9 +169,9 @@ def vertex(x: Array, g: Array) -> tuple[Array, Array, Array]:
 
 
 def _between(more: Array, x: Array) -> Array:
-    """Return those of more samples, ascending, that are between the ends of x, and not at one of them or each other."""
+    """Return those of `more`, ascending, that lie between the ends of x and equal no sample of x and none another."""
     distinct = np.unique(more[(more > x[0]) & (more < x[-1])])
     distinct = distinct[np.diff(distinct, prepend=-np.inf) > SAME * np.abs(distinct)]
-    place = np.clip(np.searchsorted(x, distinct), 1, len(x) - 1)
-    free = np.minimum(distinct - x[place - 1], x[place] - distinct) > SAME * np.abs(distinct)
-    return np.asarray(distinct[free])
+    after = np.clip(np.searchsorted(x, distinct), 1, len(x) - 1)
+    is_new = np.minimum(distinct - x[after - 1], x[after] - distinct) > SAME * np.abs(distinct)
+    return np.asarray(distinct[is_new])

@@ -3,8 +3,8 @@
     D(Omega) q = Omega^2 (u, -i u),    D = H + i S with H and S Hermitian                         (1)
 
 At a critical speed an eigenvalue of H is zero: inertia and stiffness cancel in its shape v, whatever the unbalance, and
-S alone limits the motion. Eigenvalues of H in ascending order are continuous, so that each change of sign between two
-speeds, of several at once too, is a critical speed. Near it (v* D v) is lambda' (Omega - Omega_0) + i v* S v, and the
+S alone limits the motion. Eigenvalues of H in ascending order are continuous, so each change of sign between two speeds
+is a critical speed, even if several change at once. Near it (v* D v) is lambda' (Omega - Omega_0) + i v* S v, and the
 half width of the peak is
 
     sigma = |v* S v|/|lambda'|                                                                    (2)
@@ -45,19 +45,18 @@ def resonances(stiffness: Callable[[float], Complex], speeds: Array) -> list[tup
         D = stiffness(Omega)
         return np.asarray(np.linalg.eigvalsh(0.5 * (D + D.conj().T)), np.float64)
 
-    swept = [float(Omega) for Omega in speeds]
     result = []
-    for low, high in pairwise(swept):
+    for low, high in pairwise(map(float, speeds)):
         for k in np.flatnonzero(eigenvalues(low) * eigenvalues(high) < 0.0):
-            at = float(brentq(lambda Omega, k=k: eigenvalues(Omega)[k], low, high, xtol=CLOSE * high))
-            result.append((at, _half_width(stiffness, at, int(k), 1e-4 * (high - low))))
+            critical = float(brentq(lambda Omega, k=k: eigenvalues(Omega)[k], low, high, xtol=CLOSE * high))
+            result.append((critical, _half_width(stiffness, critical, int(k), 1e-4 * (high - low))))
     return sorted(result)
 
 
 def _half_width(stiffness: Callable[[float], Complex], Omega: float, k: int, step: float) -> float:
     """Return the half width (rad/s) of the critical speed at which eigenvalue k of H is zero."""
-    D, next_to = stiffness(Omega), stiffness(Omega + step)
+    D, D_next = stiffness(Omega), stiffness(Omega + step)
     _, shapes = np.linalg.eigh(0.5 * (D + D.conj().T))
     v = shapes[:, k]
-    slope = ((v.conj() @ next_to @ v) - (v.conj() @ D @ v)).real / step
+    slope = ((v.conj() @ D_next @ v) - (v.conj() @ D @ v)).real / step
     return float(abs((v.conj() @ D @ v).imag) / abs(slope))

@@ -83,7 +83,7 @@ def synchronous_motion(
     rotor_model, speeds, nodes
         As for `unbalance_response`.
     stiffness
-        Dynamic stiffness of the rotor in all that supports it, in the coordinates of `rotor_model`.
+        Dynamic stiffness of the rotor with all its supports, in the coordinates of `rotor_model`.
     cases
         Unbalance (kg m) by node, of each case.
 
@@ -92,13 +92,13 @@ def synchronous_motion(
     ValueError
         As `unbalance_response`.
     """
-    displayed = rotor_model.displacement_of(nodes)
+    to_nodes = rotor_model.displacement_of(nodes)
     loads = np.stack([unbalance_vector(rotor_model, case) for case in cases], axis=1)
     result = np.empty((len(speeds), len(cases), len(nodes), 2), dtype=np.complex128)
     for k, Omega in enumerate(map(float, speeds)):
         require(bool(np.isfinite(Omega)), "Omega", f"{Omega} rad/s", "finite")
         try:
-            motion = displayed @ np.linalg.solve(stiffness(Omega), Omega**2 * loads)
+            motion = to_nodes @ np.linalg.solve(stiffness(Omega), Omega**2 * loads)
         except np.linalg.LinAlgError as error:
             raise ValueError(
                 f"Omega = {Omega} rad/s is a critical speed of an undamped rotor: no steady state"

@@ -10,7 +10,7 @@ from array_types import Array
 from rotor_analysis.assembly import assemble
 from rotor_analysis.rotor import Rotor
 
-HELD = 1e-9  # of the largest stiffness, below which a motion is not held
+NO_STIFFNESS = 1e-9  # of the largest stiffness; a motion with less is not resisted
 
 
 @dataclass(frozen=True)
@@ -27,12 +27,12 @@ def rigid_body(rotor: Rotor) -> RigidBody:
     """Return mass, centre of mass and inertias, from the kinetic energy of rigid motion in the consistent model."""
     model = assemble(rotor, "consistent")
     M, G = model.M[::2, ::2], model.G[::2, 1::2]
-    along, turning = np.zeros((2, len(M)))
-    along[::2] = 1.0
-    turning[::2], turning[1::2] = rotor.shaft.nodes, 1.0
-    mass = float(along @ M @ along)
-    centre = float(along @ M @ turning) / mass
-    return RigidBody(mass, centre, float(turning @ G @ turning), float(turning @ M @ turning) - mass * centre**2)
+    translation, tilt = np.zeros((2, len(M)))
+    translation[::2] = 1.0
+    tilt[::2], tilt[1::2] = rotor.shaft.nodes, 1.0
+    mass = float(translation @ M @ translation)
+    centre = float(translation @ M @ tilt) / mass
+    return RigidBody(mass, centre, float(tilt @ G @ tilt), float(tilt @ M @ tilt) - mass * centre**2)
 
 
 def floating_motions(rotor: Rotor, speeds: Array) -> int:
@@ -48,12 +48,14 @@ def floating_motions(rotor: Rotor, speeds: Array) -> int:
         Spin speeds (rad/s) at which tables of coefficients are read, shape (n,), n > 0.
     """
     z = np.array(rotor.shaft.nodes)
-    along = (z - z.mean()) / np.ptp(z)
+    relative_z = (z - z.mean()) / np.ptp(z)
     ranks = []
     for Omega in speeds:
-        held = np.zeros((4, 4))
+        stiffness = np.zeros((4, 4))
         for part in (*rotor.bearings, *rotor.seals):
-            at_part = np.kron([1.0, along[part.node - 1]], np.eye(2))
-            held += at_part.T @ part.at(float(Omega))[0] @ at_part
-        ranks.append(int(np.linalg.matrix_rank(held, tol=HELD * np.abs(held).max())) if held.any() else 0)
+            at_part = np.kron([1.0, relative_z[part.node - 1]], np.eye(2))
+            stiffness += at_part.T @ part.at(float(Omega))[0] @ at_part
+        ranks.append(
+            int(np.linalg.matrix_rank(stiffness, tol=NO_STIFFNESS * np.abs(stiffness).max())) if stiffness.any() else 0
+        )
     return 4 - max(ranks)

@@ -20,9 +20,9 @@ class SavedRotor:
     """Content of a file, in order.
 
     others
-        Other tables.
+        Names of tables of other kinds.
     over_both
-        Bearings and seals with coefficients over speed and frequency.
+        Tags of bearings and seals with coefficients over both speed and frequency.
     """
 
     title: str
@@ -55,13 +55,13 @@ def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
             continue
         what, kind = f"{name}, {key!r}", key.partition("_")[0]
         if isinstance(table, dict) and {"kxx", "cxx"} <= set(table):
-            of_kind = rotor.seals if kind == "SealElement" else rotor.bearings
+            supports = rotor.seals if kind == "SealElement" else rotor.bearings
             if table.get("speed") and table.get("frequency"):
                 rotor.over_both.append(str(table.get("tag", key)))
                 continue
             if is_old and "g0" not in table:
                 table = {**table, "speed": table.get("frequency"), "frequency": None, "interpolation": "spline"}
-            of_kind.append(validate(table, SavedBearing, what))
+            supports.append(validate(table, SavedBearing, what))
         elif kind == "ShaftElement":
             rotor.elements.append(validate(table, SavedShaftElement, what))
         elif kind == "DiskElement":
@@ -73,25 +73,25 @@ def read_saved(path: Path, frequency: float | None = None) -> SavedRotor:
     if not rotor.elements:
         raise ValueError(f"{name} has no table such as ['ShaftElement_1']; it must be a rotor saved by ROSS as TOML")
     by_reason: dict[str, list[str]] = {}
-    for reason, tag in _unlike(rotor, frequency):
+    for reason, tag in _unsupported(rotor, frequency):
         by_reason.setdefault(reason, []).append(tag)
-    wrong = [f"{name}: {reason} ({_few(tags)}); a rotor file has none" for reason, tags in by_reason.items()]
-    if wrong:
-        raise ValueError("\n".join(wrong))
+    if by_reason:
+        lines = (f"{name}: {reason} ({_few(tags)}); a rotor file has no such" for reason, tags in by_reason.items())
+        raise ValueError("\n".join(lines))
     return rotor
 
 
-def _unlike(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[str, str]]:
-    """Features that a rotor file cannot describe, and their parts."""
+def _unsupported(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[str, str]]:
+    """Yield each feature that a rotor file cannot describe, and the tag of its part."""
     for tag in rotor.over_both:
         yield "coefficients over speed and frequency", tag
     for key in rotor.others:
         yield "an element of another kind", key
-    yield from _unlike_a_shaft(rotor.elements)
+    yield from _unsupported_in_shaft(rotor.elements)
     last = max(element.n for element in rotor.elements) + 1
     for part in (*rotor.disks, *rotor.masses, *rotor.bearings, *rotor.seals):
         if part.n > last:
-            yield "a part next to the shaft", part.tag
+            yield "a part beyond the end of the shaft", part.tag
     for mass in rotor.masses:
         if mass.mx != mass.my:
             yield "a mass that differs between x and y", mass.tag
@@ -106,11 +106,11 @@ def _unlike(rotor: SavedRotor, frequency: float | None) -> Iterator[tuple[str, s
             yield "coefficients whose number differs from that of their speeds", bearing.tag
 
 
-def _unlike_a_shaft(elements: list[SavedShaftElement]) -> Iterator[tuple[str, str]]:
+def _unsupported_in_shaft(elements: list[SavedShaftElement]) -> Iterator[tuple[str, str]]:
     at_node: dict[int, SavedShaftElement] = {}
     for element in elements:
-        first, beside = elements[0], at_node.setdefault(element.n, element)
-        for reason, unlike in (
+        first, innermost = elements[0], at_node.setdefault(element.n, element)
+        for reason, applies in (
             ("an axial force", element.axial_force != 0.0),
             ("a torque", element.torque != 0.0),
             ("an element without rotary inertia", not element.rotary_inertia),
@@ -119,9 +119,9 @@ def _unlike_a_shaft(elements: list[SavedShaftElement]) -> Iterator[tuple[str, st
             ("different shear coefficients", element.shear_method_calc != first.shear_method_calc),
             ("an unknown shear coefficient", element.shear_method_calc not in ("cowper", "hutchinson")),
             ("different damping", (element.alpha, element.beta) != (first.alpha, first.beta)),
-            ("layers of different length", abs(element.L - beside.L) > 1e-9),
+            ("layers of different length", abs(element.L - innermost.L) > 1e-9),
         ):
-            if unlike:
+            if applies:
                 yield reason, element.tag
     missing = next((n for n in range(max(at_node) + 1) if n not in at_node), None)
     if missing is not None:

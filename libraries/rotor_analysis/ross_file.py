@@ -61,12 +61,12 @@ def read_ross(path: Path, frequency: float | None = None) -> ImportedRotor:
         for mass in saved.masses
     ]
     bearings, seals = (
-        [{"name": name(b.tag), "node": b.n + 1} | _coefficients(b, frequency) for b in of_kind]
-        for of_kind in (saved.bearings, saved.seals)
+        [{"name": name(b.tag), "node": b.n + 1} | _coefficients(b, frequency) for b in supports]
+        for supports in (saved.bearings, saved.seals)
     )
-    of_bearings = [magnet_of(bearing) for bearing in saved.bearings]
-    magnets = {str(b["name"]): magnet for b, magnet in zip(bearings, of_bearings, strict=True) if magnet is not None}
-    sensors = [{"name": f"{of}_probe", "node": magnet.sensor_node + 1} for of, magnet in magnets.items()]
+    magnet_or_none = [magnet_of(bearing) for bearing in saved.bearings]
+    magnets = {str(b["name"]): magnet for b, magnet in zip(bearings, magnet_or_none, strict=True) if magnet is not None}
+    sensors = [{"name": f"{bearing}_probe", "node": magnet.sensor_node + 1} for bearing, magnet in magnets.items()]
     content = {"name": saved.title} | _shaft(saved.elements) | _damping(saved.elements[0])
     content |= {"bodies": bodies, "bearings": bearings}
     content |= {key: parts for key, parts in (("seals", seals), ("sensors", sensors)) if parts}
@@ -83,21 +83,21 @@ def _notes(saved: SavedRotor, frequency: float | None) -> Iterator[str]:
             yield f"{bearing.tag}: its axial coefficients are omitted."
         if bearing.frequency:
             omega, is_magnet = _frozen_at(bearing, frequency), magnet_of(bearing) is not None
-            at = f"{omega:.6g} rad/s ({omega / math.tau:.4g} Hz)"
-            yield f"{bearing.tag}: its coefficients over the whirl frequency are those at {at}; modes elsewhere differ."
+            value = f"{omega:.6g} rad/s ({omega / math.tau:.4g} Hz)"
+            yield f"{bearing.tag}: its coefficients are those at the whirl frequency {value}; other modes differ."
             if is_magnet:
-                yield "Coefficients of magnets are for analyses without a controller; poles and runs take the scenario."
-                yield from _elsewhere(bearing)
+                yield "Coefficients of magnets are for analyses without controller; poles and runs use the scenario's."
+                yield from _non_collocated(bearing)
         if len(bearing.speed or ()) > 3 and bearing.interpolation == "spline":
             yield "Coefficients over speed are those of ROSS's spline, which smooths the saved ones."
         yield from beyond_saved(bearing)
         others = sorted(set(bearing.model_extra or {}) - DRAWING)
         if others and magnet_of(bearing) is None:
-            yield f"{bearing.tag}: only its stiffness, damping and mass are kept, not {', '.join(others)}."
+            yield f"{bearing.tag}: only its stiffness, damping and mass are imported, not {', '.join(others)}."
 
 
-def _elsewhere(bearing: SavedBearing) -> Iterator[str]:
-    """Return a sentence on a magnet whose sensors are not in its plane, where ROSS takes them to be."""
+def _non_collocated(bearing: SavedBearing) -> Iterator[str]:
+    """Yield a note on a magnet whose sensors are at another node; ROSS takes its control to act there too."""
     magnet = magnet_of(bearing)
     if magnet is not None and magnet.sensor_node != bearing.n:
         yield (
@@ -122,7 +122,7 @@ def _names() -> Callable[[str], str]:
 
 
 def _shaft(elements: list[SavedShaftElement]) -> dict[str, Any]:
-    """The tables `shaft` and `materials`; the first element at a node is the shaft, others there are sleeves on it."""
+    """Return the tables `shaft` and `materials`; the first element at a node is the shaft, others are sleeves on it."""
     first: dict[int, SavedShaftElement] = {}
     for element in elements:
         first.setdefault(element.n, element)
@@ -159,7 +159,7 @@ def _shaft(elements: list[SavedShaftElement]) -> dict[str, Any]:
 
 
 def _damping(element: SavedShaftElement) -> dict[str, Any]:
-    """Return the table `damping`, if there is any; ROSS has damping in the fixed frame."""
+    """Return the table `damping`, or nothing without damping; ROSS has damping in the fixed frame."""
     values = {"mass": element.alpha, "stiffness": element.beta}
     return {"damping": values | {"rotating": 0.0}} if any(values.values()) else {}
 
@@ -177,7 +177,7 @@ def _materials(elements: list[SavedShaftElement]) -> tuple[dict[str, Any], Calla
 
 
 def _collapsed(values: list[Any]) -> Any:
-    """Return a single value in place of equal ones."""
+    """Return a single value for equal ones, and the list for others."""
     return values[0] if len(set(values)) == 1 else values
 
 
@@ -195,7 +195,7 @@ def _coefficients(bearing: SavedBearing, frequency: float | None) -> dict[str, A
 
 
 def _frozen_at(bearing: SavedBearing, frequency: float | None) -> float:
-    """Return the whirl frequency (rad/s) for coefficients; for magnets, the lowest by default."""
+    """Return the whirl frequency (rad/s) at which coefficients are evaluated; by default the lowest of the table."""
     return (bearing.frequency or [0.0])[0] if frequency is None else frequency
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from rotor_analysis.ross_parts import SavedBearing, SavedElement
 
 MU_0 = 4e-7 * math.pi  # H/m, as in ROSS
-RELATIVE = 1e-6  # of a table's stiffness, by which that of the magnet may differ
+TOLERANCE = 1e-6  # of a table's stiffness, by which that of the magnet may differ
 
 
 class SavedMagnet(SavedElement):
@@ -59,6 +59,6 @@ def magnet_of(bearing: SavedBearing) -> SavedMagnet | None:
     for stiffness, damping in ((bearing.kxx, bearing.cxx), (bearing.kyy, bearing.cyy)):
         for omega, k, c in zip(bearing.frequency, stiffness, damping, strict=False):
             saved = k + 1j * omega * c
-            if omega <= 0.0 or not cmath.isclose(magnet.dynamic_stiffness(omega), saved, rel_tol=RELATIVE):
+            if omega <= 0.0 or not cmath.isclose(magnet.dynamic_stiffness(omega), saved, rel_tol=TOLERANCE):
                 return None
     return magnet

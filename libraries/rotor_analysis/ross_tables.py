@@ -1,7 +1,7 @@
 """Coefficients over speed in a file of ROSS before version 3, which interpolates them by splines.
 
-Its spline is cubic and smooths four speeds or more; it is a parabola through three, a line through two. A rotor file is
-monotone between the speeds of its table, so that its table needs more speeds to have the values of the spline.
+Its spline is cubic and smooths four speeds or more; it is a parabola through three, a line through two. A rotor file
+interpolates monotonically between the speeds of its table, so its table needs more speeds to match the spline.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from rotor_analysis.ross_parts import AXES, SavedBearing
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
-ACCURACY = 3e-5  # of the largest value of a coefficient, error between the sampled speeds
+ACCURACY = 3e-5  # error between the sampled speeds, over the largest value of a coefficient
 OVERSHOOT = 0.05  # of the largest saved value, by which a spline leaves the saved values without a note
 
 
 def sampled(bearing: SavedBearing) -> SavedBearing:
-    """Return a bearing with so many speeds that monotone interpolation between them has the values of ROSS's spline."""
+    """Return a bearing with enough speeds for monotone interpolation between them to match ROSS's spline."""
     splines = _splines(bearing)
     if not splines:
         return bearing
     speeds = _dense(list(splines.values()), np.array(bearing.speed))
     curves = {name: spline(speeds).tolist() for name, spline in splines.items()}
-    nothing = {name: [0.0] * len(speeds) for name in _names(bearing) if name not in curves}
-    return bearing.model_copy(update={"speed": speeds.tolist(), **nothing, **curves})
+    zeros = {name: [0.0] * len(speeds) for name in _names(bearing) if name not in curves}
+    return bearing.model_copy(update={"speed": speeds.tolist(), **zeros, **curves})
 
 
 def beyond_saved(bearing: SavedBearing) -> Iterator[str]:

@@ -125,42 +125,42 @@ class Rotor:
     """Seals and passive bearings, which act both in analyses and in co-simulation."""
 
     def __post_init__(self) -> None:
-        wrong = [*self._misplaced(), *self._misnamed()]
-        if wrong:
-            raise ValueError("\n".join(wrong))
+        errors = [*self._misplaced(), *self._misnamed()]
+        if errors:
+            raise ValueError("\n".join(errors))
         shaft = self.shaft.with_nodes_at(part.z for _, part in self._parts() if part.z is not None)
-        stated = list(self.masters)  # numbers that do not count the nodes at `z`
-        for name, value in self._on(shaft).items():
+        masters = list(self.masters)  # as numbered in the file, without the nodes at `z`
+        for name, value in self._fields_on(shaft).items():
             object.__setattr__(self, name, value)
-        require(len(set(stated)) == len(stated), "reduction.masters", stated, "a list without repetition")
+        require(len(set(masters)) == len(masters), "reduction.masters", masters, "a list without repetition")
         retained: tuple[Part, ...] = (*self.bearings, *self.sites)
         missing = [part.name for part in retained if part.node not in self.masters]
         allowed = f"a list with the nodes of bearings and sites: {', '.join(missing)}"
-        require(not stated or not missing, "reduction.masters", stated, allowed)
-        require(len(stated) != 1, "reduction.masters", stated, "two nodes or more")
+        require(not masters or not missing, "reduction.masters", masters, allowed)
+        require(len(masters) != 1, "reduction.masters", masters, "two nodes or more")
         require(bool(self.bodies) or self.mass > 0.0, "mass of shaft and bodies", "0 kg", "> 0 kg")
 
     def _parts(self) -> Iterator[tuple[str, Part]]:
-        """Every part with its key."""
+        """Yield every part with its key."""
         for kind in KINDS:
             for k, part in enumerate(getattr(self, kind)):
                 yield f"{kind}[{k}]", part
 
     def _misplaced(self) -> Iterator[str]:
-        """Return a sentence for each part or master at a position that does not exist."""
+        """Yield a sentence for each part or master at a position that does not exist."""
         nodes = self.shaft.nodes
         for key, part in self._parts():
             if part.z is not None and self.shaft.node_at(part.z) is None and not nodes[0] < part.z < nodes[-1]:
                 allowed = f"from {nodes[0]:g} m to {nodes[-1]:g} m, on the shaft"
                 yield f"{key}.z ({part.name}) = {part.z} m is not allowed; it must be {allowed}"
-        places = [(f"{key}.node ({part.name})", part.node) for key, part in self._parts()]
-        places += [(f"reduction.masters[{k}]", node) for k, node in enumerate(self.masters)]
-        for what, node in places:
+        numbers = [(f"{key}.node ({part.name})", part.node) for key, part in self._parts()]
+        numbers += [(f"reduction.masters[{k}]", node) for k, node in enumerate(self.masters)]
+        for what, node in numbers:
             if node > len(nodes):
                 yield f"{what} = {node} is not allowed; it must be a node number from 1 to {len(nodes)}"
 
     def _misnamed(self) -> Iterator[str]:
-        """Return a sentence for each duplicate name of parts or signals, and for each unknown one."""
+        """Yield a sentence for each duplicate name of parts or signals, and for each unknown name."""
         names = [(f"{key}.name", part.name) for key, part in self._parts()]
         signals = [(f"sensors[{k}].{axis}", getattr(s, axis)) for k, s in enumerate(self.sensors) for axis in "xy"]
         taken: set[str] = set()
@@ -180,14 +180,14 @@ class Rotor:
             if site.bearing is not None and site.stator is not None:
                 yield f"sites[{k}] ({site.name}) has both bearing and stator; it may have one of them"
 
-    def _on(self, shaft: Shaft) -> dict[str, Any]:
+    def _fields_on(self, shaft: Shaft) -> dict[str, Any]:
         """Return the fields of this rotor on another mesh of its shaft, which must have the required nodes."""
 
         def number(node: int, z: float | None = None) -> int:
-            place = self.shaft.nodes[node - 1] if z is None else z
-            result = shaft.node_at(place)
+            position = self.shaft.nodes[node - 1] if z is None else z
+            result = shaft.node_at(position)
             if result is None:
-                raise ValueError(f"nodes = {list(shaft.nodes)} m is not allowed; it must be a list with {place:g} m")
+                raise ValueError(f"nodes = {list(shaft.nodes)} m is not allowed; it must be a list with {position:g} m")
             return result
 
         parts = {
@@ -205,11 +205,11 @@ class Rotor:
         ValueError
             If `shaft` has no node at one of these positions.
         """
-        return replace(self, **self._on(shaft))
+        return replace(self, **self._fields_on(shaft))
 
     @property
     def elements(self) -> tuple[tuple[Element, ...], ...]:
-        """The elements between the nodes, each with the sleeves on it."""
+        """The elements between the nodes, each followed by the sleeves on it."""
         return self.shaft.elements(self.materials)
 
     @property
@@ -233,7 +233,7 @@ class Rotor:
         Raises
         ------
         ValueError
-            If it has none of this name.
+            If the rotor has no part of this name.
         """
         parts = self.nodes_by_name
         if part not in parts:

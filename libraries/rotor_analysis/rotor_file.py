@@ -55,7 +55,7 @@ def _merged(data: dict[str, Any], tables: Tables) -> dict[str, Any]:
 
 
 def numbered_positions(source: RotorSource = None) -> tuple[float, ...]:
-    """Return the positions (m) of the nodes that `node` and `masters` count from 1 in a rotor file that can be read.
+    """Return the positions (m) of the nodes to which `node` and `masters` of a valid rotor file refer, from 1 on.
 
     These are the nodes of the file, or the ends of its sections, without those that `z` and `[mesh]` add; of a `Rotor`
     they are the nodes of its shaft.
@@ -70,7 +70,7 @@ def numbered_positions(source: RotorSource = None) -> tuple[float, ...]:
 
 @lru_cache(maxsize=8)
 def _rotor_of(text: str, name: str) -> Rotor:
-    """Return the rotor described by a text, cached for the next model, because refining a mesh may take long."""
+    """Return the rotor described by a text; it is cached because refining a mesh may take long."""
     return rotor_from(parse_toml(text, name), name)
 
 

@@ -9,7 +9,7 @@ from amb_files.toml import table
 from rotor_analysis.checks import Length, Name, Position, Size
 from rotor_analysis.element import between
 
-SAME_PLACE = 1e-9  # m; a position this close to a node is that node's
+SAME_PLACE = 1e-9  # m; positions this close are the same
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class ElementSection:
         return ElementSection(outer[0], inner[0], outer[1], inner[1], self.material)
 
 
-PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in fields(ElementSection)}
+PER_ELEMENT = {field.name: "" if field.name == "material" else " m" for field in fields(ElementSection)}  # field: unit
 
 
 @table
@@ -60,7 +60,7 @@ class ShaftSection:
     """Name of one of the `materials`; that of the shaft by default."""
 
     def __post_init__(self) -> None:
-        _give_ends(self)
+        _complete_diameters(self)
 
 
 @table
@@ -83,22 +83,22 @@ class Sleeve:
     """Name of one of the `materials`; that of the shaft by default."""
 
     def __post_init__(self) -> None:
-        require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, its begin")
-        _give_ends(self)
+        require(self.begin < self.end, "end", f"{self.end} m", f"> {self.begin} m, where it begins")
+        _complete_diameters(self)
 
     def covers(self, begin: float, end: float) -> bool:
-        """Return whether it lies on the whole element from `begin` to `end` (m)."""
+        """Return whether the sleeve covers the whole element from `begin` to `end` (m)."""
         return self.begin - SAME_PLACE <= begin and end <= self.end + SAME_PLACE
 
     def on(self, begin: float, end: float) -> ElementSection:
-        """Return its part from `begin` to `end` (m)."""
+        """Return the part of the sleeve from `begin` to `end` (m)."""
         whole = ElementSection(*(getattr(self, name) for name in PER_ELEMENT))
         length = self.end - self.begin
         return whole.part((begin - self.begin) / length, (end - self.begin) / length)
 
 
-def _give_ends(part: ShaftSection | Sleeve) -> None:
-    """Fill in the diameters at the other end of a part that is not a cone, and check all four."""
+def _complete_diameters(part: ShaftSection | Sleeve) -> None:
+    """Set the diameters at the other end of a part that is not a cone, and check all four."""
     for name in ("diameter", "inner_diameter"):
         if getattr(part, f"{name}_end") is None:
             object.__setattr__(part, f"{name}_end", getattr(part, name))

@@ -72,12 +72,12 @@ class Shaft:
             object.__setattr__(self, name, values)
         for piece in self._pieces():
             piece.check()
-        for name, same in (
+        for name, default in (
             ("diameter_end", self.diameter),
             ("inner_diameter_end", self.inner_diameter),
             ("material", (None,) * count),
         ):
-            if getattr(self, name) == same:  # nothing of its own to say
+            if getattr(self, name) == default:
                 object.__setattr__(self, name, ())
         _check_material(self, (*(self.material or (None,)), *(sleeve.material for sleeve in self.sleeves)))
         for k, sleeve in enumerate(self.sleeves):
@@ -108,20 +108,20 @@ class Shaft:
         """
         for sleeve in self.sleeves:
             for place in (sleeve.begin, sleeve.end):
-                held = any(abs(place - z) <= SAME_PLACE for z in nodes)
-                require(held, "nodes", f"{list(nodes)} m", f"a list with {place:g} m, the end of a sleeve")
+                has_node = any(abs(place - z) <= SAME_PLACE for z in nodes)
+                require(has_node, "nodes", f"{list(nodes)} m", f"a list with {place:g} m, the end of a sleeve")
         pieces = [self._piece(a, b) for a, b in pairwise(nodes)]
         per_element: dict[str, Any] = {name: tuple(getattr(piece, name) for piece in pieces) for name in PER_ELEMENT}
         return replace(self, nodes=nodes, **per_element)
 
     def elements(self, materials: Mapping[str, Material]) -> tuple[tuple[Element, ...], ...]:
-        """Return the elements between the nodes, each with the sleeves on it; `materials` are those by name."""
-        local = None
+        """Return the elements between the nodes, each followed by the sleeves on it; `materials` are by name."""
+        unnamed = None
         if self.youngs_modulus is not None and self.density is not None and self.poissons_ratio is not None:
-            local = Material(self.youngs_modulus, self.density, self.poissons_ratio)
+            unnamed = Material(self.youngs_modulus, self.density, self.poissons_ratio)
 
         def element(length: float, piece: ElementSection) -> Element:
-            material = local if piece.material is None else materials[piece.material]
+            material = unnamed if piece.material is None else materials[piece.material]
             assert material is not None, "checked when the shaft was made"
             outer, inner = (piece.diameter, piece.diameter_end), (piece.inner_diameter, piece.inner_diameter_end)
             return Element(length, outer, inner, material, self.theory, self.shear)
@@ -135,26 +135,26 @@ class Shaft:
         return [ElementSection(*values) for values in zip(*map(self._per_element, PER_ELEMENT), strict=True)]
 
     def _per_element(self, name: str) -> tuple[Any, ...]:
-        """Return the values of a field, one for each element; those at the other end default to those at the first."""
+        """Return the values of a field, a value per element; those at the other end default to those at the first."""
         values = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
         return values * (len(self.nodes) - 1) if len(values) == 1 else values
 
     def _piece(self, begin: float, end: float) -> ElementSection:
-        """Return the shaft from `begin` to `end` (m): a part of an element, or several identical uniform ones."""
+        """Return the section from `begin` to `end` (m): part of an element, or several identical uniform elements."""
         pieces = zip(pairwise(self.nodes), self._pieces(), strict=True)
         covered = [(piece, a, b) for (a, b), piece in pieces if a < end and b > begin]
         if len(covered) == 1:
             piece, a, b = covered[0]
             return piece.part((begin - a) / (b - a), (end - a) / (b - a))
-        result = {piece for piece, _, _ in covered}
-        displayed = sorted({(piece.diameter, piece.inner_diameter) for piece in result})
+        sections = {piece for piece, _, _ in covered}
+        diameters = sorted({(piece.diameter, piece.inner_diameter) for piece in sections})
         require(
-            len(result) == 1 and not any(piece.is_tapered for piece in result),
+            len(sections) == 1 and not any(piece.is_tapered for piece in sections),
             f"element from {begin:g} m to {end:g} m",
-            displayed,
+            diameters,
             "of one diameter and one inner diameter (m), and one material",
         )
-        return result.pop()
+        return sections.pop()
 
 
 @table
@@ -185,7 +185,7 @@ class SectionedShaft:
         _check_material(self, (*self._materials(), *(sleeve.material for sleeve in self.sleeves)))
 
     def _materials(self) -> tuple[str | None, ...]:
-        """Names of the sections' materials."""
+        """Return the names of the sections' materials."""
         return tuple(section.material or self.material for section in self.sections)
 
     def on_its_ends(self) -> Shaft:
@@ -199,12 +199,12 @@ class SectionedShaft:
 
 
 def _of_material(sleeves: tuple[Sleeve, ...], material: str | None) -> tuple[Sleeve, ...]:
-    """Return the sleeves, with `material` as default."""
+    """Return the sleeves with `material` as their default."""
     return tuple(replace(sleeve, material=sleeve.material or material) for sleeve in sleeves)
 
 
 def _check_material(shaft: Shaft | SectionedShaft, named: Iterable[str | None]) -> None:
-    """Raise a ValueError unless the shaft defines a material exactly if some element does not name one."""
+    """Raise a ValueError unless the shaft defines a material if, and only if, some element names none."""
     needed = any(name is None for name in named)
     for name in ("youngs_modulus", "density", "poissons_ratio"):
         missing = getattr(shaft, name) is None
@@ -215,8 +215,8 @@ def _check_material(shaft: Shaft | SectionedShaft, named: Iterable[str | None]) 
 
 
 def _kind_of_shaft(value: object) -> str:
-    values = "sections" in value if isinstance(value, dict) else isinstance(value, SectionedShaft)
-    return "by_sections" if values else "by_nodes"
+    by_sections = "sections" in value if isinstance(value, dict) else isinstance(value, SectionedShaft)
+    return "by_sections" if by_sections else "by_nodes"
 
 
 if TYPE_CHECKING:

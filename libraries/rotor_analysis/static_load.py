@@ -19,25 +19,25 @@ def carried_masses(rotor: Rotor) -> dict[str, float]:
     Raises
     ------
     ValueError
-        If the bearings do not support the rotor, for example a single one.
+        If the bearings do not support the rotor, such as a single bearing.
     """
     nodes = rotor.bearing_nodes
     if len(set(nodes)) < 2:
         raise ValueError(
-            f"rotor {rotor.name!r} has {len(nodes)} bearings; its weight requires two or more, at a distance"
+            f"rotor {rotor.name!r} has {len(nodes)} bearings; its weight requires two or more, at different nodes"
         )
     return dict(zip((bearing.name for bearing in rotor.bearings), carried_at(rotor, nodes), strict=True))
 
 
 def carried_at(rotor: Rotor, nodes: Sequence[int]) -> list[float]:
-    """Return the mass (kg) that a rotor on supports at two or more nodes, in line, has at each of them."""
+    """Return the mass (kg) that each of two or more supports, aligned and at `nodes`, carries."""
     model = assemble(rotor)
     K, M = model.K[::2, ::2], model.M[::2, ::2]  # along x: translation and slope of each node
-    along = np.zeros(len(K))
-    along[::2] = 1.0
-    weight = M @ along
-    held = np.array([2 * (node - 1) for node in nodes])
-    free = np.setdiff1d(np.arange(len(K)), held)
-    deflection = np.linalg.solve(K[np.ix_(free, free)], weight[free])
-    carried = weight[held] - K[np.ix_(held, free)] @ deflection
+    translation = np.zeros(len(K))
+    translation[::2] = 1.0
+    weight = M @ translation  # over g
+    supported = np.array([2 * (node - 1) for node in nodes])
+    free = np.setdiff1d(np.arange(len(K)), supported)
+    deflection = np.linalg.solve(K[np.ix_(free, free)], weight[free])  # over g
+    carried = weight[supported] - K[np.ix_(supported, free)] @ deflection
     return [float(mass) for mass in carried]

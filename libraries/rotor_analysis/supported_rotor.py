@@ -1,4 +1,4 @@
-"""A rotor on its bearings, full or condensed to some planes, with forces and displacements at its nodes."""
+"""A rotor on its bearings, full or reduced, with forces and displacements at its nodes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class SupportedRotor:
     full
         The finite-element model with the bearings.
     reduction
-        The model for analyses: `full` condensed to some planes, or `full` itself with `right` = `left` = 1.
+        The model for analyses: `full` reduced, or `full` itself with `right` = `left` = 1.
     """
 
     rotor: Rotor
@@ -58,7 +58,7 @@ class SupportedRotor:
 def supported_rotor(
     rotor: Rotor, mass: MassModel | None = None, planes: tuple[int, ...] | None = None
 ) -> SupportedRotor:
-    """Return the model of `rotor` on its bearings (3.1 to 3.6), condensed to `planes` if given (MSDC, 3.8 to 3.13).
+    """Return the model of `rotor` on its bearings (3.1 to 3.6), condensed to any `planes` (MSDC, 3.8 to 3.13).
 
     Parameters
     ----------

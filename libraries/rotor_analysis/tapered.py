@@ -79,13 +79,13 @@ def _deflection(s: float, length: float, phi: float) -> Array:
 
 def _rotation(s: float, length: float, phi: float) -> Array:
     """B_1 .. B_4."""
-    turn = 6.0 * (s**2 - s) / length
+    tilt = 6.0 * (s**2 - s) / length
     return np.array(
-        [turn, 1.0 - 4.0 * s + 3.0 * s**2 + phi * (1.0 - s), -turn, 3.0 * s**2 - 2.0 * s + phi * s]
+        [tilt, 1.0 - 4.0 * s + 3.0 * s**2 + phi * (1.0 - s), -tilt, 3.0 * s**2 - 2.0 * s + phi * s]
     ) / (1.0 + phi)  # fmt: skip
 
 
 def _curvature(s: float, length: float, phi: float) -> Array:
     """B_1' .. B_4'."""
-    turn = 6.0 * (2.0 * s - 1.0) / length
-    return np.array([turn, 6.0 * s - 4.0 - phi, -turn, 6.0 * s - 2.0 + phi]) / (length * (1.0 + phi))
+    tilt = 6.0 * (2.0 * s - 1.0) / length
+    return np.array([tilt, 6.0 * s - 4.0 - phi, -tilt, 6.0 * s - 2.0 + phi]) / (length * (1.0 + phi))

@@ -39,9 +39,9 @@ def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array
 
     at_rest = supported.at(0.0)
     M, K = _plane_of(at_rest.M), _plane_of(at_rest.K)
-    holding = (*rotor.bearings, *rotor.seals)
-    held = {bearing.node for bearing in holding if np.trace(bearing.at(0.0)[0]) != 0.0}
-    rigid = max(0, 2 - len(held))
+    supports = (*rotor.bearings, *rotor.seals)
+    supported_nodes = {bearing.node for bearing in supports if np.trace(bearing.at(0.0)[0]) != 0.0}
+    rigid = max(0, 2 - len(supported_nodes))
     last = len(M) - 1
     for shift in SHIFTS:
         try:

@@ -107,7 +107,7 @@ CANNOT = {
     "pieces": (ELEMENT, {"n": 7}, ("pieces", "no element at node 2")),
     "support": (BEARING, {"n_link": 8}, ("supported", "Bearing 1")),
     "speeds": (BEARING, {"frequency": [0.0, 1.0]}, ("coefficients", "Bearing 1")),
-    "beside": (DISC, {"n": 12}, ("next to the shaft", "Disk 0")),
+    "beside": (DISC, {"n": 12}, ("beyond the end of the shaft", "Disk 0")),
     "gear": ("GearElement_g", {"tag": "g"}, ("another kind", "GearElement_g")),
     "mass": ("PointMass_p", {"tag": "p", "n": 2, "mx": 1.0, "my": 2.0}, ("mass", "p")),
 }
