@@ -3,13 +3,13 @@
     m z'' = F + f_z,   F = G_n(s) (K_i i_c + K_s z),   i_c' = omega_b (i - i_c)                    (1)
 
 with the lag G_n of the eddy currents and the amplifier's bandwidth omega_b. The controller reads z at the instants k T
-and demands u_k = C x_k + D z_k, x_k+1 = A x_k + B z_k. The demand holds for a sample, and acts d = n + f samples later:
+and demands u_k = C x_k + D z_k, x_k+1 = A x_k + B z_k. The demand is held for a sample, d = n + f samples later:
 
     i(t) = u_k-n-1   for k T <= t < (k + f) T,      u_k-n   for (k + f) T <= t < (k + 1) T         (2)
 
-Between these instants the states follow by matrix exponentials, without an error of the sampling. As K_i > 0, feedback
-that returns the rotor is negative: a demand i < 0 at z > 0. Broken at the demand, with the loop gain L of negative
-feedback, the sensitivity is S = 1/(1 + L) (ISO 14839-3).
+Between these instants matrix exponentials give the exact states. As K_i > 0, feedback that returns the rotor is
+negative: a demand i < 0 at z > 0. With the loop gain L of the negative feedback, opened at the demand, the sensitivity
+is S = 1/(1 + L) (ISO 14839-3).
 """
 
 from __future__ import annotations
@@ -56,13 +56,13 @@ class AxialPlant:
         """A and B of (1) in the states z, z', i_c and those of the lag; z is the first one."""
         lag, gain, c, d = self.lag.state_space()
         n = 3 + len(lag)
-        drive = np.array([self.k_s, 0.0, self.k_i])  # of z, z', i_c: what the lag delays (N)
+        force = np.array([self.k_s, 0.0, self.k_i])  # N, by z, z' and i_c, before the lag
         A, B = np.zeros((n, n)), np.zeros((n, 1))
         A[0, 1] = 1.0
-        A[1, :3] = d[0, 0] * drive / self.mass
+        A[1, :3] = d[0, 0] * force / self.mass
         A[1, 3:] = c[0] / self.mass
         A[2, 2] = -self.bandwidth
-        A[3:, :3] = gain * drive
+        A[3:, :3] = gain * force
         A[3:, 3:] = lag
         B[2] = self.bandwidth
         return A, B
@@ -95,23 +95,23 @@ class AxialLoop:
 
     @cached_property
     def sampled_plant(self) -> tuple[Array, Array, Array]:
-        """A and B of (2), and the row of z in their states, those of the plant and the demands that still wait."""
+        """A and B of (2), and C with z as output; the states are those of the plant and the delayed demands."""
         (A, B), T = self.plant.matrices, self.sample_time
         whole, fraction = int(self.delay), self.delay - int(self.delay)
-        first, later = held(A, B, fraction * T), held(A, B, (1.0 - fraction) * T)
-        n, waiting = len(A), whole + (1 if fraction else 0)  # demands from the last sample on
-        step, inputs = np.zeros((n + waiting, n + waiting)), np.zeros((n + waiting, 1))
+        first, later = zero_order_hold(A, B, fraction * T), zero_order_hold(A, B, (1.0 - fraction) * T)
+        n, n_delayed = len(A), whole + (1 if fraction else 0)  # demands from the last sample on
+        step, inputs = np.zeros((n + n_delayed, n + n_delayed)), np.zeros((n + n_delayed, 1))
         step[:n, :n] = later[0] @ first[0]
         newest, oldest = later[1], later[0] @ first[1]  # of u_k-n and of u_k-n-1
         for samples, effect in ((whole, newest), (whole + 1, oldest)):
             if samples == 0:
                 inputs[:n] += effect
-            elif samples <= waiting:
+            elif samples <= n_delayed:
                 step[:n, n + samples - 1] += effect[:, 0]
-        if waiting:
+        if n_delayed:
             inputs[n] = 1.0
-            step[n + 1 :, n:-1] += np.eye(waiting - 1)
-        output = np.zeros((1, n + waiting))
+            step[n + 1 :, n:-1] += np.eye(n_delayed - 1)
+        output = np.zeros((1, n + n_delayed))
         output[0, 0] = 1.0
         return step, inputs, output
 
@@ -129,7 +129,7 @@ class AxialLoop:
 
     @property
     def vibrations(self) -> Complex:
-        """Its vibrations s (rad/s) with z = exp(s T) and Im s > 0, by ascending frequency."""
+        """Oscillating modes s (rad/s) of the closed loop, with z = exp(s T) and Im s > 0, by ascending frequency."""
         s = np.log(self.poles[self.poles.imag > 0.0]) / self.sample_time
         return np.asarray(s[np.argsort(s.imag)])
 
@@ -141,11 +141,11 @@ class AxialLoop:
         return np.asarray(1.0 / (1.0 - response((A, B, C, np.zeros((1, 1))), z) * response(K, z)))
 
 
-def held(A: Array, B: Array, time: float) -> tuple[Array, Array]:
-    """Return exp(A t) and the integral of exp(A s) B over s from 0 to t: the states after an input held for t (s)."""
+def zero_order_hold(A: Array, B: Array, time: float) -> tuple[Array, Array]:
+    """Return exp(A t) and the integral of exp(A s) B over s from 0 to t: the effects of state and constant input."""
     n, m = B.shape
-    whole = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * time)
-    return whole[:n, :n], whole[:n, n:]
+    exponential = expm(np.block([[A, B], [np.zeros((m, n + m))]]) * time)
+    return exponential[:n, :n], exponential[:n, n:]
 
 
 def response(system: Matrices, z: Complex) -> Complex:

@@ -48,13 +48,13 @@ class ThrustDisc:
     inner_radius, outer_radius
         Radii r_i of the inner edge of the inner pole and r_o of the outer edge of the outer pole (m).
     pole_area
-        Area A of each of both poles of a magnet (m^2).
+        Area A of each of the two poles of a magnet (m^2).
     gap
         Air gap g_0 on each side of the centred disc (m).
     turns
         N of each magnet.
     bias_current, current_limit
-        I_0, and the largest current of a coil (A).
+        I_0 and the largest current of a coil (A).
     saturation
         Flux density B_sat at which the iron saturates (T).
 
@@ -76,9 +76,9 @@ class ThrustDisc:
     def __post_init__(self) -> None:
         r_i, r_o = self.inner_radius, self.outer_radius
         _check_radii(r_i, r_o)
-        most = 0.5 * math.pi * (r_o**2 - r_i**2)
-        allowed = f"> 0 m2 and < {most:.4g} m2, half the area between both radii"
-        require(0.0 < self.pole_area < most, "pole_area", f"{self.pole_area:g} m2", allowed)
+        largest = 0.5 * math.pi * (r_o**2 - r_i**2)
+        allowed = f"> 0 m2 and < {largest:.4g} m2, half the area between both radii"
+        require(0.0 < self.pole_area < largest, "pole_area", f"{self.pole_area:g} m2", allowed)
         require_positive(self, gap="m", turns="", bias_current="A", saturation="T")
         limit = self.current_limit
         allowed = f"> bias_current = {self.bias_current:g} A"
@@ -90,9 +90,9 @@ class ThrustDisc:
     @property
     def poles(self) -> tuple[Ring, Ring]:
         """Inner and outer pole as rings of equal area."""
-        share = self.pole_area / math.pi
+        area_over_pi = self.pole_area / math.pi
         r_i, r_o = self.inner_radius, self.outer_radius
-        return (r_i, math.sqrt(r_i**2 + share)), (math.sqrt(r_o**2 - share), r_o)
+        return (r_i, math.sqrt(r_i**2 + area_over_pi)), (math.sqrt(r_o**2 - area_over_pi), r_o)
 
     @property
     def largest_control_current(self) -> float:
@@ -108,13 +108,13 @@ class ThrustDisc:
             If the disc is displaced by the gap or more, or a current exceeds `largest_control_current`.
         """
         z, i = np.asarray(z, dtype=np.float64), np.asarray(i, dtype=np.float64)
-        most = self.largest_control_current
-        far, strong = (float(of.flat[np.abs(of).argmax()]) for of in (z, i))
-        require(abs(far) < self.gap, "z", f"{far:g} m", f"< {self.gap:g} m in magnitude")
-        require(abs(strong) <= most * (1.0 + 1e-12), "i", f"{strong:g} A", f"<= {most:g} A in magnitude")
-        half = 0.5 * mu_0 * self.turns
-        upper = half * (self.bias_current + i) / (self.gap - z)
-        lower = half * (self.bias_current - i) / (self.gap + z)
+        limit = self.largest_control_current
+        largest_z, largest_i = (float(values.flat[np.abs(values).argmax()]) for values in (z, i))
+        require(abs(largest_z) < self.gap, "z", f"{largest_z:g} m", f"< {self.gap:g} m in magnitude")
+        require(abs(largest_i) <= limit * (1.0 + 1e-12), "i", f"{largest_i:g} A", f"<= {limit:g} A in magnitude")
+        factor = 0.5 * mu_0 * self.turns
+        upper = factor * (self.bias_current + i) / (self.gap - z)
+        lower = factor * (self.bias_current - i) / (self.gap + z)
         return np.minimum(upper, self.saturation), np.minimum(lower, self.saturation)
 
     def force(self, z: Array | float, i: Array | float) -> Array:
@@ -123,9 +123,9 @@ class ThrustDisc:
         return np.asarray(self.pole_area / mu_0 * (upper**2 - lower**2))
 
     def operating_point(self, load: float = 0.0) -> OperatingPoint:
-        """Return the control current and the slopes of the force at the centre, while it carries a static force (N).
+        """Return the control current and the slopes of the force at the centre, under a static force (N).
 
-        By (3), and with the flux density of the stronger magnet constant where it is saturated.
+        By (3); the flux density of a saturated magnet is constant.
 
         Raises
         ------
@@ -133,8 +133,8 @@ class ThrustDisc:
             If the force exceeds the capacity.
         """
         _check_load(load, self.capacity)
-        most = self.largest_control_current
-        i = float(brentq(lambda i: float(self.force(0.0, i)) - load, -most, most, xtol=1e-13)) if load else 0.0
+        limit = self.largest_control_current
+        i = float(brentq(lambda i: float(self.force(0.0, i)) - load, -limit, limit, xtol=1e-13)) if load else 0.0
         upper, lower = (float(B) for B in self.flux_densities(0.0, i))
         unsaturated = [B for B in (upper, lower) if self.saturation > B]
         per_current = mu_0 * self.turns / (2.0 * self.gap)
@@ -176,7 +176,7 @@ class CatalogueBearing:
         require_positive(self, k_i="N/A", k_s="N/m", capacity="N")
 
     def operating_point(self, load: float = 0.0) -> OperatingPoint:
-        """Return the control current and the slopes of the force while it carries a static force (N).
+        """Return the control current and the slopes of the force at the centre, under a static force (N).
 
         Raises
         ------
@@ -208,7 +208,7 @@ def moment_stiffness(k_s: float, rings: Sequence[Ring]) -> float:
 
         M = integral of kappa r^2 cos^2(phi) dA theta = K_s sum A_k (r_o^2 + r_i^2)_k/(4 sum A_k) theta         (4)
 
-    It has the sign of K_s: positive, it turns the disc further. The iron of each core is taken as equipotential.
+    It has the sign of K_s; a positive moment tilts the disc further. The iron of each core is taken as equipotential.
 
     Parameters
     ----------

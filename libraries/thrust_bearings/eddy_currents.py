@@ -12,9 +12,9 @@ surface of width w therefore needs the field H = sqrt(s sigma/mu) Phi/w, and
     c = sqrt(sigma/mu) integral of (Phi(l)/Phi)^2 dl/w(l)                                     (3)
 
 The whole flux passes the walls of the coil's slot, its bottom and the disc's face opposite it. Along the pole faces, of
-core and disc alike, it decreases as it crosses the gap, evenly over the face if most of N i is spent in the gap. The
-iron carries lambda times the flux between the poles, with that which passes beside them. With w = 2 pi r, the rings r_1
-to r_2 and r_3 to r_4 of the poles, and the slot's depth h:
+core and disc alike, it decreases as it crosses the gap, evenly over the face if most of N i is spent in the gap.
+Including leakage, the iron carries lambda times the flux between the poles. With w = 2 pi r, the rings r_1 to r_2 and
+r_3 to r_4 of the poles, and the slot's depth h:
 
     2 pi c/(lambda sqrt(sigma/mu)) = h/r_2 + h/r_3 + 2 ln(r_3/r_2)                            (4)
         + 2 int_r1^r2 ((r^2 - r_1^2)/(r_2^2 - r_1^2))^2 dr/r + 2 int_r3^r4 ((r_4^2 - r^2)/(r_4^2 - r_3^2))^2 dr/r
@@ -96,7 +96,7 @@ def pole_face(ring: Ring, fed_from: float) -> float:
     ring
         Inner and outer radius (m).
     fed_from
-        That of both at which the flux enters.
+        The radius of these two at which the flux enters (m).
     """
     r_a = fed_from
     r_b = ring[0] if fed_from == ring[1] else ring[1]

@@ -7,10 +7,10 @@ so that G is a sum of first-order lags with positive weights. The approximation 
 
     G_n(s) = d + sum c_k p_k/(s + p_k),   c_k > 0,   d = 1 - sum c_k >= 0                                     (2)
 
-Poles are even on a logarithmic axis, from a decade below the band to two above it. The weights are the least squares of
-the relative error of 1 - G_n(s) = sum c_k s/(s + p_k) on the imaginary axis, under c_k >= 0. Such a lag is passive at
-any order: a poor fit cannot make an unstable or active bearing. The order is the least whose largest error |G_n/G - 1|
-within the band is below a tolerance.
+Poles are spaced evenly on a logarithmic axis, from a decade below the band to two above it. The weights c_k >= 0
+minimise the squares of the relative error of 1 - G_n(s) = sum c_k s/(s + p_k) on the imaginary axis. Such a lag is
+passive at any order: a poor fit cannot make an unstable or active bearing. The order is the least whose largest error
+|G_n/G - 1| within the band is below a tolerance.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from thrust_bearings.eddy_currents import half_order_lag
 TOLERANCE = 1e-3
 BELOW, ABOVE = 10.0, 100.0  # by which the poles exceed the band
 MOST_POLES = 40
-POINTS = 40  # per decade, at which the error is taken
+POINTS = 40  # per decade, at which the error is evaluated
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class RationalLag:
 
     @property
     def feedthrough(self) -> float:
-        """d of (2): what follows at once (1)."""
+        """d of (2), the part without lag (1)."""
         return 1.0 - float(self.weights.sum())
 
     def response(self, s: Complex) -> Complex:
@@ -106,5 +106,5 @@ def _fitted(omega_e: float, s: Complex, poles: Array) -> RationalLag:
     weights, _ = nnls(np.vstack([columns.real, columns.imag]), np.concatenate([target.real, target.imag]))
     lag = RationalLag(poles, weights)
     error = float(np.abs(lag.response(s) / exact - 1.0).max())
-    retained = weights > 0.0
-    return RationalLag(poles[retained], weights[retained], error)
+    used = weights > 0.0
+    return RationalLag(poles[used], weights[used], error)
