@@ -60,9 +60,9 @@ def slots(table: Interface) -> list[Slot]:
         references, variables = zip(*group, strict=True)
         result.append(Slot(references[0], variables, _shape(variables)))
     names = [slot.name for slot in result]
-    twice = {name for name in names if names.count(name) > 1}
-    if twice:
-        raise ValueError(f"two variables of FMI 3.0 have one name: {', '.join(sorted(twice))}")
+    duplicates = {name for name in names if names.count(name) > 1}
+    if duplicates:
+        raise ValueError(f"two variables of FMI 3.0 have the same name: {', '.join(sorted(duplicates))}")
     return result
 
 

@@ -20,9 +20,9 @@ def model_description(
 ) -> Element:
     """Return the root element of the FMI 2.0 co-simulation description of `model`.
 
-    Variables come in table order with value reference = position; outputs are `calculated`, listed with the
-    inputs they depend on without delay. They are the initial unknowns, with what their initial
-    values depend on as far as the table declares it. `sources` are the C files that the FMU is compiled from.
+    Variables are in table order, with the position as value reference. Outputs are `calculated` and listed with the
+    inputs on which they depend without delay. They are also the initial unknowns, with the dependencies of their
+    initial values as far as the table declares them. `sources` are the C files from which the FMU can be compiled.
     """
     root = Element("fmiModelDescription", fmiVersion="2.0", guid=guid)
     states = ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate")
@@ -150,8 +150,8 @@ def _add_units(root: Element, model: Model, *further: str) -> None:
     for unit in sorted({*further, *(v.unit for v in reals)}):
         definition = SubElement(definitions, "Unit", name=unit)
         SubElement(definition, "BaseUnit", _numbers(base_unit(unit)))
-        for displayed in sorted({display_unit_of(v) for v in reals if v.unit == unit} - {""}):
-            SubElement(definition, "DisplayUnit", {"name": displayed} | _numbers(display_unit(unit, displayed)))
+        for name in sorted({display_unit_of(v) for v in reals if v.unit == unit} - {""}):
+            SubElement(definition, "DisplayUnit", {"name": name} | _numbers(display_unit(unit, name)))
 
 
 def _numbers(values: Mapping[str, float]) -> dict[str, str]:

@@ -18,16 +18,16 @@ TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 def model_description3(model: Model, token: str, tool: str, version: str) -> Element:
     """Return the root element of the FMI 3.0 co-simulation description of `model`; `token` is the instantiation token.
 
-    Value references are those of FMI 2.0. `arrays` finds the arrays; `time`, which FMI 3.0 requires, follows the last
-    variable.
+    Value references are those of FMI 2.0; `arrays.slots` forms the arrays. `time`, which FMI 3.0 requires, follows the
+    last variable.
     """
     root = Element("fmiModelDescription", fmiVersion="3.0", instantiationToken=token)
     states, derivatives = ("canGetAndSetFMUState", "canSerializeFMUState"), ("Directional", "Adjoint")
     abilities = (*states, *(f"provides{kind}Derivatives" for kind in derivatives))
     describe(root, model, tool, version, False, abilities, _enumeration, "s")
     variables = SubElement(root, "ModelVariables")
-    result = slots(model.interface)
-    for slot in result:
+    table_slots = slots(model.interface)
+    for slot in table_slots:
         variables.append(_variable(slot))
     SubElement(
         variables,
@@ -39,14 +39,14 @@ def model_description3(model: Model, token: str, tool: str, version: str) -> Ele
         variability="continuous",
         unit="s",
     )
-    _add_structure(SubElement(root, "ModelStructure"), model.interface, result)
+    _add_structure(SubElement(root, "ModelStructure"), model.interface, table_slots)
     return root
 
 
 def variable_notes(table: Interface) -> bytes:
     """Return the file `NOTES`: warnings, and names and descriptions that elements of arrays have in FMI 2.0, by name.
 
-    Annotations of variables could say so, too, but FMI Library reports those of FMI 3.0 as unknown.
+    They are not annotations of the variables, because FMI Library reports those of FMI 3.0 as unknown.
     """
     result: dict[str, dict[str, object]] = {}
     for slot in slots(table):
@@ -83,10 +83,10 @@ def _add_structure(structure: Element, table: Interface, slots: list[Slot]) -> N
     def add(kind: str, slot: Slot, needs: list[tuple[str, ...] | None]) -> None:
         unknown = SubElement(structure, kind, valueReference=str(slot.reference))
         if None not in needs:
-            available = sorted({reference_of[name] for names in needs for name in names or ()})
-            unknown.set("dependencies", " ".join(map(str, available)))
+            dependencies = sorted({reference_of[name] for names in needs for name in names or ()})
+            unknown.set("dependencies", " ".join(map(str, dependencies)))
             if kind == "InitialUnknown" and all(v.initially_equals for v in slot.variables):
-                unknown.set("dependenciesKind", " ".join("constant" for _ in available))
+                unknown.set("dependenciesKind", " ".join("constant" for _ in dependencies))
 
     for slot in outputs:
         add("Output", slot, [v.depends_on for v in slot.variables])

@@ -61,10 +61,10 @@ def page(model: Model) -> str:
     """Return the page of a model as HTML."""
     readme = package_folder(model.packages[0]) / "README.md"
     text = readme.read_text(encoding="utf-8") if readme.is_file() else f"# {model.name}\n\n{model.description}.\n"
-    displayed = "\n".join(_table(table) for table in tables(model))
+    html_tables = "\n".join(_table(table) for table in tables(model))
     return (
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{escape(model.name)}</title>\n'
-        f"<style>{STYLE}</style>\n</head>\n<body>\n{_html(text)}\n{displayed}\n</body>\n</html>\n"
+        f"<style>{STYLE}</style>\n</head>\n<body>\n{_html(text)}\n{html_tables}\n</body>\n</html>\n"
     )
 
 

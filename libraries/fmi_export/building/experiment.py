@@ -1,6 +1,6 @@
-"""The experiment with reference results in an FMU, by which importers can be checked.
+"""The experiment with reference results in an FMU, for checking importers.
 
-Its location is that of FMI-LS-REF 1.0.0-alpha.1 (github.com/modelica/fmi-ls-ref), its format that of experiments of the
+It is placed as in FMI-LS-REF 1.0.0-alpha.1 (github.com/modelica/fmi-ls-ref), in the format for experiments of the
 Modelica Association (github.com/modelica/ma-hs-experiments):
 
     extra/org.fmi-standard.fmi-ls-ref/
@@ -43,10 +43,10 @@ NAMESPACE = "http://fmi-standard.org/fmi-ls-manifest"
 EXPERIMENTS = "application/x-ma-hs-experiments"  # type of the file
 STEPS = 10
 SHARE = 0.02  # smallest stimulus, relative to the nominal size
-TEXT = """This FMU carries an experiment with reference results (FMI-LS-REF, extra/org.fmi-standard.fmi-ls-ref):
-{steps} steps of {h!r} s from the start values, with the inputs of stimuli.csv if it is there, lead to references.csv.
-A tool that runs the FMU as it should has these values, but for last bits where its C library is another.
-`amb-cosim verify {name}.fmu` runs it in FMPy and compares.
+TEXT = """This FMU contains an experiment with reference results (FMI-LS-REF, extra/org.fmi-standard.fmi-ls-ref):
+{steps} steps of {h!r} s from the start values, with the inputs of stimuli.csv if it exists, lead to references.csv.
+A tool that runs the FMU correctly obtains these values, except for last bits if it uses another C library.
+`amb-cosim verify {name}.fmu` runs the experiment in FMPy and compares the results.
 """
 
 Columns = dict[str, list[Any]]
@@ -55,8 +55,8 @@ Columns = dict[str, list[Any]]
 def experiment_files(model: Model, constants: Array, by_slot: bool = False) -> dict[str, bytes]:
     """Return the files of the experiment by their paths in an FMU.
 
-    There are none if no engine of this machine is available, since none is compiled for this, or if the model cannot
-    take these steps.
+    There are none if this machine has no shipped or cached engine, because none is compiled for this, or if the model
+    cannot take these steps.
 
     Parameters
     ----------
@@ -145,12 +145,12 @@ def _experiments(model: Model, has_stimuli: bool) -> bytes:
 
 
 def _table(model: Model, variables: Sequence[Variable], values: Columns, by_slot: bool) -> bytes:
-    """Return a table of time and variables, arrays in a single column if they have one."""
+    """Return a table of time and variables; with `by_slot`, an array is a single column."""
     names = {v.name for v in variables}
     groups = {v.name: [v.name] for v in variables}
     if by_slot:
-        result = [(slot.name, [v.name for v in slot.variables]) for slot in slots(model.interface)]
-        groups = {name: members for name, members in result if names.issuperset(members)}
+        arrays = [(slot.name, [v.name for v in slot.variables]) for slot in slots(model.interface)]
+        groups = {name: members for name, members in arrays if names.issuperset(members)}
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time", *groups])

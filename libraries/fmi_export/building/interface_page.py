@@ -35,15 +35,15 @@ def tables(model: Model) -> list[PageTable]:
     """Return the tables of a model: variables by causality, faults and, if any, warnings."""
     header = ("name", "type", "unit", "start", "allowed", "description")
     of = model.interface.of
-    displayed = [
+    page_tables = [
         PageTable(title, header, tuple(_cells(v) for v in of(kind)))  # type: ignore[arg-type]
         for kind, title in HEADINGS.items()
     ]
-    displayed.append(PageTable("Faults", ("fault_code", "meaning"), _faults(model)))
+    page_tables.append(PageTable("Faults", ("fault_code", "meaning"), _faults(model)))
     warnings = tuple((f"`{v.name}`", sentence(v.warning)) for v in of("output") if v.warning)
     if warnings:
-        displayed.append(PageTable("Warnings", ("output", "logged when it becomes true"), warnings))
-    return displayed
+        page_tables.append(PageTable("Warnings", ("output", "logged when it becomes true"), warnings))
+    return page_tables
 
 
 def interface_page(model: Model) -> str:

@@ -1,8 +1,8 @@
 """Builds the python flavour of a model: PythonFMU's archive of script, code and constants, behind a guard.
 
-The archive is that of `pythonfmu.builder`, which is not called: it imports the script under a name that an FMU of the
-same model may have in this process, and takes its libraries from the copy of PythonFMU that was imported first, which
-an FMU may have brought, without libraries.
+The archive is like that of `pythonfmu.builder`, which is not used: it imports the script under a name that an FMU of
+the same model may already use in this process, and takes libraries from the copy of PythonFMU that was imported first,
+which may be that of an FMU and have no libraries.
 """
 
 from __future__ import annotations
@@ -60,10 +60,10 @@ def python_fmu(model: Model, constants: Array, platforms: Iterable[str] | None =
     chosen = check_guarded([host_platform()] if platforms is None else platforms)
     guid = python_guid(model, constants)
     guards = {platform: guard(platform) for platform in chosen}
-    content = {f"resources/{name}": item for name, item in _resources(model, constants, guid).items()}
-    for platform, item in guards.items():
-        guarding, pythonfmu = library_names(model.name, platform)
-        content |= {guarding: item.library, pythonfmu: _library_of_pythonfmu(platform)}
+    content = {f"resources/{name}": file for name, file in _resources(model, constants, guid).items()}
+    for platform, engine in guards.items():
+        guard_path, pythonfmu_path = library_names(model.name, platform)
+        content |= {guard_path: engine.library, pythonfmu_path: _library_of_pythonfmu(platform)}
     content |= documentation(model, ["pythonfmu"])
     content["modelDescription.xml"] = xml_file(model_description(model, guid, *_tool()))
     content["resources/model.bin"] = _data(model, constants, guid)
@@ -78,12 +78,12 @@ def python_guid(model: Model, constants: Array) -> str:
 
 
 def what_it_needs() -> str:
-    """Return a sentence on the requirements of an FMU built here on the importing process."""
+    """Return sentences on what an FMU built here requires of the importing process."""
     library, _ = _this_python()
-    local = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
+    effect = f"starts that of this machine, {library}" if library else "cannot run it: this Python is no shared library"
     return (
         "An FMU of flavour python runs in a process that has Python with NumPy; a process without Python "
-        f"{local}. FMUs of flavour native need no Python."
+        f"{effect}. FMUs of flavour native need no Python."
     )
 
 
@@ -147,7 +147,7 @@ def _this_python() -> tuple[str, str]:
 
 def _script(model: Model) -> Path:
     """Return the script that PythonFMU loads; raises ValueError if the model's package has none."""
-    name = model.packages[0] if model.parts else model.name  # a script is that of all assemblies
+    name = model.packages[0] if model.parts else model.name  # all assemblies have the same script
     script = package_folder(model.packages[0]) / f"{name}_fmu.py"
     if not script.is_file():
         raise ValueError(
@@ -173,6 +173,6 @@ def _parts(model: Model) -> dict[str, tuple[str, int, int]]:
 
 
 def _tool() -> tuple[str, str]:
-    """Return what generates an FMU, and the version of it."""
-    local, other = (importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu"))
-    return f"amb-cosim {local} with PythonFMU {other}", local
+    """Return the tools that generate an FMU, with their versions, and the version of this project."""
+    version, of_pythonfmu = (importlib.metadata.version(name) for name in ("amb-cosim", "pythonfmu"))
+    return f"amb-cosim {version} with PythonFMU {of_pythonfmu}", version

@@ -69,9 +69,9 @@ def is_ambiguous(name: str) -> bool:
 
 
 def advice(unit: str) -> str:
-    """Return the advice for ambiguous names, and symbols in another case than units have, as `KN`; empty without."""
+    """Return advice on ambiguous names, and on symbols in the wrong case such as `KN`; empty if there are none."""
     names = re.findall(r"[^\W\d_]+", unit)
-    meant = [f"{name} may be {AMBIGUOUS[re.sub('s$', '', name.lower())]}" for name in names if is_ambiguous(name)]
+    ambiguous = [f"{name} may be {AMBIGUOUS[re.sub('s$', '', name.lower())]}" for name in names if is_ambiguous(name)]
     mistaken = []
     for name in names:
         alike = [symbol for symbol in SYMBOLS if symbol.lower() == name.lower()]
@@ -79,7 +79,7 @@ def advice(unit: str) -> str:
             mistaken.append(f"{name} may be {' or '.join(alike)}")
     return "".join(
         [
-            f"; {', '.join(meant)}" if meant else "",
+            f"; {', '.join(ambiguous)}" if ambiguous else "",
             f"; the case of letters matters: {', '.join(mistaken)}" if mistaken else "",
         ]
     )

@@ -180,10 +180,14 @@ def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
             raise ValueError("it is not a product or quotient of units")
         return registry(numbers).Unit("" if text == "1" else text)
     except Exception as error:  # errors of pint, and of the calculator that reads its texts
-        displayed = unit if len(unit) <= LONGEST_UNIT else f"{unit[:LONGEST_UNIT]}..."
+        name = _shortened(unit)
         raise ValueError(
-            f"unknown unit {displayed!r}{advice(displayed)}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz"
+            f"unknown unit {name!r}{advice(name)}; use SI units such as m, mm, kg.m, N, N.s/m, rad/s, Hz"
         ) from error
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= LONGEST_UNIT else f"{text[:LONGEST_UNIT]}..."
 
 
 def _plain(unit: str) -> str:
@@ -210,9 +214,9 @@ def base_unit(unit: str) -> dict[str, float | int]:
     >>> base_unit("N.s/m")
     {'kg': 1, 's': -1}
     """
-    available = _of_si(unit)
-    if available is not None:
-        return available
+    si_exponents = _of_si(unit)
+    if si_exponents is not None:
+        return si_exponents
     parsed = parse_unit(unit)
     quantity = registry().Quantity(Fraction(1), parsed).to_base_units()
     exponents: dict[str, float | int] = {}
@@ -228,18 +232,18 @@ def base_unit(unit: str) -> dict[str, float | int]:
 
 
 def _of_si(unit: str) -> dict[str, float | int] | None:
-    """Return the exponents of a product or quotient of `SI_UNITS` in FMI notation; None of anything else."""
+    """Return the exponents of a product or quotient of `SI_UNITS` in FMI notation; None for anything else."""
     quotient = QUOTIENT.fullmatch(unit)
     if quotient is None:
         return None
     total = dict.fromkeys(SI, 0)
     for side, sign in ((quotient[1], 1), (quotient[2] or quotient[3], -1)):
         for factor in side.split(".") if side and side != "1" else ():
-            result = FACTOR.fullmatch(factor)
-            if result is None or result[1] not in SI_UNITS:
+            power = FACTOR.fullmatch(factor)
+            if power is None or power[1] not in SI_UNITS:
                 return None
-            for base, exponent in SI_UNITS[result[1]].items():
-                total[base] += sign * int(result[2] or 1) * exponent
+            for base, exponent in SI_UNITS[power[1]].items():
+                total[base] += sign * int(power[2] or 1) * exponent
     return {base: exponent for base, exponent in total.items() if exponent}
 
 
@@ -269,11 +273,10 @@ def to_unit(text: str | float, unit: str, name: str) -> float:
         value = _converted(text, unit, name)
     except OverflowError:
         value = math.inf
-    said = str(text).strip("+- ").startswith("inf")
-    if 0.0 < abs(value) < LEAST or (abs(value) > MOST and not said):
-        displayed = str(text) if len(str(text)) <= LONGEST_UNIT else f"{str(text)[:LONGEST_UNIT]}..."
-        largest = f"{MOST:g} {unit}" if unit != "1" else f"{MOST:g}"
-        raise ValueError(f"{name} = {displayed} is not allowed; it must be from {LEAST:g} to {largest} in size, or 0")
+    is_infinity = str(text).strip("+- ").startswith("inf")
+    if 0.0 < abs(value) < LEAST or (abs(value) > MOST and not is_infinity):
+        allowed = f"from {LEAST:g} to {MOST:g}{f' {unit}' if unit != '1' else ''} in size, or 0"
+        raise ValueError(f"{name} = {_shortened(str(text))} is not allowed; it must be {allowed}")
     return value
 
 
@@ -285,8 +288,8 @@ def _converted(text: str | float, unit: str, name: str) -> float:
     if match is None:
         with_unit = f" or {name}='0.5 {unit}'" if unit != "1" else ""
         raise ValueError(f"{name} = {text!r} is no number; write for example {name}=0.5{with_unit}")
-    number, values = float(match[1]), match[2]
-    if not values or values == unit:
+    number, text_unit = float(match[1]), match[2]
+    if not text_unit or text_unit == unit:
         return number
     if forms := plain_forms(text):
         raise ValueError(
@@ -294,55 +297,53 @@ def _converted(text: str | float, unit: str, name: str) -> float:
             f"write {' or '.join(forms)}"
         )
     exact = Fraction(Decimal(match[1])) if math.isfinite(number) and number else None  # 1e999999999 has too many digits
-    if (values, unit) in COMMON:
-        return number if exact is None else float(exact * COMMON[values, unit])
-    displayed = text if len(text) <= LONGEST_UNIT else f"{text[:LONGEST_UNIT]}..."
-    return _by_pint(number, exact, values, unit, f"{name} = {displayed!r}")
+    if (text_unit, unit) in COMMON:
+        return number if exact is None else float(exact * COMMON[text_unit, unit])
+    return _by_pint(number, exact, text_unit, unit, f"{name} = {_shortened(text)!r}")
 
 
 def _as_weights(unit: str, forces: Mapping[str, str]) -> str:
-    """Return a unit with the forces that are the weights of its masses, by the names of these."""
+    """Return a unit whose masses are replaced by their weights; `forces` maps a mass to its unit of force."""
     names = rf"(?<![^\W\d])({'|'.join(forces)})(?![^\W\d])"
     return re.sub(names, lambda match: forces[match[1].lower()], unit, flags=re.IGNORECASE)
 
 
-def _by_pint(number: float, exact: Fraction | None, values: str, unit: str, what: str) -> float:
-    """Convert a number, in exact arithmetic where it is given; pint takes logarithms (dB) of floats only."""
+def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, what: str) -> float:
+    """Convert a number from `text_unit` to `unit`: `exact` if possible; pint takes logarithms (dB) of floats only."""
     import pint
 
     def converted(value: float | Fraction) -> float | Fraction:
         numbers: type = type(value)
-        source, target = parse_unit(values, numbers), parse_unit(unit, numbers)
+        source, target = parse_unit(text_unit, numbers), parse_unit(unit, numbers)
         result: float | Fraction = registry(numbers).Quantity(value, source).to(target).magnitude
         return result
 
     try:
         if exact is not None:
             with suppress(TypeError):
-                return float(converted(exact) * _revolution(values, unit))
+                return float(converted(exact) * _revolution(text_unit, unit))
         return float(converted(number))
     except pint.DimensionalityError as error:
-        weighed, hint = _as_weights(values, POUNDS), advice(values)
-        if weighed != values:
+        weighed, hint = _as_weights(text_unit, POUNDS), advice(text_unit)
+        if weighed != text_unit:
             with suppress(ValueError):
                 return _by_pint(number, exact, weighed, unit, what)
-        if (weighed := _as_weights(values, {"kg": "kgf"})) != values:
+        if (weighed := _as_weights(text_unit, {"kg": "kgf"})) != text_unit:
             with suppress(ValueError):
                 _by_pint(number, exact, weighed, unit, what)
                 hint = f"; a kilogram-force is kgf, as in {weighed}"
-        raise ValueError(f"{what} has unit {values}, which cannot be converted to {unit}{hint}") from error
+        raise ValueError(f"{what} has unit {text_unit}, which cannot be converted to {unit}{hint}") from error
     except ValueError as error:  # of `parse_unit`
         raise ValueError(f"{what}: {error}") from error
 
 
-def _revolution(values: str, unit: str) -> Fraction:
-    """Return 2 pi if the first unit is a number of revolutions per time and the second an angular velocity.
+def _revolution(text_unit: str, unit: str) -> Fraction:
+    """Return 2 pi if `text_unit` is a reciprocal time and `unit` an angular velocity, 1/(2 pi) if reversed, or else 1.
 
-    Pint takes a radian as 1, so that 16 Hz would silently become a speed of 16 rad/s. The inverse is 1/(2 pi); of other
-    units, 1.
+    Pint takes a radian as 1, so that 16 Hz would silently become a speed of 16 rad/s.
     """
     first, second = (
-        {base: power for base, power in base_unit(text).items() if base != "factor"} for text in (values, unit)
+        {base: power for base, power in base_unit(text).items() if base != "factor"} for text in (text_unit, unit)
     )
     for factor, (turning, angular) in ((2 * PI, (first, second)), (1 / (2 * PI), (second, first))):
         if set(turning) == {"s"} and turning["s"] < 0 and angular == turning | {"rad": 1}:

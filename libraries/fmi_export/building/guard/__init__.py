@@ -1,1 +1,1 @@
-"""The guard of FMUs of flavour python: the library in front of PythonFMU's, which refuses what that cannot handle."""
+"""The guard of FMUs of flavour python: the library before PythonFMU's, which rejects calls that it cannot handle."""

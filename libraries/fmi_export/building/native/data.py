@@ -36,7 +36,7 @@ def model_data(model: Model, constants: Array, guid: str, key: str, kernels: int
     Raises
     ------
     ValueError
-        If the sentence of a fault names an unknown variable, a sentence is too long, or an array of FMI 3.0 is none.
+        If the sentence of a fault names an unknown variable, a sentence is too long, or an array of FMI 3.0 is invalid.
     """
     table, texts = model.interface, _Texts(model.name)
     described = zip(table.variables, lengths(table), strict=True)
@@ -69,7 +69,7 @@ SENTENCE = struct.Struct("<qII")
 
 
 class _Texts:
-    """All texts, each once, with a final zero."""
+    """All texts without repetition, each with a final zero."""
 
     def __init__(self, model: str) -> None:
         self.model = model
@@ -120,25 +120,25 @@ def _even(size: int) -> int:
 
 
 def _wired(model: Model, wiring: Wiring, guid: str, key: str, texts: _Texts) -> bytes:
-    """Return the constants of an assembly: its wiring, places of its parts, tables, and the data of each part."""
+    """Return the constants of an assembly: its wiring, headers of its parts, tables, and the data of each part."""
     counts = len(wiring.sources), len(wiring.ramps), len(wiring.gathered)
     time = wiring.sample_time
     fixed, parameter = (0.0, model.interface.position[time]) if isinstance(time, str) else (time, -1)
     pairs = [number for pair in (*wiring.ramps, *wiring.gathered) for number in pair]
     tables = np.array([*wiring.sources, *pairs], "<i8").tobytes()
     content = _padded(bytes(WIRING.size + len(model.parts) * PART.size) + tables)
-    places = []
-    names = [item.name for item in model.compiled]
+    headers = []
+    names = [compiled.name for compiled in model.compiled]
     for part in model.parts:
         data = model_data(part.model, part.constants, guid, key, names.index(part.model.name))
-        places.append(PART.pack(texts.place(part.name), len(content), len(data), part.every))
+        headers.append(PART.pack(texts.place(part.name), len(content), len(data), part.every))
         content += _padded(data)
-    head = WIRING.pack(*counts, wiring.jacobi, parameter, fixed) + b"".join(places)
+    head = WIRING.pack(*counts, wiring.jacobi, parameter, fixed) + b"".join(headers)
     return head + content[len(head) :]
 
 
 def _padded(content: bytes) -> bytes:
-    """Return bytes up to a multiple of 16."""
+    """Return the bytes, padded with zeros to a multiple of 16."""
     return content.ljust(-(-len(content) // 16) * 16, b"\0")
 
 
@@ -152,7 +152,7 @@ def _variable(v: Variable, length: int, texts: _Texts) -> bytes:
 
 
 def _sentences(model: Model, sentences: Mapping[int, str], pieces: list[bytes], texts: _Texts) -> bytes:
-    """Return the sentences of faults or warnings, by their numbers, and append what they consist of to `pieces`."""
+    """Return the packed sentences of faults or warnings, by number, and append their parts to `pieces`."""
     position = {**model.interface.position, STEP_SIZE: -2, "": -1}
     packed: list[bytes] = []
     for number, sentence in sentences.items():

@@ -23,7 +23,7 @@ from fmi_export.building.native.sources import FOLDER, digest_of, texts_of
 from fmi_export.compiling import compiling
 
 SHIPPED = FOLDER / "engines"  # in an installed package
-HEADERS = "fmi_headers"  # folder of the FMI standard's own, unchanged
+HEADERS = "fmi_headers"  # folder of the headers of the FMI standard, unchanged
 SLAVE = (  # an instance as hosts of FMI 2.0 run it, without the kernels
     *(f"{HEADERS}/fmi2{part}.h" for part in ("Functions", "FunctionTypes", "TypesPlatform")),
     *("assembly.h", "data.h", "derivative.h", "host.h", "instance.h", "kernels.h", "loop.h", "resources.h", "saved.h"),
@@ -107,8 +107,8 @@ def engine_at_hand(models: Sequence[Kernels], platform: str) -> Engine | None:
 
 
 def _existing(place: Path) -> Engine | None:
-    whole = (folder for folder in (SHIPPED / place, _cached(place)) if is_undamaged(folder))
-    return next(map(Engine.read, whole), None)
+    undamaged = (folder for folder in (SHIPPED / place, _cached(place)) if is_undamaged(folder))
+    return next(map(Engine.read, undamaged), None)
 
 
 def _cached(place: Path) -> Path:
@@ -151,13 +151,13 @@ def _compile(models: Sequence[Kernels], platform: str) -> Engine:
 def _lowered(model: Kernels) -> str:
     """Return the lowered kernels, from the user's cache if possible; all platforms share them."""
     facts = [_kernels(model), _versions("numba", "llvmlite"), machine()]
-    retained = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}"
-    with compiling(retained, f"the kernels of {model.name}"):
-        if is_undamaged(retained):
-            return (retained / KERNELS).read_bytes().decode()
+    folder = _cache() / f"kernels-{model.name}-{digest_of(facts, *LOWERING)}"
+    with compiling(folder, f"the kernels of {model.name}"):
+        if is_undamaged(folder):
+            return (folder / KERNELS).read_bytes().decode()
         assembly = lower(model)
         with suppress(OSError):
-            keep(retained, lambda stage: (stage / KERNELS).write_bytes(assembly.encode()))
+            keep(folder, lambda stage: (stage / KERNELS).write_bytes(assembly.encode()))
     return assembly
 
 

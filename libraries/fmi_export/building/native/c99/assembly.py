@@ -28,7 +28,7 @@ class Type:
     packed: bool = False
 
     @property
-    def is_whole(self) -> bool:
+    def is_aggregate(self) -> bool:
         """Whether it is an array or a structure."""
         return self.kind in ("array", "struct")
 
@@ -39,14 +39,14 @@ class Type:
 
     @property
     def alignment(self) -> int:
-        if self.is_whole:
+        if self.is_aggregate:
             return 1 if self.packed else max((e.alignment for e in self.elements), default=1)
         return max(1, self.width // 8) if self.width else 8
 
     @property
     def size(self) -> int:
-        """Bytes that it takes in memory; an address takes eight whatever the target."""
-        if not self.is_whole:
+        """Size in memory (bytes); an address has eight on every target."""
+        if not self.is_aggregate:
             return self.alignment
         end = self.offsets[-1] + self.elements[-1].size if self.elements else 0
         return _up(end, self.alignment)
@@ -62,10 +62,10 @@ class Type:
         return result
 
     def leaves(self, start: int = 0) -> Iterator[tuple[int, Type]]:
-        """Return where in memory each scalar of it is, and that scalar's type."""
-        if not self.is_whole:
+        """Yield the offset (bytes) and the type of each scalar in it."""
+        if not self.is_aggregate:
             yield start, self
-        for offset, element in zip(self.offsets if self.is_whole else (), self.elements, strict=True):
+        for offset, element in zip(self.offsets if self.is_aggregate else (), self.elements, strict=True):
             yield from element.leaves(start + offset)
 
 
@@ -75,7 +75,7 @@ def _up(at: int, alignment: int) -> int:
 
 VOID, POINTER, DOUBLE = Type("void"), Type("ptr"), Type("double")
 
-# A scalar constant (an int, a float, None if it is undefined) or a name with its % or @; of a whole one its leaves.
+# A scalar constant: an int, a float, None if it is undefined, or a name with its % or @.
 Scalar = int | float | str | None
 
 
@@ -127,12 +127,12 @@ class Line:
 
     @property
     def mentions(self) -> list[str]:
-        """The names that come, each as often as it does."""
+        """The names in the rest of the line, with repetitions."""
         return [word for word in self._words[self._at :] if word[0] == "%"]
 
     @property
     def next(self) -> str:
-        """The word to come, empty at the end."""
+        """The next word, empty at the end."""
         return self._words[self._at] if self._at < len(self._words) else ""
 
     def word(self) -> str:
@@ -141,19 +141,19 @@ class Line:
         return result
 
     def take(self, word: str) -> bool:
-        """Whether this word comes; it is then read."""
+        """Read the next word if it is this one; return whether it was."""
         if self.next == word:
             self._at += 1
             return True
         return False
 
     def skip(self, *words: str) -> None:
-        """Read over any of these words."""
+        """Skip any of these words."""
         while self.next in words:
             self._at += 1
 
     def attributes(self) -> None:
-        """Read over attributes: words before a type or a value, some with an argument."""
+        """Skip attributes: words before a type or a value, some with an argument."""
         while re.fullmatch(r"[a-z_]\w*", self.next) and not self._begins_type() and self.next not in LITERALS:
             self.take("align")  # which a number follows
             self.word()
@@ -181,8 +181,8 @@ class Line:
             result = Type("array", (self.type(),) * count)
             self._expect("]")
             return result
-        available = word in ("void", "ptr", "double") or word in [f"i{width}" for width in WIDTHS]
-        if not available:
+        is_supported = word in ("void", "ptr", "double") or word in [f"i{width}" for width in WIDTHS]
+        if not is_supported:
             raise ValueError(f"type {word!r} has no counterpart in C here: {self.text}")
         return Type(word)
 
@@ -221,7 +221,7 @@ class Line:
             yield int(word == "true")
         elif word.startswith('c"'):
             yield from re.sub(rb"\\(..)", lambda code: bytes([int(code[1], 16)]), word[2:-1].encode("latin-1"))
-        elif kind.is_whole and word in ("[", "{"):
+        elif kind.is_aggregate and word in ("[", "{"):
             for _ in kind.elements:
                 yield from self.typed().constants
                 self.take(",")
@@ -238,7 +238,7 @@ class Line:
             raise ValueError(f"constant {word!r} has no counterpart in C here: {self.text}")
 
     def values(self) -> list[Value]:
-        """Return operands with their types in round brackets."""
+        """Return the typed operands of a list in round brackets."""
         self._expect("(")
         result = []
         while not self.take(")"):
@@ -253,7 +253,7 @@ def read_module(assembly: str) -> tuple[list[GlobalVariable], list[Function]]:
     Raises
     ------
     ValueError
-        If it holds what has no counterpart here.
+        If it contains something that this module does not support.
     """
     variables, functions = [], []
     lines = iter(assembly.splitlines())
@@ -292,7 +292,7 @@ def _function(head: str, lines: Iterator[str]) -> Function:
                 blocks.append(Block(""))
             blocks[-1].name = "%" + label[1]
         elif text.strip() and not text.lstrip().startswith((";", "#dbg")):
-            if text.rstrip().endswith("["):  # a switch goes over lines
+            if text.rstrip().endswith("["):  # a switch spans several lines
                 while "]" not in text:
                     text += " " + next(lines).strip()
             blocks[-1].lines.append(Line(text))

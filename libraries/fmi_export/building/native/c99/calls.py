@@ -13,12 +13,12 @@ EXTREMES = {"smax": ">", "smin": "<", "umax": ">", "umin": "<"}
 
 
 def write_call(body: FunctionBody, line: Line) -> None:
-    """Write a call, of which the opcode is read.
+    """Write a call whose opcode has been read.
 
     Raises
     ------
     ValueError
-        If it is of an intrinsic that has no counterpart.
+        If it calls an intrinsic without counterpart.
     """
     line.skip(*FLAGS)
     line.attributes()
@@ -27,10 +27,10 @@ def write_call(body: FunctionBody, line: Line) -> None:
     if name.startswith("@llvm."):
         _write_intrinsic(body, name.removeprefix("@llvm."), kind, values, line)
         return
-    settings = [scalar for value in values for scalar in body.scalars(value)]
+    arguments = [scalar for value in values for scalar in body.scalars(value)]
     if name not in body.functions:  # of the C library, which takes pointers
-        settings = [f"TO_POINTER({g})" if v.type == POINTER else g for g, v in zip(settings, values, strict=True)]
-    call = f"{body.functions.get(name, name[1:])}({', '.join(settings)})"
+        arguments = [f"TO_POINTER({g})" if v.type == POINTER else g for g, v in zip(arguments, values, strict=True)]
+    call = f"{body.functions.get(name, name[1:])}({', '.join(arguments)})"
     if kind == VOID or not body.is_read(line.result):
         body.out(f"{call};" if kind == VOID else f"(void){call};")
     else:

@@ -1,4 +1,4 @@
-"""Instructions of LLVM in C, but for branches and calls: what each reads of its line and writes.
+"""Instructions of LLVM in C, except branches and calls: each function reads a line and writes C.
 
 Operations of floating point are those of C, one to one. Integers wrap around, and a shift counts modulo their width.
 """
@@ -18,14 +18,14 @@ SIGNED = {"sdiv": "/", "srem": "%"}
 ORDERS = {"eq": "==", "ne": "!=", "gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 OPPOSITE = {"gt": "<=", "ge": "<", "lt": ">=", "le": ">"}
 
-# What a compiler may take for granted of an instruction; C takes nothing.
+# Flags that let a compiler assume more of an instruction; the C code makes no such assumptions.
 OF_INTEGERS = ("nuw", "nsw", "exact", "disjoint", "nneg", "samesign", "inbounds", "nusw")
 OF_REALS = ("fast", "nnan", "ninf", "nsz", "arcp", "contract", "afn", "reassoc")
 FLAGS = OF_INTEGERS + OF_REALS
 
 
 def write(body: FunctionBody, opcode: str, line: Line) -> None:
-    """Write an instruction of which the opcode and flags are read.
+    """Write an instruction whose opcode and flags have been read.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def _compare(body: FunctionBody, line: Line) -> None:
 
 
 def _compare_reals(body: FunctionBody, line: Line) -> None:
-    """Where an operand is no number, ordered comparisons are false, unordered true, and those of C false but for !=."""
+    """Write a comparison; with NaN, ordered ones are false and unordered ones true, those of C false except `!=`."""
     line.skip(*FLAGS)
     order = line.word()
     a, b = map(body.scalar, _pair(line))
@@ -149,22 +149,22 @@ CONVERSIONS: dict[str, Callable[[FunctionBody, Value, Type], str]] = {
 
 
 def _address_of_element(body: FunctionBody, line: Line) -> None:
-    """Address a + i size + ..., where the first index counts whole elements and the next lead into an element."""
+    """Write the address a + i size + ...; the first index counts whole elements, the others lead into an element."""
     kind = line.type()
     line.take(",")
     terms, offset, is_first = [body.scalar(line.typed())], 0, True
     while line.take(","):
         index = line.typed()
-        available = _constant_index(index)
+        number = _constant_index(index)
         if kind.kind == "struct" and not is_first:
-            offset, kind = offset + kind.offsets[available or 0], kind.elements[available or 0]
+            offset, kind = offset + kind.offsets[number or 0], kind.elements[number or 0]
             continue
         kind, is_first = kind if is_first else kind.elements[0], False
-        if available is None:
+        if number is None:
             wide = body.scalar(index) if index.type.width == 64 else f"(uint64_t){body.signed(index)}"
             terms.append(f"{kind.size}ull * {wide}" if kind.size > 1 else wide)
         else:
-            offset += available * kind.size
+            offset += number * kind.size
     text = " + ".join(terms) + (f" {'-' if offset < 0 else '+'} {abs(offset)}ull" if offset else "")
     body.set(line.result, POINTER, [text])
 
@@ -177,10 +177,10 @@ def _constant_index(index: Value) -> int | None:
     return number - 2 * half if number >= half else number
 
 
-def _room(body: FunctionBody, line: Line) -> None:
+def _allocate(body: FunctionBody, line: Line) -> None:
     kind = line.type()
     if line.take(",") and line.next != "align":
-        raise ValueError(f"room for a number of elements has no counterpart in C here: {line.text}")
+        raise ValueError(f"alloca of a number of elements has no counterpart in C here: {line.text}")
     if body.is_read(line.result):
         (name,) = body.variables(line.result, POINTER)
         body.declare("uint64_t", f"{name}_room[{max(1, -(-kind.size // 8))}]")
@@ -222,18 +222,18 @@ def _plus(at: str, offset: int) -> str:
 
 
 def _extract(body: FunctionBody, line: Line) -> None:
-    whole = line.typed()
-    start, kind = _part(whole.type, line)
-    body.know(line.result, kind, body.scalars(whole)[start : start + len(list(kind.leaves()))])
+    aggregate = line.typed()
+    start, kind = _part(aggregate.type, line)
+    body.alias(line.result, kind, body.scalars(aggregate)[start : start + len(list(kind.leaves()))])
 
 
 def _insert(body: FunctionBody, line: Line) -> None:
-    whole = line.typed()
+    aggregate = line.typed()
     line.take(",")
     new = body.scalars(line.typed())
-    start, _ = _part(whole.type, line)
-    old = body.scalars(whole)
-    body.know(line.result, whole.type, [*old[:start], *new, *old[start + len(new) :]])
+    start, _ = _part(aggregate.type, line)
+    old = body.scalars(aggregate)
+    body.alias(line.result, aggregate.type, [*old[:start], *new, *old[start + len(new) :]])
 
 
 def _part(kind: Type, line: Line) -> tuple[int, Type]:
@@ -248,7 +248,7 @@ def _part(kind: Type, line: Line) -> tuple[int, Type]:
 
 def _same(body: FunctionBody, line: Line) -> None:
     value = line.typed()
-    body.know(line.result, value.type, body.scalars(value))
+    body.alias(line.result, value.type, body.scalars(value))
 
 
 OPCODES: dict[str, Callable[[FunctionBody, Line], None]] = {
@@ -258,7 +258,7 @@ OPCODES: dict[str, Callable[[FunctionBody, Line], None]] = {
     "select": _select,
     "freeze": _same,
     "getelementptr": _address_of_element,
-    "alloca": _room,
+    "alloca": _allocate,
     "load": _load,
     "store": _store,
     "extractvalue": _extract,

@@ -45,7 +45,7 @@ def to_c(assembly: str) -> str:
     Raises
     ------
     ValueError
-        If the assembly holds what has no counterpart; the message shows the line.
+        If the assembly contains something without counterpart in C; the message shows the line.
     """
     variables, functions = read_module(assembly)
     names = {v.name: f"table_{k}" for k, v in enumerate(variables)}
@@ -69,7 +69,7 @@ def _table(variable: GlobalVariable, name: str) -> str:
 
 
 def _head(function: Function, names: Mapping[str, str]) -> str:
-    if function.returns.is_whole:
+    if function.returns.is_aggregate:
         raise ValueError(f"a function that returns a structure has no counterpart in C here: {function.name}")
     of = c_type if function.is_internal else _outside
     parameters = ", ".join(f"{of(p.type)} p{k}" for k, p in enumerate(function.parameters)) or "void"
@@ -78,12 +78,12 @@ def _head(function: Function, names: Mapping[str, str]) -> str:
 
 
 def _outside(kind: Type) -> str:
-    """Return the type of a scalar as others see it that call the function."""
+    """Return the type of a scalar in the signature for callers in other files."""
     return "void *" if kind == POINTER else c_type(kind).replace("uint", "int")
 
 
 class _Translation:
-    """A function: its parameters, then its blocks, with what leads from one to another."""
+    """The translation of a function: its parameters, then its blocks and the branches between them."""
 
     def __init__(self, function: Function, names: Mapping[str, str]) -> None:
         self._function, self._body = function, FunctionBody(function, names)
@@ -112,7 +112,7 @@ class _Translation:
         if not self._body.is_read(parameter.name):
             self._body.out(f"(void){text};")
         elif self._function.is_internal or kind == DOUBLE:
-            self._body.know(parameter.name, kind, [text])
+            self._body.alias(parameter.name, kind, [text])
         else:
             value = f"TO_ADDRESS({text})" if kind == POINTER else f"({c_type(kind)}){text}"
             self._body.set(parameter.name, kind, [value])
@@ -149,7 +149,7 @@ class _Translation:
             out("return;" if self._function.returns == VOID else "return 0;")
 
     def _go(self, line: Line, origin: Block) -> str:
-        """Return what leads from a block to that of the label that comes."""
+        """Return the statements that lead from a block to that of the next label: copies to its phis, and a goto."""
         line.skip(",", "label")
         target, steps = line.word(), []
         for name, kind, sources in self._read_phis(target):
@@ -159,7 +159,7 @@ class _Translation:
 
 
 def _phis(block: Block) -> Iterator[Phi]:
-    """Return the phis of a block, which it begins with."""
+    """Yield the phis at the beginning of a block."""
     for line in block.lines:
         if line.next != "phi":
             return

@@ -38,7 +38,7 @@ def constant(kind: Type, number: Scalar) -> str:
 
 
 class FunctionBody:
-    """The lines of a function, the variables that they use, and which of them are read at all."""
+    """The lines of a function in C, the variables that they use, and which of them are read."""
 
     def __init__(self, function: Function, functions: Mapping[str, str]) -> None:
         self.functions = functions
@@ -52,7 +52,7 @@ class FunctionBody:
         self.lines.append(f"    {text}")
 
     def declarations(self) -> list[str]:
-        """Return the lines that the function begins with."""
+        """Return the declarations at the beginning of the function."""
         return [
             f"    {kind} {', '.join(names[k : k + IN_A_LINE])};"
             for kind, names in self._declared.items()
@@ -70,27 +70,27 @@ class FunctionBody:
         return not line.result or self.is_read(line.result) or bool(HAS_EFFECT.search(line.text))
 
     def variables(self, name: str, kind: Type) -> list[str]:
-        """Return the variables of a value, which are declared if it has none yet."""
+        """Return the variables of a value; they are declared on the first call."""
         if name not in self._variables:
             base, leaves = f"v{len(self._variables)}", [leaf for _, leaf in kind.leaves()]
-            self._variables[name] = [f"{base}_{k}" for k in range(len(leaves))] if kind.is_whole else [base]
+            self._variables[name] = [f"{base}_{k}" for k in range(len(leaves))] if kind.is_aggregate else [base]
             for variable, leaf in zip(self._variables[name], leaves, strict=True):
                 self.declare(c_type(leaf), variable)
         return self._variables[name]
 
     def declare(self, kind: str, variable: str) -> None:
-        """Declare a variable of a type of C."""
+        """Declare a variable of the C type `kind`."""
         self._declared.setdefault(kind, []).append(variable)
 
     def set(self, name: str, kind: Type, expressions: Iterable[str]) -> None:
-        """Write the scalars of a value."""
+        """Assign expressions to the scalars of a value."""
         for variable, expression in zip(self.variables(name, kind), expressions, strict=True):
             self.out(f"{variable} = {expression};")
-        if kind.is_whole:  # of which a part may not be used
+        if kind.is_aggregate:  # part of it may be unused
             self.out(" ".join(f"(void){variable};" for variable in self.variables(name, kind)))
 
-    def know(self, name: str, kind: Type, scalars: list[str]) -> None:
-        """Let a value be what others are, without a copy, unless a branch before has its variables already."""
+    def alias(self, name: str, kind: Type, scalars: list[str]) -> None:
+        """Let a value stand for existing scalars, without a copy, unless an earlier branch declared its variables."""
         if name in self._variables:
             self.set(name, kind, scalars)
         else:
@@ -111,13 +111,13 @@ class FunctionBody:
         return self.scalars(value)[0]
 
     def signed(self, value: Value) -> str:
-        """Return an integer in C as one with a sign; that of a single bit is -1 where it is set."""
+        """Return an integer in C as a signed one; a single bit that is set is -1."""
         width = 64 if value.type == POINTER else value.type.width
         return f"-(int){self.scalar(value)}" if width == 1 else f"(int{width}_t){self.scalar(value)}"
 
 
 def _uses(function: Function) -> Counter[str]:
-    """Return how often the code reads each value, without what is read for nothing."""
+    """Return how often each value is read by instructions that have an effect."""
     lines = [line for block in function.blocks for line in block.lines if not NOTHING.search(line.text)]
     while True:
         uses = Counter(name for line in lines for name in line.mentions)
