@@ -1,5 +1,5 @@
 """Measure the cost of co-simulation, as ratios to a loop without FMI, other masters and other contact codes.
 
-All are measured in one run. `cases` defines the runs, `candidates` the programs that are timed, `measure` collects the
-times, `report` prints them. Absolute times depend on the machine and its load.
+All ratios are measured in one run, because absolute times depend on the machine and its load. `cases` defines the runs,
+`candidates` the programs that are timed; `measure` collects the times, `report` prints them.
 """

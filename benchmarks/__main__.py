@@ -76,7 +76,7 @@ def sweep(as_json: bool, quick: bool) -> None:
 @JSON
 @click.option("--rounds", type=click.IntRange(min=1), default=3, help="How often each scenario runs.")
 def steps(scenarios: tuple[str, ...], as_json: bool, rounds: int) -> None:
-    """Measure the longest step of SCENARIOS, of all where none is named."""
+    """Measure the longest step of SCENARIOS, by default of all."""
     from benchmarks import step_times
 
     with refusing(), Console(stderr=True).status("measuring (a first run compiles the models)"):

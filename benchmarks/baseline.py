@@ -78,7 +78,7 @@ class Baseline:
         outputs = [f"{c}.{port.name}" for c, i in planned.interfaces.items() for port in i.of("output")]
         wiring = planned.assembly.wiring(plan.inputs, outputs)
         names = [*plan.inputs, *outputs]  # each model's outputs in the order in which its kernel writes them
-        place = np.array([names.index(name) for name in wiring.names], np.intp)
+        positions = np.array([names.index(name) for name in wiring.names], np.intp)
         self._plan = plan
         self._names = [c.name for c in system.components]
         self._values = np.zeros(len(names))
@@ -93,15 +93,17 @@ class Baseline:
             instance = Instance(*model_source(component.fmu, **planned.assembly.options))
             for name, value in plan.parameters[component.name].items():
                 instance[name] = value
-            table, written = instance.model.interface, self._values[first : first + len(instance.outputs)]
+            table, outputs_of_model = instance.model.interface, self._values[first : first + len(instance.outputs)]
             to = np.array(
                 [table.position[name] - table.n_parameters for name in wiring.inputs[component.name]], np.intp
             )
-            self._instances.append((instance, written))
+            self._instances.append((instance, outputs_of_model))
             self._calls.append(
-                _kernel_call(instance, written, to, place[source], step_kernel(component.fmu), component.every)
+                _kernel_call(
+                    instance, outputs_of_model, to, positions[source], step_kernel(component.fmu), component.every
+                )
             )
-            first += len(written)
+            first += len(outputs_of_model)
         self._initialise()
 
     def _initialise(self) -> None:
@@ -165,7 +167,7 @@ def _kernel_call(
 
 _OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
 _N_ARGUMENTS = 14
-EXCEPTION = -2  # what a step returns whose kernel raised one
+EXCEPTION = -2  # returned by a step whose kernel raised an exception
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -183,12 +185,12 @@ def _emit_cycles(_: Any) -> Any:
 
 
 def _emit_call(_: Any, function: Any, arguments: Any, time: Any, step_size: Any) -> Any:
-    """Return signature and body of a call of the kernel at an address; its arguments are at another address."""
+    """Return signature and body of a call of the kernel at address `function`, with the arguments at `arguments`."""
 
     def emit(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         word, real = ir.IntType(64), ir.DoubleType()
-        settings = builder.inttoptr(values[1], word.as_pointer())
-        loaded = [builder.load(builder.gep(settings, [ir.Constant(word, k)])) for k in range(_N_ARGUMENTS)]
+        addresses = builder.inttoptr(values[1], word.as_pointer())
+        loaded = [builder.load(builder.gep(addresses, [ir.Constant(word, k)])) for k in range(_N_ARGUMENTS)]
         function = ir.FunctionType(ir.IntType(32), [word] * _N_ARGUMENTS + [real, real])
         return builder.call(builder.inttoptr(values[0], function.as_pointer()), [*loaded, *values[2:]])
 

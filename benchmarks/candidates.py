@@ -1,7 +1,7 @@
-"""The candidates: functions that make a run and return the time (s) of one of its steps.
+"""The candidates: functions that make a run and return its time per step (s).
 
-Timed are the steps, the exchange of values between the models, and recording, from the end of settling to the end
-of the run. Not timed are start and initialisation, settling, the labelled data set and files.
+The time includes the steps, the exchange of values between the models, and recording, from the end of settling to the
+end of the run. It excludes start and initialisation, settling, the labelled data set and files.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def profiled_baseline_candidate(planned: PlannedRun, parts: dict[str, list[float
 def fig4_9_candidates(flavour: Flavour, parts: dict[str, list[float]]) -> dict[str, Candidate]:
     """Return candidates for `fig4_9`: both loops and, for native FMUs, the baseline with and without `parts`.
 
-    What is compared with each other runs one after the other.
+    Candidates that are compared with each other run one after the other.
     """
     planned = cases.fig4_9(RunOptions(flavour=flavour))
     result: dict[str, Candidate] = {flavour: master_candidate(planned, "compiled")}
@@ -110,12 +110,12 @@ def retainer_candidates(seconds: float, missing: Missing) -> dict[str, Candidate
             for name, reduced in (("siconos", False), ("siconos_reduced", True))
         ),
     ]
-    for name, module, file, values in others:
+    for name, module, file, arguments in others:
         python = find_python_with(module)
         if python is None:
             missing[name] = "not installed for this Python, nor for a python3 on the PATH"
         else:
-            _add_process(result, missing, name, python, str(HERE / file), "seconds_per_step", values())
+            _add_process(result, missing, name, python, str(HERE / file), "seconds_per_step", arguments())
     return result
 
 
@@ -124,22 +124,22 @@ def _for_siconos(reduced: bool, steps: int) -> dict[str, Any]:
 
 
 def _add_process(
-    found: dict[str, Candidate],
+    candidates: dict[str, Candidate],
     missing: Missing,
     name: str,
     python: str,
     file: str,
     function: str,
-    given: dict[str, Any],
+    arguments: dict[str, Any],
 ) -> None:
     """Add a candidate that runs in a process of its own; if it fails, note in `missing` why."""
 
     def step_time() -> float:
-        return float(run_function(python, file, function, **given)["seconds"])
+        return float(run_function(python, file, function, **arguments)["seconds"])
 
     try:
         step_time()
     except CandidateFailed as error:
         missing[name] = str(error)
     else:
-        found[name] = step_time
+        candidates[name] = step_time

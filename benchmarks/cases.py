@@ -2,16 +2,16 @@
 
 `fig4_9`
     The scenario `fig4_9` with all of its settling: 80 turns, then 20 turns with impacts and rubbing in the middle.
-    Timed from the end of settling on. All that the system records is recorded.
+    It is timed from the end of settling on, and everything that the system records is recorded.
 `rubbing_case`
     A run that every co-simulation master can do: the levitated rotor from rest under 25.5 g m, no events, Jacobi order.
-    The force is followed with its gradient, friction is 0.1. The rotor rubs about half of the time. The plant chooses
-    its substeps by its default tolerance.
+    Contact has friction 0.1, and the rotor rubs about half of the time. The plant chooses its substeps by its default
+    tolerance.
 `retainer_case`
     A run that every contact code can do: the rotor alone on springs and dampers of 1e6 N/m and 5000 N s/m, from rest
     under 25.5 g m, no friction. One integration step for each communication step, as in the other codes. Here and in
-    Siconos it can touch two rigid retainers, in ROSS one with a stiffness. ROSS and Siconos have the rotor of 13 nodes
-    unreduced (78 and 52 degrees of freedom), Siconos also this project's, reduced to 12.
+    Siconos it can touch two rigid retainers, in ROSS a compliant one. ROSS and Siconos have the unreduced rotor of 13
+    nodes (78 and 52 degrees of freedom), Siconos also this project's, reduced to 12.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ UNBALANCE = 25.5e-3  # kg m, of D1
 BEARING_K, BEARING_C = 1e6, 5e3  # N/m, N s/m, of the passive bearings
 CLEARANCE = 0.75e-3  # m
 TOLERANCE = 5e-6  # m/s, of the plant's substeps: the default of the FMU
-RETAINER_K = 1e8  # N/m, of a retainer that yields
+RETAINER_K = 1e8  # N/m, of a compliant retainer
 
 _FROM_REST: dict[str, Any] = {
     "description": "An unbalanced rotor from rest",
@@ -121,7 +121,7 @@ def with_unbalance(model: Matrices, Omega: float, node: int, unbalance: float) -
 
 
 def retainer_case_for_ross() -> dict[str, Any]:
-    """Return the retainer case with one yielding retainer, as arguments of `ross_rotor`."""
+    """Return the retainer case with one compliant retainer, as arguments of `ross_rotor`."""
     rotor: Rotor = load_rotor()
     shaft = rotor.shaft
     return {

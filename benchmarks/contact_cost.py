@@ -155,9 +155,9 @@ def compare(repeats: int = 5) -> dict[str, Any]:
     """Return both comparisons, for JSON; costs are ratios to that of the constraint at the same tolerance."""
     constraint = Formulation("constraint")
     rigid, _ = simulate(constraint.plant(REFERENCE_SUBSTEP), record=True)
-    local = list(costs_over_substeps(constraint, rigid, SUBSTEPS, repeats))
-    by_force = cheapest(local, "force_error", FORCE_TOLERANCE)
-    by_orbit = cheapest(local, "orbit_error", ORBIT_TOLERANCE)
+    constraint_costs = list(costs_over_substeps(constraint, rigid, SUBSTEPS, repeats))
+    by_force = cheapest(constraint_costs, "force_error", FORCE_TOLERANCE)
+    by_orbit = cheapest(constraint_costs, "orbit_error", ORBIT_TOLERANCE)
     assert by_force is not None
     assert by_orbit is not None
     laws = []
@@ -171,7 +171,7 @@ def compare(repeats: int = 5) -> dict[str, Any]:
         "case": f"{SPEED:g} rad/s, 25 g m added on D1, {TURNS:g} turns, communication step {STEP * 1e6:g} us",
         "force_tolerance": FORCE_TOLERANCE,
         "orbit_tolerance": ORBIT_TOLERANCE,
-        "constraint": [_row(constraint, m, by_orbit) for m in local],
+        "constraint": [_row(constraint, m, by_orbit) for m in constraint_costs],
         "own_accuracy": laws,
         "rigid_retainer": [_row(m.formulation, m, by_orbit) for m in rising],
         "cost_ratio_at_equal_accuracy": None if equivalent is None else equivalent.cost / by_orbit.cost,

@@ -1,4 +1,4 @@
-"""Compile the step kernels of the native FMUs into libraries that give their addresses."""
+"""Compile the step kernels of the native FMUs into libraries that return their addresses."""
 
 from __future__ import annotations
 

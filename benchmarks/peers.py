@@ -1,4 +1,4 @@
-"""Run a system with the masters of other projects. Each function is run in a process of its own.
+"""Run a system with the masters of other projects. Each function runs in a separate process.
 
 They take the system as plain data:
 
@@ -9,7 +9,7 @@ They take the system as plain data:
 - `step_size` (s), `steps`, and how many of them a step of a component spans, `every`.
 
 and return `series`, `{component.variable: values}` with a value for each communication point. With nothing to
-record they make all steps in one call, without Python in between, and return the time of a step, `seconds`; the
+record they make all steps in one call, without Python between steps, and return the time per step, `seconds`. The
 first step, in which a master may still initialise, is not timed.
 """
 
@@ -87,7 +87,7 @@ def with_libcosim(
 
 
 def outputs_by_libcosim(execution: Any, recorded: list[str], steps: int) -> dict[str, list[Any]]:
-    """Return the outputs after each of so many steps; those of a type that libcosim does not have are left out."""
+    """Return the outputs after each of `steps` steps, except those of types that libcosim does not have."""
     from libcosimpy.CosimEnums import CosimVariableType
     from libcosimpy.CosimObserver import CosimObserver
 
@@ -144,7 +144,7 @@ def with_ecos(
 
 
 def load_tbb() -> None:
-    """Load oneTBB, which ecos needs: the wheel's, which no loader finds, or else the system's."""
+    """Load oneTBB, which ecos needs, from its wheel, where the loader does not search, or else the system's."""
     import ctypes
     import sys
     from contextlib import suppress
@@ -163,7 +163,7 @@ def kinds_in_ecos(fmus: dict[str, str]) -> dict[str, str]:
 
 
 def outputs_by_ecos(simulation: Any, kinds: dict[str, str], recorded: list[str], steps: int) -> dict[str, list[Any]]:
-    """Return the outputs at the beginning and after each of so many steps, and end the simulation."""
+    """Return the outputs at the beginning and after each of `steps` steps, and end the simulation."""
     series: dict[str, list[Any]] = {name: [] for name in recorded}
     for n in range(steps + 1):
         if n:

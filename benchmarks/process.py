@@ -1,4 +1,4 @@
-"""Run functions in separate Python processes, also of another Python that has the package they need."""
+"""Run functions in separate Python processes, if necessary by another Python that has the package they need."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"
 
 _CALL = """
 import json, pathlib, runpy, sys
-given, answer = map(pathlib.Path, sys.argv[3:])
-found = runpy.run_path(sys.argv[1])[sys.argv[2]](**json.loads(given.read_text(encoding="utf-8")))
-answer.write_text(json.dumps(found), encoding="utf-8")
+arguments, answer = map(pathlib.Path, sys.argv[3:])
+result = runpy.run_path(sys.argv[1])[sys.argv[2]](**json.loads(arguments.read_text(encoding="utf-8")))
+answer.write_text(json.dumps(result), encoding="utf-8")
 """
 
 
@@ -65,9 +65,9 @@ def run_function(python: str, file: str, function: str, timeout: float = 600.0, 
     """
     with tempfile.TemporaryDirectory(prefix="benchmark-") as temporary:
         folder = Path(temporary)
-        values, answer = folder / "given.json", folder / "answer.json"
-        values.write_text(json.dumps(arguments), encoding="utf-8")
-        command = [python, "-c", _CALL, file, function, str(values), str(answer)]
+        argument_file, answer = folder / "arguments.json", folder / "answer.json"
+        argument_file.write_text(json.dumps(arguments), encoding="utf-8")
+        command = [python, "-c", _CALL, file, function, str(argument_file), str(answer)]
         paths = [str(REPOSITORY), *filter(None, [os.environ.get("PYTHONPATH")])]
         environment = {**ENVIRONMENT, "TMPDIR": temporary, "PYTHONPATH": os.pathsep.join(paths)}
         try:

@@ -51,7 +51,7 @@ def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
 
 
 def _ratios(data: Mapping[str, Any]) -> Table:
-    table = labelled_table("Ratios of the time of a step", "what over what", "median", "lowest", "highest", "aim")
+    table = labelled_table("Ratios of the time per step", "ratio", "median", "lowest", "highest", "aim")
     for name, (_, _, aim) in RATIOS.items():
         value, spread = data["ratios"][name], data["spread"][name]
         numbers = ["not measured", "", ""] if value is None else [f"{v:.2f}" for v in (value, *spread)]

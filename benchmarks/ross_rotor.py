@@ -1,4 +1,4 @@
-"""Rubbing of an unreduced rotor on one yielding retainer, computed by ROSS. Imports ROSS and nothing of this project.
+"""Rubbing of an unreduced rotor on one compliant retainer, computed by ROSS; imports nothing of this project.
 
 ROSS uses Newmark's method and evaluates the contact force at the beginning of a step.
 """
@@ -24,7 +24,7 @@ def seconds_per_step(
     step: float,
     steps: int,
 ) -> dict[str, float]:
-    """Return the time (s) of a step of `run_rubbing`, from the difference of a long and a short run; share in contact.
+    """Return the time (s) of a step of `run_rubbing`, as the difference of a long and a short run, and contact share.
 
     `bodies` are node (from 1), mass, diametral and polar inertia, `bearings` node, stiffness and damping, `retainer`
     node, clearance and stiffness, `unbalance` node and kg m; all SI.

@@ -83,14 +83,14 @@ def memory_over_time(flavour: Flavour, durations: Sequence[float]) -> dict[str, 
     """
     if sys.platform == "win32":
         return None
-    result = [
+    memory = [
         run_function(sys.executable, __file__, "peak_memory_in_new_process", flavour=flavour, seconds=t)
         for t in durations
     ]
-    line = LinearFit(list(durations), [f["peak"] for f in result])
-    recorder = LinearFit(list(durations), [f["recorder"] for f in result])
-    growth = line.coefficients[0] / recorder.coefficients[0]
-    return line.as_data("simulated_s", "peak_bytes") | {"over_recorder": growth}
+    peak = LinearFit(list(durations), [bytes_of["peak"] for bytes_of in memory])
+    recorder = LinearFit(list(durations), [bytes_of["recorder"] for bytes_of in memory])
+    growth = peak.coefficients[0] / recorder.coefficients[0]
+    return peak.as_data("simulated_s", "peak_bytes") | {"over_recorder": growth}
 
 
 def peak_memory_in_new_process(flavour: Flavour, seconds: float) -> Any:
@@ -137,6 +137,6 @@ def _mean_sites_in_contact(runs: Sequence[PlannedRun]) -> list[float]:
 
 
 def _median_times(runs: Sequence[PlannedRun], rounds: int) -> list[float]:
-    """Return the median stepping time (s) of each run, of rounds in which each runs once."""
+    """Return the median stepping time (s) of each run over rounds in which each runs once."""
     times = [[float(run_planned(planned).dataset.attrs["wall_s"]) for planned in runs] for _ in range(rounds + 1)]
     return [median(column) for column in zip(*times[1:], strict=True)]

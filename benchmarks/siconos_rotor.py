@@ -1,15 +1,17 @@
 """A rotor in rigid circular clearances, integrated by Siconos. Runs under the system's Python: numpy and siconos only.
 
-    /usr/bin/python3 siconos_rotor.py given.npz answer.npz
+    /usr/bin/python3 siconos_rotor.py case.npz answer.npz
 
-Siconos (Inria; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008) is given a second-order
-system and unilateral constraints, and finds which of them act, their impulses and forces, and whether friction sticks:
+Siconos (Inria; Acary and Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008) takes a second-order
+system and unilateral constraints, and computes which of them are active, their impulses and forces, and whether
+friction sticks:
 
     M q'' + C q' + K q = f + J^T lambda,    g_k = c_k - |r_k| >= 0,    r_k = (q_row, q_row+1)
 
-`given` holds `scheme`, which is `time_stepping`, `single_steps` or `from_event_to_event`, the arrays M, C, K (n, n), f,
-q, v (n) and, of each site, `rows` (row of x), `clearance`, `restitution`, `mu` and `surface` (velocity Omega R_s of the
-journal's surface), and what the function documents. `answer` holds q and v at each point, and what the function adds.
+A case has `scheme`, which is `time_stepping`, `single_steps` or `from_event_to_event`, the arrays M, C, K (n, n), f, q,
+v (n), of each site `rows` (row of x), `clearance`, `restitution`, `mu` and `surface` (velocity Omega R_s of the
+journal's surface), and the values that the function documents. The answer has q and v at each point, and what the
+function adds.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ def polar(q: Any, row: Any) -> Any:
 
 
 def lasting_jacobian(relation: Any, lines: Any, size: Any) -> Any:
-    """Return a matrix for C() to return: Siconos keeps a pointer to it, and a numpy array would be a temporary copy."""
+    """Return a matrix for C() to return: Siconos stores a pointer to it, which a numpy array would not outlive."""
     jacobian = sk.SimpleMatrix(lines, size)
     jacobian.zero()
     relation.setJachqPtr(jacobian)
@@ -109,10 +111,10 @@ class FrictionlessRetainer(sk.LagrangianScleronomousR):
         rate[0, i], rate[0, i + 1] = y * turning, -x * turning
 
 
-def rotor(given: Any, end: Any) -> Any:
+def rotor(case: Any, end: Any) -> Any:
     """Return the dynamical system, and a model with it until time `end`."""
-    system = sk.LagrangianLinearTIDS(given["q"], given["v"], given["M"], given["K"], given["C"])
-    system.setFExtPtr(given["f"])
+    system = sk.LagrangianLinearTIDS(case["q"], case["v"], case["M"], case["K"], case["C"])
+    system.setFExtPtr(case["f"])
     model = sk.NonSmoothDynamicalSystem(0.0, end)
     model.insertDynamicalSystem(system)
     return system, model
@@ -125,17 +127,17 @@ def connect(law: Any, retainer: Any, system: Any, model: Any) -> Any:
     return contact
 
 
-def time_stepping(given: Any) -> Any:
+def time_stepping(case: Any) -> Any:
     """Integrate by Moreau-Jean's scheme, theta = 1/2, without events, `every` steps of `h` (s) for each of `points`.
 
     Adds `impulse` (N s) so far, in columns normal (inward) and tangential (forward) of each site in turn, and the time
     of stepping, `seconds`.
     """
-    h, every, points = float(given["h"]), int(given["every"]), int(given["points"])
-    size, friction = len(given["M"]), bool(np.any(given["mu"] > 0.0))
-    system, model = rotor(given, (points * every + 1) * h)
+    h, every, points = float(case["h"]), int(case["every"]), int(case["points"])
+    size, friction = len(case["M"]), bool(np.any(case["mu"] > 0.0))
+    system, model = rotor(case, (points * every + 1) * h)
     contacts = []
-    for row, clearance, e, mu, surface in zip(*(given[name] for name in SITE), strict=True):
+    for row, clearance, e, mu, surface in zip(*(case[name] for name in SITE), strict=True):
         law = sk.NewtonImpactFrictionNSL(e, 0.0, mu, 2) if friction else sk.NewtonImpactNSL(e)
         retainer = FrictionRetainer(int(row), size, clearance, surface, friction)
         contacts.append(connect(law, retainer, system, model))
@@ -164,24 +166,24 @@ def time_stepping(given: Any) -> Any:
     return answer | {"seconds": time.perf_counter() - begin}
 
 
-def single_steps(given: Any) -> Any:
-    """Make one such step of `h` for each row of f, q, v, restitution, mu and surface."""
+def single_steps(case: Any) -> Any:
+    """Make one step of `time_stepping` with `h` (s) for each row of f, q, v, restitution, mu and surface."""
     answer: dict[str, Any] = {"q": [], "v": [], "impulse": []}
-    for k in range(len(given["q"])):
-        case = given | {name: given[name][k] for name in ("f", "q", "v", "restitution", "mu", "surface")}
-        after = time_stepping(case | {"points": 1, "every": 1})
+    for k in range(len(case["q"])):
+        step = case | {name: case[name][k] for name in ("f", "q", "v", "restitution", "mu", "surface")}
+        after = time_stepping(step | {"points": 1, "every": 1})
         for name, values in answer.items():
             values += after[name]
     return answer
 
 
-def from_event_to_event(given: Any) -> Any:
+def from_event_to_event(case: Any) -> Any:
     """Integrate by LSODAR from event to event, without friction; `points` every `h` (s), `tolerance` (m, m/s, m/s2, N).
 
     Adds the normal `force` (N) and the `impulse` (N s) of impacts so far, of each site.
     """
-    h, points, size = float(given["h"]), int(given["points"]), len(given["M"])
-    system, model = rotor(given, (points + 1) * h)
+    h, points, size = float(case["h"]), int(case["points"]), len(case["M"])
+    system, model = rotor(case, (points + 1) * h)
     integrator = sk.LsodarOSI()
     integrator.setTol(1, LSODAR_TOLERANCE, LSODAR_TOLERANCE)
 
@@ -190,7 +192,7 @@ def from_event_to_event(given: Any) -> Any:
         retainer.computeDotJachq(system.q(), None, system.velocity())
 
     contacts = []
-    for row, clearance, e, _, _ in zip(*(given[name] for name in SITE), strict=True):
+    for row, clearance, e, _, _ in zip(*(case[name] for name in SITE), strict=True):
         contacts.append(
             connect(sk.NewtonImpactNSL(e), FrictionlessRetainer(int(row), size, clearance, refresh), system, model)
         )
@@ -199,7 +201,7 @@ def from_event_to_event(given: Any) -> Any:
     impacts, accelerations = sk.LCP(), sk.LCP()
     simulation.insertNonSmoothProblem(impacts, sk.SICONOS_OSNSP_ED_IMPACT)
     simulation.insertNonSmoothProblem(accelerations, sk.SICONOS_OSNSP_ED_SMOOTH_ACC)
-    simulation.setToleranceED(float(given["tolerance"]))
+    simulation.setToleranceED(float(case["tolerance"]))
     impulse = np.zeros(len(contacts))
     answer: dict[str, Any] = {"q": [], "v": [], "force": [], "impulse": []}
     while len(answer["q"]) < points:
@@ -214,15 +216,15 @@ def from_event_to_event(given: Any) -> Any:
     return answer
 
 
-def seconds_per_step(steps: int, **given: Any) -> Any:
+def seconds_per_step(steps: int, **case: Any) -> Any:
     """Return the time (s) of a step of time stepping, and the share of steps in contact; arguments may be lists."""
-    arrays = {name: np.asarray(value) for name, value in given.items()}
+    arrays = {name: np.asarray(value) for name, value in case.items()}
     answer = time_stepping(arrays | {"points": steps, "every": 1})
     pushed = np.diff(np.array(answer["impulse"])[:, ::2], axis=0, prepend=0.0)
     return {"seconds": answer["seconds"] / steps, "contact": float(np.mean(np.any(pushed > 0.0, axis=1)))}
 
 
 if __name__ == "__main__":
-    given = dict(np.load(sys.argv[1]))
-    scheme = {f.__name__: f for f in (time_stepping, single_steps, from_event_to_event)}[str(given.pop("scheme"))]
-    np.savez(sys.argv[2], **scheme(given))
+    case = dict(np.load(sys.argv[1]))
+    scheme = {f.__name__: f for f in (time_stepping, single_steps, from_event_to_event)}[str(case.pop("scheme"))]
+    np.savez(sys.argv[2], **scheme(case))

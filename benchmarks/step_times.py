@@ -1,4 +1,4 @@
-"""How long single steps take: who runs the models in a loop with real hardware needs the longest below a sample."""
+"""Times of single steps; with real hardware in the loop, the longest must be shorter than a sample."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from fmi_export.variables import Enumeration
 from rotor_contact.enumerations import CONTACT_MODE, METHOD
 
 SCENARIOS = ("fig4_9", "fig4_14", "rolling_90")  # impacts and rubbing, sustained contact, rolling
-TITLE = "Time of single steps, all models (us), and how often real time goes into that of all steps"
+TITLE = "Time of single steps, all models (us), and simulated time over the time of all steps"
 COLUMNS = ("median", "percentile_99_9", "maximum", "sample", "real_time")
 
 
@@ -29,8 +29,8 @@ def step_times(rounds: int, names: Sequence[str] = SCENARIOS) -> dict[str, dict[
     """Return median, 99.9th percentile and maximum of the time (us) of a step, and its sample time, by scenario.
 
     `real_time` is simulated time over the time of all steps, `longest` what the longest step did. The native models of
-    a scenario run in one loop without FMI. A run does the same in every round, so that a step counts with its shortest
-    time: what else the machine did in it is left out.
+    a scenario run in one loop without FMI. All rounds compute the same steps, and the shortest time of each step
+    counts, which excludes the load by other programs.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def _name(enumeration: Enumeration, value: float) -> str:
 
 
 def measure(names: Sequence[str], rounds: int) -> dict[str, Any]:
-    """Return `step_times` of scenarios, all that have a baseline where none is named, and why others have none."""
+    """Return `step_times` of scenarios, by default of all that have a baseline, and why others have none."""
     result: dict[str, Any] = {"single_steps_us": {}, "missing": {}, "rounds": rounds, "environment": environment()}
     for name in names or sorted(packaged_scenarios()):
         try:
@@ -93,7 +93,7 @@ def as_table(times: dict[str, dict[str, Any]] | None) -> Table:
 
 
 def _sentence(longest: dict[str, Any]) -> str:
-    """Return what a step did, without its subject."""
+    """Return a predicate that describes the longest step: when it begins, method and contact."""
     contact = [
         f"{site} {before}" if before == after else f"{site} {before}, then {after}"
         for site, (before, after) in longest["contact"].items()

@@ -1,4 +1,4 @@
-"""What a sweep costs: overhead of a run, one and two processes, beside FMPy in a loop and one command each."""
+"""The cost of a sweep: overhead of a run, one and two processes, compared with FMPy in a loop and with commands."""
 
 from __future__ import annotations
 
@@ -61,36 +61,36 @@ QUICK = SweepEffort(batch=4, loop=1, commands=1, rounds=1, runs=40)
 def measure(effort: SweepEffort, show_status: Callable[[str], object]) -> dict[str, Any]:
     """Measure the cost of sweeps of `fig4_9` with native FMUs.
 
-    `overhead_ms` is what a run in a batch takes besides its steps, `runs_per_second` are medians, `two_over_one` is
-    the rate of two processes over that of one in each round, `memory_mb` over runs done.
+    `overhead_ms` is the time of a run in a batch without its steps, `runs_per_second` are medians, `two_over_one` is
+    the rate of two processes over that of one in each round, `memory_mb` is memory over the number of runs done.
     """
     show_status("measuring the overhead of a run (a first run compiles the models)")
     alone = overhead(effort.batch)
     with tempfile.TemporaryDirectory(prefix="benchmark-") as folder, ExitStack() as stack:
-        item, two = (stack.enter_context(_cluster(jobs)).scheduler_address for jobs in (1, 2))
+        one, two = (stack.enter_context(_cluster(jobs)).scheduler_address for jobs in (1, 2))
         show_status("measuring runs per second")
         folders = (Path(folder) / str(k) for k in itertools.count())
         candidates = {
             "two": partial(_sweep_time, two, effort.batch, folders),
-            "one": partial(_sweep_time, item, effort.batch, folders),
+            "one": partial(_sweep_time, one, effort.batch, folders),
             "fmpy": partial(_fmpy_time, _assembled(Path(folder)), effort.loop),
             "command": partial(_command_time, effort.commands, folders),
         }
         times = interleaved_times(candidates, effort.rounds)
         show_status(f"running {effort.runs} runs")
-        watched = memory_over_runs(effort.runs, Path(folder) / "watched")
+        memory = memory_over_runs(effort.runs, Path(folder) / "memory")
     return {
         **alone,
         "runs_per_second": {name: 1.0 / median(each) for name, each in times.items()},
         "two_over_one": ratios(times, "one", "two"),
-        **watched,
+        **memory,
         "rounds": effort.rounds,
         "environment": environment(),
     }
 
 
 def overhead(runs: int) -> dict[str, Any]:
-    """Return the median times (ms) of a run in this process: its steps, and what it takes besides."""
+    """Return the median times (ms) of a run in this process: of its steps, and of the rest."""
     advance = load_loop()
     if advance is None:
         raise RuntimeError("there is no compiled loop")
@@ -103,21 +103,21 @@ def overhead(runs: int) -> dict[str, Any]:
         stepping += time.perf_counter() - began
 
     design, runner = _design(runs), Runner(Task(load_scenario(SCENARIO)))
-    steps, besides = [], []
+    steps, remainders = [], []
     with patch("amb_cosim.cosim.master.compiled.load_loop", return_value=timed):
         for point in (0, *range(runs)):
             began, stepping = time.perf_counter(), 0.0
             runner.run(point, design.settings(point))
             steps.append(stepping)
-            besides.append(time.perf_counter() - began - stepping)
+            remainders.append(time.perf_counter() - began - stepping)
     runner.close()
-    return {"steps_ms": 1e3 * median(steps[1:]), "overhead_ms": 1e3 * median(besides[1:])}
+    return {"steps_ms": 1e3 * median(steps[1:]), "overhead_ms": 1e3 * median(remainders[1:])}
 
 
 def memory_over_runs(runs: int, folder: Path) -> dict[str, Any]:
-    """Sweep so many runs on two processes; return how long it took (s) and the memory (MB) of all processes on the way.
+    """Sweep `runs` runs on two processes; return the time (s) and samples of the memory (MB) of all processes.
 
-    `memory_mb` has runs done, memory of the processes that run, and of the one that writes the results.
+    A sample in `memory_mb` has the runs done, and the memory of the processes that run and of the one that writes.
     """
     import psutil  # type: ignore[import-untyped]
 
@@ -212,7 +212,7 @@ def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
     return [
         table,
         memory,
-        f"a run: {data['steps_ms']:.2f} ms of steps, {data['overhead_ms']:.2f} ms besides",
+        f"a run: {data['steps_ms']:.2f} ms of steps, {data['overhead_ms']:.2f} ms of overhead",
         f"two processes over one: {median(gains):.2f} ({min(gains):.2f} to {max(gains):.2f})",
         f"{data['runs']} runs in {data['seconds']:.0f} s",
         f"{where['date']}, {where['processor']}, {where['cores']} cores, load {where['load_average']}; "

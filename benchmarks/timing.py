@@ -23,8 +23,8 @@ _PACKAGES = ("numba", "numpy", "fmpy", "pythonfmu", "ziglang", "ecospy", "libcos
 def interleaved_times(candidates: Mapping[str, Candidate], rounds: int) -> dict[str, list[float]]:
     """Run the candidates in turn, A B C A B C ..., and return the times (s) of each.
 
-    So a disturbance of the machine affects all of them. A first round, in which code is loaded and compiled, is not
-    counted.
+    Thus a disturbance of the machine affects all of them. A first round, in which code is loaded and compiled, does not
+    count.
     """
     times: dict[str, list[float]] = {name: [] for name in candidates}
     for count in range(rounds + 1):
@@ -36,7 +36,7 @@ def interleaved_times(candidates: Mapping[str, Candidate], rounds: int) -> dict[
 
 
 def ratio(times: Times, above: str, below: str) -> float | None:
-    """Return the median of the ratios within a round; None where one of the two is missing."""
+    """Return the median of the ratios within a round; None if either candidate is missing."""
     both = ratios(times, above, below)
     return median(both) if both else None
 

@@ -1,1 +1,1 @@
-"""How fast the live rig computes in node and in a browser, beside the native FMUs in the orchestrator."""
+"""Speed of the live rig in node and in a browser, compared with the native FMUs in the orchestrator."""

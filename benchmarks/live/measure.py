@@ -1,7 +1,7 @@
-"""Factors over real time of scenarios, everything recorded: native FMUs, WebAssembly in node and in Chromium.
+"""Real-time factors of scenarios, everything recorded: native FMUs, WebAssembly in node and in Chromium.
 
-All compute the scenario at 4 kHz as fast as they can. In node and Chromium that is timed from the beginning of cycle 0
-on; of a native run settling is a part like the rest of it.
+All compute the scenario at 4 kHz as fast as they can. In node and Chromium the time begins at cycle 0; both times of a
+native run include settling.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ Ends = Mapping[str, float | None]  # scenarios, and until when (s) in place of t
 
 
 def measure(scenarios: Ends = SCENARIOS, rounds: int = 3) -> dict[str, Any]:
-    """Return the median factors over real time of each scenario, by where it was computed; None where that is missing.
+    """Return the median real-time factors of each scenario, by where it was computed; None where that is not installed.
 
-    A first round, in which code is compiled, is told apart.
+    The first round, in which code is compiled, is reported separately.
     """
     with tempfile.TemporaryDirectory(prefix="live-", ignore_cleanup_errors=True) as temporary:
         folder = Path(temporary)
@@ -60,15 +60,15 @@ def measure(scenarios: Ends = SCENARIOS, rounds: int = 3) -> dict[str, Any]:
 
 def as_tables(data: Mapping[str, Any]) -> list[Table | str]:
     """Return what `measure` returns as a table."""
-    title = "Simulated seconds in a second, everything recorded (in brackets the first run, while code is compiled)"
+    title = "Simulated seconds per second, everything recorded (in brackets: the first run, which compiles code)"
     places = ("native", "node", "chromium")
     table = labelled_table(title, "scenario", *places)
     for name, factors in data["factors"].items():
-        table.add_row(name, *(_shown(factors[place]) for place in places))
+        table.add_row(name, *(_factor_text(factors[place]) for place in places))
     return [table]
 
 
-def _shown(factor: Mapping[str, float] | None) -> str:
+def _factor_text(factor: Mapping[str, float] | None) -> str:
     return "not installed" if factor is None else f"{factor['median']:.3g} ({factor['first']:.3g})"
 
 
@@ -78,9 +78,9 @@ def _summary(factors: list[float]) -> dict[str, float]:
 
 def _write(name: str, folder: Path) -> None:
     folder.mkdir()
-    made = rig(load_scenario(name))
-    (folder / "rig.json").write_text(json.dumps(made.data), encoding="utf-8")
-    for key, content in made.parts.items():
+    live_rig = rig(load_scenario(name))
+    (folder / "rig.json").write_text(json.dumps(live_rig.data), encoding="utf-8")
+    for key, content in live_rig.parts.items():
         (folder / key).write_bytes(content)
 
 
@@ -102,10 +102,10 @@ def _in_node(folder: Path) -> dict[str, list[float]] | None:
     if node is None:
         return None
     command = [node, str(HERE / "node.mjs"), str(folder), str(_page())]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
-    if ended.returncode != 0:
-        raise ValueError(f"node ended with {ended.returncode}: {ended.stderr.strip()[-500:]}")
-    result: dict[str, list[float]] = json.loads(ended.stdout)
+    process = subprocess.run(command, capture_output=True, text=True, timeout=TIMEOUT, check=False)
+    if process.returncode != 0:
+        raise ValueError(f"node ended with {process.returncode}: {process.stderr.strip()[-500:]}")
+    result: dict[str, list[float]] = json.loads(process.stdout)
     return result
 
 
@@ -138,7 +138,7 @@ def _page() -> Path:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Serves files of some folders, by the beginning of their paths, and takes the report."""
+    """Serves files from folders, selected by the beginning of the path, and receives the report."""
 
     def __init__(self, folders: Mapping[str, Path], answer: Future[dict[str, Any]], *arguments: Any) -> None:
         self._folders, self._answer = folders, answer
@@ -161,7 +161,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer.set_result(json.loads(content))
 
     def log_message(self, *_: Any) -> None:
-        """Say nothing."""
+        """Log nothing."""
 
     def _files(self) -> Iterator[Path]:
         path = unquote(self.path)

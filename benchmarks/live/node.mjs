@@ -1,4 +1,4 @@
-// Factors over real time in node: arguments are the folder of the rigs and that of the page.
+// Real-time factors in node; the arguments are the folder of the rigs and that of the page.
 
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
