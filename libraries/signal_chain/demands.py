@@ -41,5 +41,5 @@ def converted(demand: float, chain: np.record, dac: Converter) -> float:
     """Return the demand that the amplifier receives: if the DAC is on, its nearest level."""
     if dac.step == 0.0:
         return demand
-    displayed: float = chain.amplifier_gain * quantised(demand / chain.amplifier_gain, dac)
-    return displayed
+    output: float = chain.amplifier_gain * quantised(demand / chain.amplifier_gain, dac)
+    return output

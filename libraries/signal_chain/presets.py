@@ -5,7 +5,7 @@ from __future__ import annotations
 from fmi_export.jit import kernel
 from fmi_export.variables import Enumeration
 
-# Of chain.preset.
+# The values of chain.preset.
 PRESETS = Enumeration(
     "SignalChain", (("ideal", "no effects"), ("rig", "all effects"), ("custom", "the effects that are switched on"))
 )

@@ -1,8 +1,8 @@
 """From sensor signals to the readings of a controller.
 
-sound signal -> noise, faults -> anti-aliasing filter -> ADC -> reading
+ideal signal -> noise, faults -> anti-aliasing filter -> ADC -> reading
 
-A sound signal is that of a sensor without noise and faults: the measured value times its scale.
+An ideal signal is that of a sensor without noise and faults: the measured value times its scale.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from signal_chain.sensor_faults import with_faults
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
-SENSOR = record(("displayed", "f8"), ("filter", FILTER))  # the sensor's signal at the last sample
+SENSOR = record(("signal", "f8"), ("filter", FILTER))  # the sensor's signal at the last sample
 N_STREAM, N_SENSOR = size_of(STREAM), size_of(SENSOR)
 
 
@@ -32,12 +32,12 @@ class SensorMemory(NamedTuple):
     """Random numbers, record STREAM in an array of length 1, and records SENSOR."""
 
     random: Records
-    each: Records
+    sensors: Records
 
 
 @views
 def sensor_memory_size(n_sensors: int) -> int:
-    """Return the size of the memory of so many sensors."""
+    """Return the size of the memory of `n_sensors` sensors."""
     return N_STREAM + n_sensors * N_SENSOR
 
 
@@ -49,7 +49,7 @@ def sensor_memory_of(array: Array, start: int, n_sensors: int) -> SensorMemory:
 
 @inlined_kernel
 def add_noise(deviation: float, faults: Records, random: Records, signals: Array) -> None:
-    """Add noise of a standard deviation, and bursts of faults; random numbers are drawn for pairs of signals."""
+    """Add noise with a standard deviation, and the noise of faults; random numbers are drawn for pairs of signals."""
     n = signals.shape[0]
     for x in range(0, n, 2):
         y = min(x + 1, n - 1)
@@ -64,7 +64,7 @@ def add_noise(deviation: float, faults: Records, random: Records, signals: Array
 
 @inlined_kernel
 def read(p: np.record, faults: Records, memory: SensorMemory, started: bool, sampling: bool, signals: Array) -> bool:
-    """Turn sound signals into the controller's readings at this sample; return whether one is beyond the ADC range.
+    """Turn ideal signals into the controller's readings at this sample; return whether one is beyond the ADC range.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def read(p: np.record, faults: Records, memory: SensorMemory, started: bool, sam
     sampling
         Whether this is a sample and not the initialisation, which has no noise.
     signals
-        Sound signals, shape (n_sensors,); receives the readings.
+        Ideal signals, shape (n_sensors,); receives the readings.
     """
     chain = p.chain
     if not started:
@@ -89,14 +89,14 @@ def read(p: np.record, faults: Records, memory: SensorMemory, started: bool, sam
     filtering = is_on(chain.preset, chain.filter)
     E, P = coefficients(chain.cutoff, p.sample_time) if filtering else (0.0, 0.0)
     for s in range(signals.shape[0]):
-        sensor = memory.each[s]
-        displayed = with_faults(faults[s], signals[s], sensor.displayed if started else signals[s])
-        sensor.displayed = displayed
-        signals[s] = displayed
+        sensor = memory.sensors[s]
+        signal = with_faults(faults[s], signals[s], sensor.signal if started else signals[s])
+        sensor.signal = signal
+        signals[s] = signal
         if filtering and started:
-            signals[s] = filter_sample(sensor.filter, displayed, E, P)
+            signals[s] = filter_sample(sensor.filter, signal, E, P)
         elif filtering:
-            start_at_rest(sensor.filter, displayed)
+            start_at_rest(sensor.filter, signal)
     beyond_range = False
     if is_on(chain.preset, chain.adc):
         adc = converter_of(chain.adc_bits, chain.adc_range)

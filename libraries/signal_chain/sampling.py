@@ -9,8 +9,8 @@ contains an instant takes the sample with its inputs, and the currents hold unti
 
 An instant at the end of a step belongs to the next one. Masters round: n h differs from t_n in its last digits, and a
 sum of steps drifts by up to n^2 1e-16 h, 2e-5 h after a million steps. The last `TOLERANCE` h of a step therefore count
-as its end, which delays a sample by much less than a step across its instant advances it. If a sum has drifted further,
-samples are taken a step earlier. With h = T none is lost, because a step takes at most one.
+as its end: the sample of an instant there is late by at most `TOLERANCE` h, while others are early by up to h. If a sum
+has drifted further, samples are taken a step earlier. With h = T none is lost, because a step takes at most one.
 
 A step longer than T would contain two instants and have inputs for only the first.
 """
