@@ -1,4 +1,4 @@
-"""Locks for compiling: a single process compiles, others that need the same wait for its result on disk."""
+"""Locks for compiling: a single process compiles, and others that need the same code wait for its result on disk."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-UNTOLD = 1.0  # s of waiting without a message
+SILENT_WAIT = 1.0  # s of waiting without a message
 
 log = logging.getLogger(__name__)
 
 
 @contextmanager
 def compiling(place: Path, what: str) -> Iterator[None]:
-    """Let processes in turn make the file at a place; if it dies, the operating system lets the next one in.
+    """Let one process at a time make the file at a place; if it dies, the operating system releases its lock.
 
-    A process that has waited finds the result there, or makes it. Without support for locks, none waits.
+    A process that has waited uses the result if it exists, and otherwise makes it. Without support for locks, none
+    waits.
 
     Parameters
     ----------
@@ -40,9 +41,9 @@ def _notice(path: Path, what: str) -> Iterator[None]:
 
     lock = FileLock(path)
     try:
-        lock.acquire(timeout=UNTOLD)
+        lock.acquire(timeout=SILENT_WAIT)
     except Timeout:
-        log.warning("waiting for another process, which makes %s", what)
+        log.warning("waiting for another process that makes %s", what)
         lock.acquire()
     try:
         yield

@@ -30,9 +30,9 @@ class Interface:
 
     def __post_init__(self) -> None:
         names = [v.name for v in self.variables]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
-            raise ValueError(f"variables declared twice: {', '.join(twice)}")
+        duplicates = sorted({name for name in names if names.count(name) > 1})
+        if duplicates:
+            raise ValueError(f"variables declared twice: {', '.join(duplicates)}")
         ranks = [ORDER.index(v.causality) for v in self.variables]
         if ranks != sorted(ranks):
             raise ValueError("variables must be ordered parameters, inputs, outputs")
@@ -41,9 +41,9 @@ class Interface:
             unknown = set(v.depends_on) - inputs
             if unknown:
                 raise ValueError(f"{v.name} depends on {', '.join(sorted(unknown))}, which are no inputs")
-            strange = set(named_in(v.warning)) - set(names)
-            if strange:
-                raise ValueError(f"the warning of {v.name} names {', '.join(sorted(strange))}, which are no variables")
+            unknown = set(named_in(v.warning)) - set(names)
+            if unknown:
+                raise ValueError(f"the warning of {v.name} names {', '.join(sorted(unknown))}, which are no variables")
         for kind in {v.enumeration for v in self.variables if v.enumeration}:
             if kind != self.enumerations[kind.name]:
                 raise ValueError(f"there are two enumerations called {kind.name}")
@@ -63,25 +63,25 @@ class Interface:
     @cached_property
     def initial_dependencies(self) -> dict[str, tuple[str, ...]]:
         """Names of the parameters and inputs that each output depends on at its start, if declared."""
-        places: dict[str, list[int]] = {}
+        positions: dict[str, list[int]] = {}
         for i, v in enumerate(self.variables):
-            for name in _called(v) if v.causality != "output" else ():
-                places.setdefault(name, []).append(i)
+            for name in _dependency_names(v) if v.causality != "output" else ():
+                positions.setdefault(name, []).append(i)
         result: dict[str, tuple[str, ...]] = {}
         names: dict[tuple[str, ...], tuple[str, ...]] = {}  # outputs of equal parts have the same start dependencies
         for v in self.of("output"):
-            start = _start_of(v)
-            if start is None:
+            declared = _declared_dependencies(v)
+            if declared is None:
                 continue
-            if start not in names:
-                unknown = [name for name in start if name not in places and not self._lacks(name)]
+            if declared not in names:
+                unknown = [name for name in declared if name not in positions and not self._lacks(name)]
                 if unknown:
                     raise ValueError(
                         f"{v.name} initially depends on {', '.join(unknown)}, which are no parameters or inputs"
                     )
-                chosen = {i for name in start for i in places.get(name, ())}
-                names[start] = tuple(self.variables[i].name for i in sorted(chosen))
-            result[v.name] = names[start]
+                indices = {i for name in declared for i in positions.get(name, ())}
+                names[declared] = tuple(self.variables[i].name for i in sorted(indices))
+            result[v.name] = names[declared]
         return result
 
     def _lacks(self, name: str) -> bool:
@@ -90,7 +90,7 @@ class Interface:
         return bool(is_repeated) and not any(v.field.startswith(f"{array}[") for v in self.variables)
 
     def with_all_parts(self) -> Interface:
-        """Return itself, an interface with at least one of each possible part.
+        """Return this interface, after a check that it has at least one of each possible part.
 
         Raises
         ------
@@ -98,7 +98,7 @@ class Interface:
             If an output initially depends on parts that it lacks: no other interface of the model has them either.
         """
         for v in self.of("output"):
-            missing = [name for name in _start_of(v) or () if self._lacks(name)]
+            missing = [name for name in _declared_dependencies(v) or () if self._lacks(name)]
             if missing:
                 raise ValueError(f"{v.name} initially depends on {', '.join(missing)}, of parts that no interface has")
         return self
@@ -174,10 +174,10 @@ def interface(*groups: Variable | Iterable[Variable]) -> Interface:
     flat: list[Variable] = []
     for group in groups:
         flat.extend([group] if isinstance(group, Variable) else group)
-    return Interface(tuple(sorted(flat, key=_place)))
+    return Interface(tuple(sorted(flat, key=_rank)))
 
 
-def _place(v: Variable) -> tuple[int, bool, bool]:
+def _rank(v: Variable) -> tuple[int, bool, bool]:
     return ORDER.index(v.causality), v.name == FAULT_CODE, _is_repeated(v)
 
 
@@ -185,12 +185,12 @@ def _is_repeated(v: Variable) -> bool:
     return "[" in v.field
 
 
-def _called(v: Variable) -> list[str]:
+def _dependency_names(v: Variable) -> list[str]:
     """Return the names that `initially_depends_on` may use for a variable."""
     return [v.name, re.sub(r"\[[\d,]+\]", "[*]", v.field)] if _is_repeated(v) else [v.name]
 
 
-def _start_of(v: Variable) -> tuple[str, ...] | None:
+def _declared_dependencies(v: Variable) -> tuple[str, ...] | None:
     return (*(v.initially_depends_on or ()), v.initially_equals) if v.initially_equals else v.initially_depends_on
 
 
@@ -213,7 +213,7 @@ def repeated(
         Function that returns the variables of a part. Within the part the name of a variable is its `field` or, by
         default, its name after the last dot; a `field` of `"."` means that the part is one variable.
     shape
-        Shape of the array; a dimension by default.
+        Shape of the array; (len(members),) by default.
     array
         Array of the parts in FMI 3.0; default: single variables.
     """
@@ -222,8 +222,8 @@ def repeated(
     for k, member in enumerate(members):
         at = f"{field}[{','.join(str(i) for i in np.unravel_index(k, size))}]"
         parts = list(declare(*member))
-        whole = array and array._replace(shape=size if len(parts) == 1 else (*size, len(parts)))
+        shaped = array and array._replace(shape=size if len(parts) == 1 else (*size, len(parts)))
         for v in parts:
             common = v.field or v.name.rpartition(".")[2]
-            variables.append(replace(v, field=at if common == "." else f"{at}.{common}", array=whole))
+            variables.append(replace(v, field=at if common == "." else f"{at}.{common}", array=shaped))
     return variables

@@ -6,18 +6,18 @@ from typing import NamedTuple
 
 
 class LinearState(NamedTuple):
-    """Places in the state of a model.
+    """Positions in the state of a model.
 
     rows
-        First place, and that after the last, of each row of numbers that follow x(n+1) = A x(n) + B u(n) + f(theta),
-        with constant A and B and a first harmonic f of the angle, as long as no limit is active.
+        Begin and end (exclusive) of each row of numbers that follow x(n+1) = A x(n) + B u(n) + f(theta), with constant
+        A and B and a first harmonic f of the angle, as long as no limit is active.
     angle
-        Place of the angle theta (rad), which grows by the same amount in every step; None if there is none.
+        Position of the angle theta (rad), which grows by the same amount in every step; None if there is none.
     energy
-        Places of the reference energy of the output `energy.balance`, and of the largest energy so far (J); None if the
-        model has no such output.
+        Positions of the reference energy of the output `energy.balance`, and of the largest energy so far (J); None if
+        the model has no such output.
     unless
-        Variables (`*` and `?` are wildcards) that are not 0 if the motion is not linear.
+        Variables (`*` and `?` are wildcards) that differ from 0 if the motion is not linear.
     """
 
     rows: tuple[tuple[int, int], ...]

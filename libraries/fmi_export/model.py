@@ -61,11 +61,11 @@ class Model:
         Data from which the model's package makes its interface, as JSON types; empty if that is always the same. The
         kernels do not depend on it: sizes that vary are among the constants.
     linear_state
-        Linear part of the state of a model with these constants; None if it is not known.
+        Function that returns the linear part of the state of a model with these constants; None if it is unknown.
     author
         Author of the model; may be empty.
     parts, wiring
-        Of an assembly: its components, which replace kernels of its own, and their wiring.
+        Of an assembly: its components, whose kernels are called instead of its own, and their wiring.
 
     Matrices and tables, computed by any library, are passed to the kernels as `constants`, a flat array that is
     computed when the FMU is built and stored in it. A kernel writes every output on every call that returns 0; a step
@@ -105,7 +105,7 @@ class Model:
 
 @dataclass(frozen=True, eq=False)
 class AssembledModel:
-    """A model in an assembly: its name, its constants, and the number of steps in one of its own."""
+    """A model in an assembly: its name, its constants, and the number of communication steps in a step of it."""
 
     name: str
     model: Model
@@ -125,7 +125,7 @@ class Wiring:
     ramps
         Positions of an input of the assembly, and of its slope over a step.
     gathered
-        Outputs that cover all of a step, and the place in `GATHERED` of what they are over it.
+        Outputs that cover a whole step, and the position in `GATHERED` of how values of its parts are combined.
     sample_time
         Parameter of the assembly with the time between the instants that divide steps (s), or that time.
     jacobi

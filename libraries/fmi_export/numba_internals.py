@@ -9,7 +9,7 @@ call that system. Without the second, compiling takes an eighth longer.
 
 **The cache on disk** (`keep_cache_sound`, `compile_once`; `compile` and `_cache` of a dispatcher, its `_cache_file`).
 A truncated file in numba's cache, as a full disk leaves it, is a traceback at every start. Processes that start
-together all compile the same, a minute each. Without it kernels are right.
+together all compile the same, a minute each. Without it kernels are still correct.
 
 **Code for arrays at places known only in a kernel** (`lower_array_functions`, of `numba.core` and
 `numba.np.arrayobj`). Slices, `view` and `reshape` do the same with divisions and branches. Without it a step takes
@@ -72,7 +72,7 @@ def compile_once(dispatcher: Any) -> Any:
 
     A process has a single such lock at a time, for the function that Python calls. Returns the function.
     """
-    held: Any = importlib.import_module("numba.core.compiler_lock").global_compiler_lock
+    compiler_lock: Any = importlib.import_module("numba.core.compiler_lock").global_compiler_lock
     on_disk, compile_it = dispatcher._cache, dispatcher.compile
     place, name = Path(on_disk._cache_file._index_path), f"{dispatcher.py_func.__module__}.{dispatcher.__name__}"
 
@@ -83,7 +83,7 @@ def compile_once(dispatcher: Any) -> Any:
 
     def compile_alone(signature: Any) -> Any:
         global _compiles
-        with held:
+        with compiler_lock:
             if _compiles or is_inferred(signature):
                 return compile_it(signature)
             _compiles = True
@@ -101,7 +101,7 @@ _compiles = False  # whether this process has a lock
 
 
 def lower_array_functions(part: Any, clear: Any, copy_all: Any) -> None:
-    """Give kernels their code of the three functions of `parts`."""
+    """Register the code of the three functions of `parts` in kernels."""
     from numba import types
     from numba.core import cgutils
     from numba.core.imputils import impl_ret_borrowed
@@ -144,7 +144,7 @@ def lower_array_functions(part: Any, clear: Any, copy_all: Any) -> None:
         return impl_ret_borrowed(context, builder, result_type, result._getvalue())
 
     def _bytes(context: Any, builder: Any, array_type: Any, value: Any) -> tuple[Any, Any]:
-        """Address and size of an array in bytes."""
+        """Return the address of an array and its size (bytes)."""
         array = make_array(array_type)(context, builder, value)
         itemsize = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(array_type.dtype)))
         return array.data, builder.mul(array.nitems, itemsize)
@@ -247,10 +247,10 @@ def linked(library: Any) -> Any:
     return module
 
 
-def _replace_linkage(module: Any, present: Any, wanted: Any) -> None:
+def _replace_linkage(module: Any, old: Any, new: Any) -> None:
     for function in module.functions:
-        if not function.is_declaration and function.linkage == present:
-            function.linkage = wanted
+        if not function.is_declaration and function.linkage == old:
+            function.linkage = new
 
 
 def _needed(library: Any) -> list[Any]:
@@ -258,7 +258,7 @@ def _needed(library: Any) -> list[Any]:
     libraries, pending = [library], [library]
     while pending:
         for other in pending.pop()._linking_libraries:
-            if not any(other is known for known in libraries):
+            if not any(other is present for present in libraries):
                 libraries.append(other)
                 pending.append(other)
     return libraries[1:]

@@ -20,7 +20,7 @@ def part(array: Array, start: int, dtype: Any, shape: Any) -> Any:
     array
         Of any shape, in row order.
     start
-        Number of the first, from 0.
+        Index of the first number, from 0.
     dtype
         A record type or complex128 or float64; a global constant.
     shape

@@ -139,7 +139,7 @@ class Variable:
 
 
 def enumerated(enumeration: Enumeration) -> dict[str, Any]:
-    """Return the options of a variable with one of these values."""
+    """Return the options that declare a variable with these values."""
     return {"type": "Integer", "minimum": 0, "maximum": len(enumeration.items) - 1, "enumeration": enumeration}
 
 

@@ -38,7 +38,7 @@ print(doubled(3.0), sum(doubled.stats.cache_hits.values()))
 HOLDER = """
 import pathlib, time
 from fmi_export import compiling
-compiling.UNTOLD = 0.1
+compiling.SILENT_WAIT = 0.1
 with compiling.compiling(pathlib.Path({place!r}), "the thing"):
     print("in", flush=True)
     time.sleep({seconds})
