@@ -23,12 +23,12 @@ from fmi_export.jit import kernel, views
 from fmi_export.linear_state import LinearState
 from fmi_export.model import Array, Model
 
-# Three kinds of fault, each with a code for every axis; the codes of the rig's four axes leave room for ten.
+# Three kinds of fault, each with a code for every axis, and at least `FEWEST_CODES` codes per kind.
 GAP, BIAS, VOLTAGE = range(3)
 FEWEST_CODES = 10
 MAX_BEARINGS = 16  # which leaves the codes below 100
 AT_STATOR = 0.99  # of the air gap, up to which the force of a magnet without power follows the displacement
-BEYOND_STATOR = 1.1  # of the air gap, that no rotor reaches without power if it touches the stator
+BEYOND_STATOR = 1.1  # of the air gap; no rotor without power that rests on the stator reaches it
 
 
 class AxisResponse(NamedTuple):

@@ -104,7 +104,7 @@ class Composite:
         return self.sources.get(full, full)
 
     def wiring(self) -> Wiring:
-        """Return the same by positions."""
+        """Return the wiring by positions."""
         position = {name: k for k, name in enumerate((*self.inputs, *self.outputs))}
         return Wiring(
             sources=tuple(position[source] for source in self.sources.values()),

@@ -95,7 +95,7 @@ def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work
 
 @inlined_kernel
 def write_outputs(matrices: LawMatrices, state: State, outputs: Outputs) -> None:
-    """Write all outputs but the demands; states in the order of the law."""
+    """Write all outputs except the demands; states are in the order of the law."""
     head, common = state.head[0], outputs.common[0]
     common.adc_limited = head.adc_limited
     common.demand_limited = head.demand_limited

@@ -27,7 +27,7 @@ def fill(history: Array, demands: Array) -> None:
 
 @kernel
 def keep(history: Array, sample: int, demands: Array) -> None:
-    """Keep the demands of a sample, from 0."""
+    """Store the demands of a sample, whose number counts from 0."""
     place = sample % N_HISTORY
     for i in range(history.shape[1]):
         history[place, i] = demands[i]
@@ -52,7 +52,7 @@ def show(history: Array, sample: int, delay: float, shares: tuple[float, float],
     delay
         d, in samples.
     shares
-        Of the step, after the changes that belong to the newest sample and to the sample before.
+        Shares of the step after the changes that belong to the newest sample and to the sample before.
     """
     whole = int(delay)
     newest = (sample - whole + N_HISTORY) % N_HISTORY

@@ -41,7 +41,7 @@ def start_states(parameters: Parameters, matrices: LawMatrices, bracket: TableRo
 
 @inlined_kernel
 def reset_slow(matrices: LawMatrices, bracket: TableRows, state: State, work: Work) -> None:
-    """Take the slow part out of the states."""
+    """Remove the slow part from the states."""
     slow = work.law_outputs[: state.x.shape[0]]
     clear(slow)
     add_product(matrices.slow, matrices.values, bracket, state.x, slow)

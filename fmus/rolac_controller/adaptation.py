@@ -4,7 +4,8 @@ docs/theory/synchronous_control.md has the law. With Q = Q_0 + R U and its H it 
 approach the weighted least-squares optimum with time constant 1/alpha, provided that this is long compared with the
 revolution over which Q is averaged.
 
-While it may not adapt, the forces fade, U' = -fade U, and continue from the remainder afterwards: they never jump.
+While adaptation is not permitted, the forces fade, U' = -fade U, and continue from the remainder afterwards: they never
+jump.
 """
 
 from __future__ import annotations

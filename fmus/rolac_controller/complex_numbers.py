@@ -1,6 +1,6 @@
 """Complex arithmetic with the same bits compiled and in plain Python.
 
-Products and sums are the same anyway. Division is not: numba, C and Python each divide complex numbers differently.
+Products and sums always have the same bits. Quotients do not: numba, C and Python divide complex numbers differently.
 """
 
 from __future__ import annotations

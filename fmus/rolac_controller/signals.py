@@ -85,7 +85,7 @@ def _inputs_of_sensor(loop: ControlLoop, sensor: int) -> tuple[str, ...]:
     return (*names[sensor % 2 :: 2], *(f"{names[sensor]}.{fault}" for fault in FAULT_INPUTS))
 
 
-# What the displacements that the controller reads at its start depend on, beside inputs and scales of the sensors.
+# Parameters that the measured displacements at the start depend on, in addition to inputs and scales of the sensors.
 MEASURED = ("chain.preset", "chain.adc", "chain.sensitivity", "chain.adc_range")
 DAC = ("chain.preset", "chain.dac", "chain.dac_bits", "chain.dac_range", "chain.amplifier_gain")
 GAINS = ("k_b", "k_s", "k_i", "k_p", "i_min", "i_max")  # parameters that a current at rest depends on

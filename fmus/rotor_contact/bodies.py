@@ -26,7 +26,7 @@ from rotor_contact.workspace import Workspace
 
 RACE_SPEED_SCALE = 1.0  # rad/s, over which the constant drag of a race changes its sign
 RESOLUTION = 0.2  # of a body's fastest time constant; a substep is no longer
-SHORTEST_SUBSTEP = 1e-7  # s, that a body may ask for
+SHORTEST_SUBSTEP = 1e-7  # s; no body requires a shorter one
 
 # The spin during a step: its degree of freedom, -1 if the speed is prescribed or held; inertia (kg m^2), drag (N m s),
 # the drive's demanded speed (rad/s), gain (N m s), torque and its limit (N m); and 1/sqrt(J - p . M^-1 p).

@@ -41,7 +41,7 @@ from rotor_contact.site_in_piece import follows_circle, keeps_mode
 from rotor_contact.workspace import Workspace, stages_of
 
 MAX_SWEEPS = 8
-SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, the next sweep's is a fiftieth
+SETTLED = 1e-5  # of the largest force: change of the forces in the last sweep; that of another would be a fiftieth
 
 
 @noinline_kernel

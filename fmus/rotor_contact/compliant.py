@@ -88,8 +88,8 @@ def normal_force(site: Site, delta: float, rate: float) -> float:
 def push(site: Site, v: Array) -> float:
     """Return a force (N) that is positive where the law pushes the journal, and negative where it would pull.
 
-    There N = 0 in place of the pull, and N has a kink: of spring and damper at k_c delta + c_c delta' = 0, and of the
-    laws with power 3/2 where the factor of the rate vanishes. The radius of the journal must be up to date.
+    Where the law would pull, N = 0. N therefore has a kink: for spring and damper at k_c delta + c_c delta' = 0, for
+    the laws with power 3/2 where the factor of the rate vanishes. The radius of the journal must be up to date.
     """
     law, rate = site.law, radial_component(site, v)
     if law in (KELVIN_VOIGT, KIRK, SWITCHED_KELVIN_VOIGT):
@@ -105,7 +105,7 @@ def push(site: Site, v: Array) -> float:
 
 @kernel
 def reversed_push(site: Site, v: Array) -> float:
-    """Return `push` (N) against its direction when contact was last resolved; positive once N has passed its kink."""
+    """Return -`push` (N) by its sign when contact was last resolved; positive once N has passed its kink."""
     return -float(site.push_sign) * push(site, v)
 
 

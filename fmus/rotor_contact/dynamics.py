@@ -20,7 +20,7 @@ from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.structure import REAL, Structure
 
 N_ROWS = 10  # of a motion, beyond its coefficients
-LEAST_SPEED_GAIN = 1e-4  # rad/s, that changes the coefficients; less turns no velocity by 1e-7 in a millisecond
+LEAST_SPEED_GAIN = 1e-4  # rad/s; a smaller gain is neglected: it turns velocities by < 1e-7 rad in a millisecond
 
 
 class Excitation(NamedTuple):

@@ -10,8 +10,8 @@ event:
     compliant    gap opens              c - |r|
                  pull begins or ends    -sign F of the law's factor F that changes sign
 
-The substep is repeated with other lengths until the first of them vanishes, so events are not rounded to steps. Each
-has an estimate of its own: their largest has kinks, at which regula falsi stalls.
+The substep is repeated with other lengths until the first of them vanishes, so events are not rounded to steps. The
+time is estimated for each indicator separately: the largest of them has kinks, at which regula falsi stalls.
 """
 
 from __future__ import annotations
@@ -98,9 +98,9 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
 
 @kernel
 def _move_end(sites: Sites, z: Array, n: int, Omega: float, is_end: bool, again: bool) -> None:
-    """Set the indicators at the end, or at the beginning, of the time in which the event is to those at z.
+    """Set the indicators at the end, or the beginning, of the interval that contains the event to those at z.
 
-    If the same was moved before, those of the other count less.
+    If the same end moved last time, too (`again`), the indicators at the other one are reduced (Anderson, Bjoerck).
     """
     for site in sites:
         for which in range(N_INDICATORS):

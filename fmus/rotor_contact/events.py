@@ -38,7 +38,7 @@ MAX_SUBSTEPS = 1e5  # of a communication step
 
 EVENT_LIMIT = 50  # events in `advance`; beyond it impacts do not rebound and flights shorter than a substep are skipped
 MIN_EVENT_DISTANCE = 1.0 / 200.0  # of the time to advance, between two events beyond that limit; bounds their number
-MAX_PENETRATION = 1e-2  # of the clearance, that a journal may pass its retainer because of that
+MAX_PENETRATION = 1e-2  # of the clearance, by which a journal may then penetrate its retainer
 SHORTEST_FLIGHT = 1e-3  # of a substep; a shorter flight is sustained contact
 MAX_HALVINGS = 2.0  # of a substep for the sake of accuracy
 GROW_RATIO = 0.03  # of the tolerance: a substep of twice the length would meet it too, the estimate is of fourth order
@@ -126,7 +126,7 @@ def advance(w: Workspace, solver: np.record, law: int, step_size: float, memory:
         beyond_limit = events > EVENT_LIMIT
         if event:
             dt = locate_event(w, tau, dt)
-            # strong friction can leave no consistent motion: time must go on all the same
+            # with strong friction there may be no consistent motion, but time must advance
             if beyond_limit and dt < MIN_EVENT_DISTANCE * step_size:
                 dt = min(MIN_EVENT_DISTANCE * step_size, step_size - tau)
                 substep(w, tau, dt)

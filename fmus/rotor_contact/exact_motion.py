@@ -9,9 +9,9 @@ and with contact forces that are polynomials through their values at Lobatto poi
 
     (q, v, o)(h) = P x,  (V_c, V_s) = V x,  x = (q, v, f, A, B, F_j)(0),    V_c - i V_s = int_0^h v exp(-i Omega t) dt
 
-A + i B is the direction of the unbalance at the beginning, of which p and r follow (`series.direct_unbalance`). V_c and
-V_s give its work, p V_c + r V_s; o are the values at Gauss points that give the heat of damping: the velocities at the
-bearings, or q and v if the shaft is damped.
+A + i B is the direction of the unbalance at the beginning, from which p and r follow (`series.direct_unbalance`). V_c
+and V_s give its work, p V_c + r V_s; o are the values at Gauss points that give the heat of damping: the velocities at
+the bearings, or q and v if the shaft is damped.
 
 A communication step is divided into equal pieces, short enough for the series. If a contact might begin, end, stick or
 slip in one of them, `events` integrates the step.

@@ -11,8 +11,8 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 
 N_LOBATTO = 4
-N_LOOKS = 32  # for where a cubic falls through zero
-MOST_TRIALS, ROUNDING = 60, 1e-15  # for its root
+N_LOOKS = 32  # points at which the sign of a cubic is checked
+MOST_TRIALS, ROUNDING = 60, 1e-15  # of the iteration to its root
 LOBATTO_POINTS = (0.0, 0.5 - 0.5 / math.sqrt(5.0), 0.5 + 0.5 / math.sqrt(5.0), 1.0)
 LOBATTO_WEIGHTS = (1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0)
 

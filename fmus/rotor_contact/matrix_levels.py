@@ -26,7 +26,7 @@ from rotor_contact.step_matrices import (
 )
 from rotor_contact.structure import Structure
 
-SHORTEST_RATE = 1.2  # longest the shortest piece may be, times how fast anything can change
+SHORTEST_RATE = 1.2  # largest length of the shortest piece times the highest rate of change
 LEAST_LEVELS = 4
 ISOTROPY_TOLERANCE = 1e-10  # of the largest: by how much x and y may differ
 SMALLEST_TERM = 1e-20  # of the series, as in `series`

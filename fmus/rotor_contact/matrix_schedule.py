@@ -18,7 +18,7 @@ from rotor_contact.speed_grid import place_on_grid, spacing_for
 from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for
 from rotor_contact.structure import Structure
 
-STEPS_PER_SPEED = 16.0  # steps that count less for every speed of the grid that is passed
+STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every speed of the grid that is passed
 
 
 @kernel

@@ -26,9 +26,9 @@ from rotor_contact.workspace import Workspace
 
 NEVER = 2.0  # share of the piece that stands for no event
 N_LOOKS, N_FINE_LOOKS = 16, 4  # for a touch in the piece, and between two of these
-BEYOND = 1e-11  # of the clearance, that a journal is beyond its circle when it has touched
-TOUCH_EXPECTED = 0.05  # share of a piece, after the first at which it is possible, within which most touches are
-LEAST_PULL = 5e-4  # of the largest force in the piece, with which a journal is released: more than the cubic's error
+BEYOND = 1e-11  # of the clearance, by which a journal that touches has passed its circle
+TOUCH_EXPECTED = 0.05  # share of a piece after the first possible touch, within which most touches occur
+LEAST_PULL = 5e-4  # of the largest force in the piece; a smaller tension, within the cubic's error, releases no journal
 MOST_TRIALS = 60  # for the time of an event
 SLIP_LEFT = 0.5 * STICK_SPEED  # m/s, in the new direction, at the reversal of slip
 FARTHEST = 1e-2  # share of the piece by which the cubic of slip may miss its reversal

@@ -47,16 +47,16 @@ from rotor_contact.step_matrices import MatricesKey, StepMatrices
 from rotor_contact.structure import Structure
 from rotor_contact.workspace import Workspace, stages_of, with_motion
 
-FEW_SUBSTEPS = 4.0  # of a rotor without modes, that cost less than matrices
+FEW_SUBSTEPS = 4.0  # in a step of a rigid rotor; so few cost less than matrices
 NO_MATRICES_YET = -1
-REJECTED, ENDS, HAS_EVENT = range(3)  # of a piece: not smooth, or too long for its event; without an event; on one
+REJECTED, ENDS, HAS_EVENT = range(3)  # result of a piece: not smooth or too long for its event; no event; an event
 SERIES_LEVELS = 2  # the shortest levels, whose pieces are short enough for a series of the motion
 TIME_TOLERANCE = 1e-12  # of a step
-OF_TWICE_THE_LENGTH = 8.0  # roughness of a piece, that of its half being 1
+OF_TWICE_THE_LENGTH = 8.0  # roughness of a piece over that of its half
 LONGER_BELOW = 0.4  # expected roughness, at which twice the length is tried
 ROUGHEST = 8.0  # roughness of a shortest piece, at which it is still more accurate than a substep
 TOO_ROUGH = 2.0  # of a piece whose forces do not settle
-FASTEST_DRIVE = 0.3  # of a piece, times how fast drive and drag change the speed
+FASTEST_DRIVE = 0.3  # largest length of a piece times the rate at which drive and drag change the speed
 
 
 @noinline_kernel

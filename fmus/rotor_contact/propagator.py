@@ -26,13 +26,13 @@ N_STEP_KEY = size_of(STEP_KEY)
 
 STEPS_BEFORE_BUILD = 32  # in which P is built, row by row; altogether that costs as much as they do
 STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
-ROUNDING = 1e-13  # relative, of speed and bearings: what differs by less is computed anew by others, not changed
+ROUNDING = 1e-13  # relative; speeds and bearings that differ by less count as unchanged
 
 N_GAUSS = 4
 N_SERIES = 5  # see `series`
 
-# What the equations of a contact need of its journal: the acceleration without contact at the start (m/s^2), the
-# place and velocity of the journal at the Lobatto points after that, and the acceleration without contact at the end.
+# Observations of a journal for the equations of its contact: the acceleration without contact at the start (m/s^2),
+# position and velocity at the Lobatto points after that, and the acceleration without contact at the end.
 JOURNAL = record(("x", np.float64), ("y", np.float64), ("v_x", np.float64), ("v_y", np.float64))
 OBSERVED = record(("a_start", np.float64, 2), ("journal", JOURNAL, N_LOBATTO - 1), ("a_end", np.float64, 2))
 N_OBSERVED = size_of(OBSERVED)
@@ -45,8 +45,8 @@ NODE = record(
     ("f_n", np.float64),
     ("f_t", np.float64),
 )
-# What is built: number of equal pieces of a step, 0 where that were too many; of rows so far; of terms of the series;
-# and length of a piece (s).
+# Progress of building: number of equal pieces of a step, 0 if there would be too many; of rows so far; of terms of the
+# series; and length of a piece (s).
 BUILT = record(("n_pieces", np.float64), ("n_rows", np.float64), ("n_terms", np.float64), ("length", np.float64))
 N_NODE, N_BUILT = size_of(NODE), size_of(BUILT)
 

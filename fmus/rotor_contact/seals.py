@@ -18,9 +18,9 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from fmi_export.records import record, size_of
 
-# A seal over a range of speeds: the speed (rad/s) from which on it is so, the ends of its own table
-# (infinite without one), and of K_xx, K_xy, K_yx, K_yy (N/m), C_xx, ..., C_yy (N s/m) four coefficients each, of the
-# cubic in the speed beyond `begin`, the constant one first. The first range has those below all speeds.
+# A seal over a range of speeds: the speed (rad/s) at which the range begins, the ends of the seal's own table
+# (infinite without one), and for each of K_xx, K_xy, K_yx, K_yy (N/m), C_xx, ..., C_yy (N s/m) the four coefficients of
+# the cubic in the speed beyond `begin`, the constant first. The first range is that below all speeds.
 SEAL = record(
     ("begin", np.float64),
     ("lowest", np.float64),

@@ -24,13 +24,13 @@ from rotor_contact.propagator import N_GAUSS, Key, Propagator, is_begun, n_free,
 from rotor_contact.site import Sites
 from rotor_contact.structure import REAL
 
-LONGEST_PIECE = 2.0  # times how fast anything can change
+LONGEST_PIECE = 2.0  # length times the highest rate of change
 MAX_PIECES = 16
 SMALLEST_TERM = 1e-20  # of the series, which ends at it; its terms fall at least like (rate h)^k/k!
 GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)  # in [0, 1]
 
-# What a row of P is the response to: a unit of displacement, of velocity, or of a force with the course above. The
-# two of kind `UNBALANCE` are made of those of `COSINE` and `SINE` by `direct_unbalance`.
+# A row of P is the response to a unit of displacement, of velocity, or of a force with the time course above. The two
+# of kind `UNBALANCE` are computed from those of `COSINE` and `SINE` by `direct_unbalance`.
 DISPLACEMENT, VELOCITY, STEADY, UNBALANCE, COSINE, SINE, CONTACT = range(7)
 
 
@@ -69,7 +69,7 @@ def _begin(motion: Motion, propagator: Propagator) -> None:
     """Find the number of pieces per step, and of terms of their series."""
     K, C = coefficients(motion)
     n = K.shape[0]
-    elastic = viscous = 0.0  # the largest row sums bound how fast anything can change
+    elastic = viscous = 0.0  # the largest row sums, which bound the rates of change
     for i in range(n):
         row_of_K = row_of_C = 0.0
         for j in range(n):

@@ -46,7 +46,7 @@ from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
 
 MAX_SWEEPS = 8
-SETTLED = 1e-5  # of the largest force: change of the forces in a sweep, of which the next one's is a thousandth
+SETTLED = 1e-5  # of the largest force: change of the forces in the last sweep; that of another would be a thousandth
 MAX_PHASE = 1e-5  # rad, by which the unbalance may be ahead or behind in the middle of a piece
 MAX_ROUGHNESS = 4e-3  # of the largest force: how far the cubic of a force may be from a parabola
 LEAST_FORCE = 1e-3  # N, that counts as none in judging forces

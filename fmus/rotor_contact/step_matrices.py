@@ -33,7 +33,7 @@ from rotor_contact.propagator import NODE, Nodes
 from rotor_contact.structure import REAL
 
 MAX_LEVELS = 6  # that are stored
-MOST_LEVELS = 14  # that are built: beyond it rounding would count
+MOST_LEVELS = 14  # that are built: with more, rounding would matter
 MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their square and cube
 N_SLOTS = 3  # of speeds: those around the present one, and the next
 MAX_TERMS = 40  # of the series of a piece (`piece_series`)
@@ -50,7 +50,7 @@ SIZES = record(
     ("n_terms", np.float64),
     ("step_size", np.float64),
     ("spacing", np.float64),
-    ("isotropic", np.float64),  # whether y answers as x does, turned by a right angle
+    ("isotropic", np.float64),  # whether y responds as x does, turned by a right angle
     ("damped", np.float64),  # whether dampers other than seals dissipate energy
 )
 # What is stored for a speed: its number on the grid, and how many rows of all levels are built.
