@@ -10,7 +10,7 @@
 
 enum { FAULT_LOOP = 1, OF_PART = 100 };
 
-/* A part is a run on arrays that lie in those of the assembly, each at an even place:
+/* A part is a run on arrays within those of the assembly, each at an even position:
 
        state: clock | values of the loop | values and state of each part
        work:  outputs and work array of each part */
@@ -20,7 +20,7 @@ typedef struct {
     const char *name;
 } PartRun;
 
-/* Steps are cut at instants that are a sample time apart, the first at the beginning of the first step. */
+/* Steps are divided at instants that are a sample time apart, the first at the beginning of the first step. */
 typedef struct {
     double begin, count;
 } Clock;
@@ -30,7 +30,7 @@ struct Assembly {
     const Part *parts;
     const int64_t *sources, *ramps, *gathers;
     Clock *clock;
-    double *gathered, *before; /* what outputs gather over a step; values before parts were initialised again */
+    double *gathered, *before; /* outputs gathered over a step; values before parts were initialised again */
     Program program;
     PartRun runs[MOST_PARTS];
     /* Arrays of the program, which has a call to set the inputs of a part, and another to get its outputs. */
@@ -67,14 +67,14 @@ static int step_part(void *part, double time, double step_size, int no_way_back)
     return run_step(&((PartRun *)part)->run, time, step_size) ? LOOP_ERROR : 0;
 }
 
-/* A part with a fault shows what it did before, which may put right what another part shows. */
+/* A part with a fault keeps its outputs; further sweeps may change the inputs that caused the fault. */
 static int initialise_part(void *part, double time, double step_size, int no_way_back)
 {
     (void)time, (void)step_size, (void)no_way_back;
     return run_initialise(&((PartRun *)part)->run) ? LOOP_WARNING : 0;
 }
 
-/* Have all parts called once, at a point of which the loop knows what is due. */
+/* Let the loop call all parts once, at a point that determines which parts are due. */
 static End call_parts(struct Assembly *assembly, intptr_t point)
 {
     const Changes nothing_changed = {0};
@@ -97,7 +97,7 @@ static int are_below(const int64_t *numbers, int64_t count, int64_t limit)
     return 1;
 }
 
-/* Whether the tables are within the constants, and refer to what exists. */
+/* Whether the tables are within the constants and refer to existing items. */
 static int tables_are_possible(const Data *data)
 {
     const Wiring *wiring = (const Wiring *)data->constants;
@@ -119,7 +119,7 @@ static int tables_are_possible(const Data *data)
     return 1;
 }
 
-/* The next `count` items at a place, which moves on to the next even place. */
+/* Return the next `count` items at a position, which advances to the next even position. */
 static double *take(double **place, int64_t count)
 {
     double *taken = *place;
@@ -127,8 +127,8 @@ static double *take(double **place, int64_t count)
     return taken;
 }
 
-/* Give the parts their data and their places in the arrays of the assembly; whether all of these are used, and no
-   more. */
+/* Assign the parts their data and their positions in the arrays of the assembly; return whether they fill these
+   exactly. */
 static int place_parts(struct Assembly *assembly, Run *run, char *reason)
 {
     const Data *data = &run->data;
@@ -202,8 +202,7 @@ static void make_program(struct Assembly *assembly, const Data *data, intptr_t *
 
 /* Stepping it ------------------------------------------------------------------------------------------------------ */
 
-/* Hand the parameters to the parts, and the inputs to the loop; both have been checked, and what stopped a part is
-   over. */
+/* Copy the parameters to the parts and the inputs to the loop, both checked before, and clear the faults of parts. */
 static void copy_inputs(Run *run)
 {
     struct Assembly *assembly = run->assembly;
@@ -218,7 +217,7 @@ static void copy_inputs(Run *run)
     memcpy(assembly->program.values, parameters, (size_t)run->data.n_inputs * sizeof *parameters);
 }
 
-/* Stop the run by the fault of a part; a value that is not allowed is that of a variable of the assembly. */
+/* Stop the run by the fault of a part; the code of a value out of range identifies a variable of the assembly. */
 static void stop_by_part(Run *run, size_t k)
 {
     const struct Assembly *assembly = run->assembly;
@@ -237,7 +236,7 @@ static void stop_by_part(Run *run, size_t k)
     run_stop(run, fault, reason);
 }
 
-static void show_outputs(Run *run)
+static void publish_outputs(Run *run)
 {
     const Data *data = &run->data;
     const double *outputs = run->assembly->program.values + data->n_inputs;
@@ -267,17 +266,17 @@ static int64_t initialise_assembly(Run *run)
             stop_by_part(run, k);
             return 0;
         }
-    show_outputs(run);
+    publish_outputs(run);
     return 0;
 }
 
-/* A step of a part takes the instant that is less than `TOLERANCE` steps before its end as that of the next step,
-   and is a sample time long if it is but for rounding; so does rolac_controller, whose samples these are. */
+/* An instant less than `TOLERANCE` steps before the end of a part's step belongs to the next step, and a step that
+   differs from the sample time by rounding only has that length; as in rolac_controller, whose samples these are. */
 static const double TOLERANCE = 1e-3, SAME = 1e-9, ROUNDING = 1e-15;
 static const double LONGEST_STEP = 1.0 + 1e-9, ROUNDING_OF_STEP = 4.5e-16;
-static const double MOST_SAMPLES = 1e6; /* in a step: more would take minutes, and seem to hang */
+static const double MOST_SAMPLES = 1e6; /* in a step: more would take minutes and seem to hang */
 
-/* The next instant; before the first, `time`, at which the first step begins. */
+/* The next instant; before the first one, `time`, at which the first step begins. */
 static double next_instant(const Clock *clock, double time, double sample_time)
 {
     return clock->count > 0.0 ? clock->begin + clock->count * sample_time : time;
@@ -288,8 +287,8 @@ static int is_due(double instant, double time, double step_size)
     return instant < time + (1.0 - TOLERANCE) * step_size;
 }
 
-/* The size of the first piece of the step of `step_size` from `time`, with the next instant: it has that at its
-   beginning or not at all, and is no longer than the sample time. */
+/* The size of the first piece of the step of `step_size` from `time`. It has the next instant at its beginning or not
+   at all, and is no longer than the sample time. */
 static double piece(double instant, double time, double step_size, double sample_time)
 {
     if (!is_due(instant, time, step_size))
@@ -299,7 +298,7 @@ static double piece(double instant, double time, double step_size, double sample
     return step_size > LONGEST_STEP * sample_time + ROUNDING_OF_STEP * fabs(time) ? sample_time : step_size;
 }
 
-/* Set what follows a slope within a step to its value `elapsed` after the step's beginning. */
+/* Set the inputs that have a slope to their values at the time `elapsed` after the beginning of the step. */
 static void follow_slopes(Run *run, double elapsed)
 {
     const struct Assembly *assembly = run->assembly;
@@ -333,7 +332,7 @@ static End step_parts(Run *run, double time, double step_size, double sample_tim
 /* What outputs are gathered to; as `GATHERED` in `fmi_export/model.py`. */
 enum { LARGEST, SUM, MEAN };
 
-/* Gather outputs over the pieces of a step, anew where it begins; `share` is that of the piece in the step. */
+/* Gather outputs over the pieces of a step, anew from its beginning; `share` is that of the piece in the step. */
 static void gather(const Run *run, int begins, double share)
 {
     const struct Assembly *assembly = run->assembly;
@@ -376,7 +375,7 @@ static int64_t step_assembly(Run *run, double time, double step_size)
             gather(run, pieces == 0, size / step_size);
         pieces++;
     }
-    show_outputs(run);
+    publish_outputs(run);
     for (int64_t i = 0; pieces > 1 && i < wiring->n_gathered; i++)
         run->next_outputs[run->assembly->gathers[2 * i]] = run->assembly->gathered[i];
     return 0;

@@ -1,5 +1,5 @@
-/* Models that a host runs: with kernels of their own, or assemblies, whose parts the loop of the master steps, each a
-   run with its kernels. */
+/* Runs of models with kernels, and of assemblies, whose parts are stepped by the loop of the master; each part is a run
+   with kernels. */
 
 #ifndef AMB_ASSEMBLY_H
 #define AMB_ASSEMBLY_H
@@ -8,8 +8,8 @@
 
 #pragma GCC visibility push(hidden)
 
-/* Make ready what a run calls, by the name of its instance and the location of its resources; 0 with a `reason`
-   (TEXT_SIZE) if there is none. */
+/* Prepare the kernels or the parts of a run, by the name of its instance and the location of its resources; 0 with a
+   `reason` (TEXT_SIZE) on failure. */
 int run_open(Run *run, const char *name, const char *location, char *reason);
 void run_close(Run *run);
 

@@ -4,8 +4,8 @@
        checksum
 
    The constants of an assembly are its wiring, its parts, tables and the data of each part; see `Wiring`. Numbers
-   are little-endian, as all processors here have them. The engine, which is this library, reads the bytes where they
-   are; they must begin at a multiple of 16, so that the header and the constants do. */
+   are little-endian, as on all supported processors. The engine, which is this library, reads the bytes in place; they
+   must begin at a multiple of 16, so that the header and the constants do. */
 
 #ifndef AMB_DATA_H
 #define AMB_DATA_H
@@ -15,7 +15,7 @@
 
 enum { KEY_SIZE = 32, GUID_SIZE = 48 };
 
-enum { TEXT_SIZE = 4096 }; /* of every sentence; data.py refuses those that leave no room for what is added */
+enum { TEXT_SIZE = 4096 }; /* of every sentence; data.py refuses those that leave no room for additions */
 
 typedef enum { TYPE_REAL, TYPE_INTEGER, TYPE_BOOLEAN, TYPE_STRING } Type;
 
@@ -26,10 +26,10 @@ typedef struct {
     char guid[GUID_SIZE];
     uint64_t n_parameters, n_inputs, n_outputs, n_state, n_work, n_constants, n_faults, n_warnings, n_pieces, n_text;
     uint64_t kernels; /* number of the model among those of the engine */
-    uint64_t n_parts; /* 0 of a model with kernels of its own */
+    uint64_t n_parts; /* 0 for a model that has kernels */
 } Header;
 
-/* Texts are given by their place in `text`. */
+/* Texts are identified by their position in `text`. */
 typedef struct {
     uint32_t name;
     uint32_t kind;    /* "fixed parameter" */
@@ -52,18 +52,18 @@ typedef struct {
     uint32_t first_piece, n_pieces;
 } Sentence;
 
-/* What the constants of an assembly begin with. `Part` for each part follows, and these tables of int64_t:
+/* The beginning of the constants of an assembly. A `Part` for each part follows, and these tables of int64_t:
 
-       sources:  position of what feeds each input of each part; the inputs of the assembly come first, then the
-                 outputs of the parts in turn, without their fault codes, which are its outputs
+       sources:  position of the source of each input of each part: first the inputs of the assembly, then its outputs,
+                 which are the outputs of the parts in turn without their fault codes
        ramps:    position of an input of the assembly, and of the input that is its slope over a step
-       gathered: an output that tells of all of a step, and whether its largest value (0), its sum (1) or its mean over
-                 time (2) counts */
+       gathered: an output that covers a whole step, and whether it is the largest value (0), the sum (1) or the mean
+                 over time (2) */
 typedef struct {
     int64_t n_sources, n_ramps, n_gathered;
-    int64_t jacobi;      /* whether all parts see what the others show at the beginning of a step */
-    int64_t sample_time; /* parameter that is the time between two instants at which steps are cut, or -1 */
-    double step_size;    /* that time (s), if none is */
+    int64_t jacobi;      /* whether all parts read the outputs of the others at the beginning of a step */
+    int64_t sample_time; /* parameter with the time between two instants at which steps are divided, or -1 */
+    double step_size;    /* that time (s) if there is no such parameter */
 } Wiring;
 
 typedef struct {
@@ -73,9 +73,9 @@ typedef struct {
     int64_t n_samples; /* instants that a step of it spans */
 } Part;
 
-enum { MOST_PARTS = 8 }; /* so that fault codes can say which; as in `fmi_export/model.py` */
+enum { MOST_PARTS = 8 }; /* so that fault codes can identify the part; as in `fmi_export/model.py` */
 
-/* Where everything is. Variables are ordered parameters, inputs, outputs; the last output is the fault code. */
+/* Views of the data. Variables are ordered parameters, inputs, outputs; the last output is the fault code. */
 typedef struct {
     const char *guid;
     int64_t n_parameters, n_inputs, n_outputs, n_values, n_state, n_work, n_constants, n_faults, n_warnings;
@@ -90,10 +90,10 @@ typedef struct {
 
 #pragma GCC visibility push(hidden)
 
-/* Whether these are whole data for this engine; if not, `reason` (TEXT_SIZE) says why. */
+/* Whether the bytes are complete data for this engine; if not, `reason` (TEXT_SIZE) says why. */
 int data_is_valid(const unsigned char *bytes, size_t size, char *reason);
 
-/* The data in valid bytes, which must stay. */
+/* Views of the data in valid bytes, which must not be freed before. */
 Data data_in(const unsigned char *bytes);
 
 /* CRC-32 as zlib has it. */

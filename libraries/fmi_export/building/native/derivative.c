@@ -1,12 +1,12 @@
 /* Directional and adjoint derivatives: of outputs after one more communication step, from where the instance is, by
    Real inputs during it. The step has the size of the last one.
 
-   They are differences, of steps that are taken and taken back. With inputs u + d v and u - d v a step shows y+ and y-,
-   with u itself y0, and
+   They are difference quotients of trial steps. With inputs u + d v and u - d v a step has the outputs y+ and y-, with
+   u itself y0, and
 
        D(d) = (y+ - y-) / 2d = y' v + d^2 y'''.. + ..                                           (Ridders)
 
-   Where an input stands at an end of its range, d is a change away from that, y1 and y2 are what d and 2d show, and
+   If an input is at an end of its range, d is a change away from that end, y1 and y2 are the outputs for d and 2d, and
 
        D(d) = (4 y1 - y2 - 3 y0) / 2d                                                         (one-sided)
 
@@ -15,10 +15,10 @@
    Accurate computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982) 75-76. A step that is linear
    in its inputs is exact but for rounding.
 
-   Where no two levels agree, or the differences to both sides do not approach each other, there is no derivative, as
-   where a rotor begins to touch. It is NaN, with the status Warning, or Discard if no other can be answered. A step with
-   changed inputs may be computed in another way than the step without, and y0 be off y+ and y- by an error of the
-   step, whatever d: the differences to both sides then go apart as 1/d, which is no kink. */
+   If no two levels agree, or the differences to both sides do not approach each other, there is no derivative, as where
+   a rotor begins to touch. It is then NaN, with the status Warning, or Discard if all are NaN. A step with changed
+   inputs may be computed in another way than the step without, so that y0 differs from y+ and y- by an error of the
+   step, regardless of d: the differences to both sides then diverge as 1/d, which is not a kink. */
 
 #include "derivative.h"
 

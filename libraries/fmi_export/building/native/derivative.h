@@ -7,7 +7,7 @@
 
 #pragma GCC visibility push(hidden)
 
-/* Of which outputs, by which inputs. */
+/* The outputs that are differentiated, and the inputs with respect to which they are. */
 typedef struct {
     const uint32_t *unknowns, *knowns;
     size_t n_unknowns, n_knowns;

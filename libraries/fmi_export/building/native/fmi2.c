@@ -8,7 +8,7 @@
 
 #define REFERENCES const fmi2ValueReference references[], size_t count
 
-/* Hand a text to the host's logger, which takes it for a printf format. */
+/* Pass a text to the host's logger, which takes it for a printf format. */
 static void log_text(const Host *host, const char *name, Status status, const char *category, const char *text)
 {
     char format[2 * TEXT_SIZE];
@@ -30,7 +30,7 @@ static const FmiBinding BINDING = {
 enum {
     READABLE = INITIALIZATION | STEP_COMPLETE | TERMINATED | ERROR,
     SETTABLE = INSTANTIATED | INITIALIZATION | STEP_COMPLETE,
-    ASKABLE = STEP_COMPLETE | TERMINATED | ERROR, /* in the last, which the standard leaves out, there is most to ask */
+    ASKABLE = STEP_COMPLETE | TERMINATED | ERROR, /* the standard omits ERROR, in which queries are most useful */
 };
 
 /* Life cycle ----------------------------------------------------------------------------------------------------- */
@@ -94,7 +94,7 @@ fmi2Status fmi2Reset(fmi2Component component) { return (fmi2Status)slave_reset(c
 
 /* Variables ------------------------------------------------------------------------------------------------------ */
 
-/* Before values are read: state, pointers, references and types; outputs up to date. */
+/* Before values are read: check state, pointers, references and types, and update the outputs. */
 static Status before_get(Instance *instance, const char *call, Type type, REFERENCES, const void *values)
 {
     if (!may(instance, READABLE, call))
@@ -111,7 +111,7 @@ static Status before_get(Instance *instance, const char *call, Type type, REFERE
     return refresh(instance);
 }
 
-/* Before values are set: the same, and that each may be set now. */
+/* Before values are set: check the same, and that each may be set now. */
 static Status before_set(Instance *instance, const char *call, Type type, REFERENCES, const void *values)
 {
     if (!may(instance, SETTABLE, call))
@@ -167,7 +167,7 @@ fmi2Status fmi2GetBoolean(fmi2Component component, REFERENCES, fmi2Boolean value
     return (fmi2Status)status;
 }
 
-/* There are no strings, so that these two refuse all but an empty list. */
+/* There are no string variables, so these two refuse all lists that are not empty. */
 fmi2Status fmi2GetString(fmi2Component component, REFERENCES, fmi2String values[])
 {
     return (fmi2Status)before_get(component, __func__, TYPE_STRING, references, count, values);
@@ -265,8 +265,8 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component component, fmi2StatusKind kind, fm
     return fmi2OK;
 }
 
-/* Why the call before was refused, whether it was logged or not; empty if it was not. The text lives until the next
-   call. */
+/* The reason why the last call was refused, whether it was logged or not; empty if it was not refused. The text is
+   valid until the next call. */
 fmi2Status fmi2GetStringStatus(fmi2Component component, fmi2StatusKind kind, fmi2String *value)
 {
     Instance *instance = component;

@@ -1,14 +1,14 @@
-/* What FMI 3.0 has and these FMUs have not: other types, clocks, event mode, derivatives by time, model exchange,
-   scheduled execution. Everything is there to be called, and refused with the reason. A variable of a type that
-   there is none of is a wrong reference, which ends the run as any other wrong call does; the rest leaves the
-   instance as it was. */
+/* Features of FMI 3.0 that these FMUs lack: other types, clocks, event mode, time derivatives, model exchange,
+   scheduled execution. Their functions exist, and refuse every call with the reason. A variable of a type without
+   variables is a wrong reference, which ends the run like any other wrong call; the other calls leave the instance
+   unchanged. */
 
 #include "fmi3Functions.h"
 #include "values.h"
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 
-/* Nothing is wrong with an empty list. */
+/* An empty list is allowed. */
 static fmi3Status none_of_type(Instance *instance, const char *call, const fmi3ValueReference references[],
                                size_t count)
 {
@@ -67,7 +67,7 @@ fmi3Status fmi3SetClock(fmi3Instance instance, REFERENCES, const fmi3Clock value
     return none_of_type(instance, __func__, references, count);
 }
 
-/* A function that is refused, with its further parameters. */
+/* A function that refuses its calls, with its further parameters. */
 #define ABSENT(NAME, WHY, ...)                                                                                         \
     fmi3Status NAME(fmi3Instance instance __VA_ARGS__) { return absent(instance, __func__, WHY); }
 

@@ -8,55 +8,56 @@
 /* Faults that every model shares. */
 enum { FAULT_INTERNAL = 998, FAULT_STEP_SIZE = 999, FAULT_RANGE = 1000, FAULT_NOT_FINITE = 100000 };
 
-/* What a kernel returns for a step that is no fault and leaves all outputs as they are. */
+/* Returned by a kernel for a step without fault that leaves all outputs unchanged. */
 enum { UNCHANGED = -1 };
 
-/* What there is to save besides `values` and `state`. */
+/* The part of a saved state besides `values` and `state`. */
 typedef struct {
     double step_size; /* of the present step, and of the last one after it; 0 before the first (s) */
-    int64_t checked;  /* whether the parameters are within their ranges, as far as is known */
+    int64_t checked;  /* whether the parameters were checked since the last change */
     int64_t fault;
-    char reason[TEXT_SIZE]; /* of the fault, or of the call that was refused last; empty after a step that was done */
+    char reason[TEXT_SIZE]; /* of the fault, or of the last refused call; empty after a successful step */
 } Outcome;
 
 typedef struct Run Run;
 
-/* What steps the parts of an assembly, in place of kernels. The answer is a fault of the assembly itself, or 0; what
-   stops a part stops the run. */
+/* Functions that initialise or step the parts of an assembly, and write their outputs to `next_outputs`. A fault of a
+   part stops the run. They return a fault of the assembly itself, or 0. */
 typedef struct {
     int64_t (*initialise)(Run *run);
     int64_t (*step)(Run *run, double time, double step_size);
 } Stepper;
 
-/* `values` are parameters, inputs and outputs in the order of the value references. What kernels leave in `work` saves
-   time, and no call needs it. Kernels use vectors of two numbers, which are slower where they cross a cache line:
-   `state`, `work` and the constants begin at multiples of 16 bytes. */
+/* `values` are parameters, inputs and outputs in the order of the value references. `work` is a cache that no call
+   depends on. Kernels use vectors of two numbers, which are slower where they cross a cache line: `state`, `work` and
+   the constants begin at multiples of 16 bytes. */
 struct Run {
     Data data;
-    struct Kernels *kernels;   /* what calls them, if it is more than a function */
-    const Stepper *stepper;    /* of an assembly alone */
-    struct Assembly *assembly; /* the parts that it steps */
+    struct Kernels *kernels;   /* data for calling kernels that are not functions in this library */
+    const Stepper *stepper;    /* of an assembly; NULL for a model with kernels */
+    struct Assembly *assembly; /* data for stepping the parts of an assembly */
     double *values, *state;
     Outcome *outcome;
     double *next_outputs, *work;
-    unsigned char *reported; /* which warnings */
+    unsigned char *reported; /* whether each warning was reported */
 };
 
 #pragma GCC visibility push(hidden)
 
-/* Start values, and no state. */
+/* Reset to start values, without a state. */
 void run_clear(Run *run);
 
-/* The initial state and outputs from parameters and inputs; 0, or the fault. */
+/* Compute the initial state and outputs from parameters and inputs; return 0 or the fault. */
 int64_t run_initialise(Run *run);
 
-/* A step under constant inputs; 0, or the fault. Outputs keep their last good values then. */
+/* Step under constant inputs; return 0 or the fault, which leaves the outputs at their last valid values. */
 int64_t run_step(Run *run, double time, double step_size);
 
-/* Whether a warning is true that was not reported since `run_clear`; its name and sentence go to `text` (TEXT_SIZE). */
+/* Whether a warning is true that was not reported since `run_clear`; write its name and sentence to `text`
+   (TEXT_SIZE). */
 int run_next_warning(Run *run, char *text);
 
-/* Keep a fault and its sentence until the next initialisation. */
+/* Store a fault and its sentence until the next initialisation. */
 int64_t run_stop(Run *run, int64_t fault, const char *reason);
 
 #pragma GCC visibility pop

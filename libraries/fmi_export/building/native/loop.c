@@ -2,7 +2,7 @@
 
 enum { SEND, STEP, FETCH };
 
-/* Whether a call has done its work; a status that FMI does not know has not. */
+/* Whether a call succeeded; a status that FMI does not define counts as a failure. */
 static bool is_good(int status) { return status >= 0 && status <= LOOP_WARNING; }
 
 static int call(const Program *p, const Calls *calls, intptr_t i, intptr_t c)
@@ -59,7 +59,7 @@ static int step(const Program *p, intptr_t i, intptr_t n)
     return p->do_step[i](p->instance[i], time, p->step_sizes[i], 1);
 }
 
-/* Makes a call of component i at point n; returns whether it did its work, and notes what failed. */
+/* Makes a call of component i at point n; returns whether it succeeded, and stores a failure. */
 static bool done(const Program *p, const RecordBuffer *buffer, intptr_t i, intptr_t n, int what, End *end)
 {
     int status = what == SEND ? send(p, i) : what == STEP ? step(p, i, n) : fetch(p, buffer, i, n);

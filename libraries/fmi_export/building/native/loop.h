@@ -1,9 +1,9 @@
-/* The loop of the master, in a separate library for the orchestrator (`amb_cosim/cosim/master/compiled.py`, which says
- * what the data mean), and in every engine for assemblies.
+/* The loop of the master, in a separate library for the orchestrator (`amb_cosim/cosim/master/compiled.py`, which
+ * documents the data), and in every engine for assemblies.
  *
  * It does what the loop in `amb_cosim/cosim/master/master.py` does, operation by operation. Structures are the
- * NamedTuples of the same name; `size` is the length of their first array. Products and sums are rounded apart
- * (-ffp-contract=off), as in Python. /
+ * NamedTuples of the same name; `size` is the length of their first array. Products and sums are rounded separately
+ * (-ffp-contract=off), as in Python.
  */
 
 #ifndef AMB_LOOP_H
@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The highest status with which a call has done its work, and that of a call that has not. */
+/* The highest status of a call that succeeded, and the status of a call that failed. */
 enum { LOOP_WARNING = 1, LOOP_ERROR = 3 };
 
 typedef int Exchange(void *instance, const uint32_t *references, size_t size, void *values);
@@ -55,7 +55,7 @@ typedef struct {
     intptr_t first, every;
     intptr_t *points;
     double *table;
-    const intptr_t *steps_positions; /* what is held at every point, in rows from that of `steps_first` on */
+    const intptr_t *steps_positions; /* recorded at every point, in rows from `steps_first` on */
     intptr_t steps_size, steps_first;
     double *steps_table;
     intptr_t size;
@@ -74,7 +74,7 @@ typedef struct {
 } End;
 
 #ifdef __has_include
-#if __has_include("loop_library.h") /* which the loop has where it is a library by itself */
+#if __has_include("loop_library.h") /* present where the loop is a separate library */
 #define IS_LIBRARY
 #endif
 #endif
@@ -89,8 +89,8 @@ typedef struct {
 #endif
 
 /* Processes the points from `begin` to `stop`, the latter excluded, and steps from each but the last of the run.
- * `end` gets the last point seen, the number of rows, component, call and status of what failed, and the condition
- * that is met or -1. Another thread may set `pause`; no step more is made then.
+ * `end` receives the last point reached, the number of rows, component, call and status of a failure, and the condition
+ * that is met or -1. When another thread sets `pause`, no further step is made.
  */
 EXPORT void advance(const Program *p, const Changes *changes, const RecordBuffer *buffer, const Conditions *conditions,
                     intptr_t row, intptr_t begin, intptr_t stop, intptr_t last, const volatile bool *pause, End *end);

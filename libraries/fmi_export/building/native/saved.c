@@ -1,13 +1,13 @@
-/* Saved states: a copy of memory, alone or with a checksum as bytes. An instance knows its copies by their
-   addresses, and refuses a pointer to anything else, which may have been freed, or be another instance's: that takes
-   bytes. */
+/* Saved states: a copy of memory, or bytes with a checksum. An instance identifies its copies by their addresses, and
+   refuses any other pointer, which may have been freed or belong to another instance: to pass a state between
+   instances, serialise it. */
 
 #include "saved.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* The number of a state among those of an instance, or their count. The latest are looked at first. */
+/* The index of a state among those of an instance, or their count. The latest are compared first. */
 static size_t number_of(const Instance *instance, const void *state)
 {
     for (size_t i = instance->n_states; i-- > 0;)
@@ -50,8 +50,8 @@ static const char NO_STATE[] = "%s: the pointer is to no state that this instanc
 /* Bytes may come from anywhere, so they end with the checksum of those before. */
 static size_t serialised_size(const Instance *instance) { return instance->saved_size + sizeof(uint32_t); }
 
-/* What is no state of this instance on entry may be anything, such as memory that a host has not set, and is left
-   alone. */
+/* A pointer on entry that is not a state of this instance may be anything, such as uninitialised memory of the host,
+   and is ignored. */
 Status slave_save(Instance *instance, const char *call, void **state)
 {
     if (!may(instance, ANY, call))
@@ -138,6 +138,6 @@ Status slave_deserialise(Instance *instance, const char *call, const void *bytes
     if (!saved)
         return fail(instance, "%s: there is no memory for a state", call);
     memcpy(saved, bytes, instance->saved_size);
-    *state = saved; /* what it held before may be anything, and is the host's to free */
+    *state = saved; /* its previous value may be anything, and belongs to the host */
     return STATUS_OK;
 }

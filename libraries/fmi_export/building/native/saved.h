@@ -1,5 +1,5 @@
-/* Saved states of an instance. They are recognised by their addresses: a pointer that is none of this instance's is
-   not looked at. */
+/* Saved states of an instance. They are identified by their addresses: a pointer that does not belong to this instance
+   is never dereferenced. */
 
 #ifndef AMB_SAVED_H
 #define AMB_SAVED_H
@@ -15,7 +15,7 @@ Status slave_serialised_size(Instance *instance, const char *call, const void *s
 Status slave_serialise(Instance *instance, const char *call, const void *state, void *bytes, size_t size);
 Status slave_deserialise(Instance *instance, const char *call, const void *bytes, size_t size, void **state);
 
-/* Free what the host has not. */
+/* Free the states that the host has not freed. */
 void free_states(Instance *instance);
 
 #pragma GCC visibility pop

@@ -1,6 +1,6 @@
-/* Life cycle of an instance. Nothing here is global and writable, so instances share nothing. What
-   a model is, beyond its kernels, comes from the resources when an instance is made. Memory is taken once for each
-   instance, once for each saved state, and for as long as derivatives are worked out. */
+/* Life cycle of an instance. Nothing here is global and writable, so instances share nothing. Apart from its kernels, a
+   model is defined by the resources, which are read when an instance is made. Memory is allocated once for each
+   instance and for each saved state, and while derivatives are computed. */
 
 #include "slave.h"
 

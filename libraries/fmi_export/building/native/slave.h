@@ -7,7 +7,7 @@
 
 #pragma GCC visibility push(hidden)
 
-/* A new instance with the data at a resource location; NULL on failure, and the logger has the reason. */
+/* A new instance with the data at a resource location; NULL on failure, whose reason is logged. */
 Instance *slave_new(const char *name, const char *guid, const char *location, const Host *host, int logging);
 void slave_free(Instance *instance);
 
@@ -18,17 +18,17 @@ Status slave_step(Instance *instance, const char *call, double time, double step
 Status slave_terminate(Instance *instance, const char *call);
 Status slave_reset(Instance *instance, const char *call);
 
-/* Initialise again, so that outputs are right throughout initialization mode. A fault can still be put right, and is
-   a warning. */
+/* Initialise again, so that outputs are current throughout initialization mode. A fault is only a warning, because the
+   host can still correct the values. */
 Status slave_initialise_again(Instance *instance);
 
 #pragma GCC visibility pop
 
-/* Before values are read: outputs up to date, if something was set in initialization mode since. */
+/* Before values are read: update the outputs if a value was set in initialization mode since. */
 static inline Status refresh(Instance *instance)
 {
-    int right = instance->now->state != INITIALIZATION || !instance->now->stale;
-    return right ? STATUS_OK : slave_initialise_again(instance);
+    int is_current = instance->now->state != INITIALIZATION || !instance->now->stale;
+    return is_current ? STATUS_OK : slave_initialise_again(instance);
 }
 
 #endif

@@ -1,4 +1,4 @@
-/* What is said of values that a host may not read or set. */
+/* Messages about values that a host may not read or set. */
 
 #include "values.h"
 

@@ -20,7 +20,7 @@ Status slave_integer(Instance *instance, const char *call, uint32_t reference, i
 
 #pragma GCC visibility pop
 
-/* What every value needs is inline. */
+/* Functions that every value needs are inline. */
 
 static inline int is_variable(const Instance *instance, uint32_t reference, Type type)
 {
