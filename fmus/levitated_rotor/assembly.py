@@ -31,11 +31,11 @@ class Composite:
     Parameters
     ----------
     parts
-        In the order in which they step.
+        Parts in the order in which they step.
     connections
-        Output that feeds each connected input.
+        The output that feeds each connected input, by the name of the input.
     signals
-        Inputs of parts that each shared signal feeds, by its name.
+        The inputs of parts that each shared signal feeds, by the name of the signal.
     step_size
         Communication step of the system (s).
     jacobi
@@ -44,7 +44,7 @@ class Composite:
     Raises
     ------
     ValueError
-        If no variable of this kind has a name, or an input is fed twice.
+        If a name is not that of an output or input of a part, or an input is fed twice.
     """
 
     parts: tuple[AssembledModel, ...]

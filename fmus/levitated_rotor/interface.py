@@ -56,7 +56,8 @@ def _inputs(composite: Composite) -> Iterator[Variable]:
 
 
 def _outputs(composite: Composite) -> Iterator[Variable]:
-    reached, started = _closed(composite, _reaching(composite)), _closed(composite, _starting(composite))
+    direct = _traced_to_inputs(composite, _direct_dependencies(composite))
+    initial = _traced_to_inputs(composite, _initial_dependencies(composite))
     for part in composite.parts:
         for name, v in variables(part, "output"):
             same = composite.named(part, v.initially_equals) if v.initially_equals else ""
@@ -64,15 +65,15 @@ def _outputs(composite: Composite) -> Iterator[Variable]:
                 v,
                 name=name,
                 field="",
-                depends_on=reached[name] or (),
-                initially_depends_on=started[name],
+                depends_on=direct[name] or (),
+                initially_depends_on=initial[name],
                 initially_equals="" if same in composite.outputs else same,
                 warning=renamed(composite, part, v.warning),
                 array=_array(composite, part, v),
             )
 
 
-def _reaching(composite: Composite) -> Needs:
+def _direct_dependencies(composite: Composite) -> Needs:
     """Return the inputs that reach each output without delay."""
     return {
         name: {composite.named(part, u) for u in v.depends_on}
@@ -81,8 +82,8 @@ def _reaching(composite: Composite) -> Needs:
     }
 
 
-def _starting(composite: Composite) -> Needs:
-    """Return the dependencies of each output at the start, None if not declared."""
+def _initial_dependencies(composite: Composite) -> Needs:
+    """Return the dependencies of each output at the start, None if they are not declared."""
     needs: Needs = {}
     for part in composite.parts:
         declared = part.model.interface.initial_dependencies
@@ -92,8 +93,8 @@ def _starting(composite: Composite) -> Needs:
     return needs
 
 
-def _closed(composite: Composite, needs: Needs) -> dict[str, tuple[str, ...] | None]:
-    """Return the parameters and inputs of the assembly that each output depends on, in the table's order."""
+def _traced_to_inputs(composite: Composite, needs: Needs) -> dict[str, tuple[str, ...] | None]:
+    """Return the parameters and inputs of the assembly on which each output depends, also through other outputs."""
     order = [name for part in composite.parts for name, _ in variables(part, "parameter")] + list(composite.inputs)
     result: dict[str, tuple[str, ...] | None] = {}
     for name in needs:

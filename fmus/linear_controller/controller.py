@@ -87,7 +87,7 @@ def take_sample(parameters: Parameters, inputs: Inputs, state: State, work: Work
     head = state.head[0]
     bracket = compute(parameters, inputs, state, work, matrices, True)
     law.advance(matrices, bracket, state, work)
-    delay.keep(state.history, int(head.n_samples), state.last)
+    delay.store_demands(state.history, int(head.n_samples), state.last)
     head.was_on = inputs.common[0].enable
     head.was_reset = inputs.common[0].reset
     head.n_samples += 1.0
@@ -156,7 +156,7 @@ def step(
         last = delay.share_after(change, time, step_size)
         earlier = delay.share_after(change - common.sample_time, time, step_size)
     write_outputs(matrices, memory, y)
-    delay.show(memory.history, int(newest), late, (last, earlier), y.demands)
+    delay.write_delayed(memory.history, int(newest), late, (last, earlier), y.demands)
     return 0
 
 

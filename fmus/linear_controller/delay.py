@@ -26,7 +26,7 @@ def fill(history: Array, demands: Array) -> None:
 
 
 @kernel
-def keep(history: Array, sample: int, demands: Array) -> None:
+def store_demands(history: Array, sample: int, demands: Array) -> None:
     """Store the demands of a sample, whose number counts from 0."""
     place = sample % N_HISTORY
     for i in range(history.shape[1]):
@@ -40,7 +40,7 @@ def share_after(instant: float, time: float, step_size: float) -> float:
 
 
 @kernel
-def show(history: Array, sample: int, delay: float, shares: tuple[float, float], output: Array) -> None:
+def write_delayed(history: Array, sample: int, delay: float, shares: tuple[float, float], output: Array) -> None:
     """Write the mean of (1) over a step into `output`, shape (n_demands,).
 
     Parameters

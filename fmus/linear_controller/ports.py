@@ -37,7 +37,7 @@ class Ports:
             raise ValueError(f"{self.n_states} states is not allowed; there must be 0 to {MAX_STATES}")
 
     def layout(self) -> dict[str, Any]:
-        """Return the same as JSON types, for storage in an FMU."""
+        """Return the names and the number as JSON types, for storage in an FMU."""
         return asdict(self)
 
 

@@ -94,7 +94,7 @@ class ControlLoop:
         return 2 * len(self.planes), 2 * len(self.bearings)
 
     def layout(self) -> dict[str, Any]:
-        """Return the same as JSON types, for storage in an FMU."""
+        """Return the fields as JSON types, for storage in an FMU."""
         return asdict(self)
 
 

@@ -131,10 +131,10 @@ def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
 @kernel
 def least_inertia(motion: Motion) -> float:
     """Return an inertia (kg m^2) above which J - p . M^-1 p is positive at every angle."""
-    acting, caused = forces(motion), accelerations(motion)
+    force, acceleration = forces(motion), accelerations(motion)
     total = 0.0
-    for i in range(acting.cosine.shape[0]):
-        total += acting.cosine[i] * caused.cosine[i] + acting.sine[i] * caused.sine[i]
+    for i in range(force.cosine.shape[0]):
+        total += force.cosine[i] * acceleration.cosine[i] + force.sine[i] * acceleration.sine[i]
     return total
 
 

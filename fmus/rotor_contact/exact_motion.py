@@ -119,8 +119,8 @@ def _propagate_piece(w: Workspace, propagator: Propagator, tau: float, h: float,
         site = w.sites[k]
         if can_touch(site) and not stays_within(site, start, end, h, n, TOUCH_MARGIN):
             row_combination(start, propagator.S[k], propagator.free_response[k], N_OBSERVED)
-            seen = observed(propagator.free_response[k])
-            points = _journal(site, seen, 0), _journal(site, seen, 1), _journal(site, seen, 2)
+            response = observed(propagator.free_response[k])
+            points = _journal(site, response, 0), _journal(site, response, 1), _journal(site, response, 2)
             if not stays_clear(site, point_of(site, start, n), points, h):
                 return False
     if in_contact and not find_end_forces(w, propagator, end):

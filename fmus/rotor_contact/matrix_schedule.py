@@ -34,7 +34,7 @@ def steps_with_matrices(
     same = is_near(step_size, key.step_size[0], STEP_TOLERANCE) and key.origin[0] == origin
     if not same:
         key.step_size[0], key.origin[0] = step_size, origin
-    given = forces(motion)
+    excitation = forces(motion)
     for k in range(motion.bearings.shape[0]):
         if not same_passive(motion.bearings[k], key.bearings[k], 0.0):
             same = False
@@ -42,7 +42,7 @@ def steps_with_matrices(
     for k in range(sites.shape[0]):
         same = _housing_is_unchanged(sites[k], key.sites[k]) and same
     for i in range(3):
-        force = given.without_magnets if i == 0 else (given.cosine if i == 1 else given.sine)
+        force = excitation.without_magnets if i == 0 else (excitation.cosine if i == 1 else excitation.sine)
         if not same_bits(force, key.forces[i]):
             same = False
             copy(force, key.forces[i])
@@ -59,21 +59,21 @@ def steps_with_matrices(
 
 
 @kernel
-def _housing_is_unchanged(site: np.record, known: np.record) -> bool:
+def _housing_is_unchanged(site: np.record, stored: np.record) -> bool:
     """Return whether the housing of a site is unchanged; update its stored parameters."""
-    moves = site.housing >= 0
+    is_mounted = site.housing >= 0
     row = float(site.housing)
-    same = known.row == row
-    if moves:
-        same = same and known.mobility == site.mobility
-        same = same and known.stiffness[0] == site.mount_stiffness_x and known.stiffness[1] == site.mount_stiffness_y
-        same = same and known.damping[0] == site.mount_damping_x and known.damping[1] == site.mount_damping_y
-        same = same and known.base_acceleration[0] == site.base_x and known.base_acceleration[1] == site.base_y
+    same = stored.row == row
+    if is_mounted:
+        same = same and stored.mobility == site.mobility
+        same = same and stored.stiffness[0] == site.mount_stiffness_x and stored.stiffness[1] == site.mount_stiffness_y
+        same = same and stored.damping[0] == site.mount_damping_x and stored.damping[1] == site.mount_damping_y
+        same = same and stored.base_acceleration[0] == site.base_x and stored.base_acceleration[1] == site.base_y
     if not same:
-        known.row, known.mobility = row, site.mobility
-        known.stiffness[0], known.stiffness[1] = site.mount_stiffness_x, site.mount_stiffness_y
-        known.damping[0], known.damping[1] = site.mount_damping_x, site.mount_damping_y
-        known.base_acceleration[0], known.base_acceleration[1] = site.base_x, site.base_y
+        stored.row, stored.mobility = row, site.mobility
+        stored.stiffness[0], stored.stiffness[1] = site.mount_stiffness_x, site.mount_stiffness_y
+        stored.damping[0], stored.damping[1] = site.mount_damping_x, site.mount_damping_y
+        stored.base_acceleration[0], stored.base_acceleration[1] = site.base_x, site.base_y
     return bool(same)
 
 

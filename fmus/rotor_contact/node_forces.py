@@ -53,11 +53,11 @@ def first_port_number(matrices: StepMatrices) -> int:
 @kernel
 def magnets_act(w: Workspace) -> bool:
     """Return whether any bearing has a magnetic force."""
-    acting = forces(w.motion)
+    excitation = forces(w.motion)
     for bearing in w.motion.bearings:
         for axis in range(2):
             row = bearing.row + axis
-            if bearing.gradient[axis] != 0.0 or acting.steady[row] != acting.without_magnets[row]:
+            if bearing.gradient[axis] != 0.0 or excitation.steady[row] != excitation.without_magnets[row]:
                 return True
     return False
 
@@ -76,9 +76,9 @@ def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
 @kernel
 def magnet_force(w: Workspace, b: int, axis: int, displacement: float) -> float:
     """Return the force (N) of a magnetic bearing at a displacement (m) along an axis."""
-    bearing, acting = w.motion.bearings[b], forces(w.motion)
+    bearing, excitation = w.motion.bearings[b], forces(w.motion)
     row = bearing.row + axis
-    force: float = acting.steady[row] - acting.without_magnets[row] + bearing.gradient[axis] * displacement
+    force: float = excitation.steady[row] - excitation.without_magnets[row] + bearing.gradient[axis] * displacement
     return force
 
 
@@ -96,8 +96,8 @@ def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float
                 displacement = piece.observed[6, place_index(n_ports, point, port) + axis]
             unit = 2 * (n_ports * point + port) + axis
             force = magnet_force(w, b, axis, displacement)
-            change = max(change, abs(force - piece.known[unit]))
-            piece.known[unit] = force
+            change = max(change, abs(force - piece.magnets[unit]))
+            piece.magnets[unit] = force
     return change
 
 
@@ -108,13 +108,13 @@ def observe(w: Workspace, matrices: StepMatrices, of_forces: Array, A: float, B:
     `of_forces` are those due to unit forces, here and below.
     """
     piece = piece_of(matrices)
-    observed, axes = piece.observed, piece.known.shape[0] // N_LOBATTO
+    observed, axes = piece.observed, piece.magnets.shape[0] // N_LOBATTO
     first, columns = columns_in_use(w, matrices)
     of_state, of_A, of_B = observed[0, first:], observed[2, first:], observed[3, first:]
     of_bearings, of_contact, of_all = observed[4, first:], observed[5, first:], observed[6, first:]
     add_multiples(of_state, A, of_A, B, of_B, of_bearings, columns)
     of_contact[:columns] = 0.0
-    add_combination(piece.known, of_forces, of_bearings, first, columns)
+    add_combination(piece.magnets, of_forces, of_bearings, first, columns)
     add_combination(piece.contact[:axes], of_forces, of_bearings, first, columns)
     add_combination(piece.contact[axes:], of_forces[axes:], of_contact, first, columns)
     add_multiples(of_bearings, 1.0, of_contact, 0.0, of_contact, of_all, columns)

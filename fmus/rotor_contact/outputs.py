@@ -101,16 +101,16 @@ def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
 
 
 @kernel
-def _write_retainer(site: Site, q: Array, v: Array, known: np.record, valid_to: float, y: np.record) -> None:
+def _write_retainer(site: Site, q: Array, v: Array, state: np.record, valid_to: float, y: np.record) -> None:
     """Write the retainer outputs of a site, and its warnings, into `y`."""
     y.housing_x = q[site.housing] if site.housing >= 0 else 0.0
     y.housing_y = q[site.housing + 1] if site.housing >= 0 else 0.0
     y.race_speed = v[site.race] if site.race >= 0 else 0.0
-    y.heat = known.heat
-    y.temperature = known.temperature
+    y.heat = state.heat
+    y.temperature = state.temperature
     y.passed = 1.0 if site.enabled == 0.0 and site.radius > site.clearance else 0.0
     y.beyond_reduction = 1.0 if site.mode != FREE and abs(y.whirl_speed) > valid_to else 0.0
-    y.overheated = 1.0 if known.temperature > site.temperature_limit else 0.0
+    y.overheated = 1.0 if state.temperature > site.temperature_limit else 0.0
 
 
 @kernel

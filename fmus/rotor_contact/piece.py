@@ -51,7 +51,7 @@ class Piece(NamedTuple):
         without force are omitted.
     of_forces
         Interpolated observations (S) of unit forces at the ports, ordered as in x, shape (8 n_ports, n_columns).
-    known, contact
+    magnets, contact
         Forces at the ports (N), of magnets and of contacts, shape (8 n_ports,) each.
     spin
         Speed, angle, torque without contact and torque of friction at the Lobatto points; then cosine . v and sine . v
@@ -64,7 +64,7 @@ class Piece(NamedTuple):
     ends: Array
     observed: Array
     of_forces: Array
-    known: Array
+    magnets: Array
     contact: Array
     spin: Array
     races: Array
@@ -77,16 +77,16 @@ def piece_of(matrices: StepMatrices) -> Piece:
     rows, columns, units = n_rows(n, n_ports), n_columns(n_ports), 2 * N_LOBATTO * n_ports
     observed = rows + 4 * n
     of_forces = observed + 7 * columns
-    known = of_forces + units * columns
+    magnets_at = of_forces + units * columns
     return Piece(
         part(matrices.pieces, 0, REAL, rows),
         part(matrices.pieces, rows, REAL, (2, 2 * n)),
         part(matrices.pieces, observed, REAL, (7, columns)),
         part(matrices.pieces, of_forces, REAL, (units, columns)),
-        part(matrices.pieces, known, REAL, units),
-        part(matrices.pieces, known + units, REAL, units),
-        part(matrices.pieces, known + 2 * units, REAL, (5, N_LOBATTO)),
-        part(matrices.pieces, known + 2 * units + 5 * N_LOBATTO, REAL, (n_sites, N_LOBATTO)),
+        part(matrices.pieces, magnets_at, REAL, units),
+        part(matrices.pieces, magnets_at + units, REAL, units),
+        part(matrices.pieces, magnets_at + 2 * units, REAL, (5, N_LOBATTO)),
+        part(matrices.pieces, magnets_at + 2 * units + 5 * N_LOBATTO, REAL, (n_sites, N_LOBATTO)),
     )
 
 
@@ -100,11 +100,11 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
         for k in range(w.sites.shape[0]):
             race = w.sites[k].race
             piece.races[k, point] = z[w.n + race] if race >= 0 else 0.0
-    acting, v = matrices.key.forces, z[w.n :]
+    key_forces, v = matrices.key.forces, z[w.n :]
     cosine = sine = 0.0
-    for i in range(acting.shape[1]):
-        cosine += acting[1, i] * v[i]
-        sine += acting[2, i] * v[i]
+    for i in range(key_forces.shape[1]):
+        cosine += key_forces[1, i] * v[i]
+        sine += key_forces[2, i] * v[i]
     piece.spin[4, 0], piece.spin[4, 1] = cosine, sine
     n_ports = int(matrices.sizes[0].n_ports)
     for point in range(1, N_LOBATTO):
@@ -213,11 +213,11 @@ def unbalance_place(w: Workspace, matrices: StepMatrices, point: int) -> tuple[f
     if point > 0:
         observed, at = piece_of(matrices).observed, place_index(int(matrices.sizes[0].n_ports), point, -1)
         return observed[6, at], observed[6, at + 1]
-    acting, q = matrices.key.forces, stages_of(w.stages).z
+    key_forces, q = matrices.key.forces, stages_of(w.stages).z
     cosine = sine = 0.0
-    for i in range(acting.shape[1]):
-        cosine += acting[1, i] * q[i]
-        sine += acting[2, i] * q[i]
+    for i in range(key_forces.shape[1]):
+        cosine += key_forces[1, i] * q[i]
+        sine += key_forces[2, i] * q[i]
     return cosine, sine
 
 

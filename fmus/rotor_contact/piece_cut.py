@@ -66,14 +66,14 @@ def cut_piece(
 @kernel
 def _restrict_observations(matrices: StepMatrices, share: float) -> None:
     """Replace cosine . q, sine . q and their rates at the Lobatto points by those at the points of [0, s h]."""
-    piece, n_ports, acting = piece_of(matrices), int(matrices.sizes[0].n_ports), matrices.key.forces
+    piece, n_ports, key_forces = piece_of(matrices), int(matrices.sizes[0].n_ports), matrices.key.forces
     observed, y = piece.observed[6], piece.x[: 2 * int(matrices.sizes[0].n)]
     n, a, b, c = y.shape[0] // 2, place_index(n_ports, 1, -1), place_index(n_ports, 2, -1), place_index(n_ports, 3, -1)
     for of_velocity in range(2):
         for direction in range(2):
             start, at = 0.0, 2 * of_velocity + direction
-            for i in range(acting.shape[1]):
-                start += acting[1 + direction, i] * y[n * of_velocity + i]
+            for i in range(key_forces.shape[1]):
+                start += key_forces[1 + direction, i] * y[n * of_velocity + i]
             first, second, last = observed[a + at], observed[b + at], observed[c + at]
             observed[a + at] = value_at(start, first, second, last, share * LOBATTO_POINTS[1])
             observed[b + at] = value_at(start, first, second, last, share * LOBATTO_POINTS[2])

@@ -77,13 +77,13 @@ def damping_of_shaft(w: Workspace, Omega: float, z: Array) -> ShaftDamping:
 @kernel
 def known_damping(w: Workspace, matrices: StepMatrices, Omega: float, z: Array) -> ShaftDamping:
     """Return the same as `damping_of_shaft`, cached for the next step, which begins at this z."""
-    n, known = w.Minv.shape[0], matrices.damping
-    if known[0] == Omega and same_bits(z[:n], known[4 : 4 + n]) and same_bits(z[w.n : w.n + n], known[4 + n :]):
-        return ShaftDamping(known[1], known[2], 0.0, known[3], 0.0)
+    n, cached = w.Minv.shape[0], matrices.damping
+    if cached[0] == Omega and same_bits(z[:n], cached[4 : 4 + n]) and same_bits(z[w.n : w.n + n], cached[4 + n :]):
+        return ShaftDamping(cached[1], cached[2], 0.0, cached[3], 0.0)
     damping = damping_of_shaft(w, Omega, z)
-    known[0], known[1], known[2], known[3] = Omega, damping.torque, damping.heat, damping.of_skew
-    copy(z[:n], known[4:])
-    copy(z[w.n : w.n + n], known[4 + n :])
+    cached[0], cached[1], cached[2], cached[3] = Omega, damping.torque, damping.heat, damping.of_skew
+    copy(z[:n], cached[4:])
+    copy(z[w.n : w.n + n], cached[4 + n :])
     return damping
 
 
@@ -152,11 +152,13 @@ def energy_taken(matrices: StepMatrices, level: int, index: float) -> float:
 @kernel
 def _work_of_magnets(w: Workspace, z: Array, z_new: Array) -> float:
     """Return the work (J) of the magnetic bearings in a piece."""
-    acting, work = forces(w.motion), 0.0
+    excitation, work = forces(w.motion), 0.0
     for bearing in w.motion.bearings:
         for axis in range(2):
             i = bearing.row + axis
-            force = acting.steady[i] - acting.without_magnets[i] + 0.5 * bearing.gradient[axis] * (z[i] + z_new[i])
+            force = (
+                excitation.steady[i] - excitation.without_magnets[i] + 0.5 * bearing.gradient[axis] * (z[i] + z_new[i])
+            )
             work += force * (z_new[i] - z[i])
     return work
 

@@ -97,8 +97,8 @@ def _coefficients(matrices: StepMatrices, index: float) -> int:
 @kernel
 def _add_forces(w: Workspace, matrices: StepMatrices, piece: Piece, k: int, direction: complex, a: Array) -> None:
     """Add the accelerations due to term k of all forces; `direction` is that of the unbalance."""
-    m, first = w.Minv.shape[0], piece.x.shape[0] - piece.known.shape[0]
-    cosine, sine, axes = matrices.effects[0], matrices.effects[1], piece.known.shape[0] // N_LOBATTO
+    m, first = w.Minv.shape[0], piece.x.shape[0] - piece.magnets.shape[0]
+    cosine, sine, axes = matrices.effects[0], matrices.effects[1], piece.magnets.shape[0] // N_LOBATTO
     for i in range(m):
         a[i] += direction.real * cosine[i] + direction.imag * sine[i]
     if k == 0:

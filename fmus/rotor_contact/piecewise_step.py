@@ -87,7 +87,7 @@ def advance_by_pieces(
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
     z, z_new, last = stages.z, stages.z_new, int(sizes.n_levels) - 1
     theta, Omega = w.motion.theta, w.motion.Omega
-    known, damping = find_forces_at(w, matrices, z, theta, Omega)
+    are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
     memory.method = EXACT
     # shares of the step: where it is, and before which no event is expected
     at, event, least, n_events = 0.0, 1.0, 0, 0
@@ -98,7 +98,7 @@ def advance_by_pieces(
         )
         h = 0.5**level * step_size
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
-        can_solve = not yields and known and n_events <= EVENT_LIMIT
+        can_solve = not yields and are_valid and n_events <= EVENT_LIMIT
         if can_solve and _is_slow(w, h) and are_complete(matrices, index):
             latest = min(rest * 2.0**level, 1.0)
             outcome, share, roughness, taken = _try_piece(
@@ -110,11 +110,11 @@ def advance_by_pieces(
                 ends_in_tension = outcome == ENDS and share == 1.0 and not holds and level < last
                 if ends_in_tension or not are_complete(matrices, place_on_grid(matrices, new_Omega)):
                     outcome, share, roughness = REJECTED, 1.0, TOO_ROUGH
-                    known, damping = find_forces_at(w, matrices, z, theta, Omega)
+                    are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
             if outcome != REJECTED:
                 add_energies(w, matrices, share * h, taken, damping, after)
                 copy(z_new, z)
-                theta, Omega, damping, known = new_theta, new_Omega, after, True
+                theta, Omega, damping, are_valid = new_theta, new_Omega, after, True
                 at, least = at + share * 0.5**level, 0
                 if level > 0 or outcome == HAS_EVENT:
                     memory.method = max(memory.method, PIECES)
@@ -124,7 +124,7 @@ def advance_by_pieces(
                     if fault != 0:
                         return fault
                     theta, Omega = angle_and_speed_after(w, z, theta, Omega, 0.0)
-                    known, damping = find_forces_at(w, matrices, z, theta, Omega)
+                    are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
                 elif level == int(memory.level) and roughness * OF_TWICE_THE_LENGTH <= LONGER_BELOW:
                     memory.level = max(level - 1.0, 0.0)
                 continue
@@ -136,7 +136,7 @@ def advance_by_pieces(
                     least = int(level_for(level, roughness, last + 1))
                     memory.level = float(least)
                 continue
-        length = rest if not can_solve and known else min(rest, 0.5 ** (level if known else last))
+        length = rest if not can_solve and are_valid else min(rest, 0.5 ** (level if are_valid else last))
         part = motion_at(w.motion, theta, Omega)
         collect_coefficients(structure, part)
         fault = advance(with_motion(w, part), solver, law, length * step_size, memory)
@@ -146,7 +146,7 @@ def advance_by_pieces(
         memory.level = float(last) if is_any_constrained(w.sites) else 0.0
         theta, Omega = angle_and_speed_after(w, z, theta, Omega, length * step_size)
         at, event, least = at + length, 1.0, 0
-        known, damping = find_forces_at(w, matrices, z, theta, Omega)
+        are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
     return 0
 
 

@@ -71,5 +71,5 @@ class Planes:
     loss_factor: float = 0.0
 
     def layout(self) -> dict[str, Any]:
-        """Return the same in JSON types, to store in an FMU."""
+        """Return the fields as JSON types, for storage in an FMU."""
         return asdict(self)

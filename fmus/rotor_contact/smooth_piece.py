@@ -166,8 +166,8 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
     _combine(matrices, x, S, S_high, share, observed[0, first:], observed[5], first, columns)
     for direction in range(2):
         row = 2 * n + 2 + direction
-        low, high, seen = S[row, first:], S_high[row, first:], observed[2 + direction, first:]
-        interpolate(low, high, share, seen, columns)
+        low, high, target = S[row, first:], S_high[row, first:], observed[2 + direction, first:]
+        interpolate(low, high, share, target, columns)
     if share == 0.0:
         return
     for k in range(w.sites.shape[0]):
@@ -189,8 +189,8 @@ def _observe_units(matrices: StepMatrices, around: LevelsAround, port: int, firs
         for axis in range(2):
             unit = 2 * (n_ports * point + port) + axis
             at = 2 * int(sizes.n) + 4 + unit
-            low, high, seen = around.low.S[at, first:], around.high.S[at, first:], of_forces[unit, first:]
-            interpolate(low, high, around.share, seen, columns)
+            low, high, target = around.low.S[at, first:], around.high.S[at, first:], of_forces[unit, first:]
+            interpolate(low, high, around.share, target, columns)
 
 
 @kernel
@@ -226,19 +226,19 @@ def solve_piece(
     start_rotations(w, matrices, theta, Omega)
     with_magnets, axes = magnets_act(w), 2 * int(matrices.sizes[0].n_ports)
     responds = in_contact or _has_rotations(w)
-    piece.known[:] = 0.0
+    piece.magnets[:] = 0.0
     if with_magnets:
         set_magnet_forces(w, matrices, 0)
         for unit in range(axes):
             for point in range(1, N_LOBATTO):
-                piece.known[axes * point + unit] = piece.known[unit]
+                piece.magnets[axes * point + unit] = piece.magnets[unit]
     largest = change = 0.0
     for sweep in range(MAX_SWEEPS):
         if sweep == 0 or responds:
             advance_rotations(w, matrices, h, torque)
         direction = _direction(w, matrices, h, theta)
-        piece.x[piece.x.shape[0] - piece.known.shape[0] - 2] = direction.real
-        piece.x[piece.x.shape[0] - piece.known.shape[0] - 1] = direction.imag
+        piece.x[piece.x.shape[0] - piece.magnets.shape[0] - 2] = direction.real
+        piece.x[piece.x.shape[0] - piece.magnets.shape[0] - 1] = direction.imag
         observe(w, matrices, of_forces, direction.real, direction.imag)
         if in_contact:
             locate_nodes(w, matrices)
@@ -251,7 +251,7 @@ def solve_piece(
             for point in range(1, N_LOBATTO):
                 change = max(change, set_magnet_forces(w, matrices, point))
             for unit in range(axes):
-                largest = max(largest, abs(piece.known[unit]))
+                largest = max(largest, abs(piece.magnets[unit]))
         if in_contact:
             solved, of_contact, force = solve_nodes(w, matrices, of_forces, size, h)
             if not solved or not force > 0.0:
@@ -333,10 +333,10 @@ def _journal_at_start(site: Site, z: Array, n: int) -> Point:
 def complete_forces(matrices: StepMatrices) -> None:
     """Write the node forces, which are solved, to x."""
     piece = piece_of(matrices)
-    units = piece.known.shape[0]
+    units = piece.magnets.shape[0]
     first = piece.x.shape[0] - units
     for unit in range(units):
-        piece.x[first + unit] = piece.known[unit] + piece.contact[unit]
+        piece.x[first + unit] = piece.magnets[unit] + piece.contact[unit]
 
 
 @kernel

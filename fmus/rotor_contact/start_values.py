@@ -1,7 +1,7 @@
 """Parameters and inputs on which the plant's outputs initially depend (`plant.initialise`), for the variable table.
 
-A modelDescription declares them as InitialUnknowns; importers use them to solve for start values. A dependency that is
-missing is an error, one too many only costs them time.
+A modelDescription declares them as InitialUnknowns; importers use them to solve for start values. A missing dependency
+is an error; an unnecessary one only costs time.
 
 At rest in the centre, only quantities relative to the retainers have dependencies. On its orbit the rotor has the
 deflection due to steady loads and the whirl due to unbalance; journals beyond their clearance are moved back
