@@ -59,7 +59,7 @@ def differing(one, other):
 
 @axes
 @pytest.mark.parametrize("causality", ["parameter", "input"])
-def test_an_axis_answers_to_its_own_variables_alone(bearing, b, a, causality):
+def test_an_axis_depends_on_its_own_variables_alone(bearing, b, a, causality):
     """Each parameter and input of an axis moves some output of that axis in some mode, and none of another."""
     modes = [
         {"force_law": law, "amplifier": amplifier, "mean_current": mean, f"{b}.i_{a}": i_c, f"{b}.{a}": 2e-4}
@@ -203,7 +203,7 @@ def test_every_axis_has_its_own_fault_codes():
         ("mb2.inductance_y", -1.0, ("mb2.inductance_y", "-1 H", ">= 1e-09", "<= 1000 H")),
     ],
 )
-def test_nonsense_ends_in_a_sentence_with_value_and_limit(name, value, facts):
+def test_an_invalid_value_is_refused_with_value_and_limit(name, value, facts):
     made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
     made["amplifier"] = DYNAMIC
     made[name] = value

@@ -41,7 +41,7 @@ def dynamic(bearing):
 
 
 @pytest.mark.parametrize("h", [1e-6, 250e-6, 1e-3])
-def test_small_step_of_the_command_is_answered_exponentially(dynamic, h):
+def test_current_follows_a_small_step_of_the_command_exponentially(dynamic, h):
     size = 0.9 * SMALLEST_LIMITED
     i = run(dynamic(), h, 20, size)
     t = h * np.arange(1, 21)
@@ -88,7 +88,7 @@ def test_large_step_of_the_command_runs_at_the_voltage_limit(dynamic, demand):
     assert np.all(record[:, 2] == 1.0)
 
 
-def test_the_limit_is_left_when_the_regulator_asks_for_less(dynamic):
+def test_voltage_leaves_its_limit_when_the_regulator_demands_less(dynamic):
     """I_leave = (L omega I_ref - V)/(L omega - R), reached after -L/R ln((V/R - I_leave)/(V/R - I_0))."""
     target = 5.57 + 2.0
     leave = (L * OMEGA * target - V) / (L * OMEGA - R)
@@ -127,7 +127,7 @@ def clipped_regulator(target):
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")  # scipy, where nothing changes any more
 @pytest.mark.parametrize(("start", "target"), [(5.57, 7.0), (5.57, 0.0), (0.0, 10.0), (9.0, 8.9), (3.0, 3.0)])
 @pytest.mark.parametrize("h", [5e-5, 1e-3, 6e-3, 0.5])
-def test_one_step_is_what_an_eighth_order_integration_finds(start, target, h):
+def test_one_step_agrees_with_an_eighth_order_integration(start, target, h):
     result = regulated_response(RIG, start, target, h)
     available = solve_ivp(
         clipped_regulator(target), (0, h), [start, 0.0], "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-4
@@ -241,7 +241,7 @@ def test_voltage_command_drives_half_an_ampere_per_volt(bearing):
     assert bearing(mb1__command_voltage_x=100.0)["mb1.clipped_x"] == 1.0
 
 
-def test_what_the_voltage_cannot_hold_is_cut_from_the_command(dynamic, bearing):
+def test_command_is_limited_to_the_current_that_the_voltage_can_hold(dynamic, bearing):
     """3 V through 0.365 Ohm is 8.22 A."""
     actuator = dynamic(mb1__voltage_limit_x=3.0, mb1__i_x=4.0)
     assert actuator["mb1.i_upper_x"] == pytest.approx(3.0 / R)
@@ -251,7 +251,7 @@ def test_what_the_voltage_cannot_hold_is_cut_from_the_command(dynamic, bearing):
     assert bearing(mb1__voltage_limit_x=3.0, mb1__i_x=4.0)["mb1.clipped_x"] == 0.0, "the ideal amplifier knows no volts"
 
 
-def test_ideal_amplifier_is_there_at_once(bearing):
+def test_ideal_amplifier_reaches_its_command_at_once(bearing):
     actuator = bearing()
     for i_c in (4.0, -5.0, 0.3):
         run(actuator, 1e-6, 1, i_c)

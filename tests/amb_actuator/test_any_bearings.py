@@ -43,7 +43,7 @@ def test_every_bearing_of_any_number_acts_as_a_single_one(count):
     ],
 )
 @pytest.mark.parametrize("others", [0, 2, 6, 15])
-def test_fault_of_the_last_axis_is_told_as_its_own(others, setting, value, facts):
+def test_fault_of_the_last_axis_names_that_axis(others, setting, value, facts):
     instance = actuator(*(f"bearing{k}" for k in range(others)), "last")
     instance["amplifier"] = 1.0
     instance[setting] = value
@@ -52,7 +52,7 @@ def test_fault_of_the_last_axis_is_told_as_its_own(others, setting, value, facts
     assert fault.value.code < 100
 
 
-def test_measured_constants_of_an_unknown_bearing_are_those_of_its_geometry():
+def test_both_linear_laws_of_an_unmeasured_bearing_agree():
     """With the same start values both linear laws then agree."""
     instance = actuator("thrust_end")
     forces = []
@@ -64,6 +64,6 @@ def test_measured_constants_of_an_unknown_bearing_are_those_of_its_geometry():
 
 
 @pytest.mark.parametrize("count", [0, MAX_BEARINGS + 1])
-def test_bearings_without_a_fault_code_of_their_own_are_refused(count):
+def test_no_bearings_or_more_than_fault_codes_are_refused(count):
     with raises_naming(ValueError, f"{count}", "1", f"{MAX_BEARINGS}"):
         model_for([f"b{k}" for k in range(count)])

@@ -42,7 +42,7 @@ def test_switched_off_currents_decay_with_the_time_constant_of_the_coil(bearing,
             assert actuator["mb1.copper_loss_x"] == pytest.approx(loss, rel=1e-10)
 
 
-def test_supply_brings_the_currents_of_an_amplifier_that_is_off_down_to_none(bearing):
+def test_supply_drives_currents_of_a_switched_off_amplifier_to_zero(bearing):
     """L di/dt = -V - R i: from 5.57 A to zero in L/R ln(1 + R i/V), 2.7 ms at 150 V, and not beyond."""
     voltage, h = 150.0, 1e-3
     actuator = bearing(mb1__discharge_voltage_x=voltage)
@@ -57,7 +57,7 @@ def test_supply_brings_the_currents_of_an_amplifier_that_is_off_down_to_none(bea
     assert actuator["mb1.i_lower_x"] == 0.0
 
 
-def test_mean_of_a_current_that_runs_out_is_that_of_its_parts():
+def test_mean_of_a_current_that_reaches_zero_is_that_of_its_parts():
     p, i, mean = axis_parameters(discharge_voltage=150.0), 5.57, 0.0
     for _ in range(50):
         part = discharge_response(p, i, 1e-4)
@@ -123,7 +123,7 @@ def test_lost_turns_cost_pull_with_their_square(bearing, law, share):
 
 
 @pytest.mark.parametrize("law", [LINEAR, NONLINEAR])
-def test_control_current_of_a_half_lost_coil_works_with_what_is_left(bearing, law):
+def test_control_current_of_a_half_lost_coil_acts_on_the_remaining_turns(bearing, law):
     """dF/dI_c = 2 K [n_u^2 (I_s + I_b) + n_l^2 I_b] at the centre."""
     forces = [bearing(force_law=law, mb1__coil_loss_upper_x=0.5, mb1__i_x=i_c)["mb1.f_x"] for i_c in (-1e-3, 1e-3)]
     assert (forces[1] - forces[0]) / 2e-3 == pytest.approx(2 * K * (0.25 * 5.57 + 4.43), rel=1e-9)
@@ -195,7 +195,7 @@ def test_rotor_beyond_the_stator_is_a_fault_without_power_too(bearing):
     assert_names(caught, "mb1.x", "0.00132 m", "air gap")
 
 
-def test_axis_with_power_bears_no_contact_with_the_stator(bearing):
+def test_contact_with_the_stator_is_a_fault_of_an_axis_with_power(bearing):
     actuator = bearing(mb1__amplifier_off_y=1.0)
     actuator["mb1.x"] = 1.2e-3
     with pytest.raises(Fault) as caught:

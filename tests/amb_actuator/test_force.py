@@ -134,7 +134,7 @@ def test_healthy_linear_laws_are_2_7_to_the_last_bit(x, i_c):
 
 
 @given(coils)
-def test_linear_law_has_the_static_pull_of_what_is_left(c):
+def test_linear_law_has_the_static_pull_of_the_remaining_turns(c):
     """At the centre: exact in the bias that is lost, linear in the control current (its square is left out)."""
     a, b = 5.57, 4.43
     k = current_stiffness(magnet_of(*TABLE_2_2)) / (2 * (a + b))

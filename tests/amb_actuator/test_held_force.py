@@ -60,7 +60,7 @@ def test_ideal_amplifier_with_gradient_is_followed_exactly(bearing):
 @pytest.mark.parametrize(
     ("amplifier", "gradient"), [(0, False), (DYNAMIC, True)], ids=["force", "current at the end of the step"]
 )
-def test_what_is_held_over_a_step_converges_with_first_order(bearing, amplifier, gradient):
+def test_force_held_over_a_step_converges_with_first_order(bearing, amplifier, gradient):
     result = errors(bearing, amplifier, 0, gradient)
     assert result[0] > 1e-3
     assert math.log2(result[1] / result[2]) == pytest.approx(1.0, abs=0.15)

@@ -85,7 +85,7 @@ def test_values_within_the_declared_ranges_work_or_are_refused(parameters, taken
 
 @settings(max_examples=80)
 @given(some(PARAMETERS, anything), some(INPUTS, anything), lengths)
-def test_anything_else_is_refused_with_its_name(parameters, inputs, h):
+def test_values_outside_the_declared_ranges_are_faults(parameters, inputs, h):
     code = drive(parameters, [inputs], [h])
     outside = [
         name

@@ -27,7 +27,7 @@ def test_flux_and_pull_are_inverse(force, area, phi):
     assert pull_of_flux(saturation_flux(force, area, phi), area, phi) == pytest.approx(force, rel=1e-12)
 
 
-def test_no_positive_limit_no_flux():
+def test_saturation_flux_of_zero_force_is_refused():
     with raises_naming(ValueError, "force", "0 N", "> 0 N"):
         saturation_flux(0.0, AREA, PHI)
 
@@ -46,7 +46,7 @@ def test_axis_reaches_1700_newton_at_full_current(bearing):
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, 10.0), st.floats(-1.19e-3, 1.19e-3), st.floats(0.0, 1.0))
-def test_no_current_and_no_place_gives_more_than_1700_newton(upper, lower, x, width):
+def test_force_never_exceeds_1700_newton(upper, lower, x, width):
     p = axis_parameters(knee_width=width)
     result, gradient = nonlinear_force(p, x, Coils(upper - 5.57, 4.43 - lower, 1.0, 1.0))
     static = float(pull(p, 5.57, 1.2e-3).force - pull(p, 4.43, 1.2e-3).force)

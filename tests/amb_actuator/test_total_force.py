@@ -39,7 +39,7 @@ def test_axis_without_power_pulls_nothing_wherever_the_rotor_is(bearing, law, am
 
 
 @laws
-def test_total_force_exceeds_the_other_by_the_static_load_in_every_state(bearing, law):
+def test_total_and_excess_force_differ_by_the_static_load_in_any_state(bearing, law):
     states = [{"i_x": 2.0, "x": 2e-4}, {"coil_loss_upper_x": 0.4}, {"coil_loss_lower_x": 1.0, "i_x": -1.0}]
     states.append({"amplifier_off_x": 1.0, "x": 3e-4})
     for state in states:

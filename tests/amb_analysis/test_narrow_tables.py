@@ -41,7 +41,7 @@ def crossings():
 
 
 @pytest.mark.parametrize("up_to", [1100.0, 2000.0])
-def test_critical_speeds_within_a_narrow_table_are_in_the_campbell_diagram(up_to):
+def test_campbell_diagram_has_critical_speeds_within_a_narrow_table(up_to):
     found = studies.campbell(soft_for_a_moment(), up_to=up_to, count=4).critical_speeds
     forward = [row.speed for row in found if row.whirl == "forward" and row.speed < 1050.0]
     assert forward == pytest.approx(crossings(), rel=1e-4)
@@ -71,7 +71,7 @@ def test_poles_are_unstable_where_a_seal_drives_whirl_between_two_speeds(driven_
     assert studies.poles(COMPRESSOR, up_to=300.0, count=2, flavour="python").unstable == ()
 
 
-def test_critical_speeds_of_poles_depend_on_no_range():
+def test_critical_speeds_of_the_loop_do_not_depend_on_the_range():
     """A crossing is that of the loop, whose frequency of rotation and of vibration are equal there."""
     near, far = (
         [c.speed for c in studies.poles(COMPRESSOR, up_to=up_to, count=2, flavour="python").critical_speeds]

@@ -21,7 +21,7 @@ def fail(path):
     raise RuntimeError("stopped")
 
 
-def test_file_is_replaced_whole_or_stays(tmp_path):
+def test_file_is_replaced_as_a_whole_or_not_at_all(tmp_path):
     path = tmp_path / "a.txt"
     write_atomically(path, lambda p: p.write_text("old"))
     with pytest.raises(RuntimeError):
@@ -34,12 +34,12 @@ def test_file_is_replaced_whole_or_stays(tmp_path):
 
 @pytest.mark.parametrize(("content", "stored"), [("Lüfter\n", b"L\xc3\xbcfter\n"), (b"\x00\xff", b"\x00\xff")])
 @pytest.mark.skipif(sys.platform == "win32", reason="lines end otherwise there")
-def test_text_is_utf_8_and_bytes_are_as_they_are(tmp_path, content, stored):
+def test_text_is_written_as_utf_8_and_bytes_unchanged(tmp_path, content, stored):
     write_file(tmp_path / "file", content)
     assert [path.read_bytes() for path in tmp_path.iterdir()] == [stored]
 
 
-def test_folder_is_created_whole_or_not_at_all(tmp_path):
+def test_folder_is_created_as_a_whole_or_not_at_all(tmp_path):
     folder = tmp_path / "a"
     with pytest.raises(RuntimeError):
         create_atomically(folder, fail)
@@ -49,7 +49,7 @@ def test_folder_is_created_whole_or_not_at_all(tmp_path):
     assert (folder / "x").read_text() == "first"
 
 
-def test_folder_of_the_first_of_two_processes_stays(tmp_path):
+def test_the_first_of_two_processes_creates_the_folder(tmp_path):
     folder = tmp_path / "a"
 
     def overtaken(stage):
@@ -62,7 +62,7 @@ def test_folder_of_the_first_of_two_processes_stays(tmp_path):
     assert list(tmp_path.iterdir()) == [folder]
 
 
-def test_a_device_and_a_pipe_get_the_bytes(tmp_path):
+def test_bytes_are_written_to_a_pipe_and_a_device(tmp_path):
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     got = []
@@ -90,7 +90,7 @@ def test_a_link_is_followed(tmp_path):
         assert link.is_symlink()
 
 
-def test_what_a_killed_process_left_is_removed_by_the_next(tmp_path, run_python):
+def test_temporary_files_of_a_killed_process_are_removed_by_the_next(tmp_path, run_python):
     def killed(folder: str) -> None:
         import os
         from pathlib import Path
@@ -135,7 +135,7 @@ def test_a_folder_of_another_user_stays(tmp_path):
     assert not (tmp_path / name).exists()
 
 
-def test_an_error_names_what_was_to_be_written(tmp_path):
+def test_an_error_names_the_file_to_be_written(tmp_path):
     def full(path):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), *([str(path)] if path.is_dir() else []))
 
@@ -145,7 +145,7 @@ def test_an_error_names_what_was_to_be_written(tmp_path):
         assert error.value.filename == str(tmp_path / "a")
 
 
-def test_what_is_no_regular_file_is_writable_where_its_folder_is_not(tmp_path):
+def test_a_device_is_writable_although_its_folder_is_not(tmp_path):
     check_writable(Path(os.devnull), is_folder=False)
     with raises_naming(ValueError, str(tmp_path / "no")):
         check_writable(tmp_path / "no" / "file", is_folder=False)

@@ -41,7 +41,7 @@ def test_a_table_is_the_same_in_every_form(read, text, encoding):
     assert read(text, encoding) == TABLE
 
 
-def test_columns_are_those_of_the_separator_and_not_of_names(read):
+def test_separators_within_names_do_not_split_columns(read):
     assert read("time;u[1,2]\n0;1,5\n") == (["time", "u[1,2]"], [["0", "1.5"]])
     assert read('time,"u[1,2]"\n0,1.5\n') == (["time", "u[1,2]"], [["0", "1.5"]])
     assert read("time,a;b\n0,1.5\n") == (["time", "a;b"], [["0", "1.5"]])
@@ -52,7 +52,7 @@ def test_arrays_and_texts_keep_their_form(read):
     assert read('time,s\n0.5,"a, b"\n')[1] == [["0.5", "a, b"]]
 
 
-def test_three_decimals_are_read_where_another_number_shows_the_comma(read):
+def test_three_decimals_are_read_if_another_number_shows_the_comma(read):
     assert read("time;y\n0,5;1,500\n")[1] == [["0.5", "1.500"]]
     assert read("time;y\n0,125;1\n")[1] == [["0.125", "1"]]
 
@@ -73,12 +73,12 @@ def test_three_decimals_are_read_where_another_number_shows_the_comma(read):
         ("", ("row",)),
     ],
 )
-def test_what_may_mean_two_tables_is_refused_with_its_cause(read, text, facts):
+def test_an_ambiguous_table_is_refused_with_its_cause(read, text, facts):
     with raises_naming(ValueError, "table a.csv", *facts):
         read(text)
 
 
 @pytest.mark.parametrize("encoding", ["cp1252", "utf-16-le"])
-def test_another_encoding_is_refused_with_what_to_do(read, encoding):
+def test_another_encoding_is_refused_with_advice(read, encoding):
     with raises_naming(ValueError, "table a.csv", "save", "UTF-8"):
         read("time;\u00b5m\n0;1\n", encoding)

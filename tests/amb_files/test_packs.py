@@ -30,7 +30,7 @@ def installed(monkeypatch):
 
 
 @pytest.mark.parametrize("package", ["no_such", "no_such.sub", "..", "json.decoder", "", "a b"])
-def test_a_broken_pack_is_left_out_with_a_warning(package, installed, capsys):
+def test_a_broken_pack_is_skipped_with_a_warning(package, installed, capsys):
     installed({"good": "json", "broken": package})
     assert [*packs.packs()] == ["good"]
     assert_names(capsys.readouterr().err, "pack 'broken'", f"{package!r}")

@@ -20,7 +20,7 @@ def fill():
     return write
 
 
-def test_what_is_there_is_not_made_again(tmp_path, fill):
+def test_an_undamaged_folder_is_not_rebuilt(tmp_path, fill):
     folder = tmp_path / "new" / "kept"
     assert not is_undamaged(folder)
     for _ in range(2):
@@ -30,7 +30,7 @@ def test_what_is_there_is_not_made_again(tmp_path, fill):
 
 @pytest.mark.parametrize("name", ["one", DIGEST])
 @pytest.mark.parametrize("content", [b"", b"3", b"\xff" * 64, None])
-def test_what_is_damaged_is_made_anew(tmp_path, fill, name, content):
+def test_a_damaged_folder_is_rebuilt(tmp_path, fill, name, content):
     folder = tmp_path / "kept"
     keep(folder, fill)
     if content is None:
@@ -42,7 +42,7 @@ def test_what_is_damaged_is_made_anew(tmp_path, fill, name, content):
     assert (is_undamaged(folder), (folder / "one").read_bytes(), fill.times) == (True, b"1", 2)
 
 
-def test_an_additional_or_renamed_file_is_damage(tmp_path, fill):
+def test_an_additional_or_renamed_file_counts_as_damage(tmp_path, fill):
     folder = tmp_path / "kept"
     keep(folder, fill)
     (folder / "one").rename(folder / "three")

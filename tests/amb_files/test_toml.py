@@ -64,7 +64,7 @@ def refused(text: str, form: type = Pump) -> list[str]:
     return [line.removeprefix("pump: ") for line in str(caught.value).splitlines()]
 
 
-def test_valid_file_becomes_an_instance_of_its_form():
+def test_valid_file_becomes_an_instance_of_its_class():
     assert load(ONE + DISC) == Pump((1.0,), (Disc("d1", 1, 2.0), Disc("d2", 2, 3.0)))
     assert load("pump.diameter = [1, 2]\nwidth = 'wide'", Model) == Model(pump=Pump(diameter=[1, 2]), width="wide")
 
@@ -106,7 +106,7 @@ def test_every_mistake_is_one_line():
     assert_names(key, "key depth", "diameter, discs, theory, inputs")
 
 
-def test_sentences_of_a_form_carry_its_place():
+def test_messages_of_a_validator_name_their_table():
     many = "pump.diameter = [1, 1, 1]"
     (line,) = refused(many, Model)
     assert_names(line, "pump.diameter", "too many", "one or two")
@@ -115,7 +115,7 @@ def test_sentences_of_a_form_carry_its_place():
     assert_names(line, "pump", "two discs", "node")
 
 
-def test_a_file_of_another_kind_is_told_in_one_sentence():
+def test_a_file_of_another_kind_is_refused_in_one_line():
     (line,) = refused("diameter = 1\nspeed = 1\nstages = []\nscenario = 'drop'")
     assert_names(line, "keys speed, stages, scenario", "diameter, discs, theory, inputs")
 
@@ -141,7 +141,7 @@ def test_long_values_are_shortened():
         (lambda: Pump((1.0,), (Disc("a", 1, 1.0), Disc("b", 1, 1.0))), ("two discs", "node")),
     ],
 )
-def test_form_made_in_python_names_the_same_facts(make, facts):
+def test_instance_made_in_python_is_checked_alike(make, facts):
     with raises_naming(ValueError, *facts):
         make()
 

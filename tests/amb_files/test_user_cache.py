@@ -23,7 +23,7 @@ def home(tmp_path, monkeypatch):
     user_cache._of_this_process.cache_clear()
 
 
-def test_a_folder_of_ones_own_is_the_cache(home):
+def test_the_cache_is_a_private_folder_of_the_user(home):
     result = user_cache.user_cache()
     assert result == home / "amb-cosim"
     assert result.stat().st_mode & 0o077 == 0
@@ -56,7 +56,7 @@ def test_a_folder_of_another_user_is_not_used(home, monkeypatch):
     assert not is_private(home / "amb-cosim")
 
 
-def test_a_group_of_the_user_alone_counts_as_the_user(home, monkeypatch):
+def test_a_group_with_the_user_as_only_member_is_private(home, monkeypatch):
     result = user_cache.user_cache()
     result.chmod(0o770)
     monkeypatch.setattr(user_cache, "_has_single_member", lambda _: True)

@@ -18,7 +18,7 @@ from amb_files.wildcards import is_pattern, matches, matching_names
         ("*", ["b.i_x", "b.i_y", "u[1]", "u[12]", "g[1,1]", "g[2,1]", "u1"]),
     ],
 )
-def test_brackets_with_numbers_stand_for_themselves(pattern, found):
+def test_brackets_with_numbers_match_themselves(pattern, found):
     names = ["b.i_x", "b.i_y", "u[1]", "u[12]", "g[1,1]", "g[2,1]", "u1"]
     assert matching_names(names, pattern) == found
     assert all(matches(name, pattern) for name in found)

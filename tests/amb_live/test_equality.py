@@ -21,7 +21,7 @@ CLEARANCE = 0.75e-3  # m, of the retainers
 
 @pytest.mark.host("node", "node", platform="WebAssembly", fmus="three of a scenario", what="this master's run")
 @pytest.mark.parametrize("name", ["fig4_9", "fig5_6", "drop"])
-def test_a_scenario_in_node_is_that_of_the_orchestrator(name, session, record_property, capsys):
+def test_a_scenario_in_node_agrees_with_the_orchestrator(name, session, record_property, capsys):
     native = amb_cosim.run(name, progress=False)
     dataset = native.dataset
     end = float(dataset["time"][-1])

@@ -24,7 +24,7 @@ def test_a_joined_script_runs_like_its_modules(node):
     assert ended.stdout.split() == ["8", "2"], ended.stderr
 
 
-def test_what_nothing_imports_is_left_out():
+def test_modules_that_nothing_imports_are_left_out():
     assert "unused" not in joined("ui/main.js", SOURCES | {"ui/unused.js": "export const unused = 1;\n"})
 
 
@@ -43,7 +43,7 @@ def test_other_forms_of_import_and_export_are_refused(line):
         read_module("a.js", f"{line}\n")
 
 
-def test_modules_in_a_circle_are_refused():
+def test_circular_imports_are_refused():
     circle = {"a.js": 'import { b } from "./b.js";\n', "b.js": 'import { a } from "./a.js";\nexport const b = 1;\n'}
     with raises_naming(ValueError, "a.js -> b.js -> a.js"):
         joined("a.js", circle)

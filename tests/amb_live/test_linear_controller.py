@@ -30,7 +30,7 @@ set.rolac_controller."mb1.i_x.gain" = 1.3
 pytestmark = pytest.mark.slow
 
 
-def test_gain_turned_by_hand_is_that_of_an_event(session, tmp_path):
+def test_gain_changed_by_hand_equals_that_changed_by_an_event(session, tmp_path):
     """In WebAssembly and native the displacements are the same before, to the rounding of another processor."""
     for name, text in (("lead_by_hand", SCENARIO), ("lead_by_event", SCENARIO + EVENT)):
         (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")

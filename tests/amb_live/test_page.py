@@ -13,7 +13,7 @@ pytestmark = pytest.mark.slow  # the engine is compiled as WebAssembly first
 END = 2.5  # s, of fig5_6_pid
 
 
-def test_opened_from_a_file_it_runs_and_draws(open_rig):
+def test_page_opened_from_a_file_runs_and_draws(open_rig):
     result = open_rig(reduced_motion="no-preference")
     result.page.wait_for_function("parseFloat(document.querySelector('#clock').textContent) > 0.02")
     for canvas in ("#shaft", "#polar", ".orbit canvas", ".chart canvas", "#line-canvas"):
@@ -56,7 +56,7 @@ def test_contact_aware_rolac_frees_a_rotor_that_is_trapped(open_rig):
     assert result.modes == ["0", "0"]
 
 
-def test_the_original_forgets_what_was_done(open_rig):
+def test_the_original_scenario_discards_all_changes(open_rig):
     result = open_rig()
     result.page.click("button[data-option=ROLAC]")
     result.page.wait_for_selector("button[data-option=ROLAC][aria-pressed=true]")
@@ -64,7 +64,7 @@ def test_the_original_forgets_what_was_done(open_rig):
     result.page.wait_for_selector("button[data-option=PID][aria-pressed=true]")
 
 
-def test_bad_input_says_the_message_of_the_fmu(open_rig):
+def test_bad_input_shows_the_message_of_the_fmu(open_rig):
     result = open_rig()
     result.set("rotor_contact.d1.u", -1)
     result.page.wait_for_selector("#failure:not([hidden])")
@@ -74,7 +74,7 @@ def test_bad_input_says_the_message_of_the_fmu(open_rig):
     assert result.page.get_attribute("#failure", "role") == "alert"
 
 
-def test_a_fixed_parameter_waits_for_a_new_start(open_rig):
+def test_a_fixed_parameter_takes_effect_at_the_next_start(open_rig):
     result = open_rig()
     result.go(0.05)
     result.set("rotor_contact.rb1.mu", 0.25)
@@ -92,7 +92,7 @@ IS_NEAR = """() => {
 }"""
 
 
-def test_dragging_in_an_orbit_pushes_until_it_is_let_go(open_rig):
+def test_dragging_in_an_orbit_pushes_until_the_pointer_is_released(open_rig):
     result = open_rig()
     result.page.fill("#pace", "-1")
     result.page.click("#play")
@@ -129,7 +129,7 @@ def test_a_saved_scenario_repeats_what_the_page_showed(open_rig, tmp_path):
     assert float(again["rotor_contact.rb1.f_n"].max()) > 0.0
 
 
-def test_a_link_holds_what_was_done(open_rig):
+def test_a_link_holds_all_changes(open_rig):
     result = open_rig()
     result.go(0.05)
     result.set("rotor_contact.d3.u", 0.007)
@@ -140,7 +140,7 @@ def test_a_link_holds_what_was_done(open_rig):
     assert again.page.input_value('[data-variable="rotor_contact.d3.u"]') == "7"
 
 
-def test_a_damaged_link_is_told(open_rig, page_file):
+def test_a_damaged_link_is_reported(open_rig, page_file):
     result = open_rig(f"{page_file.as_uri()}#fig5_6_pid=%%%")
     assert "damaged" in result.page.inner_text("#failure")
 
@@ -155,7 +155,7 @@ def test_another_scenario_can_be_chosen(open_rig):
     assert "1" in result.modes
 
 
-def test_speed_is_reached_at_the_rate_that_is_given(open_rig):
+def test_speed_is_reached_at_the_chosen_rate(open_rig):
     result = open_rig()
     result.page.fill("#speed-field", "110")
     result.page.press("#speed-field", "Enter")
@@ -165,7 +165,7 @@ def test_speed_is_reached_at_the_rate_that_is_given(open_rig):
     assert "110\u00a0rad/s" in result.page.inner_text("#control-state")
 
 
-def test_an_experiment_waits_for_the_push_and_remarks_on_it(open_rig):
+def test_an_experiment_waits_for_the_push_and_comments_on_it(open_rig):
     result = open_rig()
     result.page.click("#play")
     result.page.wait_for_function("document.querySelector('#guide .say').textContent.startsWith('Push it')")
@@ -183,7 +183,7 @@ def test_a_push_while_paused_says_that_the_run_is_paused(open_rig):
     assert "paused" in result.page.inner_text("#notice")
 
 
-def test_control_that_works_is_offered_where_the_chosen_one_does_not(open_rig):
+def test_control_that_works_is_offered_if_the_chosen_one_fails(open_rig):
     result = open_rig()
     result.go(1.5)
     result.page.click("button[data-option=ROLAC]")

@@ -17,16 +17,16 @@ def passes(*command: str, cwd: Path = PAGE) -> None:
 
 
 @pytest.mark.parametrize("file", sorted((HERE / "unit").glob("*.mjs")), ids=lambda file: file.name.partition(".")[0])
-def test_its_unit_tests_pass(node, file):
+def test_unit_tests_of_the_scripts_pass(node, file):
     passes(node, "--test", str(file))
 
 
 @pytest.mark.parametrize("tool", ["tsc", "eslint"])
-def test_types_and_style_are_right(node, tool):
+def test_types_and_style_of_the_scripts_are_right(node, tool):
     if not (TOOLS / tool).exists():
         pytest.skip(f"{tool} is not installed: npm ci in {PAGE.relative_to(HERE.parents[1])}")
     passes(str(TOOLS / tool), *(["."] if tool == "eslint" else []))
 
 
-def test_the_lock_of_the_tools_names_no_download():
+def test_lock_file_contains_no_download_address():
     assert '"resolved"' not in (PAGE / "package-lock.json").read_text(encoding="utf-8")

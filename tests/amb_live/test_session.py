@@ -23,7 +23,7 @@ def run(to):
     return {"type": "run", "to": to}
 
 
-def test_bad_values_are_refused_in_the_words_of_the_fmu(session):
+def test_bad_values_are_refused_with_the_message_of_the_fmu(session):
     answers = session(
         "fig5_6",
         WATCHED,
@@ -47,7 +47,7 @@ def test_bad_values_are_refused_in_the_words_of_the_fmu(session):
     assert answers.of("userChanges")[-1]["userChanges"] == {"settings": {}, "changes": []}
 
 
-def test_what_was_refused_leaves_no_trace(session):
+def test_a_refused_value_leaves_no_trace(session):
     bad = {"type": "set", "values": {UNBALANCE: -1}}
     plain = session("fig4_9", WATCHED, run(0.2))
     tried = session("fig4_9", WATCHED, run(0.05), bad, run(0.15), bad, bad, run(0.2))
@@ -55,7 +55,7 @@ def test_what_was_refused_leaves_no_trace(session):
     np.testing.assert_array_equal(tried.rows, plain.rows)
 
 
-def test_going_back_leads_to_the_same_run_through_contact_too(session):
+def test_rewinding_repeats_a_run_through_contact(session):
     plain = session("fig4_9", WATCHED, run(0.3))
     present = session("fig4_9", WATCHED, run(0.3), {"type": "rewind", "time": 0.1237}, run(0.3))
     assert plain.column(CONTACT)[: round(0.1237 * 4000)].max() == 0
@@ -63,7 +63,7 @@ def test_going_back_leads_to_the_same_run_through_contact_too(session):
     np.testing.assert_array_equal(present.rows, plain.rows)
 
 
-def test_going_back_forgets_or_keeps_what_came_after(session):
+def test_rewinding_discards_or_keeps_later_changes(session):
     heavier = {"type": "set", "values": {UNBALANCE: 0.002}}
     back = {"type": "rewind", "time": 0.02}
     once = session("fig4_9", WATCHED, run(0.05), heavier, run(0.1))
@@ -82,7 +82,7 @@ def test_a_change_takes_effect_where_it_is_made_and_is_recorded(session):
     assert list(answers.column(UNBALANCE)[199:202]) == [0.0005, 0.002, 0.002]
 
 
-def test_the_speed_goes_to_its_goal_at_the_rate_asked_for(session):
+def test_the_speed_changes_to_its_target_at_the_chosen_rate(session):
     faster = {"type": "speed", "speed": 115.0, "acceleration": 50.0}
     answers = session("fig5_6", WATCHED, run(0.1), faster, run(0.5))
     speed, rise = answers.column("Omega"), np.diff(answers.column("Omega")) * 4000.0
@@ -92,7 +92,7 @@ def test_the_speed_goes_to_its_goal_at_the_rate_asked_for(session):
     assert np.count_nonzero(turning) == round((115.0 - speed[0]) / 50.0 * 4000.0)
 
 
-def test_another_speed_on_the_way_counts_from_the_end_of_the_piece_that_runs(session, tmp_path):
+def test_a_new_target_speed_takes_effect_after_the_current_piece(session, tmp_path):
     up, down = ({"type": "speed", "speed": speed, "acceleration": 50.0} for speed in (130.0, 90.0))
     save = {"type": "save", "name": "mine"}
     answers = session("fig5_6", WATCHED, run(0.1), up, run(0.25), up, down, down, run(0.6), save)
@@ -105,7 +105,7 @@ def test_another_speed_on_the_way_counts_from_the_end_of_the_piece_that_runs(ses
     np.testing.assert_array_equal(amb_cosim.run(file, progress=False).dataset["Omega"][: len(speed)], speed)
 
 
-def test_a_speed_that_the_scenario_leads_is_its_own(session):
+def test_a_speed_profile_of_the_scenario_cannot_be_changed(session):
     faster = {"type": "speed", "speed": 400.0, "acceleration": 50.0}
     answers = session("run_up", ["Omega"], run(0.01), faster, {"type": "set", "values": {"Omega": 300.0}}, run(0.02))
     plain = session("run_up", ["Omega"], run(0.02))
@@ -125,7 +125,7 @@ def test_rotor_whose_power_the_user_switches_off_lands_on_the_stator(session):
     assert distance.max() == pytest.approx(1.2e-3, rel=5e-3)
 
 
-def test_a_step_that_fails_says_why_and_the_way_back_is_open(session):
+def test_a_failed_step_reports_its_cause_and_can_be_rewound(session):
     free = {"rotor_contact.rb1.enabled": 0, "rotor_contact.rb2.enabled": 0}
     answers = session(
         "fig5_6",
@@ -145,7 +145,7 @@ def test_a_step_that_fails_says_why_and_the_way_back_is_open(session):
     assert answers.of("ended")[-1]["time"] == pytest.approx(0.02)
 
 
-def test_a_saved_scenario_is_the_run_that_was_seen(session, tmp_path):
+def test_a_saved_scenario_repeats_the_run_of_the_session(session, tmp_path):
     requests = (
         run(0.1),
         {"type": "set", "values": {UNBALANCE: 0.04, "rolac_controller.rolac_enable": 0}},
@@ -174,7 +174,7 @@ def test_a_saved_scenario_is_the_run_that_was_seen(session, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["fig4_9", "run_up", "drop"])
-def test_a_scenario_saved_untouched_is_the_scenario(name, session, tmp_path):
+def test_a_scenario_saved_without_changes_is_the_same(name, session, tmp_path):
     answers = session(name, [X], run(0.02), {"type": "save", "name": "same"})
     file = tmp_path / "same.toml"
     file.write_text(answers.of("saved")[0]["toml"], encoding="utf-8")
@@ -185,7 +185,7 @@ def test_a_scenario_saved_untouched_is_the_scenario(name, session, tmp_path):
         np.testing.assert_array_equal(ours[signal][::every], theirs[signal])
 
 
-def test_a_deed_done_again_is_the_same_run(session):
+def test_repeated_changes_give_the_same_run(session):
     requests = (
         run(0.05),
         {"type": "set", "values": {UNBALANCE: 0.01}},
@@ -197,7 +197,7 @@ def test_a_deed_done_again_is_the_same_run(session):
     np.testing.assert_array_equal(again.rows, first.rows)
 
 
-def test_it_plays_at_the_pace_that_was_asked_for(session):
+def test_a_run_plays_at_the_chosen_pace(session):
     answers = session("fig4_9", [X], {"type": "play", "pace": 0.2}, {"type": "wait", "ms": 500}, {"type": "pause"})
     played = answers.of("frame")[-1]
     assert played["status"] == "paused"

@@ -28,7 +28,7 @@ def test_the_unit_of_the_stop_holds_for_the_range():
     np.testing.assert_allclose(column.values, [0.5, 0.6, 0.7])
 
 
-def test_numbers_without_a_unit_are_set_as_numbers():
+def test_numbers_without_a_unit_stay_numbers():
     assert only("Omega=60:300:3").settings(1) == {"Omega": 180.0}
 
 
@@ -59,12 +59,12 @@ def test_a_file_may_have_an_equals_sign_in_its_name(tmp_path):
     assert only(f"control=@{file}").columns[0].values == ("PID",)
 
 
-def test_what_is_varied_together_is_one_axis():
+def test_variables_varied_together_share_an_axis():
     axis = only("Omega=60:300:3 & rotor_contact.d1.u=3 g.m,2 g.m,1 g.m")
     assert axis.settings(2) == {"Omega": 300.0, "rotor_contact.d1.u": "1.0 g.m"}
 
 
-def test_alternatives_set_what_their_labels_say(tmp_path):
+def test_alternatives_set_the_values_of_their_labels(tmp_path):
     file = tmp_path / "controls.toml"
     file.write_text('[PID]\n"c.on" = false\n[ROLAC]\n"c.on" = true\n"c.mode" = 1\n')
     axis = only(f"control=@{file}")
@@ -87,12 +87,12 @@ def test_alternatives_set_what_their_labels_say(tmp_path):
         ("control=@missing.toml", ("missing.toml",)),
     ],
 )
-def test_an_error_names_what_is_wrong_and_what_is_allowed(text, facts):
+def test_an_error_names_the_fault_and_the_allowed_values(text, facts):
     with raises_naming(ValueError, *facts):
         read_variations(parse_vary([text]))
 
 
-def test_a_name_is_varied_once():
+def test_a_variable_on_two_axes_is_refused():
     with raises_naming(ValueError, "Omega", "twice"):
         read_variations(parse_vary(["Omega=1,2", "Omega=3,4 & x.y=5,6"]))
 
@@ -141,6 +141,6 @@ def test_ranges_that_vary_together_share_their_samples():
         ({"a.a": "1:2:9999", "b.b": "1:2:9999"}, "grid", ("points",)),
     ],
 )
-def test_a_design_that_cannot_be_is_refused(vary, sample, facts):
+def test_an_impossible_design_is_refused(vary, sample, facts):
     with raises_naming(ValueError, *facts):
         make_design(vary, sample)

@@ -75,14 +75,14 @@ def silent():
 @pytest.mark.parametrize(("protocol", "message"), [
     ("tcp", "it did not respond within 1 s"), ("tls", "TLS expects"), ("ucx", ""), ("gopher", "unknown address scheme"),
 ])  # fmt: skip
-def test_a_scheduler_that_never_answers_is_one_message(silent, monkeypatch, protocol, message):
+def test_a_scheduler_that_never_answers_ends_with_one_message(silent, monkeypatch, protocol, message):
     monkeypatch.setattr(engine, "ANSWER_TIME", 1)
     address = f"{protocol}://{silent}"
     with pytest.raises(ValueError, match=f"no Dask scheduler answers at {address}: {message}"), connect(address):
         pass
 
 
-def test_a_client_that_waits_for_ever_as_it_starts_is_one_message(monkeypatch):
+def test_a_client_that_hangs_at_its_start_ends_with_one_message(monkeypatch):
     """As Dask's does where the scheduler breaks off in between: its time limit does not hold for that."""
     monkeypatch.setattr(engine, "ANSWER_TIME", 0.05)
     monkeypatch.setattr(engine, "_check_answer", lambda _: None)

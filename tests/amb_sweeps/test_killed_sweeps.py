@@ -69,7 +69,7 @@ def landed(folder: Path) -> int:
         return 0
 
 
-def test_a_sweep_goes_on_after_its_client_was_killed(undisturbed, cluster, scenario, tmp_path, moments):
+def test_a_sweep_resumes_after_its_client_was_killed(undisturbed, cluster, scenario, tmp_path, moments):
     for k, moment in enumerate(moments):
         folder = tmp_path / f"swept_{k}"
         arguments = map(str, (*moment, scenario, VARY["Omega"], UNTIL, cluster, folder))
@@ -90,7 +90,7 @@ def go_on(scenario: str, folder: Path, scheduler: str, expected, moment: tuple[i
 
 
 @pytest.mark.parametrize("local", [True, False])
-def test_ctrl_c_keeps_what_came_and_exits_with_130(cluster, scenario, tmp_path, local):
+def test_ctrl_c_keeps_finished_runs_and_exits_with_130(cluster, scenario, tmp_path, local):
     where = ["--jobs", "1"] if local else ["--scheduler", cluster]
     process = client(tmp_path / "swept", scenario, *where)
     wait_until(lambda: landed(tmp_path / "swept") > 0 or process.poll() is not None)

@@ -36,7 +36,7 @@ def test_verdict_names_what_flips_the_outcome():
     assert "robust: every run is recovered" in str(robust)
 
 
-def test_machine_without_controller_varies_its_own_bearings():
+def test_machine_without_controller_varies_its_passive_bearings():
     """A rotor in springs and dampers has K_b and C_b in the plant; what it does not have is named."""
     planned, result = of("nelson_mcvaugh_rub")
     values = planned.plan.all_parameters(planned.interfaces)["rotor_contact"]
@@ -49,20 +49,20 @@ def test_machine_without_controller_varies_its_own_bearings():
     assert dict(result.left_out) == dict.fromkeys(("identified H", "alpha"), "the synchronous control is off")
 
 
-def test_unbalance_that_was_set_in_place_of_the_scenario_s_is_varied_too():
+def test_unbalance_set_by_the_user_is_varied():
     _, result = of("nelson_mcvaugh_rub", **{"rotor_contact.disc.u": "1 g.m"})
     settings = {item.name: item.settings for item in result.made}
     assert settings["unbalance - 1 %"]["rotor_contact.disc.u"] == pytest.approx(0.99e-3)
 
 
-def test_direct_gains_are_varied_where_they_are_the_law():
+def test_direct_gains_are_varied_if_the_controller_uses_them():
     _, result = of("compressor_levitated", **{"rolac_controller.pid.direct": True})
     names = {item.name for item in result.made}
     assert {"k_p + 1 %", "k_d - 1 %"} <= names
     assert not {"K_b + 1 %", "C_b - 1 %"} & names
 
 
-def test_h_is_identified_where_the_run_uses_a_table_that_it_does_not_make():
+def test_h_is_identified_if_the_run_uses_a_table_that_it_does_not_make():
     with_h, without = (
         {item.name: item.settings for item in of(scenario)[1].made} for scenario in ("fig5_6", "fig5_6_pid")
     )
@@ -81,7 +81,7 @@ def test_h_of_a_run_up_is_identified_every_hertz_of_it():
 
 
 @pytest.mark.slow
-def test_outcome_that_rests_on_h_is_told_as_fragile():
+def test_outcome_that_depends_on_h_is_fragile():
     """The rotor of Fig. 5.6 recovers with H of the continuous loop, and not with that of its sampled one."""
     result = studies.robustness("fig5_6", progress=False)
     assert result.outcome == "recovered, touching rb1 rb2"

@@ -36,7 +36,7 @@ def request(mass, guid):
     return {"rotor": {"discs": [{"mass": mass}]}, "guids": {"rotor_contact": guid}}
 
 
-def test_a_changed_rotor_is_the_difference_that_is_named(tmp_path):
+def test_error_names_the_changed_value_of_a_rotor(tmp_path):
     SweepStore(tmp_path, DESIGN, request(3.0, "{a}"), {})
     with pytest.raises(ValueError, match=r"rotor\.discs\[0\]\.mass: 3\.0 then, 3\.1 now") as error:
         SweepStore(tmp_path, DESIGN, request(3.1, "{b}"), {})
@@ -63,7 +63,7 @@ def files(folder):
 @pytest.mark.parametrize(
     "name", ["peak/0.0", "outcome/0.0", "reason/0.0", "seconds/0.0", "Omega/0", "peak/.zarray", ".zgroup"]
 )
-def test_a_damaged_file_is_told_when_read_and_on_resume(tmp_path, name, damage):
+def test_a_damaged_file_is_refused_on_reading_and_on_resume(tmp_path, name, damage):
     file = fill(tmp_path) / "sweep.zarr" / name
     file.write_bytes(damage(file.read_bytes()))
     before = files(tmp_path)
@@ -74,13 +74,13 @@ def test_a_damaged_file_is_told_when_read_and_on_resume(tmp_path, name, damage):
 
 
 @pytest.mark.parametrize("name", ["peak/0.0", "peak/.zarray", "outcome/0.0", ".zmetadata"])
-def test_a_lost_file_is_no_missing_value(tmp_path, name):
+def test_a_lost_file_is_damage_and_not_a_missing_value(tmp_path, name):
     (fill(tmp_path) / "sweep.zarr" / name).unlink()
     with raises_naming(ValueError, "damaged"):
         open_sweep(tmp_path)
 
 
-def test_a_round_of_refinement_is_checked_apart_from_the_grid(tmp_path):
+def test_a_round_of_refinement_is_checked_separately_from_the_grid(tmp_path):
     fill(tmp_path)
     fill(tmp_path, "contact_1")
     file = tmp_path / "sweep.zarr" / "contact_1" / "peak" / "0.0"
@@ -90,7 +90,7 @@ def test_a_round_of_refinement_is_checked_apart_from_the_grid(tmp_path):
     assert open_sweep(tmp_path).sizes == {"Omega": 24, "x.y": 2}
 
 
-def test_a_boundary_is_replaced_whole(tmp_path):
+def test_a_boundary_is_replaced_as_a_whole(tmp_path):
     fill(tmp_path)
     store = SweepStore(tmp_path, DESIGN, {"a": 1}, {})
     for size in (2, 3):
@@ -119,7 +119,7 @@ def test_turned_bits_anywhere_give_the_same_numbers_or_an_error(tmp_path):
 
 
 @pytest.mark.parametrize("of", ["a user", "a sweep that lost its attributes", "another program", "a link"])
-def test_what_is_no_sweep_stays_with_all_that_is_in_it(tmp_path, of):
+def test_a_folder_that_is_no_sweep_stays_untouched(tmp_path, of):
     store = tmp_path / "sweep.zarr"
     if of == "a sweep that lost its attributes":
         fill(tmp_path)
@@ -142,7 +142,7 @@ def test_what_is_no_sweep_stays_with_all_that_is_in_it(tmp_path, of):
     assert files(tmp_path) == before
 
 
-def test_a_group_that_is_none_of_a_sweep_stays(tmp_path):
+def test_a_foreign_group_in_a_sweep_stays(tmp_path):
     fill(tmp_path)
     (tmp_path / "sweep.zarr" / "contact_1").mkdir()
     (tmp_path / "sweep.zarr" / "contact_1" / "note").write_text("kept")
@@ -154,7 +154,7 @@ def test_a_group_that_is_none_of_a_sweep_stays(tmp_path):
     assert (tmp_path / "sweep.zarr" / "contact_1" / "note").read_text() == "kept"
 
 
-def test_what_a_killed_sweep_left_half_written_is_taken_away(tmp_path):
+def test_half_written_files_of_a_killed_sweep_are_removed(tmp_path):
     fill(tmp_path)
     store = tmp_path / "sweep.zarr"
     partial = store / "peak" / f"0.{'0a' * 16}.partial"

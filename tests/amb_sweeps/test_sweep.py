@@ -48,7 +48,7 @@ def test_a_store_opens_with_labels_units_and_provenance(undisturbed, sweep, tmp_
         same(dataset.load(), undisturbed)
 
 
-def test_the_cluster_gives_what_this_process_does(undisturbed, small):
+def test_the_cluster_gives_the_same_as_this_process(undisturbed, small):
     runner, design = Runner(Task(small, until=UNTIL)), make_design(VARY)
     for n in reversed(range(design.size)):
         metrics = runner.run(n, design.settings(n)).metrics
@@ -57,7 +57,7 @@ def test_the_cluster_gives_what_this_process_does(undisturbed, small):
     runner.close()
 
 
-def test_a_sweep_goes_on_with_what_is_missing(undisturbed, sweep, tmp_path):
+def test_a_sweep_resumes_with_the_missing_points(undisturbed, sweep, tmp_path):
     seen = []
 
     def stop(done, total, dashboard):
@@ -79,7 +79,7 @@ def test_a_sweep_goes_on_with_what_is_missing(undisturbed, sweep, tmp_path):
 
 
 @pytest.mark.slow
-def test_one_process_writes_a_folder(sweep, tmp_path):
+def test_only_one_process_writes_to_a_folder(sweep, tmp_path):
     from amb_sweeps.run import only_writer
 
     with only_writer(tmp_path), pytest.raises(ValueError, match="another sweep is writing"):
@@ -93,7 +93,7 @@ def crash_at_220(result):
 
 
 @pytest.mark.slow
-def test_a_crash_takes_its_point_alone(sweep, tmp_path):
+def test_a_crash_loses_its_point_alone(sweep, tmp_path):
     metrics = [crash_at_220]
     swept = sweep(tmp_path, vary={"Omega": "200:240:5"}, metrics=metrics)
     outcomes = dict(zip(swept.dataset["Omega"].values, swept.dataset["outcome"].values, strict=True))
@@ -135,7 +135,7 @@ def test_a_wrong_value_is_refused_before_anything_runs(sweep, tmp_path):
     assert not (tmp_path / "sweep.zarr").exists()
 
 
-def test_no_scheduler_is_an_error_of_the_input(small, tmp_path, monkeypatch):
+def test_a_missing_scheduler_is_an_input_error(small, tmp_path, monkeypatch):
     monkeypatch.setattr("amb_sweeps.engine.ANSWER_TIME", 1)
     with pytest.raises(ValueError, match="no Dask scheduler answers at tcp:"):
         amb_cosim.sweep(small, VARY, until=UNTIL, output=tmp_path, scheduler="tcp://127.0.0.1:9", progress=False)

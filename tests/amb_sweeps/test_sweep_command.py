@@ -34,7 +34,7 @@ def command(runner, small, tmp_path, cluster):
     )
 
 
-def test_the_command_maps_a_scenario_and_goes_on(command, tmp_path):
+def test_the_command_maps_a_scenario_and_resumes(command, tmp_path):
     (tmp_path / "own.py").write_text(METRIC)
     options = ["--vary", "Omega=200:220:2", "--vary", "rotor_contact.d1.u=5 g.m,60 g.m"]
     options += ["--metric", f"{tmp_path / 'own.py'}:turns"]
@@ -79,7 +79,7 @@ def test_refinement_converges_to_a_circle_with_few_points(tmp_path):
     assert runs < 0.1 / tolerance**2
 
 
-def test_alternatives_have_panels_of_their_own(tmp_path):
+def test_each_alternative_has_its_panel(tmp_path):
     vary = {"control": {"PID": {}, "ROLAC": {"a.z": 1}}, "a.x": [1.0, 2.0, 3.0], "a.y": [1.0, 2.0]}
     swept = filled(
         tmp_path, vary, lambda s: {"peak_contact_force": s["a.x"] * s["a.y"], "recovered": float(s["a.x"] > 1)}
@@ -100,7 +100,7 @@ def test_lines_samples_and_names_are_drawn(tmp_path, vary, sample):
         draw_map(swept, swept.dataset, name).canvas.draw()
 
 
-def test_sensitivities_are_those_of_a_known_function(tmp_path):
+def test_sensitivities_match_those_of_an_analytic_function(tmp_path):
     """The variance of a x + b y over the unit square is a^2 / 12 + b^2 / 12."""
 
     def linear(settings):
@@ -112,7 +112,7 @@ def test_sensitivities_are_those_of_a_known_function(tmp_path):
     np.testing.assert_allclose(result["ST"], [0.9, 0.1, 0.0], atol=0.02)
 
 
-def test_a_sensitivity_needs_its_sample_and_its_metric(tmp_path):
+def test_a_sensitivity_requires_a_sample_and_a_metric(tmp_path):
     grid = filled(tmp_path / "grid", {"a.x": "1:2:3"}, lambda _: {"m": 1.0})
     with raises_naming(ValueError, "saltelli:N", "grid"):
         indices.sensitivity(grid.design, grid.dataset)
@@ -130,7 +130,7 @@ def test_a_metric_file_that_cannot_be_used_is_refused(tmp_path, text, message):
         _function(f"{tmp_path / 'mine.py'}:metric")
 
 
-def test_a_metric_file_takes_no_packages_place(tmp_path):
+def test_a_metric_file_does_not_shadow_a_package(tmp_path):
     (tmp_path / "numpy.py").write_text("import numpy\ndef metric(result): return {'pi': numpy.pi}")
     assert _function(f"{tmp_path / 'numpy.py'}:metric")(None) == {"pi": np.pi}
     assert sys.modules["numpy"] is np

@@ -26,7 +26,7 @@ def force(settings):
     return {"peak_contact_force": 100.0 * settings["a.x"] / (2.0 if settings.get("a.on") else 1.0)}
 
 
-def test_the_averaged_force_comes_before_the_peak_each_with_its_site_and_point(tmp_path):
+def test_averaged_force_is_listed_before_the_peak_with_its_site(tmp_path):
     """The average over 1 ms is the number that converges; the peak of another point may be larger."""
 
     def forces(settings):
@@ -45,7 +45,7 @@ def test_the_averaged_force_comes_before_the_peak_each_with_its_site_and_point(t
     assert_names(peak, "peak", "900 N", "RB1", "x = 1")
 
 
-def test_a_summary_counts_outcomes_of_each_alternative_and_tells_what_was_shared_and_reasons(tmp_path):
+def test_a_summary_counts_outcomes_shared_steps_and_reasons(tmp_path):
     design = make_design({"control": CONTROLS, "a.x": "1:4:4"})
     store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, {})
     store.add([PointResult(n, "failed", "no power") for n in (0, 1)])
@@ -92,7 +92,7 @@ def test_a_sampled_phase_is_drawn_and_a_sweep_without_one_is_not(tmp_path):
     assert draw_phases(filled(tmp_path / "other", {"a.x": "1:2:2"}, force)) == []
 
 
-def test_maps_say_what_is_varied_in_words_and_tell_failed_runs(tmp_path):
+def test_maps_describe_their_axes_and_count_failed_runs(tmp_path):
     """A name without a description stays; the largest unbalance failed."""
     vary = {"Omega": "200:260:3", "step.rotor_contact.turbine.u": "5 g.mm:60 g.mm:3", "a.aware": ["true"]}
     design = make_design(vary).with_units({"Omega": "rad/s"})
@@ -109,7 +109,7 @@ def test_maps_say_what_is_varied_in_words_and_tell_failed_runs(tmp_path):
     assert figure.axes[0].get_title() == "Adapts to contact: true"
 
 
-def test_what_several_variables_share_is_described_by_the_words_they_share():
+def test_variables_of_one_axis_are_described_by_their_common_words():
     assert (
         common_words(["Coefficient of friction at SEAL", "Coefficient of friction at SHROUD"])
         == "Coefficient of friction"

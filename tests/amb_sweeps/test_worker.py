@@ -146,7 +146,7 @@ def test_a_further_point_reads_no_file_and_builds_no_dataset(monkeypatch):
     runner.close()
 
 
-def test_own_metrics_are_added_and_see_the_whole_record():
+def test_user_metrics_are_added_and_see_the_whole_record():
     task = Task(SCENARIO, until=UNTIL, metrics=(lambda result: {"largest": float(result.dataset["theta_true"].size)},))
     assert Runner(task).run(0, {}).outcome == "failed"
     task = Task(SCENARIO, until=UNTIL, metrics=(lambda result: {"samples": result.dataset.sizes["time"]},))
@@ -178,12 +178,12 @@ def test_a_value_that_is_not_allowed_is_an_invalid_point():
 
 
 @pytest.mark.slow
-def test_a_record_is_kept_where_its_outcome_is_asked_for():
+def test_a_record_is_kept_if_its_outcome_is_selected():
     assert Runner(Task(SCENARIO, until=UNTIL, keep=("completed",))).run(0, {}).record
     assert Runner(Task(SCENARIO, until=UNTIL, keep=("trapped",))).run(0, {}).record is None
 
 
-def test_a_table_of_python_is_varied_as_it_is():
+def test_a_table_made_in_python_can_be_varied():
     table = ReceptanceTable("rig", (), (), {})
     assert varied(SCENARIO, {"receptances": table})[0].receptances is table
 
@@ -208,6 +208,6 @@ def test_events_fields_fmus_and_scenarios_can_be_varied():
         ("fig4_9", {"scenario": "fig9_9"}, ("fig9_9",)),
     ],
 )
-def test_what_a_scenario_does_not_have_cannot_be_varied(scenario, given, facts):
+def test_a_variable_that_the_scenario_lacks_cannot_be_varied(scenario, given, facts):
     with raises_naming(ValueError, *facts):
         varied(load_scenario(scenario), given)

@@ -15,13 +15,13 @@ HARRIS_209 = BallBearing(balls=9, ball_diameter=12.7e-3, pitch_diameter=65e-3, c
 PAIR = BallBearing(13, 6.35e-3, 35.5e-3, rows=2, contact_angle=math.radians(15.0), preload=80.0)
 
 
-def test_ball_of_a_209_bearing_carries_what_harris_has():
+def test_load_of_a_ball_in_a_209_bearing_matches_harris():
     """T. A. Harris, Rolling Bearing Analysis: 8900 N on a 209 bearing with 15 um; 4536 N, 60.41 um by his tables."""
     assert HARRIS_209.largest_load(8900.0) == pytest.approx(4536.0, rel=5e-3)
     assert HARRIS_209.displacement_under(8900.0) == pytest.approx(60.41e-6, rel=5e-3)
 
 
-def test_static_rating_of_6002_is_that_of_its_catalogue():
+def test_static_rating_of_6002_matches_its_catalogue():
     assert SKF_6002.static_rating == pytest.approx(2850.0, rel=1e-2)
 
 
@@ -39,7 +39,7 @@ def test_contact_agrees_with_the_fit_of_brewe_and_hamrock(gamma, conformity):
     assert contact.stiffness == pytest.approx(stiffness, rel=0.04)
 
 
-def test_ball_in_a_flat_groove_is_hertz_ball_on_a_plane():
+def test_ball_in_a_flat_groove_is_a_hertz_contact_on_a_plane():
     """Q = 4/3 E* sqrt(R) delta^1.5, p = 3 Q/(2 pi a^2) with a^3 = 3 Q R/(4 E*), E* = 1/(2 compliance)."""
     R, stiff = 4e-3, 0.5 / STEEL.compliance
     contact = groove_contact(2.0 * R, 1e3, 0.0, STEEL, STEEL)
@@ -56,7 +56,7 @@ def test_pressure_is_the_force_over_the_ellipse():
 
 
 @pytest.mark.parametrize("balls", [7, 8, 16, 40])
-def test_largest_load_without_clearance_is_stribecks(balls):
+def test_largest_load_without_clearance_is_that_of_stribeck(balls):
     """F = Q_max sum of cos^2.5 over the loaded half, 4.37 F/Z for many balls."""
     bearing = BallBearing(balls, 6e-3, 0.1)
     phi = 2.0 * math.pi * np.arange(balls) / balls

@@ -23,7 +23,7 @@ from tests.support.messages import raises_naming
 needs_compiler = pytest.mark.skipif(find_spec("ziglang") is None, reason="a native FMU is compiled by ziglang")
 
 
-def test_candidates_run_in_turn_and_the_first_round_is_not_counted() -> None:
+def test_candidates_alternate_and_the_first_round_does_not_count() -> None:
     turns: list[str] = []
 
     def candidate(name: str) -> Callable[[], float]:
@@ -46,7 +46,7 @@ def test_ratios_are_taken_within_a_round() -> None:
     assert ratio(times, "a", "absent") is None
 
 
-def test_a_process_that_fails_says_why(tmp_path: Path) -> None:
+def test_error_of_a_failed_process_has_its_cause(tmp_path: Path) -> None:
     file = tmp_path / "case.py"
     file.write_text("def half(x):\n    return 1 / x\n", encoding="utf-8")
     assert process.run_function(sys.executable, str(file), "half", x=3) == 1 / 3
@@ -192,7 +192,7 @@ def test_every_ratio_is_printed_and_null_for_missing_codes(tmp_path: Path) -> No
 
 
 @pytest.mark.slow
-def test_what_is_installed_is_measured_and_what_is_not_is_said():
+def test_missing_programs_are_reported_and_the_others_measured():
     from benchmarks.__main__ import main
 
     ended = CliRunner().invoke(main, ["live", "--quick", "--json"])

@@ -22,7 +22,7 @@ def test_constraint_converges_to_a_rigid_retainer(data):
 
 
 @pytest.mark.slow
-def test_stiffer_springs_come_closer_to_the_rigid_retainer(data):
+def test_stiffer_springs_approach_the_rigid_retainer(data):
     rows = data["rigid_retainer"]
     for key in ("orbit_error", "penetration"):
         values = [row[key] for row in rows]

@@ -71,7 +71,7 @@ def test_lead_and_lag_have_their_phase_at_their_frequency(tmp_path, kind, sign, 
 
 
 @pytest.mark.parametrize("order", range(1, 9))
-def test_low_pass_is_that_of_butterworth(tmp_path, order):
+def test_low_pass_is_a_butterworth_filter(tmp_path, order):
     block = {"type": "low_pass", "frequency": "200 Hz", "order": order}
     for omega in (0.1 * V, V, 3.0 * V):
         expected = 1.0 / math.sqrt(1.0 + (omega / V) ** (2 * order))
@@ -79,7 +79,7 @@ def test_low_pass_is_that_of_butterworth(tmp_path, order):
 
 
 @pytest.mark.parametrize("hertz", [50.0, 800.0, 3000.0])
-def test_prewarped_notch_is_at_its_frequency_when_it_is_sampled(tmp_path, hertz):
+def test_sampled_prewarped_notch_is_at_its_frequency(tmp_path, hertz):
     block = {"type": "notch", "frequency": f"{hertz} Hz"}
     depths = []
     for prewarp in (True, False):
@@ -98,7 +98,7 @@ def test_blocks_of_a_channel_are_in_series_and_channels_add(tmp_path):
     assert response(law, np.array([W]), None)[0, 0, 0] == pytest.approx(10.0 / S)
 
 
-def test_modal_coordinates_and_cross_coupling(tmp_path):
+def test_law_in_modal_coordinates_couples_the_axes(tmp_path):
     data = {
         "inputs": ["a.x", "b.x", "a.y"],
         "outputs": ["a.i_x", "b.i_x", "a.i_y"],
@@ -145,7 +145,7 @@ def test_gains_over_speed_are_a_table_at_all_their_speeds(tmp_path):
         ({"delay": -1.0}, ("delay", "-1")),
     ],
 )
-def test_what_is_wrong_with_a_file_is_told_by_its_name(tmp_path, change, facts):
+def test_error_names_the_faulty_key_of_a_file(tmp_path, change, facts):
     path = written(tmp_path, content({"type": "gain", "gain": 1.0}) | change)
     with raises_naming(ValueError, *facts) as error:
         linear_controller(path)
@@ -168,12 +168,12 @@ def test_what_is_wrong_with_a_file_is_told_by_its_name(tmp_path, change, facts):
         ({"type": "second_order", "frequency": 50.0, "damping": -0.1}, ("damping", "-0.1")),
     ],
 )
-def test_what_is_wrong_with_a_block_is_told_by_its_name(tmp_path, block, facts):
+def test_error_names_the_faulty_key_of_a_block(tmp_path, block, facts):
     with raises_naming(ValueError, *facts):
         linear_controller(written(tmp_path, content(block)))
 
 
-def test_frequency_beyond_half_the_sampling_is_refused_where_it_is_prewarped(tmp_path):
+def test_prewarping_above_half_the_sample_rate_is_refused(tmp_path):
     data = content({"type": "notch", "frequency": "6 kHz"}, prewarp=True)
     with raises_naming(ValueError, "6000 Hz", "prewarp"):
         linear_controller(written(tmp_path, data))
@@ -200,7 +200,7 @@ def test_notch_follows_its_frequency_over_speed(tmp_path):
         assert deepest(controller, speed) == pytest.approx(expected, rel=2e-3)
 
 
-def test_points_of_gain_and_of_frequency_are_those_of_one_table(tmp_path):
+def test_gains_and_frequencies_over_speed_share_a_table(tmp_path):
     data = content(NOTCH)
     data["channel"][0]["gain"] = [["500 rad/s", 1.0], ["1500 rad/s", 3.0]]
     controller = linear_controller(written(tmp_path, data))
@@ -217,6 +217,6 @@ def test_points_of_gain_and_of_frequency_are_those_of_one_table(tmp_path):
         ([["0 Hz", "300 m"]], ("block 1", "notch", "frequency")),
     ],
 )
-def test_frequency_over_speed_that_is_none_is_refused(tmp_path, points, facts):
+def test_an_invalid_frequency_over_speed_is_refused(tmp_path, points, facts):
     with raises_naming(ValueError, *facts):
         linear_controller(written(tmp_path, content({**NOTCH, "frequency": points})))

@@ -41,7 +41,7 @@ def command(tmp_path, monkeypatch):
     return run
 
 
-def test_show_tells_gains_and_the_phase_at_the_modes_of_a_rotor(command):
+def test_show_prints_gains_and_phases_at_the_modes_of_a_rotor(command):
     result = json.loads(command("show", "lead.toml", "--rotor", "compressor", "--speed", "9000 rpm", "--json"))
     assert [(path["signal"], path["demand"]) for path in result["connections"]] == [
         ("mb1.x", "mb1.i_x"),
@@ -56,14 +56,14 @@ def test_show_tells_gains_and_the_phase_at_the_modes_of_a_rotor(command):
         assert -180.0 < phase < 0.0, "the demand damps"
 
 
-def test_show_draws_what_it_prints(command, tmp_path):
+def test_show_draws_the_response_that_it_prints(command, tmp_path):
     text = command("show", "lead.toml", "-o", "bode.png")
     assert_names(text, "2 states", "0.0001 s")
     picture = imread(tmp_path / "bode.png")
     assert np.count_nonzero(picture[..., :3].min(axis=-1) < 0.9) > 5000
 
 
-def test_import_samples_names_and_writes_arrays(command, tmp_path):
+def test_import_samples_a_law_and_writes_named_arrays(command, tmp_path):
     savemat(tmp_path / "law.mat", {"A": [[-100.0]], "B": [[1.0]], "C": [[100.0]], "D": [[0.0]]})
     options = ("--inputs", "mb1.x", "--outputs", "mb1.i_x", "--sample-time", "100 us")
     assert command("import", "law.mat", *options).strip() == "law_controller.npz"
@@ -84,7 +84,7 @@ def test_import_samples_names_and_writes_arrays(command, tmp_path):
         (("import", "lead.toml", "--sample-time", "0"), ("--sample-time",)),
     ],
 )
-def test_bad_input_is_one_message(command, arguments, facts):
+def test_bad_input_ends_with_one_message(command, arguments, facts):
     assert_names(command(*arguments, code=2), *facts)
 
 

@@ -25,7 +25,7 @@ def found(compare):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_levitates_the_compressor_through_the_unbalance_step(found, name):
+def test_examples_levitate_the_compressor_through_an_unbalance_step(found, name):
     run = found[name][1]
     assert run.outcome.failure is None
     assert run.summary.recovery == "prevented"
@@ -33,7 +33,7 @@ def test_each_levitates_the_compressor_through_the_unbalance_step(found, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_keeps_its_margins_computed_and_measured(found, name):
+def test_examples_are_in_zone_a_computed_and_measured(found, name):
     margins = found[name][0]
     for axis in margins.axes.values():
         assert axis.zone == "A"
@@ -41,14 +41,14 @@ def test_each_keeps_its_margins_computed_and_measured(found, name):
     assert all(disk.least > 0.4 for disk in margins.disk_margins.values())
 
 
-def test_notches_and_lqg_bear_more_in_all_loops_than_the_pid(found):
+def test_designed_controllers_have_larger_disk_margins_than_the_pid(found):
     least = {name: margins.disk_margins["currents"].least for name, (margins, _) in found.items()}
     assert least["lead with two notches"] > 1.8 * least["PID"]
     assert least["LQG"] > 1.6 * least["PID"]
     assert least["H-infinity"] > 1.3 * least["PID"]
 
 
-def test_h_infinity_keeps_the_norm_that_it_tells(compare):
+def test_h_infinity_law_attains_its_stated_norm(compare):
     """The largest singular value of the sampled loop with its weights over frequency: no more, and not much less."""
     from h_infinity import GAIN, READINGS, SUBOPTIMAL, W_S, W_U, h_infinity
     from lqg import DEMANDS
@@ -71,7 +71,7 @@ def test_h_infinity_keeps_the_norm_that_it_tells(compare):
     assert norm / SUBOPTIMAL < largest < norm * (1.0 + 1e-6)
 
 
-def test_cross_feedback_takes_the_gyroscopic_splitting_back(compare):
+def test_cross_feedback_reduces_the_gyroscopic_splitting(compare):
     """Forward and backward tilting near 54 Hz, whose damping ratio is 0.69; without speed nothing is coupled."""
 
     def tilting(controller):

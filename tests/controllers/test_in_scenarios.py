@@ -39,14 +39,14 @@ def test_controller_needs_no_file(scenario, tmp_path):
     assert {*user_cache().glob("*.npz")} == before
 
 
-def test_another_law_is_another_fmu(scenario):
+def test_each_law_has_its_fmu(scenario):
     laws = proportional(2e4), proportional(3e4)
     assert fmu_of(scenario, laws[0]) != fmu_of(scenario, laws[1])
     assert repr(laws[0]) == repr(proportional(2e4)) != repr(laws[1])
     assert repr(pickle.loads(pickle.dumps(laws[0]))) == repr(laws[0])
 
 
-def test_controller_in_a_system(scenario):
+def test_controller_runs_in_a_system_file(scenario):
     system = system_of(scenario).with_fmu("rolac_controller", proportional(2e4))
     assembly = assemble(system, rotor=scenario.rotor)
     assert {*AXES} <= assembly.interfaces["rolac_controller"].ports.keys()
@@ -63,7 +63,7 @@ def test_sources_of_a_run_describe_the_law(scenario):
     assert len(content["laws"]["0.0"]["A"]) == 64  # hexadecimal digits
 
 
-def test_file_of_a_scenario_cannot_hold_it(scenario, tmp_path):
+def test_a_scenario_with_a_controller_of_python_is_not_written(scenario, tmp_path):
     changed = scenario.changed(fmu={"rolac_controller": proportional(2e4)}).changed(end_cycle=2)
     with raises_naming(ValueError, "fmu.rolac_controller", "linear_controller"):
         changed.save(tmp_path / "own.toml")

@@ -80,13 +80,13 @@ def make(K=LAG, inputs=("y",), outputs=("u",), sample_time=T, **options):
         ({"slow_time": 0.0}, "slow_time = 0 s is not allowed"),
     ],
 )
-def test_what_is_wrong_with_a_law_is_told_by_its_name(arguments, sentence):
+def test_error_names_the_fault_in_a_law(arguments, sentence):
     with pytest.raises(ValueError, match=sentence) as error:
         make(**arguments)
     assert "\n" not in str(error.value)
 
 
-def test_interpolated_matrices_may_not_be_unstable_either():
+def test_a_law_unstable_between_two_speeds_is_refused():
     """Two stable matrices whose mean is not: their poles are 0, those between them +-2.165 and more."""
     low = ([[0.0, 5.0], [0.0, 0.0]], [[1.0], [1.0]], [[1.0, 1.0]], [[0.0]])
     high = ([[0.0, 0.0], [5.0, 0.0]], *low[1:])
@@ -112,7 +112,7 @@ def test_interpolated_matrices_may_not_be_unstable_either():
         control.ss(LAG.sample(T, "tustin")),
     ],
 )
-def test_one_law_in_any_form_has_one_response(K):
+def test_a_law_has_the_same_response_in_every_form(K):
     z = np.exp(1j * np.array([1.0, 100.0, 3000.0]) * T)
     result = make(K).state_space()
     np.testing.assert_allclose(result(z), LAG.sample(T, "tustin")(z), rtol=1e-11)
@@ -130,13 +130,13 @@ def test_high_order_zeros_poles_and_gain_keep_their_digits():
         assert law(np.exp(1j * omega * T)) == pytest.approx(exact(1j * warped), rel=1e-9)
 
 
-def test_matrix_of_transfer_functions_needs_no_other_library():
+def test_matrix_of_transfer_functions_needs_no_slycot():
     law = control.tf([[[1.0], [2.0]], [[3.0], [4.0, 5.0]]], [[[1.0, 1.0], [1.0, 2.0]], [[1.0, 3.0], [1.0, 4.0]]])
     result = make(law, ["a", "b"], ["u", "v"], method="zoh").state_space()
     np.testing.assert_allclose(result(1.0), law(0.0), rtol=1e-9)
 
 
-def test_labels_of_a_state_space_are_the_names():
+def test_signals_are_named_by_the_labels_of_a_state_space():
     law = control.ss(LAG, inputs=["at_bearing"], outputs=["coil"])
     ports = linear_controller(law, sample_time=T).ports
     assert (ports.signals, ports.demands) == (("at_bearing",), ("coil",))
@@ -154,7 +154,7 @@ def content():
     }
 
 
-def test_arrays_in_a_mat_file_are_a_controller(tmp_path):
+def test_a_controller_is_read_from_arrays_of_a_mat_file(tmp_path):
     cells = {key: value.astype(object) if key in ("inputs", "outputs") else value for key, value in content().items()}
     savemat(tmp_path / "law.mat", cells)
     controller = linear_controller(tmp_path / "law.mat")
@@ -164,7 +164,7 @@ def test_arrays_in_a_mat_file_are_a_controller(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", ["mat", "npz"])
-def test_saved_controller_is_the_same_again(tmp_path, suffix):
+def test_saved_and_loaded_controller_is_the_same(tmp_path, suffix):
     table = {100.0: LAG, 50.0: 2.0 * LAG}
     made = make(table, gains=3.0, limits=(-1.0, 2.0), delay=1.5, slow_time=0.02)
     again = linear_controller(made.save(tmp_path / f"law.{suffix}"))
@@ -225,7 +225,7 @@ def test_a_module_beside_a_mat_file_is_not_imported(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("package", PACKAGES)
-def test_each_python_that_is_started_leaves_its_folder_out_of_its_path(package):
+def test_child_processes_do_not_import_from_the_working_folder(package):
     """`sys.executable` is followed by -P wherever it begins a command."""
     (folder,) = find_spec(package).submodule_search_locations
     for file in Path(folder).rglob("*.py"):

@@ -91,18 +91,18 @@ def test_a_condition_on_any_signal_ends_the_run(system_file):
         (("[[connect]]\nfrom", "[[connect]]\nform"), ("connect[0].form", "from")),
     ],
 )
-def test_a_mistake_in_a_system_file_is_named(system_file, change, facts):
+def test_error_names_the_faulty_key_of_a_system_file(system_file, change, facts):
     system_file.write_text(system_file.read_text(encoding="utf-8").replace(*change, 1), encoding="utf-8")
     with raises_naming(ValueError, *facts):
         amb_cosim.simulate(system_file)
 
 
-def test_a_system_needs_an_experiment_to_run(system_file):
+def test_a_system_without_an_experiment_is_not_run(system_file):
     system = amb_cosim.load_system(system_file)
     with raises_naming(ValueError, "experiment"):
         amb_cosim.simulate(replace(system, name="two masses"))
 
 
-def test_step_and_end_of_a_system_file_are_its_experiments(system_file):
+def test_step_and_end_of_a_system_file_are_those_of_its_experiment(system_file):
     with raises_naming(ValueError, "step_size", "stop_time", "SSP"):
         amb_cosim.simulate(system_file, step_size=1e-3)

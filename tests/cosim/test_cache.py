@@ -43,7 +43,7 @@ def archive(folder, count=1):
     return path
 
 
-def test_what_was_used_least_recently_goes_for_something_new(filled, monkeypatch):
+def test_a_new_entry_evicts_the_least_recently_used(filled, monkeypatch):
     monkeypatch.setattr(cache, "LIMIT", 3000)
     cache.note_use(filled / f"model0-{0:032x}", is_new=False)
     new, is_new = cache.unpacked(archive(filled), "an FMU")
@@ -54,7 +54,7 @@ def test_what_was_used_least_recently_goes_for_something_new(filled, monkeypatch
 
 
 @pytest.mark.parametrize("name", ["my model.fmu", "100 % Läufer #2.fmu", "model.fmu"])
-def test_uri_of_an_unpacked_fmu_has_nothing_to_decode(filled, name):
+def test_uri_of_an_unpacked_fmu_has_no_escaped_characters(filled, name):
     """Some FMUs open their resources by the text of the URI: those of OpenModelica up to 1.18."""
     home, _ = cache.unpacked(archive(filled).rename(filled.parent / name), "an FMU")
     assert "%" not in home.as_uri()
@@ -62,7 +62,7 @@ def test_uri_of_an_unpacked_fmu_has_nothing_to_decode(filled, name):
     assert home in [entry.path for entry in cache.cache_entries()]
 
 
-def test_what_was_used_today_stays_above_the_bound(filled, monkeypatch):
+def test_entries_used_today_stay_even_above_the_limit(filled, monkeypatch):
     monkeypatch.setattr(cache, "LIMIT", 1)
     cache.unpacked(archive(filled), "an FMU")
     assert names(filled) == ["engines", "mine", "model3", "new", "notes.txt"]

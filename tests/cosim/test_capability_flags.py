@@ -48,7 +48,7 @@ def run(tmp_path):
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_flags_that_are_not_used_change_no_value(run, fmu_from_c, tmp_path, version):
+def test_unused_capability_flags_change_no_value(run, fmu_from_c, tmp_path, version):
     plain, flagged = (run(informed_fmu(fmu_from_c, tmp_path, version, **flags)) for flags in ({}, UNUSED[version]))
     assert set(plain) == set(flagged)
     for name in set(plain) - {"one.instances"}:
@@ -75,7 +75,7 @@ ONLY = {
 
 
 @pytest.mark.parametrize("kind", ONLY)
-def test_an_fmu_of_another_kind_is_refused_with_it(run, fmu_from_c, kind):
+def test_an_fmu_without_co_simulation_is_refused_with_its_kind(run, fmu_from_c, kind):
     version, text = ONLY[kind]
     text = text if text is OLD else text.replace(' canHandleVariableCommunicationStepSize="true"', "")
     fmu = fmu_from_c(SOURCE, text, version, name=kind.replace(" ", "-"))

@@ -53,7 +53,7 @@ def forge(file, **changed):
     np.savez(file, **{name: array for name, array in arrays.items() if array is not None})
 
 
-def test_a_file_has_the_whole_checkpoint(file):
+def test_a_saved_checkpoint_is_loaded_without_loss(file):
     result = Checkpoint.load(file)
     assert result.save(file.with_name("again.npz")).read_bytes() == file.read_bytes()
     assert (result.point, result.states, result.signals) == (24, CHECKPOINT.states, CHECKPOINT.signals)
@@ -107,7 +107,7 @@ def test_damaged_files_and_other_files_are_refused(file, tmp_path):
             Checkpoint.load(path)
 
 
-def test_a_checkpoint_of_another_form_is_refused(file, monkeypatch):
+def test_a_checkpoint_of_another_format_is_refused(file, monkeypatch):
     monkeypatch.setattr("amb_cosim.cosim.run.checkpoint.VERSION", 1)
     CHECKPOINT.save(file)
     monkeypatch.undo()
@@ -116,14 +116,14 @@ def test_a_checkpoint_of_another_form_is_refused(file, monkeypatch):
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
-def test_what_is_no_file_is_refused_at_once(tmp_path):
+def test_a_pipe_folder_or_missing_file_is_no_checkpoint(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", tmp_path, "/dev/zero", tmp_path / "missing"):
         with raises_naming(ValueError, "no checkpoint", str(path), "--save-at"):
             Checkpoint.load(path)
 
 
-def test_a_run_from_another_file_ends_with_code_2_and_one_sentence(file, tmp_path):
+def test_a_run_from_a_foreign_file_ends_with_code_2_and_one_message(file, tmp_path):
     """Before anything is built."""
     forge(file, table=np.ones((3, 1)))
     for start, allowed in ((file, REFUSED), (tmp_path, ("no checkpoint", "--save-at"))):
@@ -135,7 +135,7 @@ def test_a_run_from_another_file_ends_with_code_2_and_one_sentence(file, tmp_pat
 
 
 @pytest.mark.parametrize("of_python", [False, True])
-def test_a_changed_rotor_is_named_with_what_differs(tmp_path, of_python):
+def test_error_names_the_changed_value_of_a_rotor(tmp_path, of_python):
     """One body has 0.8 kg in place of 0.9 kg; the rest, a comment included, is as it was."""
 
     def run(name, mass, **options):

@@ -18,7 +18,7 @@ def is_raised(flag: c_bool) -> bool:
     return True
 
 
-def test_flags_are_raised_again_and_again_while_they_are_held():
+def test_flags_are_raised_periodically_while_in_use():
     clock = Clock(0.005)
     with clock.flag() as first, clock.flag() as second:
         for _ in range(3):
@@ -47,7 +47,7 @@ def test_runs_share_a_thread_that_ends_after_the_last():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are forked")
 @pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
-def test_a_forked_process_has_a_clock_of_its_own():
+def test_a_forked_process_starts_a_new_clock():
     clock = Clock(0.005)
 
     def child(answer) -> None:

@@ -88,7 +88,7 @@ def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, ke
 
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 @pytest.mark.parametrize("every", [(1, 1, 1), (4, 1, 2), (1, 3, 6)])
-def test_calls_and_values_are_those_of_the_plain_loop(coupling, every):
+def test_calls_and_values_equal_those_of_the_plain_loop(coupling, every):
     plain, fast = both(-12, 260, coupling, every, keep=-12)
     assert fast == plain
     assert fast.error is None
@@ -100,7 +100,7 @@ def test_calls_and_values_are_those_of_the_plain_loop(coupling, every):
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 @pytest.mark.parametrize("call", ["Set", "DoStep", "Get"])
 @pytest.mark.parametrize("component", ["a", "c"])
-def test_a_refusal_ends_the_run_where_the_plain_loop_ends_it(coupling, call, component):
+def test_a_failed_call_ends_both_loops_at_the_same_point(coupling, call, component):
     plain, fast = both(0, 260, coupling, (2, 1, 2), {component: {(call, 0.1 + 90 * H): 3}})
     assert fast == plain
     assert fast.error[1] == component
@@ -123,7 +123,7 @@ def test_a_warning_does_not_end_the_run():
 
 
 @pytest.mark.parametrize("block_time", [0.0, 1e9])
-def test_blocks_do_not_show_in_the_results(block_time, monkeypatch):
+def test_results_do_not_depend_on_blocks_of_steps(block_time, monkeypatch):
     monkeypatch.setattr(compiled, "BLOCK_TIME", block_time)
     plain, fast = both(-12, 700, every=(4, 1, 2), keep=-12)
     assert fast == plain
@@ -132,7 +132,7 @@ def test_blocks_do_not_show_in_the_results(block_time, monkeypatch):
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 @pytest.mark.parametrize("every", [(1, 1, 1), (4, 1, 2), (1, 3, 6)])
 @pytest.mark.parametrize(("keep", "decimation"), [(0, 1), (-9, 4), (7, 5), (500, 1), (0, 1000)])
-def test_what_is_only_recorded_is_fetched_where_it_is_recorded(coupling, every, keep, decimation):
+def test_signals_that_are_only_recorded_are_fetched_at_recorded_points(coupling, every, keep, decimation):
     plain, fast = both(-12, 260, coupling, every, keep=keep, decimation=decimation)
     assert (fast.points, fast.series) == (plain.points, plain.series), "the same is recorded"
     assert fast.points == [n for n in range(-12, 261) if n >= keep and n % decimation == 0]
@@ -208,7 +208,7 @@ def ticking(**options):
     return Master(machines(**options)[1], wiring, H)
 
 
-def test_observers_are_asked_between_blocks_and_at_the_end():
+def test_observers_are_called_between_blocks_and_at_the_end():
     seen, recorder = [], Recorder([4], 0)
     master = ticking()
     compiled.run(master, -10, 500, [], recorder, [lambda n, values: seen.append((n, recorder.points.tolist()))])
@@ -234,7 +234,7 @@ def test_an_interrupt_between_blocks_keeps_the_record():
 
 
 @pytest.mark.slow  # measures time
-def test_steps_that_become_slow_end_their_block(monkeypatch):
+def test_slow_steps_end_their_block(monkeypatch):
     """After 5000 fast steps blocks have thousands; then 25 steps take the time that a block should."""
     monkeypatch.setattr(compiled, "BLOCK_TIME", 0.2)
     sleeper, seen = CComponent("sleeper"), []
@@ -256,7 +256,7 @@ def test_a_slow_component_cannot_start_between_its_points():
         compiled.run(ticking(every=(1, 4, 1)), -3, 0, [], Recorder([4], 0))
 
 
-def test_wall_time_is_counted_from_point_0():
+def test_wall_time_starts_at_point_0():
     recorder, clock = Recorder([4], 0), []
     master = ticking()
     step = time.perf_counter
@@ -287,6 +287,6 @@ def test_other_threads_run_while_the_loop_does():
     assert len(ticks) > 5
 
 
-def test_what_does_not_fit_into_memory_is_refused():
+def test_a_record_beyond_the_memory_is_refused():
     with pytest.raises(ValueError, match=r" 9 variables .* \d+ points.* record\.variables"):
         Recorder(range(9), 0).buffer(0, 2**55)

@@ -107,7 +107,7 @@ def test_a_model_is_built_once(actuator, monkeypatch):
     assert fmus.ensure_built("amb_actuator", "python").folder == actuator
 
 
-def test_an_fmu_is_made_anew_for_what_it_is_made_from_alone(tmp_path, monkeypatch):
+def test_an_fmu_is_rebuilt_only_if_one_of_its_sources_changes(tmp_path, monkeypatch):
     def provided(name, text="", table=""):
         rotor, receptances = tmp_path / "rotor.toml", tmp_path / "table.toml"
         rotor.write_text(rotor_path().read_text(encoding="utf-8") + text, encoding="utf-8")
@@ -130,7 +130,7 @@ def test_unknown_models_and_paths_are_refused(tmp_path):
         fmus.provide(str(tmp_path / "none.fmu"))
 
 
-def test_a_file_is_extracted_once_for_its_content(actuator, tmp_path):
+def test_a_file_is_extracted_once_per_content(actuator, tmp_path):
     path = tmp_path / "copy.fmu"
     path.write_bytes((actuator.parent / "amb_actuator.fmu").read_bytes())
     first = fmus.provide(str(path))
@@ -141,7 +141,7 @@ def test_a_file_is_extracted_once_for_its_content(actuator, tmp_path):
     assert description.stat().st_mtime_ns == extracted
 
 
-def test_suggestions_name_what_is_near_or_what_there_is():
+def test_suggestions_name_close_matches_or_all_options():
     assert_names(suggest("mb1.xx", ["mb1.x", "theta"]), "mb1.x")
     assert_names(suggest("zzz", ["mb1.x", "theta"]), "mb1.x, theta")
     assert suggest("zzz", [str(k) for k in range(20)]).endswith("and 8 more")

@@ -71,7 +71,7 @@ def test_a_damaged_archive_is_refused(whole, tmp_path, damage, facts):
         assembled(path)
 
 
-def test_an_archive_that_unpacks_to_too_much_is_refused(whole, tmp_path):
+def test_an_archive_of_excessive_unpacked_size_is_refused(whole, tmp_path):
     path = tmp_path / "mass.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, content in entries(whole).items():
@@ -125,7 +125,7 @@ def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_p
 
 
 @pytest.mark.parametrize("damage", slow_but_first(["changed", "cut", "missing", "no archive"]))
-def test_a_damaged_entry_of_the_cache_is_made_anew(tmp_path, monkeypatch, whole, damage):
+def test_a_damaged_entry_of_the_cache_is_rebuilt(tmp_path, monkeypatch, whole, damage):
     """The FMU of flavour python, which is made without a compiler."""
     monkeypatch.setattr("platformdirs.user_cache_path", lambda name, *_, **__: tmp_path / name)
     values = (lambda: fmus.ensure_built("amb_actuator", "python"), lambda: fmus.provide(str(whole)))
@@ -144,7 +144,7 @@ def test_a_damaged_entry_of_the_cache_is_made_anew(tmp_path, monkeypatch, whole,
     assert not list((tmp_path / "amb-cosim").glob(".amb-cosim-*"))
 
 
-def test_a_cache_that_cannot_be_written_is_one_of_this_process(run_python, tmp_path):
+def test_a_temporary_cache_replaces_one_that_cannot_be_written(run_python, tmp_path):
     def without_home() -> list:
         import os
 

@@ -85,7 +85,7 @@ def test_a_valid_description_breaks_no_rule(read):
         ('<Unknown index="2"/>', '<Unknown index="2"/><Unknown index="9"/>', ("index",)),
     ],
 )
-def test_a_rule_that_is_broken_is_named(read, old, new, facts):
+def test_notice_names_the_violated_rule(read, old, new, facts):
     interface = read(old, new)
     assert_names(" ".join(interface.deviations).replace("(", " ").replace(")", " "), *facts)
     assert set(interface.ports) == {"u", "y", "k", "state"}
@@ -103,12 +103,12 @@ def test_a_rule_that_is_broken_is_named(read, old, new, facts):
         ("</ModelVariables>", "", ("readable",)),
     ],
 )
-def test_what_cannot_be_read_is_no_readable_fmu(read, old, new, facts):
+def test_a_description_that_cannot_be_parsed_is_refused(read, old, new, facts):
     with raises_naming(ValueError, "one", *facts):
         read(old, new)
 
 
-def test_an_archive_with_all_in_a_folder_is_refused_with_it(tmp_path):
+def test_an_archive_with_an_enclosing_folder_is_refused_with_its_name(tmp_path):
     (tmp_path / "Gain").mkdir()
     (tmp_path / "Gain" / "modelDescription.xml").write_text(VALID, encoding="utf-8")
     with raises_naming(ValueError, "one", "no modelDescription.xml", "Gain"):

@@ -56,20 +56,20 @@ def test_the_last_values_are_those_of_the_time_at_which_an_fmu_ends(verified, ve
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
-def test_other_last_values_are_not_equal(verified, version):
+def test_a_deviation_in_the_last_values_is_reported(verified, version):
     assert_names(verified(version, AT_STEPS + "0.25,0.24,over\n"), "NOT equal", "y = 0.25", "0.24", "0.25 s")
     assert_names(verified(version, AT_STEPS + "0.25,0.25,runs\n"), "NOT equal", "said = 'over'", "0.25 s")
 
 
 @pytest.mark.parametrize("kind", slow_but_first([1, 2]))
-def test_an_end_of_unknown_time_is_that_of_the_last_whole_step(verified, kind):
+def test_an_end_without_a_time_is_at_the_last_complete_step(verified, kind):
     """The FMU has no answer, or 0 s, which is before the step that began at 0.2 s."""
     late = verified(2, AT_STEPS + "0.25,0.25,over\n", kind)
     assert not late.is_equal
     assert_names(late, "ended", "0.2 s", "0.25 s")
 
 
-def test_a_step_that_is_discarded_without_an_end_fails(verified):
+def test_a_discarded_step_without_termination_fails(verified):
     item = verified(2, AT_STEPS + "0.3,0.3,runs\n", kind=3)
     assert not item.is_equal
     assert_names(item, "failed", "discarded", "0.2 s")
@@ -106,7 +106,7 @@ def test_an_fmu_that_ends_its_run_stops_it_at_its_time(simulated, version, loop)
 
 @pytest.mark.parametrize("kind", [1, 2])
 @pytest.mark.parametrize("loop", slow_but_first(["compiled", "plain"]))
-def test_a_run_that_ends_at_an_unknown_time_has_whole_steps(simulated, kind, loop):
+def test_a_run_that_ends_at_an_unknown_time_has_complete_steps(simulated, kind, loop):
     result = simulated({"one": 0.25}, kind=kind, loop=loop)
     assert (result.outcome.status, result.outcome.time) == ("stopped", 0.2)
     assert times_and_values(result, "one") == ([0.0, 0.1, 0.2],) * 2
@@ -115,7 +115,7 @@ def test_a_run_that_ends_at_an_unknown_time_has_whole_steps(simulated, kind, loo
 @pytest.mark.parametrize("order", ["gauss_seidel", "jacobi"])
 @pytest.mark.parametrize("ends", [{"one": 0.3, "two": 9.0}, {"one": 9.0, "two": 0.3}, {"one": 0.3, "two": 0.3}])
 @pytest.mark.parametrize("loop", slow_but_first(["compiled", "plain"]))
-def test_a_whole_last_step_has_the_values_of_all_components(simulated, order, ends, loop):
+def test_a_complete_last_step_has_the_values_of_all_components(simulated, order, ends, loop):
     result = simulated(ends, order=order, loop=loop)
     assert (result.outcome.status, result.outcome.time) == ("stopped", pytest.approx(0.3))
     for name in ends:
@@ -132,14 +132,14 @@ def test_an_end_within_a_step_of_several_leaves_that_step_out(simulated, order):
         assert times_and_values(result, name) == ([0.0, 0.1, 0.2],) * 2
 
 
-def test_an_fmu_in_a_process_of_its_own_ends_the_run_as_well(simulated):
+def test_an_isolated_fmu_ends_the_run_as_well(simulated):
     result = simulated({"one": 9.0, "two": 0.3}, flags='canBeInstantiatedOnlyOncePerProcess="true"')
     assert (result.outcome.status, result.outcome.component) == ("stopped", "two")
     for name in ("one", "two"):
         assert times_and_values(result, name) == (pytest.approx([0.0, 0.1, 0.2, 0.3]),) * 2
 
 
-def test_an_end_where_a_step_begins_is_that_of_the_step_before(simulated):
+def test_an_end_at_the_start_of_a_step_adds_no_sample(simulated):
     result = simulated({"one": 0.25}, h=0.125)
     assert (result.outcome.time, times_and_values(result, "one")) == (0.25, ([0.0, 0.125, 0.25],) * 2)
 

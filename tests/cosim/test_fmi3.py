@@ -53,7 +53,7 @@ def ports(arrays3_fmu):
     return read_interface(provide(str(arrays3_fmu)).folder, "one").ports
 
 
-def test_an_array_is_its_elements_row_by_row(ports):
+def test_an_array_becomes_its_elements_row_by_row(ports):
     assert [name for name in ports if name.startswith("m[")] == [f"m[{i},{j}]" for i in (1, 2) for j in (1, 2, 3)]
     result = [ports[f"m[{i},{j}]"] for i in (1, 2) for j in (1, 2, 3)]
     assert [port.start for port in result] == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
@@ -62,11 +62,11 @@ def test_an_array_is_its_elements_row_by_row(ports):
     assert [ports[f"Boolean.in[{j}]"].start for j in (1, 2)] == [0.0, 1.0]
 
 
-def test_texts_clocks_and_what_they_tick_are_no_variables(ports):
+def test_strings_clocks_and_clocked_variables_are_no_ports(ports):
     assert {"text", "tick", "ticked", "time"}.isdisjoint(ports)
 
 
-def test_every_type_goes_from_fmu_to_fmu(run):
+def test_values_of_every_type_are_passed_between_fmus(run):
     values = {"Float64": 0.1, "Float32": 0.1, "Int8": -128, "UInt8": 255, "Int16": -32768, "UInt16": 65535}
     values |= {"Int32": -(2**31), "UInt32": 2**32 - 1, "Int64": -(2**53), "UInt64": 2**53}
     event = ", ".join(f'"one.{kind}.in[2]" = {value}' for kind, value in values.items())
@@ -79,7 +79,7 @@ def test_every_type_goes_from_fmu_to_fmu(run):
     assert result["one.chosen"].values[[4, -1]].tolist() == [1, 70000]
 
 
-def test_elements_that_nothing_feeds_keep_the_values_that_were_set(run):
+def test_unconnected_elements_keep_their_start_values(run):
     half = ALL.replace('"Int8.out[1]" = "Int8.in[1]",', "")
     settings = {"two.Int8.in[1]": 7, "one.m[2,1]": 0.0}
     result = run('"one.Int8.in[2]" = 3', half, set=settings).dataset
@@ -99,7 +99,7 @@ def test_elements_that_nothing_feeds_keep_the_values_that_were_set(run):
         (WARN, "completed", ()),
     ],
 )
-def test_what_a_step_answers_ends_the_run_or_is_a_warning(run, what, status, facts):
+def test_status_of_a_step_ends_the_run_or_warns(run, what, status, facts):
     result = run(f'"one.what" = {what}')
     assert result.outcome.status == status
     if facts:
@@ -108,7 +108,7 @@ def test_what_a_step_answers_ends_the_run_or_is_a_warning(run, what, status, fac
     assert [w.sentence for w in warnings_of(result.dataset)] == (["it is warm, 100 %"] if what == WARN else [])
 
 
-def test_a_number_that_its_type_cannot_hold_is_refused(run):
+def test_a_value_beyond_the_range_of_its_type_is_refused(run):
     narrow = '[[connect]]\nfrom = "one"\nto = "two"\nvariables = { "Int16.out[1]" = "Int8.in[2]" }'
     outcome = run('"one.Int16.in[1]" = 128', narrow).outcome
     assert (outcome.status, outcome.component, outcome.time) == ("failed", "two", 0.005)
@@ -117,14 +117,14 @@ def test_a_number_that_its_type_cannot_hold_is_refused(run):
         run('"one.Int8.in[1]" = 128')
 
 
-def test_iterative_coupling_saves_states_of_fmi_3(run, tmp_path):
+def test_iterative_coupling_restores_states_of_fmi_3(run, tmp_path):
     explicit = run('"one.Float64.in[1]" = 3').dataset
     shutil.copy(tmp_path / "system.toml", tmp_path / "again.toml")
     iterative = amb_cosim.simulate(tmp_path / "again.toml", coupling="iterative").dataset
     assert iterative["two.Float64.out[1]"].values[-1] == explicit["two.Float64.out[1]"].values[-1] == 3
 
 
-def test_results_without_an_experiment_are_those_of_the_default_one(arrays3_fmu, tmp_path):
+def test_references_without_an_experiment_use_the_default_experiment(arrays3_fmu, tmp_path):
     """As FMUs carry them that are not this project's: a table alone, with texts in it, which are no numbers."""
     rows = ["1 2 3 4 5 6,0,a", "1 2 3 4 5 6,91,a", "1 2 3 4 5 6,90,a"]
     item = verified_with(arrays3_fmu, tmp_path / "Arrays3.fmu", {"out.csv": table("m,sum,text", rows)})

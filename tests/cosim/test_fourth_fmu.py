@@ -55,7 +55,7 @@ def test_sensors_without_lag_change_no_bit(installed, tmp_path):
 
 
 @pytest.mark.slow
-def test_the_lag_is_that_of_a_held_input(installed, tmp_path):
+def test_lag_of_the_sensors_is_that_of_a_held_input(installed, tmp_path):
     scenario = str(EXAMPLE / "compressor_with_sensors.toml")
     result = dataset_of(installed, tmp_path / "lag", scenario, "--flavour", "python")
     remainder = np.exp(-100e-6 / 50e-6)

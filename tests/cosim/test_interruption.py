@@ -112,7 +112,7 @@ def test_a_signal_that_was_lost_before_a_run_ends_it_at_once(runner, command):
     assert came == [True]
 
 
-def test_sigterm_ends_a_program_that_uses_the_package_as_before():
+def test_deferred_interrupts_leave_sigterm_at_its_default():
     with deferred():
         assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
@@ -122,7 +122,7 @@ INTERRUPTED, TERMINATED = ([(number, name) for name in IMPORTED] for number in C
 
 
 @pytest.mark.parametrize("case", [*INTERRUPTED, *slow_but_first(TERMINATED)])
-def test_a_signal_during_an_import_is_one_line(tmp_path, case):
+def test_a_signal_during_an_import_prints_one_line(tmp_path, case):
     number, module = case
     program = f"""
 import os, sys
@@ -169,7 +169,7 @@ def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the processes are found in /proc")
 @pytest.mark.parametrize("number", [signal.SIGKILL, *CODES])
-def test_the_processes_of_a_study_end_with_it(start, number):
+def test_the_processes_of_a_study_end_with_the_study(start, number):
     process = start("study", "recovery", "--instants", "16")
     wait_until(lambda: len(workers_among(children(process.pid))) >= min(2, os.cpu_count()))
     workers = workers_among(children(process.pid))

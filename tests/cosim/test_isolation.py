@@ -39,7 +39,7 @@ def system(foreign_fmus, tmp_path):
     return write
 
 
-def test_data_are_those_of_a_run_in_this_process():
+def test_isolated_run_has_the_data_of_a_run_in_this_process():
     both = [amb_cosim.run("fig4_9", until=0.02, isolated=isolated) for isolated in (True, False)]
     ours, others = (result.dataset for result in both)
     assert ours.equals(others)
@@ -52,7 +52,7 @@ def test_data_are_those_of_a_run_in_this_process():
     (CRASH, ("process of one", "SIGSEGV")),
     (LEAVE, ("process of one", "exit code 0")),
 ])  # fmt: skip
-def test_a_crash_is_one_message_and_exit_code_1(system, tmp_path, what, facts):
+def test_a_crash_ends_with_one_message_and_exit_code_1(system, tmp_path, what, facts):
     result = CliRunner().invoke(main, ["simulate", str(system(what)), "-o", str(tmp_path / "out")])
     assert result.exit_code == 1
     assert_names(result.stderr.splitlines()[-1], "amb-cosim", *facts)
@@ -65,17 +65,17 @@ def test_a_hang_is_ended(system, monkeypatch):
         amb_cosim.simulate(system(HANG))
 
 
-def test_memory_beyond_the_limit_is_refused_to_the_fmu(system):
+def test_an_allocation_beyond_the_limit_of_an_fmu_fails(system):
     assert amb_cosim.simulate(system(EAT)).outcome.status == "failed"
 
 
-def test_what_an_fmu_prints_is_no_answer(system, capfd):
+def test_output_printed_by_an_fmu_is_not_taken_for_a_reply(system, capfd):
     assert amb_cosim.simulate(system(PRINT)).outcome.status == "completed"
     printed = capfd.readouterr()
     assert (printed.out, "a word among the answers" in printed.err) == ("", True)
 
 
-def test_errors_and_progress_come_back(system):
+def test_errors_and_progress_reach_the_calling_process(system):
     steps = []
     result = amb_cosim.simulate(system(GOOD), progress=lambda done, total: steps.append((done, total)))
     assert steps[-1] == (10, 10)
@@ -93,7 +93,7 @@ def test_an_error_of_an_fmu_is_the_same_in_another_process():
 @pytest.mark.parametrize(("given", "foreign", "expected"), [
     (None, True, True), (None, False, False), (False, True, False), (True, False, True),
 ])  # fmt: skip
-def test_fmus_given_as_files_are_isolated_unless_it_is_said(system, monkeypatch, given, foreign, expected):
+def test_foreign_fmus_are_isolated_by_default(system, monkeypatch, given, foreign, expected):
     class Chosen(Exception):
         pass
 

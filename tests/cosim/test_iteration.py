@@ -82,13 +82,13 @@ def implicit(h, weight):
 
 
 @pytest.mark.parametrize("weight", [0.5, 1.0])
-def test_a_step_is_that_of_the_implicit_equations(weight):
+def test_an_iterated_step_solves_the_implicit_equations(weight):
     expected = np.linalg.matrix_power(implicit(0.05, weight), 20) @ START
     np.testing.assert_allclose(end(*pair((weight, weight)), steps=20), expected, rtol=1e-8)
 
 
 @pytest.mark.parametrize(("weight", "order"), [(0.5, 2.0), (1.0, 1.0), (0.0, 1.0)])
-def test_order_of_convergence(weight, order):
+def test_iteration_has_the_expected_order_of_convergence(weight, order):
     exact = expm(A) @ START
     errors = [np.linalg.norm(end(*pair((weight, weight)), steps=steps) - exact) for steps in (50, 100, 200, 400)]
     np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), order, atol=0.1)
@@ -102,7 +102,7 @@ def test_inputs_from_the_beginning_of_the_step_need_no_repetition():
     np.testing.assert_array_equal(result, end(*pair(), steps=10, coupling="jacobi"))
 
 
-def test_only_components_whose_inputs_have_changed_are_repeated():
+def test_only_components_with_changed_inputs_repeat_their_step():
     lags, wiring = pair((0.0, 0.5))
     end(lags, wiring, steps=10)
     first, second = lags
@@ -110,7 +110,7 @@ def test_only_components_whose_inputs_have_changed_are_repeated():
     assert second.restores == 0, "the first has stepped before it, and does not change any more"
 
 
-def test_what_depends_on_the_inputs_of_the_step_is_passed_on_as_it_is():
+def test_outputs_with_direct_feedthrough_have_weight_one():
     """A lag under its own output through a gain: the trapezoidal rule, with the gain's weight 1 and the lag's 1/2."""
     a, k, h, steps = -1.0, -3.0, 0.01, 100
     lag, gain = Lag("lag", a, 1.0, 1.0), Gain("gain", 0.0, k, 1.0 * k)
@@ -121,7 +121,7 @@ def test_what_depends_on_the_inputs_of_the_step_is_passed_on_as_it_is():
     assert end([lag, gain], wiring, steps)[0] == pytest.approx(expected, rel=1e-8)
 
 
-def test_a_step_that_does_not_settle_fails_and_names_the_source():
+def test_a_step_that_does_not_converge_fails_and_names_the_source():
     """A gain of -2 around two components without states: each repetition doubles the difference."""
     gains = [Gain(name, 0.0, b, 1.0) for name, b in (("a", -2.0), ("b", 1.0))]
     wiring = SignalMap(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((), ()), (np.array([1.0]), np.array([1.0])))
@@ -129,14 +129,14 @@ def test_a_step_that_does_not_settle_fails_and_names_the_source():
         end(gains, wiring, steps=10)
 
 
-def test_a_component_with_a_rate_of_its_own_is_refused():
+def test_a_component_with_a_slower_rate_cannot_be_iterated():
     lags, wiring = pair()
     lags[1].every = 2
     with raises_naming(ValueError, "b", "2 points", "iterative"):
         end(lags, wiring, steps=10)
 
 
-def test_weights_follow_from_what_outputs_depend_on():
+def test_weights_follow_from_the_dependencies_of_outputs():
     interfaces = {
         "plant": interface(
             Port("f", "Real", "input", 0), Port("x", "Real", "output", 1), Port("contact", "Integer", "output", 2)

@@ -32,7 +32,7 @@ def test_the_loop_is_compiled_once(load_anew, tmp_path, monkeypatch):
     assert load_anew() is not None
 
 
-def test_a_loop_that_is_shipped_is_not_compiled(load_anew, tmp_path, monkeypatch):
+def test_a_shipped_loop_is_not_compiled(load_anew, tmp_path, monkeypatch):
     pytest.importorskip("ziglang")
     place = tmp_path / "shipped" / loop_library.loop_place(loop_library.host_platform())
     place.parent.mkdir(parents=True)
@@ -43,7 +43,7 @@ def test_a_loop_that_is_shipped_is_not_compiled(load_anew, tmp_path, monkeypatch
 
 
 @pytest.mark.parametrize("error", [ValueError("no compiler"), PermissionError("no cache")])
-def test_without_a_compiler_or_a_cache_there_is_no_loop(load_anew, monkeypatch, error):
+def test_without_compiler_or_cache_no_compiled_loop_is_loaded(load_anew, monkeypatch, error):
     def fail(_):
         raise error
 
@@ -51,7 +51,7 @@ def test_without_a_compiler_or_a_cache_there_is_no_loop(load_anew, monkeypatch, 
     assert load_anew() is None
 
 
-def test_where_there_is_no_compiled_loop_the_plain_one_gives_the_same(monkeypatch):
+def test_plain_loop_replaces_a_missing_compiled_loop_with_equal_results(monkeypatch):
     planned = plan_run(parse_scenario(SHORT, "short"))
     expected = run_planned(planned)
     monkeypatch.setattr(simulator, "load_loop", lambda: None)

@@ -33,7 +33,7 @@ LAST = {"gauss_seidel": 277.0, "iterative": 277.0, "jacobi": 227.0}  # 0.1 (1000
 @pytest.mark.parametrize("coupling", LAST)
 @pytest.mark.parametrize("once", slow_but_first(["false", "true"]), ids="separate {}".format)
 @pytest.mark.parametrize("way", slow_but_first(["compiled", "plain", "isolated", "isolated plain"]))
-def test_a_conversion_is_the_same_in_every_loop(fmu_from_c, tmp_path, coupling, once, way):
+def test_unit_conversion_is_the_same_in_every_loop(fmu_from_c, tmp_path, coupling, once, way):
     fmu = str(informed_fmu(fmu_from_c, tmp_path, 2, canBeInstantiatedOnlyOncePerProcess=once))
     system = System(
         "converted",

@@ -81,7 +81,7 @@ def test_gauss_seidel_passes_new_outputs_on_within_a_step():
     assert run(master, 2) == {"a": [0, 1, 4], "b": [0, 2, 5], "c": [0, 3, 6]}
 
 
-def test_gauss_seidel_order_is_that_of_the_components():
+def test_gauss_seidel_steps_components_in_their_order():
     wiring = SignalMap(("b", "a"), 0, (np.array([1]), np.array([0])), ((), ()))
     assert run(Master([relay("b"), relay("a", x=10.0)], wiring, 0.1), 1) == {"b": [0, 11], "a": [10, 12]}
 
@@ -137,7 +137,7 @@ def test_a_slow_component_publishes_after_its_interval_under_jacobi(every, publi
     assert record["slow"] == published
 
 
-def test_a_slow_component_starts_at_its_own_points_alone():
+def test_a_slow_component_steps_at_multiples_of_its_interval_only():
     slow = Block("slow", every=4)
     master = Master([slow], closed_chain("slow"), 0.5)
     with raises_naming(ValueError, "slow", "4 points", "-3"):
@@ -196,7 +196,7 @@ def test_an_algebraic_loop_is_reported_with_its_path():
         Master(blocks, wiring, 0.1).initialise()
 
 
-def test_outputs_that_do_not_settle_without_a_loop_are_reported():
+def test_outputs_that_do_not_converge_without_a_loop_are_reported():
     restless = Block("a.y", output=lambda x, u: u[0] + 1.0)
     with raises_naming(StartFailed, "settle", "initialisation"):
         Master([restless], closed_chain("a.y"), 0.1).initialise()
@@ -207,13 +207,13 @@ def test_wiring_that_names_too_few_signals_is_refused():
         Master([Block("a"), Block("b")], closed_chain("a"), 0.1)
 
 
-def test_a_declared_loop_that_settles_is_no_error():
+def test_a_declared_algebraic_loop_that_converges_is_no_error():
     blocks = [Block(name, output=lambda x, u: min(u[0], 0.0)) for name in ("a.y", "b.y")]
     wiring = SignalMap(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
     Master(blocks, wiring, 0.1).initialise()
 
 
-def test_a_loop_is_found_among_other_paths():
+def test_an_algebraic_loop_is_identified_among_other_paths():
     loop = find_loop([(), (0,), (1, 4), (2,), (3,), (4,)])
     assert loop[0] == loop[-1]
     assert set(loop) == {2, 3, 4}
@@ -288,7 +288,7 @@ def test_a_failing_step_keeps_the_record_and_frees_all():
     assert_names(caught, "bad", "0.3 s", "fmi2DoStep", "Discard", "the rotor left the bearing")
 
 
-def test_a_component_that_refuses_nan_is_told_with_its_source():
+def test_error_names_the_source_of_a_refused_nan():
     def refuse(x: float, u: np.ndarray, t: float, h: float) -> float:
         if np.isnan(u).any():
             raise RuntimeError("u = nan is not allowed")

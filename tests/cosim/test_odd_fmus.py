@@ -45,7 +45,7 @@ def run(system, hostile):
 
 @pytest.mark.parametrize("loop", ["compiled", "plain"])
 @pytest.mark.parametrize(("deed", "status"), [("minus_one", -1), ("ninety_nine", 99)])
-def test_a_status_that_fmi_does_not_have_is_an_error(run, deed, status, loop):
+def test_an_undefined_status_is_an_error(run, deed, status, loop):
     outcome = run(deed, loop=loop).outcome
     assert (outcome.status, outcome.time) == ("failed", 0.005)
     assert_names(outcome.reason, f"{status}", "FMI")
@@ -56,7 +56,7 @@ def test_a_message_that_is_not_utf8_is_kept(run):
     assert warned == "Temp\ufffdrature trop \ufffdlev\ufffde"
 
 
-def test_a_value_that_is_no_number_fails_the_run_and_keeps_its_record(run):
+def test_a_nan_fails_the_run_and_keeps_its_record(run):
     result = run("nan")
     assert_names(result.outcome.failure, "one.y", "nan", "0.006 s")
     assert result.dataset.sizes["time"] == 11
@@ -71,7 +71,7 @@ def test_an_infinite_value_is_a_warning_with_name_and_time(run):
 
 
 @pytest.mark.parametrize("loop", ["compiled", "plain"])
-def test_a_value_between_records_is_watched_where_it_feeds_others(hostile, tmp_path, loop):
+def test_nan_between_records_is_detected_on_connected_outputs(hostile, tmp_path, loop):
     """The sixth of ten steps gives no number, once; only each tenth is recorded, and the sum has it no more."""
     connect = '[[connect]]\nfrom = "one"\nto = "two"\nvariables = { "y" = "u" }\n'
     text = system_text(dict.fromkeys(("one", "two"), hostile.fmu(2)), more=connect)
@@ -93,14 +93,14 @@ def test_a_value_between_records_is_watched_where_it_feeds_others(hostile, tmp_p
 
 
 @pytest.mark.parametrize("loop", ["compiled", "plain"])
-def test_a_discarded_step_says_how_far_it_came(run, loop):
+def test_a_discarded_step_reports_its_last_successful_time(run, loop):
     outcome = run("discard", loop=loop).outcome
     assert (outcome.status, outcome.time) == ("failed", 0.005)
     assert_names(outcome.reason, "Discard", "lastSuccessfulTime", "0.00525 s")
 
 
 @pytest.mark.parametrize("deed", ["fork", "fork_away", "daemon"])
-def test_a_process_that_an_fmu_starts_ends_with_the_run_and_does_not_hold_it(run, hostile, monkeypatch, deed):
+def test_a_process_started_by_an_fmu_ends_with_the_run(run, hostile, monkeypatch, deed):
     monkeypatch.setattr(isolation, "CLOSE_TIME", 2.0)
     result = run(deed)
     assert (result.outcome.status, result.dataset.sizes["time"]) == ("completed", 11)
@@ -108,7 +108,7 @@ def test_a_process_that_an_fmu_starts_ends_with_the_run_and_does_not_hold_it(run
 
 
 @pytest.mark.parametrize("loop", ["compiled", "plain"])
-def test_an_fmu_that_answers_fatal_in_a_step_is_not_called_again(run, loop):
+def test_an_fmu_that_returns_fatal_in_a_step_is_not_called_again(run, loop):
     """It aborts at any further call, even at those that end it, as FMI allows none."""
     result = run("fatal", loop=loop)
     assert (result.outcome.status, result.outcome.time) == ("failed", 0.005)
@@ -117,13 +117,13 @@ def test_an_fmu_that_answers_fatal_in_a_step_is_not_called_again(run, loop):
 
 
 @pytest.mark.parametrize("function", ["EnterInitializationMode", "ExitInitializationMode"])
-def test_an_fmu_that_answers_fatal_as_it_starts_is_the_named_cause(run, function):
+def test_error_names_an_fmu_that_returns_fatal_at_its_start(run, function):
     with pytest.raises(StartFailed, match=rf"^one: fmi\d{function} answered Fatal"):
         run("fatal", function)
 
 
 @pytest.mark.parametrize("function", ["Terminate", "FreeInstance"])
-def test_a_crash_as_it_is_ended_costs_no_record(run, function):
+def test_a_crash_at_termination_keeps_the_record(run, function):
     result = run("segv", function)
     assert result.outcome.status == "completed"
     np.testing.assert_allclose(result.dataset["one.y"][-1], 0.01)
@@ -131,7 +131,7 @@ def test_a_crash_as_it_is_ended_costs_no_record(run, function):
     assert_names(warned.sentence, "process of one", "SIGSEGV", "terminated", "record is complete")
 
 
-def test_ctrl_c_says_what_it_waits_for_and_ends_what_was_started(system, hostile, tmp_path):
+def test_ctrl_c_reports_the_step_it_waits_for_and_ends_all_processes(system, hostile, tmp_path):
     hostile.will("hang", 5, "DoStep")
     command = [*COMMAND, "simulate", "system.toml", "-o", "out"]
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as process:

@@ -28,7 +28,7 @@ SYSTEM = System(
 
 
 @pytest.mark.parametrize("bearings", [("front",), ("mb1", "mb2"), ("a", "b", "c")])
-def test_a_pattern_connects_what_both_components_have(bearings):
+def test_a_pattern_connects_the_variables_of_both_components(bearings):
     result = expand(SYSTEM, interfaces(bearings))
     links = {(link.source, link.target) for link in result.connections}
     expected = {(f"rotor.{b}.{a}", f"magnet.{b}.{a}") for b in bearings for a in "xy"}
@@ -38,7 +38,7 @@ def test_a_pattern_connects_what_both_components_have(bearings):
     result.check(interfaces(bearings))
 
 
-def test_a_named_connection_and_a_signal_come_before_a_pattern():
+def test_explicit_connections_and_signals_take_precedence_over_patterns():
     named = (*SYSTEM.connections, Connection("rotor.probe.x", "magnet.mb1.x"))
     signal = Signal("load", ("rotor.mb2.f_y",))
     result = expand(replace(SYSTEM, connections=named, signals=(signal,)), interfaces(("mb1", "mb2")))
@@ -47,7 +47,7 @@ def test_a_named_connection_and_a_signal_come_before_a_pattern():
     assert result.source_of("rotor.mb2.f_y") is None
 
 
-def test_inputs_may_have_an_ending_that_outputs_lack():
+def test_inputs_may_have_a_suffix_that_outputs_lack():
     added = replace(SYSTEM, connections=(Connection("rotor.*.x", "magnet.*.x.added"),))
     ports = interfaces(("a", "b"))
     ports["magnet"] = of_reals(["a.x.added", "b.x.added", "c.x.added"], [])
@@ -55,7 +55,7 @@ def test_inputs_may_have_an_ending_that_outputs_lack():
     assert {(c.source, c.target) for c in ends.connections} == {(f"rotor.{b}.x", f"magnet.{b}.x.added") for b in "ab"}
 
 
-def test_a_parameter_whose_pattern_matches_nothing_is_left_out():
+def test_a_parameter_pattern_without_a_match_is_ignored():
     assert expand(SYSTEM, interfaces(("mb1",))).parameters == {"magnet": {"*.gap": 1.0}}
 
 
@@ -68,6 +68,6 @@ def test_a_parameter_whose_pattern_matches_nothing_is_left_out():
         ({"components": (Component("magnet", "m", mandatory=("i?",)), Component("rotor", "r"))}, ("input i?",)),
     ],
 )
-def test_a_pattern_that_cannot_be_meant_is_refused(change, facts):
+def test_an_invalid_pattern_is_refused(change, facts):
     with raises_naming(ValueError, *facts):
         expand(replace(SYSTEM, **change), interfaces(("mb1",)))

@@ -64,7 +64,7 @@ def two_instances(request, fmu_from_c, tmp_path):
     return simulate
 
 
-def test_each_instance_is_alone_in_a_process_that_may_have_one(two_instances):
+def test_an_fmu_limited_to_one_instance_per_process_is_isolated(two_instances):
     # Reported publicly for INTO-CPS_Application (11, 17) and FMIKit-Simulink (326).
     data = two_instances("true").dataset
     assert [set(data[f"{name}.instances"].values) for name in "ab"] == [{1.0}, {1.0}]
@@ -76,13 +76,13 @@ def test_each_instance_is_alone_in_a_process_that_may_have_one(two_instances):
 
 
 @pytest.mark.slow
-def test_an_instance_in_a_process_of_its_own_repeats_steps_and_continues(two_instances):
+def test_an_isolated_instance_repeats_steps_and_continues(two_instances):
     whole = two_instances("true", "iterative", save_at=["0.5 s"])
     later = two_instances("true", "iterative", start=whole.checkpoint("0.5 s"))
     np.testing.assert_array_equal(whole.dataset["b.y"], later.dataset["b.y"])
 
 
-def test_an_fmu_that_ends_its_own_process_is_named(hostile, unpack):
+def test_error_names_an_fmu_that_exits_its_process(hostile, unpack):
     folder = unpack(hostile.fmu(2))
     hostile.will("segv", 1, "DoStep")
     component = SeparateComponent("motor", folder, read_interface(folder, "motor"), ["u"], ["y"], {})
@@ -122,7 +122,7 @@ def scripts(tmp_path, monkeypatch):
     return simulate
 
 
-def test_each_python_fmu_gets_the_modules_that_it_brings(scripts):
+def test_each_python_fmu_imports_its_bundled_modules(scripts):
     # Reported publicly for PythonFMU (97, 228); here the scripts, too, have one name.
     assert scripts({"Pump": 2.0, "Valve": 3.0, "Tank": 4.0}) == [2.0, 3.0, 4.0]
 
@@ -166,6 +166,6 @@ def linked(tmp_path):
     return simulate
 
 
-def test_each_fmu_gets_the_libraries_that_it_brings(linked):
+def test_each_fmu_loads_its_bundled_libraries(linked):
     """The loader of the system knows a library by its name."""
     assert linked({"pump": 2.0, "valve": 3.0, "tank": 2.0}) == [2.0, 3.0, 2.0]

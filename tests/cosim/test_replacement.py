@@ -49,14 +49,14 @@ def swapped(**interfaces):
     return result, missing_ports(result, now, expand(original(system), FIRST))
 
 
-def test_a_role_needs_the_outputs_that_others_read_and_no_inputs():
+def test_a_replacement_may_lack_inputs_but_no_connected_output():
     system, missing = swapped(control=of_reals([], ["mb1.i", "mb2.i"]))
     assert not missing
     assert not [link for link in system.connections if link.target.startswith("control.")]
     assert system.signal("Omega").targets == ("rotor.Omega",)
 
 
-def test_all_that_is_missing_is_in_one_list():
+def test_all_missing_variables_are_listed_at_once():
     _, missing = swapped(control=of_reals(["mb1.x"], []), magnet=of_reals([], ["mb1.f"]))
     (line,) = missing
     assert_names(line, "magnet", "magnet.fmu", "outputs mb2.f")
@@ -67,7 +67,7 @@ def test_all_that_is_missing_is_in_one_list():
     assert_names(signal, "signal Omega", "rotor.Omega", "control.Omega")
 
 
-def test_an_option_is_left_out_as_a_whole():
+def test_an_optional_group_of_connections_is_complete_or_omitted():
     forces = ["mb1.f", "mb2.f"]
     system, missing = swapped(magnet=of_reals(["mb1.i", "mb2.i"], forces))
     assert not missing
@@ -80,7 +80,7 @@ def test_an_option_is_left_out_as_a_whole():
     assert_names(line, "rotor", "rotor.fmu", "inputs mb1.ref, mb2.ref")
 
 
-def test_inputs_that_nothing_feeds_and_values_that_are_dropped_are_told():
+def test_unconnected_inputs_and_dropped_values_are_reported():
     control = of_reals(["mb1.x", "mb1x"], ["mb1.i", "mb2.i"])
     system, _ = swapped(control=control)
     dropped, unfed = notices(system, FIRST | {"control": control}, ["Omega"], ["control.gain", "control.k_?"])
@@ -88,7 +88,7 @@ def test_inputs_that_nothing_feeds_and_values_that_are_dropped_are_told():
     assert_names(unfed, "control", "mb1x", "start values")
 
 
-def test_a_variable_without_unit_has_that_of_the_one_it_replaces():
+def test_a_variable_without_unit_inherits_that_of_the_replaced_one():
     old = FmuInterface("a", "", "", {n: Port(n, "Real", "input", 0, unit="rad/s") for n in ("Omega", "other")})
     new = FmuInterface("b", "", "", {"Omega": Port("Omega", "Real", "input", 7), "k": Port("k", "Real", "input", 8)})
     named = with_units(new, old)
@@ -133,14 +133,14 @@ def overlay(tmp_path):
     return load
 
 
-def test_paths_are_relative_to_the_file_that_they_stand_in(overlay, tmp_path):
+def test_paths_are_relative_to_the_file_that_contains_them(overlay, tmp_path):
     system = overlay('base = "../below/rig.toml"\n[[component]]\nname = "control"\nfmu = "mine.fmu"\n')
     files = {c.name: (tmp_path / "above" / c.fmu).resolve() for c in system.components}
     assert files["control"] == (tmp_path / "above" / "mine.fmu").resolve()
     assert files["rotor"] == (tmp_path / "below" / "rotor.fmu").resolve()
 
 
-def test_a_component_of_the_same_name_replaces_and_inherits_its_connections(overlay):
+def test_a_replacement_inherits_connections_of_the_same_component(overlay):
     system = overlay('base = "../below/rig.toml"\n[[component]]\nname = "rotor"\nfmu = "mine.fmu"\n')
     rotor = system.component("rotor")
     assert rotor.replaces.endswith("rotor.fmu")
@@ -149,18 +149,18 @@ def test_a_component_of_the_same_name_replaces_and_inherits_its_connections(over
 
 
 @pytest.mark.parametrize(("before", "order"), [("", "control rotor filter"), ("rotor", "control filter rotor")])
-def test_a_new_component_comes_last_or_where_it_says(overlay, before, order):
+def test_a_new_component_is_last_or_at_its_stated_position(overlay, before, order):
     where = f'before = "{before}"\n' if before else ""
     system = overlay(f'base = "../below/rig.toml"\n[[component]]\nname = "filter"\nfmu = "filter.fmu"\n{where}')
     assert [c.name for c in system.components] == order.split()
 
 
-def test_a_new_component_cannot_come_before_one_that_is_not_there(overlay):
+def test_a_new_component_cannot_precede_an_unknown_one(overlay):
     with raises_naming(ValueError, "rotr", "rotor"):
         overlay('base = "../below/rig.toml"\n[[component]]\nname = "filter"\nfmu = "f.fmu"\nbefore = "rotr"\n')
 
 
-def test_remove_takes_away_parameters_feeds_and_components(overlay):
+def test_remove_deletes_parameters_connections_and_components(overlay):
     removed = 'remove = ["rotor.mb?.gap", "control.s*", "control.Omega", "rotor.mb1.f"]'
     system = overlay(f'base = "../below/rig.toml"\n{removed}\n')
     assert system.parameters == {"rotor": {"mass": 3}}
@@ -184,7 +184,7 @@ def test_remove_takes_away_parameters_feeds_and_components(overlay):
         ("rotor.mas", ("rotor", "'mas'", "mass")),
     ],
 )
-def test_remove_names_what_is_there(overlay, entry, facts):
+def test_error_of_remove_lists_the_existing_names(overlay, entry, facts):
     with raises_naming(ValueError, *facts):
         overlay(f'base = "../below/rig.toml"\nremove = ["{entry}"]\n')
 

@@ -83,7 +83,7 @@ def run(arrays3_fmu, tmp_path):
     return simulate
 
 
-def test_arrays_of_an_archive_are_those_of_a_system_file(run, arrays3_fmu, tmp_path):
+def test_arrays_in_an_archive_and_in_a_system_file_are_equal(run, arrays3_fmu, tmp_path):
     path = tmp_path / "system.toml"
     path.write_text(system_text(dict.fromkeys(("one", "two"), str(arrays3_fmu)), more=AS_SYSTEM), encoding="utf-8")
     ours, theirs = amb_cosim.simulate(path, set=AS_SETTINGS).dataset, run().dataset
@@ -109,6 +109,6 @@ def test_arrays_of_an_archive_are_those_of_a_system_file(run, arrays3_fmu, tmp_p
     ({"values": VALUES.replace("Float64", "Float16")}, ("SSP 2.0", "Float16")),
     ({"values": VALUES.replace('value="6 5 4 3 2 1"', "")}, ("SSP 2.0", "line")),
 ])  # fmt: skip
-def test_what_does_not_fit_an_array_is_refused_with_its_place(run, parts, facts):
+def test_a_value_that_does_not_fit_an_array_is_refused_with_its_index(run, parts, facts):
     with raises_naming(ValueError, *facts):
         run(**parts)

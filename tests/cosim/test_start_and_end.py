@@ -36,7 +36,7 @@ def run(request, fmu_from_c, tmp_path):
 
 @pytest.mark.parametrize("coupling", ["jacobi", "gauss_seidel", "iterative"])
 @pytest.mark.parametrize("options", [{}, {"loop": "plain"}, {"isolated": True}], ids=["compiled", "plain", "isolated"])
-def test_a_run_begins_with_outputs_that_initialisation_ends_with(run, coupling, options):
+def test_outputs_set_at_the_end_of_initialisation_are_the_first_values(run, coupling, options):
     # Reported publicly for FMPy (440) and for FMUs of Simulink and 20-sim, which compute outputs as it ends.
     link = f'coupling = "{coupling}"\n[[connect]]\nfrom = "first"\nto = "second"\nvariables = {{ y = "u" }}\n'
     link += "[parameters.first]\ny0 = 5.0\n"
@@ -79,7 +79,7 @@ def test_an_fmu_without_outputs_runs_to_the_end(fmu_from_c, tmp_path, loop):
     assert (result.dataset.sizes["time"], list(result.dataset.data_vars)) == (11, [])
 
 
-def test_a_stop_time_between_steps_is_refused_where_an_fmu_takes_no_shorter_one(run):
+def test_a_stop_time_between_steps_requires_a_variable_step_size(run):
     rigid = {"canHandleVariableCommunicationStepSize": "false"}
     with raises_naming(ValueError, "stop_time", "1 s", "0.6 s", "one", "canHandleVariableCommunicationStepSize"):
         run('communication_step = "0.6 s"\nstop_time = "1 s"', flags=rigid)
@@ -94,7 +94,7 @@ def test_a_slow_fmu_ends_at_the_stop_time_too(run, loop):
     np.testing.assert_allclose([data[name].values[-1] for name in ("one.y", "two.y", "two.reached")], 1.0)
 
 
-def test_fmus_are_told_where_their_last_step_ends(run):
+def test_stop_time_of_an_fmu_is_the_end_of_its_last_step(run):
     steps = 'communication_step = "0.1 s"\nstop_time = "1 s"'
     assert run(steps).dataset["one.stop"].values[0] == 1.0
     rigid = {"canHandleVariableCommunicationStepSize": "false"}
@@ -113,7 +113,7 @@ def test_a_run_starts_and_is_recorded_from_any_time(run, start, stop, loop):
     assert data["one.stop"].values[0] == data["time"].values[-1]
 
 
-def test_times_before_0_are_settling_where_they_are_not_recorded(run):
+def test_unrecorded_times_before_0_are_settling(run):
     text = 'communication_step = "0.1 s"\nstart_time = "-1 s"\nstop_time = "1 s"\nrecord.settling = false'
     data = run(text).dataset
     assert (data["time"].values[0], data["one.start"].values[0]) == (0.0, -1.0)
@@ -151,7 +151,7 @@ def test_an_end_before_the_start_is_refused(run):
         run('communication_step = "0.1 s"\nstart_time = "20 s"\nstop_time = "1 s"')
 
 
-def test_a_state_after_a_shorter_step_continues_no_longer_run(run):
+def test_a_state_after_a_shortened_step_cannot_be_continued(run):
     text = 'communication_step = "0.6 s"\nstop_time = "1 s"\ninputs = { "one.u" = 1.0 }'
     whole = run(text, save_at=["0.6 s", "1 s"])
     assert whole.dataset["one.stop"].values[0] == -1.0  # a saved state may go on

@@ -35,7 +35,7 @@ def test_negative_limits_are_not_mirrored():
     assert met([-1.0, 5.0, -3.0], ("below", -2.0, 0, 0)) == (0, 2)
 
 
-def test_a_break_starts_the_hold_again():
+def test_an_interruption_restarts_the_hold_time():
     assert met([2, 2, 2, 0, 2, 2, 2, 2, 2], ("above", 1.0, 0, 3)) == (0, 7)
     assert met([2, 2, 2, 0, 2, 2, 2], ("above", 1.0, 0, 3)) is None
 
@@ -46,11 +46,11 @@ def test_points_before_the_first_do_not_count_for_the_hold():
     assert met([0, 0, 0, 0, 0, 0, 2, 2, 2, 2], ("above", 1.0, 5, 3)) == (0, 9)
 
 
-def test_what_is_not_a_number_is_beyond_no_limit():
+def test_nan_exceeds_no_limit():
     assert met([math.nan] * 3, ("above", 1.0, 0, 0), ("below", 1.0, 0, 0)) is None
     assert met([2.0, math.nan, 2.0, 2.0], ("above", 1.0, 0, 1)) == (0, 3)
 
 
-def test_of_several_conditions_the_first_that_is_met_ends_the_run():
+def test_the_first_of_several_met_conditions_ends_the_run():
     assert met([0.0, 3.0, -3.0], ("below", -2.0, 0, 0), ("above", 2.0, 0, 0)) == (1, 1)
     assert met([3.0], ("above", 2.0, 0, 0), ("above", 1.0, 0, 0)) == (0, 0)

@@ -78,7 +78,7 @@ def test_equal_units_may_have_different_names():
         ({"connections": linked("magnet.f", "rotor.f")[1:]}, ("magnet.x", "must be connected", "rotor.x")),
     ],
 )
-def test_an_error_names_both_ends_and_what_would_do(changes, facts):
+def test_an_error_names_both_ends_and_the_alternatives(changes, facts):
     with raises_naming(ValueError, *facts):
         replace(SYSTEM, **changes).check(INTERFACES)
 
@@ -117,7 +117,7 @@ def test_the_gradient_can_be_left_unconnected():
 
 
 @pytest.mark.parametrize("name", ["levitated", "passive"])
-def test_speed_and_acceleration_are_shared_and_the_end_bushes_off(name):
+def test_packaged_systems_share_speed_signals_and_disable_end_bushes(name):
     system = load_system(name, {})
     assert {s.name for s in system.signals} == {"Omega", "Omega_dot"}
     assert all(target.endswith(f".{s.name}") for s in system.signals for target in s.targets)
@@ -129,14 +129,14 @@ def test_unknown_system_lists_the_systems():
         load_system("levitate", {})
 
 
-def test_a_system_file_with_a_mistake_is_named(tmp_path):
+def test_error_names_the_faulty_system_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("description = 'x'\n[[component]]\nname = 'a'\n")
     with raises_naming(ValueError, "mine.toml", "component[0].fmu (a)"):
         load_system(str(path), {})
 
 
-def test_a_time_outside_its_range_is_told_with_the_range():
+def test_a_time_outside_its_range_is_refused_with_the_range():
     assert time_of("2 ms", "step") == 2e-3
     for raw, limits, facts in (
         (0.0, {}, ("step = 0 s", "> 0 s")),
@@ -147,12 +147,12 @@ def test_a_time_outside_its_range_is_told_with_the_range():
             time_of(raw, "step", **limits)
 
 
-def test_the_same_fmu_replaces_nothing():
+def test_the_same_fmu_is_no_replacement():
     assert SYSTEM.with_fmu("rotor", "rotor") is SYSTEM
     assert SYSTEM.with_fmu("rotor", "mine.fmu").replaced == ("rotor",)
 
 
-def test_a_model_that_is_made_from_a_file_is_left_open_and_not_replaced():
+def test_a_file_for_an_open_model_is_not_a_replacement():
     system = load_system("levitated_inner_loop")
     assert system.component("linear_controller").fmu == "linear_controller"
     filled = system.with_fmu("linear_controller", "lead.npz")
@@ -162,11 +162,11 @@ def test_a_model_that_is_made_from_a_file_is_left_open_and_not_replaced():
 
 
 @pytest.mark.parametrize("end", ["rotor", "rotor.", ""])
-def test_an_end_has_a_component_and_a_variable(end):
+def test_an_end_of_a_connection_has_a_component_and_a_variable(end):
     with raises_naming(ValueError, "component.variable"):
         SYSTEM.split(end)
 
 
-def test_a_system_without_an_experiment_says_so():
+def test_a_system_without_an_experiment_is_refused_by_name():
     with raises_naming(ValueError, "system levitated", "[experiment]"):
         load_experiment("levitated")

@@ -22,7 +22,7 @@ def spellings(time: Fraction) -> list[str]:
 
 
 @pytest.mark.parametrize("step", STEPS)
-def test_a_time_is_the_same_point_in_every_spelling(step):
+def test_every_spelling_of_a_time_gives_the_same_grid_point(step):
     h = quantity(step, "s", "step")
     exact = Fraction(str(h))
     for steps in (1, 3, 60, 999, 12_345, 720_000, 10_000_001):

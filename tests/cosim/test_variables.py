@@ -88,7 +88,7 @@ def test_string_boolean_and_enumeration_parameters_are_set(run, version):
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_a_text_is_passed_on_as_it_is(run, version):
+def test_a_text_is_passed_on_unchanged(run, version):
     """Blanks, digits, wildcards and letters that take two bytes in UTF-8."""
     for text in ("", " a ", "3", "true", "*", "[red]", "Lüfter"):
         assert run(version, set={"one.file": text})["one.y"].values[-1] == len(text.encode()) + 1000
@@ -135,12 +135,12 @@ def test_a_binary_parameter_is_written_in_hexadecimal_digits(run):
         (2, "fil", "a", ("one", "'fil'", "file")),
     ],
 )
-def test_what_is_no_value_of_its_type_is_refused(run, version, name, value, facts):
+def test_a_value_of_the_wrong_type_is_refused(run, version, name, value, facts):
     with raises_naming(ValueError, *facts):
         run(version, set={f"one.{name}": value})
 
 
-def test_a_connection_of_a_string_says_that_it_is_one(run):
+def test_error_of_a_connected_string_names_its_type(run):
     connect = '[[connect]]\nfrom = "one"\nto = "one"\nvariables = { "y" = "file" }\n'
     with raises_naming(ValueError, "one.file", "String", "connected"):
         run(2, more=connect)
@@ -163,7 +163,7 @@ def test_a_text_cannot_change_during_a_run(run, tmp_path):
         ('<Integer start="2"/>', False),
     ],
 )
-def test_a_sample_time_that_is_no_time_in_seconds_sets_no_rate(fmu_from_c, tmp_path, declared, is_rate):
+def test_a_sample_time_not_in_seconds_sets_no_rate(fmu_from_c, tmp_path, declared, is_rate):
     """The FMU takes no other steps than those of its rate, if it has one: every second step of 1 ms."""
     text = DESCRIPTIONS[2].replace(' canHandleVariableCommunicationStepSize="true"', "")
     text = text.replace("<TypeDefinitions>", f"<UnitDefinitions>{UNITS}</UnitDefinitions><TypeDefinitions>")
@@ -176,7 +176,7 @@ def test_a_sample_time_that_is_no_time_in_seconds_sets_no_rate(fmu_from_c, tmp_p
     assert plan.system.component("one").every == (2 if is_rate else 1)
 
 
-def test_a_name_with_brackets_is_that_of_a_variable(fmu_from_c, tmp_path):
+def test_a_name_with_brackets_is_a_variable_and_no_pattern(fmu_from_c, tmp_path):
     """As Modelica names elements of arrays over enumerations; brackets are wildcards elsewhere."""
     text = DESCRIPTIONS[2].replace('name="flag"', 'name="flag[State.on]"')
     fmu = fmu_from_c(SOURCE, text, name="bracketed")
@@ -186,7 +186,7 @@ def test_a_name_with_brackets_is_that_of_a_variable(fmu_from_c, tmp_path):
 
 
 @pytest.mark.parametrize("version", [2, 3])
-def test_an_output_called_fault_code_is_an_output_like_others(run, version):
+def test_fault_code_of_a_foreign_fmu_is_an_ordinary_output(run, version):
     """The FMU gives 1 there, as it would for a fault of an FMU of this project."""
     assert set(run(version)["one.fault_code"].values) == {1}
 

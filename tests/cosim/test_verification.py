@@ -54,7 +54,7 @@ def test_references_of_a_german_spreadsheet_are_compared(verified, tmp_path, val
     assert (item.is_equal, item.n_values) == (is_equal, 5)
 
 
-def test_outputs_that_agree_are_equal(verified):
+def test_outputs_within_tolerance_are_equal(verified):
     item = verified([0.0, 91.0, 91.0, 91.0, 91.0])
     assert (item.is_equal, item.n_values, item.omitted) == (True, 5, ())
 
@@ -79,7 +79,7 @@ def test_an_input_is_not_compared_with_its_own_stimulus(verified):
     assert_names(alone, "not run", "no numbers", "Float64.in (an input)")
 
 
-def test_binaries_that_are_not_compared_are_named(texts_fmu):
+def test_outputs_that_cannot_be_compared_are_listed(texts_fmu):
     item = texts_fmu("y,blob,lines", ["1004.0,00,a", "1004.0,00,a"])
     assert (item.is_equal, item.n_values) == (True, 2)
     assert_names(item, "not compared", "blob (of type Binary)", "lines (of type String, an array)")

@@ -163,7 +163,7 @@ def test_the_code_of_a_page_runs(page, folder):
 @pytest.mark.parametrize(
     ("page", "block"), [pytest.param(*each, id=f"{name_of(each[0])}:{each[1].line}") for each in NEEDING]
 )
-def test_code_runs_where_what_it_needs_is_here(page, block, folder):
+def test_code_with_requirements_runs_where_they_are_installed(page, block, folder):
     if NEEDS[block.needs] is None:
         pytest.skip(f"code that needs {block.needs}")
     if block.language == "lua":
@@ -173,7 +173,7 @@ def test_code_runs_where_what_it_needs_is_here(page, block, folder):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_every_block_runs_or_says_what_it_needs(page):
+def test_every_block_runs_or_states_its_requirements(page):
     for block in blocks_of(page):
         if block.needs:
             assert block.needs in NEEDS, f"{page}:{block.line}"

@@ -19,7 +19,7 @@ def marked():
             yield from re.findall(r'mark\.host\(\s*"([^"]+)".*?fmus="([^"]+)"', text, re.DOTALL)
 
 
-def test_the_page_in_the_reference_has_every_host_that_tests_run_and_no_failure():
+def test_compatibility_page_lists_every_tested_host_without_failure():
     lines = [line.strip("| ").split(" | ") for line in PAGE.read_text(encoding="utf-8").splitlines() if "|" in line]
     assert tuple(lines[0]) == COLUMNS
     rows = [dict(zip(COLUMNS, line, strict=True)) for line in lines[2:]]

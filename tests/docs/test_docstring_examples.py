@@ -25,7 +25,7 @@ MODULES = sorted(
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_an_example_prints_what_it_says(name, tmp_path, monkeypatch):
+def test_a_docstring_example_prints_its_stated_output(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     tests = doctest.DocTestFinder().find(import_module(name), name)
     assert sum(len(test.examples) for test in tests) > 0

@@ -27,7 +27,7 @@ def installed() -> set[str]:
     return within(extra)
 
 
-def test_the_readme_installs_every_extra_that_a_command_asks_for():
+def test_the_readme_installs_every_extra_that_a_command_requires():
     folders = ("orchestrator", "applications", "libraries", "fmus", "packs")
     requested = named(
         r'require_extra\(\s*"(\w+)"', [file for folder in folders for file in (ROOT / folder).rglob("*.py")]

@@ -52,7 +52,7 @@ def _exists(name: str) -> bool:
     return False
 
 
-def test_source_files_that_texts_name_exist():
+def test_source_files_named_in_texts_exist():
     ends = {"/" + file.relative_to(ROOT).as_posix() for file in _files()}
     result = [(file, path) for file, path in _pointers(PATH) if path.endswith(CODE)]
     assert len(result) > 20

@@ -208,7 +208,7 @@ def spelling(*paths: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
-def test_words_of_pages_and_sources_are_spelt_right():
+def test_pages_and_sources_are_spelt_correctly():
     sources = map(name_of, files(".md", ".py", ".toml", ".j2", ".c", ".h", ".js", ".yml"))
     done = spelling(*(file for file in sources if not file.startswith("tests/")))  # which misspell names on purpose
     assert (done.stdout, done.returncode) == ("", 0), done.stderr

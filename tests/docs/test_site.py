@@ -85,7 +85,7 @@ def test_keys_of_a_file_have_units_limits_and_defaults():
 
 
 @pytest.mark.parametrize("form", [Rotor, Scenario, SystemTable, Statements])
-def test_every_key_of_a_file_says_what_it_means(form):
+def test_every_key_of_a_file_has_a_description(form):
     rows = re.findall(r"^\| `(\w+)` \| (.*?) \|", declarations.keys_of(form), re.MULTILINE)
     assert rows
     assert [key for key, meaning in rows if not meaning] == []

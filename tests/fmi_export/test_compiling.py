@@ -88,7 +88,7 @@ def test_an_engine_is_compiled_once_by_those_that_begin_together(tmp_path, monke
 
 
 @pytest.mark.parametrize("error", [PermissionError("a folder of others"), NotImplementedError("no locks here")])
-def test_where_there_can_be_no_lock_nobody_waits(tmp_path, monkeypatch, error):
+def test_compilation_proceeds_where_no_lock_is_possible(tmp_path, monkeypatch, error):
     from fmi_export import compiling
 
     def refuse(_):

@@ -36,7 +36,7 @@ def test_fmpy_finds_no_problem(fmu):
 
 
 @pytest.mark.parametrize(("epoch", "told"), [("1700000000", "2023-11-14T22:13:20Z"), (None, None)])
-def test_an_fmu_tells_its_author_and_the_time_that_its_build_is_told(monkeypatch, epoch, told):
+def test_an_fmu_states_its_author_and_the_time_of_source_date_epoch(monkeypatch, epoch, told):
     """SOURCE_DATE_EPOCH is the time of what is built, so that the same commit makes the same bytes."""
     monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
     if epoch:
@@ -45,11 +45,11 @@ def test_an_fmu_tells_its_author_and_the_time_that_its_build_is_told(monkeypatch
         assert (describe.get("author"), describe.get("generationDateAndTime")) == ("The amb-cosim authors", told)
 
 
-def test_other_constants_give_another_guid(model):
+def test_different_constants_give_a_different_guid(model):
     assert python_guid(model, np.zeros(1)) != python_guid(model, np.ones(1)) != python_guid(model, np.ones(2))
 
 
-def test_variables_stand_in_the_description_as_in_the_table(model, fmu):
+def test_variables_are_in_the_order_of_the_table(model, fmu):
     described = fmpy.read_model_description(str(fmu)).modelVariables
     assert [v.name for v in described] == [v.name for v in model.interface.variables]
     for reference, (d, v) in enumerate(zip(described, model.interface.variables, strict=True)):
@@ -119,11 +119,11 @@ def test_a_copy_describes_enumerations_as_integers(build_fmu, tmp_path):
         assert all(before.read(name) == after.read(name) for name in names)
 
 
-def test_types_have_other_names_than_variables(model):
+def test_no_type_has_the_name_of_a_variable(model):
     assert not set(model.interface.enumerations) & set(model.interface.position)
 
 
-def test_values_are_shown_in_the_units_of_the_field(build_fmu):
+def test_display_units_are_those_of_the_field(build_fmu):
     description = fmpy.read_model_description(str(build_fmu(ACTUATOR)))
     shown = {v.name: v.displayUnit for v in description.modelVariables if v.type == "Real"}
     assert (shown["mb1.x"], shown["mb1.gap_x"], shown["mb1.half_angle_x"]) == ("um", "mm", "deg")
@@ -142,7 +142,7 @@ def test_outputs_declare_the_inputs_that_reach_them_without_delay(model, fmu):
     assert declared == {v.name: set(v.depends_on) for v in model.interface.of("output")}
 
 
-def test_a_warning_is_declared_with_its_sentence(build_fmu, lag):
+def test_a_warning_is_declared_with_its_text(build_fmu, lag):
     root = ElementTree.fromstring(xml_of(build_fmu(lag)))
     declared = {
         variable.get("name"): variable.find("Annotations/Tool[@name='amb-cosim']/Warning").get("sentence")
@@ -158,7 +158,7 @@ def test_all_outputs_are_initial_unknowns(model, fmu):
     assert names == [v.name for v in model.interface.of("output")]
 
 
-def test_initial_unknowns_declare_what_they_start_from(build_fmu, lag):
+def test_initial_unknowns_declare_their_dependencies(build_fmu, lag):
     actuator = {u.get("index"): u for u in ElementTree.fromstring(xml_of(build_fmu(ACTUATOR))).iter("Unknown")}
     position = {v.name: str(k) for k, v in enumerate(ACTUATOR.interface.variables, 1)}
     reference = actuator[position["mb1.x_ref"]]
@@ -171,7 +171,7 @@ def test_initial_unknowns_declare_what_they_start_from(build_fmu, lag):
     assert {u.variable.name: u.dependencies is None for u in unknowns}["steps"]  # nothing is declared
 
 
-def test_the_abilities_the_slave_has_are_declared(fmu):
+def test_capability_flags_match_the_slave(fmu):
     ability = fmpy.read_model_description(str(fmu)).coSimulation
     assert ability.canGetAndSetFMUstate
     assert ability.canSerializeFMUstate

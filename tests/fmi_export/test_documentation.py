@@ -44,7 +44,7 @@ def test_an_fmu_has_a_page_a_sketch_licences_and_an_icon(archive):
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_the_page_shows_the_variables_of_the_fmu_and_needs_nothing_else(name):
+def test_the_page_shows_the_variables_and_loads_no_other_file(name):
     model = MODELS[name]
     shown = Page(page(model))
     assert shown.headings[0] == name
@@ -63,7 +63,7 @@ def test_a_model_without_a_readme_has_a_page_too(lag):
     ]
 
 
-def test_another_page_or_picture_is_another_guid(tmp_path, monkeypatch):
+def test_a_changed_page_or_picture_changes_the_guid(tmp_path, monkeypatch):
     (tmp_path / "documentation").mkdir()
     find = identity.package_folder
     monkeypatch.setattr(identity, "package_folder", lambda name: tmp_path if name == "amb_actuator" else find(name))

@@ -56,7 +56,7 @@ def run_without_resources(folder: str) -> list:
         return [*answer, fmu.step(1), fmu.call("Reset"), fmu.begin(u=1.0).step(0), fmu.get("steps"), fmu.log]
 
 
-def test_an_instance_needs_no_resources_after_it_was_made(build_fmu, lag, run_python, tmp_path):
+def test_an_instance_needs_no_resources_after_instantiation(build_fmu, lag, run_python, tmp_path):
     with zipfile.ZipFile(build_fmu(lag)) as archive:
         archive.extractall(tmp_path)
     assert run_python(run_without_resources, folder=tmp_path) == [0, 0, 0, 0, [1], []]
@@ -93,14 +93,14 @@ def raise_in_python(folder: str, method: str, text: str) -> list:
 
 
 @pytest.mark.parametrize(("text", "reason"), [("100 % wrong", "100 % wrong"), ("", "ArithmeticError()")])
-def test_an_exception_in_a_kernel_is_a_fault_of_the_instance_alone(fmu, run_python, text, reason):
+def test_an_exception_in_a_kernel_is_a_fault_of_its_instance_alone(fmu, run_python, text, reason):
     *steps, said, other = run_python(raise_in_python, folder=fmu, method="step", text=text)
     assert steps == [[3, reason, 998, 0, 0, 0]] * 2, "a reset leads out of it"
     assert said == [3, "logStatusError", f"at t = 0 s: {reason}".replace("%", "%%")]
     assert other == 0
 
 
-def test_an_exception_that_leaves_a_method_is_the_reason_of_all_that_follows(fmu, run_python):
+def test_an_uncaught_exception_is_the_reason_of_all_later_errors(fmu, run_python):
     first, second, said = run_python(raise_in_python, folder=fmu, method="do_step", text="lost")
     reason = "ArithmeticError('lost')"
     assert first == [3, reason, 998, 0, 0, 3], "Python is not called any more"

@@ -122,7 +122,7 @@ def refusal(*command: object, **environment: str) -> str:
     return log
 
 
-def test_without_any_python_there_is_no_instance_but_a_reason(spoilt, host, compiled, tmp_path):
+def test_without_python_no_instance_is_made_and_the_reason_is_logged(spoilt, host, compiled, tmp_path):
     (tmp_path / "fake.c").write_text("int nothing;\n")
     (tmp_path / "fake").mkdir()
     shutil.move(compiled(tmp_path / "fake.c", "-shared", "-fPIC"), tmp_path / "fake" / "libpython3.40.so.1.0")
@@ -148,7 +148,7 @@ def test_a_missing_library_of_pythonfmu_is_named_as_the_reason(spoilt, host):
     assert str(library) in text
 
 
-def test_another_library_in_the_place_of_pythonfmu_is_named_as_the_reason(spoilt, host, compiled, tmp_path):
+def test_a_wrong_library_in_place_of_pythonfmu_is_named_as_the_reason(spoilt, host, compiled, tmp_path):
     (tmp_path / "other.c").write_text("int fmi2Instantiate;\n")
     library = spoilt / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
     shutil.copy(compiled(tmp_path / "other.c", "-shared", "-fPIC"), library)
@@ -164,7 +164,7 @@ def test_a_folder_whose_name_is_not_utf_8_is_named_as_the_reason(fmu, host, tmp_
     assert_names(text, "PythonFMU", "UTF-8")
 
 
-def test_without_the_name_of_its_python_an_fmu_takes_another_one(spoilt, host):
+def test_without_a_recorded_python_an_fmu_uses_another(spoilt, host):
     (spoilt / "resources" / "python.txt").unlink()
     where = {"LD_LIBRARY_PATH": str(Path(LIBPYTHON).parent), "PYTHONPATH": sysconfig.get_path("purelib")}
     program = ["new 0", "setup 0 0", "enter 0", "exit 0", "free 0"]
@@ -184,7 +184,7 @@ def test_without_the_name_of_its_python_an_fmu_takes_another_one(spoilt, host):
         (16, "0 0 0 0 3", "fmi2DeSerializeFMUstate: there is no memory for a state"),
     ],
 )
-def test_memory_that_is_refused_is_an_error_with_the_reason(fmu, host, compiled, failing, answers, sentence):
+def test_a_failed_allocation_is_an_error_with_the_reason(fmu, host, compiled, failing, answers, sentence):
     memory = compiled(SUPPORT / "failing_memory.c", "-shared", "-fPIC", "-O1")
     environment = {"LD_PRELOAD": str(memory), "LIBRARY": "/probe_lag.so", "FAILING": str(failing)}
     program = [f"{line} 0" for line in ("new", "enter", "exit", "save", "bytes", "free")]

@@ -48,7 +48,7 @@ def refusal(fmu, tmp_path_factory):
     return say
 
 
-def test_without_python_there_is_no_instance_but_a_reason(fmu, refusal):
+def test_without_python_no_instance_is_made_and_the_reason_is_logged(fmu, refusal):
     encoded = (fmu / "resources").as_uri().removeprefix("file://")
     for location in (f"file:///Z:{encoded}", f"file:/Z:{encoded}/", f"Z:{fmu / 'resources'}".replace("/", "\\")):
         text = refusal(location)

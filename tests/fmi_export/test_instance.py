@@ -20,7 +20,7 @@ def instance(lag):
     return made
 
 
-def test_the_constants_reach_the_kernels(lag):
+def test_kernels_receive_the_constants(lag):
     made = Instance(lag, np.array([0.25]))
     made.initialise()
     assert made["y"] == 0.25
@@ -59,7 +59,7 @@ def test_bad_values_are_refused_at_initialisation_too(lag):
         made.initialise()
 
 
-def test_a_nan_from_a_kernel_never_reaches_the_outputs(instance):
+def test_a_nan_from_a_kernel_does_not_reach_the_outputs(instance):
     instance["u"] = 1.0
     instance.step(0.0, H)
     good = instance.outputs.copy()
@@ -76,7 +76,7 @@ def test_an_output_out_of_its_declared_range_names_its_value(instance):
         instance.step(0.0, H)
 
 
-def test_fault_and_sentence_stay_until_the_next_initialisation(instance):
+def test_fault_and_message_persist_until_the_next_initialisation(instance):
     instance["u"] = 11.0
     with pytest.raises(Fault):
         instance.step(0.0, H)
@@ -97,7 +97,7 @@ def test_a_fault_of_the_kernel_is_explained_with_the_present_values(instance):
     assert str(caught.value) == "u = 5 V is 100 % too much (%s %n)"
 
 
-def test_an_output_in_the_sentence_of_a_fault_has_the_value_that_the_kernel_found():
+def test_message_of_a_fault_has_the_value_that_the_kernel_computed():
     table = interface(
         input_("u", "V", "Input"), output("y", "V", "Output"), output("fault_code", "1", "", type="Integer")
     )

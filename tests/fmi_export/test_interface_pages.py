@@ -16,7 +16,7 @@ SOURCES = {name: getattr(models, name) for name in models.MODELS} | {"linear_con
 
 
 @pytest.mark.parametrize("name", SOURCES)
-def test_the_reference_page_is_that_of_the_interface(name):
+def test_the_reference_page_matches_the_interface(name):
     source = SOURCES[name]
     model, _ = source()
     page = REFERENCE / f"interface_{name}.md"
@@ -36,7 +36,7 @@ def test_tables_show_types_units_ranges_and_start_values(lag):
     assert ("`steps`", "Integer", "", "", "", "Steps since the start") in rows
 
 
-def test_markdown_of_a_page_renders_every_cell_as_it_is(lag):
+def test_markdown_of_a_page_renders_every_cell_verbatim(lag):
     rendered = MarkdownIt("commonmark").enable("table").render(interface_page(lag))
     for table in tables(lag):
         for cell in (cell for row in table.rows for cell in row):
@@ -44,7 +44,7 @@ def test_markdown_of_a_page_renders_every_cell_as_it_is(lag):
             assert f"<td>{plain.replace('`', '')}</td>" in rendered.replace("<code>", "").replace("</code>", "")
 
 
-def test_what_markdown_would_take_for_its_own_is_escaped(lag, monkeypatch):
+def test_markdown_syntax_in_texts_is_escaped(lag, monkeypatch):
     odd = PageTable("Odd", ("cell",), (("|x| < 2 * `a_b` * 3",),))
     monkeypatch.setattr("fmi_export.building.interface_page.tables", lambda model: [odd])
     assert r"| \|x\| &lt; 2 \* `a_b` \* 3 |" in interface_page(lag)

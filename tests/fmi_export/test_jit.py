@@ -110,7 +110,7 @@ def test_a_kernel_that_allocates_is_not_compiled():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
-def test_a_damaged_cache_of_a_kernel_is_made_anew(run_python, tmp_path, monkeypatch, kind):
+def test_a_damaged_cache_of_a_kernel_is_rebuilt(run_python, tmp_path, monkeypatch, kind):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "machine_code"))
     write(tmp_path, "cached", 2.0)
     run_python(host, folder=tmp_path)

@@ -33,7 +33,7 @@ def exchange(numbers, start, n, m):
 
 
 @pytest.mark.parametrize(("start", "n", "m"), [(0, 2, 1), (1, 2, 3), (3, 4, 2)])
-def test_compiled_views_are_those_of_plain_python(start, n, m):
+def test_compiled_views_equal_those_of_plain_python(start, n, m):
     compiled = np.arange(1.0, 100.0)
     plain = compiled.copy()
     assert exchange(compiled, start, n, m) == exchange.py_func(plain, start, n, m)
@@ -71,7 +71,7 @@ def store(numbers, i):
         item.b[k] = complex(k, i)
 
 
-def test_what_is_stored_through_views_of_a_function_stays():
+def test_values_stored_through_returned_views_reach_the_array():
     compiled = np.zeros(6)
     plain = compiled.copy()
     store(compiled, 0)

@@ -39,7 +39,7 @@ def test_a_record_reads_and_writes_the_numbers_of_its_array(compiled: bool) -> N
     np.testing.assert_array_equal(matrix[-2:], [-3.0, 2.0])
 
 
-def test_every_place_of_a_record_is_its_position() -> None:
+def test_fields_of_a_record_are_in_the_order_of_the_array() -> None:
     array = np.arange(float(len(PLACES)))
     p = array.view(RECORD)[0]
     assert [p.law, p.chain.noise, p.chain.delay] == [0.0, 1.0, 2.0]
@@ -85,6 +85,6 @@ def test_the_records_of_an_interface_follow_its_table() -> None:
     assert table.start[: table.n_parameters].view(parameters)[0].sites[1].clearance == 1.0
 
 
-def test_memory_of_its_own_has_the_layout_that_is_written_down() -> None:
+def test_declared_memory_has_the_size_of_its_layout() -> None:
     layout = record(("phase", "f8"), ("forces", "c16", (2, 4)))
     assert size_of(layout) == 1 + 16

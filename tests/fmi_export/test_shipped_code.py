@@ -101,7 +101,7 @@ def installed_run(build_fmu, lag, run_python):
     return run_python(run_lag, path=build_fmu(lag), inputs=inputs(), hidden=[])
 
 
-def test_the_installed_package_is_used_where_it_is_the_same_code(installed_run):
+def test_the_installed_package_is_used_if_its_code_is_the_same(installed_run):
     rows, file, compiled = installed_run
     assert "resources" not in Path(file).parts
     assert compiled
@@ -124,7 +124,7 @@ def test_without_numba_the_same_numbers_come_from_plain_python(build_fmu, lag, r
 
 
 @pytest.mark.slow
-def test_an_fmu_of_other_code_runs_its_own_where_nothing_is_loaded(build_fmu, lag, run_python, installed_run, tmp_path):
+def test_an_fmu_runs_its_bundled_code_if_none_is_loaded(build_fmu, lag, run_python, installed_run, tmp_path):
     changed = changed_copy(build_fmu(lag), tmp_path)
     rows, file, _ = run_python(run_lag, path=changed, inputs=inputs(), hidden=[])
     assert "resources" in Path(file).parts
@@ -210,7 +210,7 @@ def test_an_fmu_is_built_the_same_in_a_process_that_runs_it(build_fmu, lag, run_
     assert Path(built).read_bytes() == path.read_bytes()
 
 
-def test_a_model_without_a_script_says_where_it_must_be(tmp_path):
+def test_error_names_the_path_of_a_missing_script(tmp_path):
     model = replace(ACTUATOR, name="unknown_model")
     with raises_naming(ValueError, "unknown_model", "unknown_model_fmu.py"):
         build_python_fmu(model, np.zeros(1), tmp_path)

@@ -19,14 +19,14 @@ def started(path: str) -> list:
     return first
 
 
-def test_an_instance_begins_with_them(lag):
+def test_an_instance_has_the_start_values(lag):
     core = Instance(with_starts(lag, STARTS), np.zeros(1))
     assert {name: core[name] for name in STARTS} == STARTS
     assert core["time_constant"] == 1e-3
 
 
 @pytest.mark.slow
-def test_the_fmu_of_flavour_python_has_them(lag, build_fmu, run_python):
+def test_a_python_fmu_has_the_start_values(lag, build_fmu, run_python):
     changed = with_starts(lag, STARTS)
     path = build_fmu(changed)
     starts = {v.name: v.start for v in fmpy.read_model_description(str(path)).modelVariables if v.name in STARTS}

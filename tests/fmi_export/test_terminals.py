@@ -26,7 +26,7 @@ def test_terminals_follow_the_schema_of_fmi_3(interfaces):
         schema.assertValid(etree.fromstring(terminals(table)))
 
 
-def test_members_of_one_name_are_the_connections_of_a_levitated_rotor(interfaces):
+def test_terminal_members_of_equal_name_are_the_connections(interfaces):
     causality = {name: {s.name: s.variables[0].causality for s in slots(table)} for name, table in interfaces.items()}
     members = {}
     for name, table in interfaces.items():

@@ -41,14 +41,14 @@ from tests.support.messages import assert_names, raises_naming
         ("mm", {"m": 1, "factor": 1e-3}),
     ],
 )
-def test_base_unit_exponents_are_those_of_si(unit, expected):
+def test_base_unit_exponents_match_si(unit, expected):
     assert base_unit(unit) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
     "unit", [*SI_UNITS, "N/(m.s)", "kg.m2/s2", "1/(N.m)", "1/s", "m-2/V", "A2.Ohm", "s.m/rad", "m/N"]
 )
-def test_units_of_si_are_what_pint_makes_of_them(unit, monkeypatch):
+def test_si_units_agree_with_pint(unit, monkeypatch):
     found = base_unit(unit)
     monkeypatch.setattr("fmi_export.building.units._of_si", lambda _: None)
     assert list(found.items()) == list(base_unit(unit).items())
@@ -79,7 +79,7 @@ def test_values_convert_to_the_unit_of_the_variable(text, unit, value):
 
 
 @pytest.mark.parametrize(("given", "unit"), COMMON)
-def test_a_common_conversion_is_that_of_pint_to_the_last_bit(given, unit):
+def test_common_conversions_agree_with_pint_to_the_last_bit(given, unit):
     revolution = 2 * PI if (given, unit) == ("Hz", "rad/s") else 1
     for number in ("1", "0.1", "0.75", "3", "26.7", "-1.23456789e-5"):
         by_pint = registry().Quantity(Fraction(number), parse_unit(given)).to(parse_unit(unit)).magnitude * revolution
@@ -89,7 +89,7 @@ def test_a_common_conversion_is_that_of_pint_to_the_last_bit(given, unit):
 @pytest.mark.parametrize(
     ("unit", "exponent"), [("s", 0), ("ms", -3), ("us", -6), ("ns", -9), ("ks", 3), ("mm", -3), ("um", -6), ("nm", -9)]
 )
-def test_a_text_is_read_to_the_nearest_number(unit, exponent):
+def test_a_text_becomes_the_nearest_float(unit, exponent):
     base = unit[-1]
     for digits in ("5", "50", "0.05", "4.7", "1.1", "33.333", "250", "0.3"):
         assert to_unit(f"{digits} {unit}", base, "v") == float(f"{digits}e{exponent}")
@@ -103,7 +103,7 @@ def test_an_angle_is_rounded_once():
 
 
 @pytest.mark.parametrize("text", ["1e999999999 us", f"0.{'1' * 6000} us", "-1e-999999999 us", "0e999999999 us"])
-def test_numbers_of_many_digits_are_read_at_once(text):
+def test_numbers_of_many_digits_are_read_quickly(text):
     begin = time.process_time()
     with suppress(ValueError):
         assert abs(to_unit(text, "s", "t")) < 1e-6
@@ -138,7 +138,7 @@ def test_only_a_reciprocal_time_counts_revolutions():
     assert to_unit("2 rad", "1", "angle") == 2.0
 
 
-def test_units_of_the_trade_are_read_as_the_trade_means_them():
+def test_customary_units_have_their_usual_meaning():
     for text in ("12 Nm", "0.012 kNm", "12000 mNm", "1200 Ncm", "12000 Nmm"):
         assert to_unit(text, "N.m", "torque") == 12.0
     assert to_unit("2 mil", "m", "orbit") == pytest.approx(50.8e-6, rel=1e-12)
@@ -180,7 +180,7 @@ def test_units_of_the_trade_are_read_as_the_trade_means_them():
         ("\N{MINUS SIGN}4 mm", "m", -4e-3),
     ],
 )
-def test_units_are_read_as_data_sheets_print_them(text, unit, value):
+def test_units_are_read_in_the_notation_of_data_sheets(text, unit, value):
     assert to_unit(text, unit, "v") == pytest.approx(value, rel=1e-12)
 
 
@@ -277,13 +277,13 @@ def test_products_and_german_names_are_read_in_any_case(name, unit, value, case)
         ("2 tons", "kg", "t, short_ton or long_ton"),
     ],
 )
-def test_a_name_of_several_units_is_refused_with_each(text, unit, meant):
+def test_an_ambiguous_unit_name_is_refused_with_all_meanings(text, unit, meant):
     """Grad would be 1e9 rad, a prefix and a unit; gr a grain of 65 mg; a ton that of the USA."""
     with raises_naming(ValueError, "x", meant):
         to_unit(text, unit, "x")
 
 
-def test_the_units_that_an_ambiguous_name_may_mean_are_read():
+def test_meanings_suggested_for_an_ambiguous_name_are_valid_units():
     assert to_unit("90 deg", "rad", "x") == to_unit("100 gon", "rad", "x") == pytest.approx(math.pi / 2.0)
     assert to_unit("25 g.mm", "kg.m", "x") == pytest.approx(25e-6)
     assert to_unit("1 grain", "kg", "x") == pytest.approx(64.79891e-6)
@@ -302,7 +302,7 @@ def test_the_units_that_an_ambiguous_name_may_mean_are_read():
         ("a", "A", "A"),
     ],
 )
-def test_a_symbol_in_another_case_is_refused_with_its_symbol(text, unit, symbols):
+def test_a_symbol_in_wrong_case_is_refused_with_the_right_one(text, unit, symbols):
     with raises_naming(ValueError, f"'3 {text}'", "case", symbols):
         to_unit(f"3 {text}", unit, "x")
 
@@ -315,7 +315,7 @@ def test_the_case_of_a_prefix_is_not_guessed():
 
 
 @pytest.mark.parametrize("unit", ["count", "counts", "bit"])
-def test_counts_are_units_without_dimension(unit):
+def test_counts_are_dimensionless_units(unit):
     assert to_unit(f"3 {unit}", unit, "level") == 3.0
     assert to_unit(f"3 {unit}", "1", "level") == 3.0
     with raises_naming(ValueError, "level", f"unit {unit}", "m"):
@@ -375,7 +375,7 @@ def test_a_fractional_exponent_is_refused():
     ("K", "degC", 293.15, 20.0),
     ("N/m", "N/um", 2e6, 2.0),
 ])  # fmt: skip
-def test_a_display_unit_shows_a_value_as_the_field_writes_it(unit, name, value, shown):
+def test_display_units_scale_values_as_customary(unit, name, value, shown):
     conversion = display_unit(unit, name)
     assert conversion["factor"] * value + conversion.get("offset", 0.0) == pytest.approx(shown)
 

@@ -34,7 +34,7 @@ def test_a_table_out_of_order_is_refused():
         Interface((U, A))
 
 
-def test_a_dependency_on_something_that_is_no_input_is_refused():
+def test_a_dependency_on_a_variable_that_is_no_input_is_refused():
     with raises_naming(ValueError, "y", "a, w"):
         interface(A, U, output("y", "N", "A force", depends_on=("u", "w", "a")))
 
@@ -45,7 +45,7 @@ def parts(count, initially_depends_on):
     return interface(A, U, springs, output("y", "N", "A force", initially_depends_on=initially_depends_on))
 
 
-def test_an_output_initially_depends_on_variables_or_those_of_all_parts():
+def test_initial_dependencies_expand_to_the_variables_of_all_parts():
     table = parts(2, ("u", "springs[*].k", "a"))
     assert table.initial_dependencies == {"y": ("a", "s0.k", "s1.k", "u")}
     assert parts(0, ("u", "springs[*].k")).initial_dependencies == {"y": ("u",)}
@@ -55,12 +55,12 @@ def test_an_output_initially_depends_on_variables_or_those_of_all_parts():
 
 
 @pytest.mark.parametrize("name", ["w", "y", "springs[*].c"])
-def test_a_start_from_something_that_is_given_by_nobody_is_refused(name):
+def test_an_initial_dependency_on_an_unset_variable_is_refused(name):
     with raises_naming(ValueError, "y", name):
         parts(2, ("u", name))
 
 
-def test_a_start_from_parts_that_no_interface_has_is_refused():
+def test_an_initial_dependency_on_unknown_parts_is_refused():
     with raises_naming(ValueError, "y", "spring[*].k", "parts"):
         parts(1, ("u", "spring[*].k")).with_all_parts()
     parts(1, ("springs[*].k",)).with_all_parts()
@@ -69,7 +69,7 @@ def test_a_start_from_parts_that_no_interface_has_is_refused():
 LAW = Enumeration("Law", (("rigid", "a constraint"), ("spring", "")))
 
 
-def test_an_enumeration_gives_the_values_from_zero_on_names():
+def test_an_enumeration_names_the_values_from_zero_on():
     law = parameter("law", "1", "Law", 1, **enumerated(LAW))
     assert (law.type, law.minimum, law.maximum) == ("Integer", 0, 1)
     assert_names(law.describe_range(3.0), "law", "3", "0 (rigid)", "1 (spring)")
@@ -94,7 +94,7 @@ def test_only_a_boolean_output_can_be_a_warning(options):
         output("y", "1", "Beyond a limit", warning="y is beyond its limit", **options)
 
 
-def test_a_warning_that_names_something_that_is_no_variable_is_refused():
+def test_a_warning_that_names_an_unknown_variable_is_refused():
     flag = output("flag", "1", "Beyond a limit", type="Boolean", warning="u = {u} N is beyond {w} N and {v} N")
     with raises_naming(ValueError, "flag", "v, w"):
         interface(U, flag)
@@ -106,12 +106,12 @@ def test_a_start_value_outside_its_range_is_refused(start):
         parameter("a", "m", "A length", start, minimum=1.0, maximum=3.0)
 
 
-def test_an_unbounded_variable_must_still_be_finite():
+def test_an_unbounded_variable_must_be_finite():
     with raises_naming(ValueError, "a", "inf", "finite"):
         parameter("a", "1", "A number", math.inf)
 
 
-def test_an_unknown_name_lists_what_there_is():
+def test_error_of_an_unknown_name_lists_the_variables():
     with raises_naming(ValueError, "input", "'y'", "u"):
         interface(A, U, Y).index("input", "y")
 
@@ -122,7 +122,7 @@ def test_variability_follows_causality_and_type():
     assert (U.variability, FAULT.variability) == ("continuous", "discrete")
 
 
-def test_the_canonical_bytes_change_with_every_field_that_is_seen_outside():
+def test_the_canonical_bytes_change_with_every_public_field():
     base = interface(A, U, Y).canonical()
     assert base == interface(A, U, Y).canonical()
     for changed in (

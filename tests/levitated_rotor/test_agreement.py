@@ -30,7 +30,7 @@ def short(**changes: Any) -> PlannedRun:
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_it_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callable[..., Path]) -> None:
+def test_assembled_fmu_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callable[..., Path]) -> None:
     planned = plan_run(load_scenario(name).changed(**SIMULATED))
     three, item = separate(planned), in_one(planned, assembled(name))
     assert three.outcome.status == item.outcome.status == "completed"
@@ -45,13 +45,13 @@ def test_it_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callab
 
 
 @pytest.mark.parametrize("step", [25.0, 125.0])
-def test_at_fractions_of_the_sample_time_too(step: float, assembled: Callable[..., Path]) -> None:
+def test_steps_of_a_fraction_of_the_sample_time_are_equal(step: float, assembled: Callable[..., Path]) -> None:
     """The controller samples at its own instants; actuator and rotor step with the master."""
     planned = short(communication_step=f"{step} us", settle_cycles=0, end_cycle=7)
     assert differing(series(in_one(planned, assembled("fig4_9"))), series(separate(planned))) == []
 
 
-def test_in_jacobi_order_it_is_the_same(assembled: Callable[..., Path], native_lag: Path) -> None:
+def test_jacobi_order_is_equal(assembled: Callable[..., Path], native_lag: Path) -> None:
     planned = short()
     beside = in_one(planned, assembled("fig4_9"), {"lag": native_lag}, coupling="jacobi")
     assert differing(series(beside), series(separate(planned))) == []
@@ -71,7 +71,7 @@ def step_through_contact(folder: str) -> dict[str, float]:
 
 
 @pytest.mark.slow
-def test_flavour_python_gives_the_same(
+def test_python_flavour_is_equal(
     extracted: Callable[..., Path], run_python: Callable[..., Any], tmp_path: Path
 ) -> None:
     """Its kernels, run by Python itself."""
@@ -99,7 +99,7 @@ def over_steps(three: dict[str, Any], warnings: set[str], ends: list[int]) -> di
 
 
 @pytest.mark.parametrize("rollback", [False, True])
-def test_steps_of_any_number_of_samples_in_a_host_that_subtracts_times(
+def test_steps_of_any_length_are_equal_if_a_host_subtracts_times(
     rollback: bool, extracted: Callable[..., Path]
 ) -> None:
     """Communication points are n T, computed, and steps their differences, as in PyFMI; logging is off."""
@@ -135,7 +135,7 @@ def test_steps_of_any_number_of_samples_in_a_host_that_subtracts_times(
         assert host.slave.call("FreeFMUstate", byref(state)) == 0
 
 
-def test_a_step_that_straddles_samples_is_cut_at_them(extracted: Callable[..., Path]) -> None:
+def test_a_step_across_samples_is_split_at_them(extracted: Callable[..., Path]) -> None:
     """Steps of 0.7 samples, against steps that end at each sample and where those end."""
     long, fine = (Host(extracted("fig4_9")).begin(rotor_contact__d1__u=0.06) for _ in range(2))
     marks = sorted({0.7 * T * k for k in range(701)} | {T * k for k in range(491) if k % 7})
@@ -165,7 +165,7 @@ def test_the_speed_rises_within_a_long_step(extracted: Callable[..., Path]) -> N
         assert item[name] == pytest.approx(other[name], rel=1e-9), name
 
 
-def test_a_saved_state_goes_through_bytes(extracted: Callable[..., Path]) -> None:
+def test_a_serialised_state_continues_the_run(extracted: Callable[..., Path]) -> None:
     first = Host(extracted("fig5_6")).begin()
     for k in range(40):
         assert first.step(0.4 * T * k, 0.4 * T) == 0
@@ -179,7 +179,7 @@ def test_a_saved_state_goes_through_bytes(extracted: Callable[..., Path]) -> Non
     assert first.read() == second.read()
 
 
-def test_one_rotor_and_scenario_of_another_size(assembled: Callable[..., Path]) -> None:
+def test_a_rotor_of_another_size_is_equal(assembled: Callable[..., Path]) -> None:
     planned = plan_run(load_scenario("compressor_levitated").changed(settle_cycles=0, end_cycle=2))
     three, item = separate(planned), in_one(planned, assembled("compressor_levitated"))
     assert differing(series(item), series(three)) == []

@@ -72,7 +72,9 @@ def built(tmp_path: Path) -> Callable[..., Any]:
 @pytest.mark.parametrize(
     ("coupling", "every"), [("gauss_seidel", 1), ("gauss_seidel", 3), ("jacobi", 1), ("jacobi", 2)]
 )
-def test_it_equals_the_orchestrator_to_the_last_bit(coupling: str, every: int, built: Callable[..., Any]) -> None:
+def test_assembled_fmu_equals_the_orchestrator_to_the_last_bit(
+    coupling: str, every: int, built: Callable[..., Any]
+) -> None:
     planned, fmu = built(coupling, every)
     assert fmu.name == "two_magnets.fmu"
     three, item = separate(planned), in_one(planned, fmu)

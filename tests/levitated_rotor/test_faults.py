@@ -34,7 +34,7 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return plan_run(mine), mine.save(tmp_path_factory.mktemp("scenario") / f"{request.param.lower()}.toml")
 
 
-def test_it_stops_where_the_orchestrator_does_and_says_the_same(case: Any, assembled: Callable[..., Path]) -> None:
+def test_a_fault_has_the_time_and_message_of_the_orchestrator(case: Any, assembled: Callable[..., Path]) -> None:
     planned, file = case
     three, item = separate(planned).outcome, in_one(planned, assembled(file)).outcome
     assert three.status == item.status == "failed"
@@ -44,7 +44,7 @@ def test_it_stops_where_the_orchestrator_does_and_says_the_same(case: Any, assem
 
 
 @pytest.mark.parametrize("samples", [1, 5, 0.7])
-def test_a_long_step_tells_the_value_at_the_sample(
+def test_fault_in_a_long_step_has_the_value_at_the_sample(
     case: Any, samples: float, assembled: Callable[..., Path], extracted: Callable[..., Path]
 ) -> None:
     planned, file = case
@@ -63,7 +63,9 @@ def test_a_long_step_tells_the_value_at_the_sample(
     assert 200 < code < 300 if three.component == "amb_actuator" else 1000 <= code < 100_000
 
 
-def test_a_fault_of_a_part_at_the_start_is_told(assembled: Callable[..., Path], extracted: Callable[..., Path]) -> None:
+def test_a_fault_of_a_part_at_the_start_is_reported(
+    assembled: Callable[..., Path], extracted: Callable[..., Path]
+) -> None:
     planned = plan_run(scenario({"amb_actuator": {"mb2.bias_current_y": "11 A"}}))
     with raises_naming(StartFailed, "mb2.bias_current_y", "11 A") as refused:
         separate(planned)
@@ -90,9 +92,7 @@ def test_a_force_beyond_all_bounds_is_a_fault_of_the_plant(samples: int, extract
     assert host.read() == before
 
 
-def test_a_step_that_would_seem_to_hang_is_refused(
-    assembled: Callable[..., Path], extracted: Callable[..., Path]
-) -> None:
+def test_an_excessively_long_step_is_refused(assembled: Callable[..., Path], extracted: Callable[..., Path]) -> None:
     host = Host(extracted("fig4_9")).begin()
     assert host.step(0.0, 1e9) == 3
     assert_names(host.slave.reason(), "step size", "1e+09 s", "1e+06")

@@ -23,7 +23,7 @@ def parts():
     return {name: make()[0].interface for name, make in PARTS.items()}
 
 
-def test_parameters_and_outputs_are_those_of_the_parts(table, parts):
+def test_parameters_and_outputs_of_the_parts_are_exposed(table, parts):
     for causality in ("parameter", "output"):
         expected = [
             replace(v, name=f"{part}.{v.name}", field="")
@@ -42,7 +42,7 @@ def test_parameters_and_outputs_are_those_of_the_parts(table, parts):
             assert v == replace(local, start=v.start, warning=v.warning, array=v.array, **reached), v.name
 
 
-def test_inputs_are_those_that_nothing_in_the_system_feeds(table, parts):
+def test_inputs_are_the_unconnected_inputs_of_the_parts(table, parts):
     names = [v.name for v in table.of("input")]
     assert names[:2] == ["Omega", "Omega_dot"]
     for name in ("rotor_contact.d1.u", "rotor_contact.d1.f_x", "amb_actuator.mb1.stuck_x", "rotor_contact.base.a_x"):
@@ -56,19 +56,19 @@ def test_inputs_are_those_that_nothing_in_the_system_feeds(table, parts):
     assert len(names) == every - connections - 1
 
 
-def test_a_shared_signal_is_allowed_what_all_its_inputs_are(table, parts):
+def test_range_of_a_shared_signal_is_that_of_all_its_inputs(table, parts):
     assert table["Omega"].maximum == parts["rolac_controller"]["Omega"].maximum
     assert table["Omega"].unit == "rad/s"
 
 
-def test_what_reaches_an_output_without_delay_goes_through_connections(table):
+def test_direct_dependencies_pass_through_connections(table):
     reach = set(table["amb_actuator.mb1.f_x"].depends_on)
     assert {"rolac_controller.mb1.set_x", "amb_actuator.mb1.stuck_x", "rolac_controller.rolac_enable"} <= reach
     assert "rolac_controller.mb2.set_y" not in reach
     assert table["rotor_contact.mb1.x"].depends_on == ()
 
 
-def test_what_an_output_initially_depends_on_goes_through_connections(table):
+def test_initial_dependencies_pass_through_connections(table):
     force = set(table.initial_dependencies["amb_actuator.mb1.f_x"])
     assert {"amb_actuator.mb1.k_i_measured_x", "rolac_controller.mb1.set_x", "rolac_controller.mb1.k_b_x"} <= force
     assert "rolac_controller.mb2.k_b_y" not in force
@@ -85,14 +85,14 @@ def test_start_values_are_those_of_the_scenario(table):
     assert start["rotor_contact.eb1.enabled"] == 0
 
 
-def test_without_a_scenario_they_are_those_of_the_system():
+def test_start_values_without_a_scenario_are_those_of_the_system():
     start = {v.name: v.start for v in levitated_rotor()[0].interface.variables}
     assert start["rotor_contact.contact.impact_law"] == 1
     assert start["rolac_controller.mb1.k_s_x"] == 2e6
     assert start["Omega"] == 0.0
 
 
-def test_a_scenario_brings_its_rotor():
+def test_a_scenario_determines_the_rotor():
     model, _ = levitated_rotor("compressor_levitated")
     names = {v.name for v in model.interface.variables}
     rig = {v.name for v in levitated_rotor("fig4_9")[0].interface.variables}
@@ -106,7 +106,7 @@ def test_a_measured_speed_is_no_input_of_the_controller():
     assert "rolac_controller.Omega" not in {v.name for v in model.interface.variables}
 
 
-def test_what_cannot_be_assembled_is_refused():
+def test_iterative_coupling_and_foreign_fmus_cannot_be_assembled():
     scenario = load_scenario("fig4_9")
     with raises_naming(ValueError, "'iterative'"):
         levitated_rotor(scenario.changed(coupling="iterative"))
@@ -114,7 +114,7 @@ def test_what_cannot_be_assembled_is_refused():
         levitated_rotor(scenario.changed(fmu={"amb_actuator": "mine.fmu"}))
 
 
-def test_what_is_no_levitated_rotor_has_the_name_of_its_system():
+def test_an_assembled_fmu_has_the_name_of_its_system():
     model, _ = levitated_rotor("passive")
     assert (model.name, [part.name for part in model.parts]) == ("passive", ["rotor_contact"])
     assert levitated_rotor(load_scenario("fig4_9").changed(coupling="jacobi"))[0].name == "levitated"

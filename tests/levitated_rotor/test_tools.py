@@ -33,7 +33,7 @@ set = {{ "rig.rotor_contact.d1.u" = "25.5 g.m" }}
 """
 
 
-def test_a_system_file_has_it_as_its_only_component(assembled: Callable[..., Path], tmp_path: Path) -> None:
+def test_a_system_file_runs_the_assembled_fmu_alone(assembled: Callable[..., Path], tmp_path: Path) -> None:
     from amb_cosim import simulate
 
     shutil.copy(assembled("fig4_9"), tmp_path)
@@ -49,7 +49,7 @@ def test_a_system_file_has_it_as_its_only_component(assembled: Callable[..., Pat
 
 
 @pytest.mark.slow
-def test_the_command_line_builds_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_command_line_builds_the_assembled_fmu(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Flavour python takes no compiler; the options are those of a build of three."""
     from amb_cosim.commands.cli import main
 
@@ -67,7 +67,7 @@ def test_the_command_line_builds_it(monkeypatch: pytest.MonkeyPatch, tmp_path: P
 
 
 @pytest.mark.slow
-def test_fmi_3_gives_the_same_numbers(assembled: Callable[..., Path], tmp_path: Path) -> None:
+def test_fmi_3_gives_the_same_results(assembled: Callable[..., Path], tmp_path: Path) -> None:
     """Through contact, in FMPy; what FMI 3.0 has as an array are the elements that FMI 2.0 has one by one."""
     import numpy as np
     from fmpy import read_model_description, simulate_fmu

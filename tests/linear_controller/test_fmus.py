@@ -28,7 +28,7 @@ def names_of(case):
     return [v.name for v in case.model.interface.of("output")]
 
 
-def test_native_fmu_gives_bit_for_bit_what_the_core_gives(built):
+def test_native_fmu_equals_the_core_to_the_last_bit(built):
     case = CASES["linear_controller"]
     for parameters, expected in zip(case.runs, core_outputs("linear_controller"), strict=True):
         with Library(built[2][1]).instantiate() as fmu:
@@ -54,7 +54,7 @@ def test_description_is_valid(built, fmi):
     assert validate_fmu(str(built[fmi][0])) == []
 
 
-def test_the_code_of_the_readme_runs_and_prints_what_it_says(run_python, tmp_path):
+def test_the_code_of_the_readme_prints_its_stated_output(run_python, tmp_path):
     block = example_of("linear_controller")
     last = run_python(f"{block}\nresult = float(steps['mb1.i_x'][-1])", cwd=tmp_path)
     assert f"# {last:.4f} A" in block

@@ -30,7 +30,7 @@ def controller(law, *arguments, **options):
     st.integers(1, 4),
     st.sampled_from(["tustin", "zoh", "foh", "euler", "backward_diff", "impulse"]),
 )
-def test_samples_are_those_of_python_control(seed, n_states, n_demands, n_signals, method):
+def test_samples_agree_with_python_control(seed, n_states, n_demands, n_signals, method):
     law = random_law(seed, n_states, n_demands, n_signals)
     if method == "impulse":  # a law with an impulse of its own has none when it is sampled
         law = control.ss(law.A, law.B, law.C, 0.0 * law.D)
@@ -44,7 +44,7 @@ def test_samples_are_those_of_python_control(seed, n_states, n_demands, n_signal
 
 
 @given(st.floats(100.0, 25_000.0), st.integers(0, 1000))
-def test_prewarped_response_is_that_of_the_continuous_law_at_its_frequency(omega, seed):
+def test_prewarped_response_is_exact_at_its_frequency(omega, seed):
     law = random_law(seed, 4, 1, 1)
     retained = controller(law, method="tustin", prewarp=omega).state_space()
     expected = law(1j * omega)
@@ -66,7 +66,7 @@ def test_step_response_of_an_integrator_is_a_ramp():
 
 
 @pytest.mark.parametrize("n_groups", [1, 3])
-def test_states_are_shown_in_the_order_that_was_given(n_groups):
+def test_states_are_shown_in_the_order_of_the_law(n_groups):
     """Groups of states that know nothing of each other, mixed: the blocks put them in another order."""
     rng = np.random.default_rng(3)
     n = 4 * n_groups
@@ -81,7 +81,7 @@ def test_states_are_shown_in_the_order_that_was_given(n_groups):
         np.testing.assert_allclose(bench.states(), x, atol=1e-14)
 
 
-def test_a_bank_of_notches_costs_its_blocks():
+def test_a_bank_of_notches_is_stored_as_blocks():
     """Eight axes with six notches each have 12 states an axis: a twelfth of the products of a full matrix."""
     axis = control.ss(np.diag(np.full(11, 0.1), 1) + 0.5 * np.eye(12), np.ones((12, 1)), np.ones((1, 12)), 1.0, T)
     alone = control.ss(
@@ -103,13 +103,13 @@ def test_gain_offset_and_feedforward_of_each_demand_add_up():
     np.testing.assert_allclose(bench.step([0.1, 0.1], u__gain=-1.0), [-0.1, 7.15], rtol=1e-14)
 
 
-def test_setpoint_is_what_the_law_does_not_see():
+def test_setpoint_is_subtracted_from_the_signal():
     bench = Bench(linear_controller(2.0, ["y"], ["u"], T))
     assert bench.step([0.03], y__setpoint=0.03)[0] == 0.0
     assert bench.step([0.03], y__setpoint=0.01)[0] == pytest.approx(0.04, rel=1e-14)
 
 
-def test_first_sample_finds_filters_at_rest_and_integrators_at_zero():
+def test_filters_start_at_rest_and_integrators_at_zero():
     low_pass, integrator = control.tf([1.0], [1e-3, 1.0]), control.tf([1.0], [1.0, 0.0])
     law = control.append(control.ss(low_pass), control.ss(integrator))
     bench = Bench(controller(law, method="zoh"), signals=[0.05, 0.05])
@@ -119,7 +119,7 @@ def test_first_sample_finds_filters_at_rest_and_integrators_at_zero():
     np.testing.assert_allclose(result[:, 1], 0.05 * T * np.arange(3), atol=1e-14)
 
 
-def test_samples_come_at_their_own_instants_whatever_the_step():
+def test_sample_instants_do_not_depend_on_the_step():
     law = random_law(11, 4, 2, 2)
     values = signals(1, 40, 2)
     expected = Bench(controller(law)).run(values)

@@ -21,7 +21,7 @@ def one(law, **options):
     return linear_controller(law, ["y"], ["u"], T, **options)
 
 
-def test_demand_stays_within_its_limits_and_says_so():
+def test_demand_stays_within_its_limits_and_is_flagged():
     bench = Bench(one(1e3, limits=(-5.0, 3.0)))
     for signal, expected in ((0.1, 3.0), (-0.1, -5.0), (0.001, 1.0)):
         assert bench.step([signal])[0] == expected
@@ -40,7 +40,7 @@ def test_integrator_does_not_wind_up_while_the_demand_is_limited(law):
     assert free.run(np.full((200, 1), -0.002))[-1, 0] > 1000.0, "without limits the integral is what it is"
 
 
-def test_filters_go_on_seeing_what_is_measured_while_the_demand_is_limited():
+def test_filters_follow_their_signals_while_the_demand_is_limited():
     """The derivative's filter of a limited controller is that of an unlimited one, to the last bit."""
     law = control.append(PI, control.ss(control.tf([0.2, 0.0], [2e-4, 1.0])))
     rng = np.random.default_rng(2)
@@ -73,7 +73,7 @@ def test_slow_modes_of_a_limited_law_are_reflected(seed, n_slow, n_fast):
 
 
 @given(st.integers(0, 10**6))
-def test_states_at_rest_stay_where_they_are(seed):
+def test_rest_states_are_fixed_points_of_the_law(seed):
     law = random_law(seed, 5, 2, 2).sample(T, "zoh")
     given_law = Law(law.A, law.B, law.C, law.D, T)
     rest = slow_modes(given_law, T, 1e6).rest
@@ -86,7 +86,7 @@ def test_a_law_that_is_off_demands_its_offset_and_feedforward():
     assert bench.step([0.01], u__feedforward=-0.2)[0] == pytest.approx(0.3)
 
 
-def test_switching_on_makes_no_jump_and_the_law_takes_over():
+def test_switching_on_is_bumpless_and_the_law_takes_over():
     bench, always = Bench(one(PID, offsets=0.5), enable=0), Bench(one(PID))
     before = bench.run(np.full((100, 1), 0.01))
     first = bench.step([0.01], enable=1)
@@ -97,13 +97,13 @@ def test_switching_on_makes_no_jump_and_the_law_takes_over():
     assert rates[0] == pytest.approx(rates[1], rel=1e-6)
 
 
-def test_without_a_transfer_time_the_law_is_there_at_once():
+def test_without_a_transfer_time_the_law_acts_at_once():
     bench = Bench(one(100.0), enable=0, transfer_time=0)
     bench.step([0.01])
     assert bench.step([0.01], enable=1)[0] == pytest.approx(1.0)
 
 
-def test_law_that_is_switched_on_acts_in_full_from_its_first_sample():
+def test_a_law_switched_on_has_its_full_gain_from_the_first_sample():
     """What fades is the jump alone: a change of the signal has the whole gain at once."""
     bench = Bench(one(100.0), enable=0)
     bench.step([0.01])
@@ -113,7 +113,7 @@ def test_law_that_is_switched_on_acts_in_full_from_its_first_sample():
     assert second == pytest.approx(2.0 + jump * np.exp(-T / 0.01), rel=1e-12)
 
 
-def test_reset_takes_integrators_to_zero_and_leaves_filters():
+def test_reset_zeroes_integrators_and_leaves_filters():
     law = control.append(PI, control.ss(control.tf([1.0], [1e-3, 1.0])))
     bench = Bench(linear_controller(law, names("y", 2), names("u", 2), T))
     bench.run(np.full((500, 2), 0.01))
@@ -127,7 +127,7 @@ def test_reset_takes_integrators_to_zero_and_leaves_filters():
 
 
 @given(st.floats(0.0, 32.0), st.sampled_from([1, 2, 4, 5]), st.integers(0, 100))
-def test_delayed_demands_are_the_means_of_those_that_come_late(delay, parts, seed):
+def test_a_delayed_demand_is_its_mean_over_the_step(delay, parts, seed):
     """Each communication step shows the mean over it of u at its sample's instant plus the delay."""
     rng, count = np.random.default_rng(seed), 45
     values = rng.uniform(-0.1, 0.1, size=count)
@@ -143,7 +143,7 @@ def test_delayed_demands_are_the_means_of_those_that_come_late(delay, parts, see
         assert bench.instance["u"] == pytest.approx(share * newest + (1.0 - share) * before, abs=1e-9)
 
 
-def test_delay_of_the_chain_is_one_sample_more():
+def test_delay_of_the_chain_adds_a_sample():
     rng = np.random.default_rng(4).uniform(-0.1, 0.1, size=(20, 1))
     late = Bench(one(1.0), signals=rng[0], delay=2, chain__preset=2, chain__delay=1).run(rng)
     np.testing.assert_array_equal(late[3:], rng[:-3])
@@ -157,13 +157,13 @@ def test_dac_shows_levels_within_its_range():
     assert (result.min(), result.max()) == (pytest.approx(-5.0), pytest.approx(5.0 - step))
 
 
-def test_limits_that_cross_are_refused_by_name():
+def test_crossed_limits_are_refused_by_name():
     bench = Bench(one(1.0))
     with raises_naming(Fault, "u.lower", "2 A", "u.upper", "1 A"):
         bench.step([0.0], u__lower=2.0, u__upper=1.0)
 
 
-def test_step_that_is_longer_than_a_sample_is_refused():
+def test_step_longer_than_a_sample_is_refused():
     bench = Bench(one(1.0))
     with raises_naming(Fault, "step size = 0.00015 s", "sample_time = 0.0001 s"):
         bench.instance.step(0.0, 1.5 * T)

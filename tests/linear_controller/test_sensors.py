@@ -20,7 +20,7 @@ def bench(**values):
     [("dead", 1.0, [0.0, 0.0]), ("stuck", 1.0, [0.0, 0.0]), ("offset", 2e-5, [1.0, 2e-5])],
 )
 @pytest.mark.parametrize("sensor", range(3))
-def test_fault_reaches_its_own_signal(sensor, fault, value, expected):
+def test_a_sensor_fault_affects_its_signal_alone(sensor, fault, value, expected):
     """A dead sensor shows 0, a stuck one what it showed, one with an offset so much more."""
     item = bench()
     item.step(Y)
@@ -35,7 +35,7 @@ def test_scale_multiplies_a_signal():
     np.testing.assert_allclose(bench(b__scale=1.5).step(Y) / Y, [1.0, 1.0, 1.5], rtol=1e-14)
 
 
-def test_adc_says_when_a_signal_is_beyond_its_range():
+def test_adc_flags_a_signal_beyond_its_range():
     item = bench(chain__preset=2, chain__adc=1)
     item.step(Y)
     assert item.instance["adc_limited"] == 0.0

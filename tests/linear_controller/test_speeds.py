@@ -23,7 +23,7 @@ def table(**options):
 
 
 @pytest.mark.parametrize("speed", [100.0, 200.0, 400.0])
-def test_law_at_a_point_of_the_table_is_that_of_the_point(speed):
+def test_law_at_a_speed_of_the_table_is_exact(speed):
     given_signal = np.random.default_rng(1).uniform(-0.1, 0.1, size=(50, 1))
     result = Bench(table(), Omega=speed).run(given_signal)
     alone = Bench(linear_controller(TABLE[speed], ["y"], ["u"], T, method="zoh")).run(given_signal)
@@ -63,14 +63,14 @@ def test_passing_a_point_of_the_table_makes_no_jump(point, seed):
     np.testing.assert_allclose(result, np.tile(result[1], (3, 1)), rtol=1e-9, atol=1e-12)
 
 
-def test_run_up_through_the_table_changes_the_demand_as_slowly_as_the_speed():
+def test_demand_changes_smoothly_in_a_run_up_through_the_table():
     bench = Bench(table(), Omega=50.0)
     bench.run(np.full((200, 1), 0.01))
     demands = [bench.step([0.01], Omega=speed)[0] for speed in np.linspace(50.0, 500.0, 20_000)]
     assert np.abs(np.diff(demands)).max() < 5e-5
 
 
-def test_beyond_the_table_the_law_is_that_of_the_nearest_speed_and_says_so():
+def test_beyond_the_table_the_nearest_law_applies_with_a_warning():
     signals = np.random.default_rng(1).uniform(-0.1, 0.1, size=(20, 1))
     for beyond, nearest in ((20.0, 100.0), (900.0, 400.0)):
         bench, at = Bench(table(), Omega=beyond), Bench(table(), Omega=nearest)
@@ -78,13 +78,13 @@ def test_beyond_the_table_the_law_is_that_of_the_nearest_speed_and_says_so():
         assert (bench.instance["speed_extrapolated"], at.instance["speed_extrapolated"]) == (1.0, 0.0)
 
 
-def test_one_law_alone_has_no_speed_to_be_beyond():
+def test_a_single_law_has_no_range_of_speeds():
     bench = Bench(linear_controller(1.0, ["y"], ["u"], T), Omega=5000.0)
     bench.step([0.0])
     assert bench.instance["speed_extrapolated"] == 0.0
 
 
-def test_integrators_keep_what_they_hold_when_the_speed_changes():
+def test_integrators_keep_their_value_when_the_speed_changes():
     """Gains over speed, one integrator: the state is not touched."""
     laws = {speed: control.tf([gain, 100.0 * gain], [1.0, 0.0]) for speed, gain in ((100.0, 1.0), (300.0, 2.0))}
     bench = Bench(linear_controller(laws, names("y", 1), names("u", 1), T), Omega=100.0)

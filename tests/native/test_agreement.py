@@ -59,7 +59,7 @@ def largest_difference(native, core, steps, change, moving=0.4):
     return float(np.max(np.abs(ours - theirs).max(axis=0) / np.where(scale > 0.0, scale, 1.0))), theirs
 
 
-def test_a_lag_agrees_to_the_last_bit(library, lag):
+def test_native_lag_equals_the_core_to_the_last_bit(library, lag):
     rng = np.random.default_rng(2006)
     native, core = both(library, lag, np.zeros(1), {"gain": 3.0, "offset": -2})
     difference, _ = largest_difference(
@@ -96,7 +96,7 @@ def seals():
 
 
 @pytest.mark.parametrize("exact", [1.0, 0.0], ids=["pieces", "substeps"])
-def test_a_machine_with_seals_agrees_while_its_speed_runs_through_a_table(unpacked, exact):
+def test_a_machine_with_seals_agrees_in_a_run_up_through_its_table(unpacked, exact):
     """Before its first speed, between the others and beyond the last; touching, and free again."""
     model, constants = plant_data.plant(machine(seals=seals()))
     values = held(3) | {"Omega": 50.0, "impeller5.u": 2e-3, "seal2.mu": 0.2, "solver.exact_motion": exact}

@@ -116,7 +116,7 @@ def test_reals_are_read_and_set_in_any_order_and_number(library, names):
             assert fmu.get("u") == [last]
 
 
-def test_a_question_of_another_kind_or_without_room_for_the_answer_is_discarded(library2):
+def test_a_wrong_status_query_is_discarded(library2):
     right = {"GetRealStatus": (2, c_double()), "GetBooleanStatus": (3, c_int()), "GetStringStatus": (1, c_char_p())}
     with library2.instantiate() as fmu:
         fmu.begin()
@@ -126,7 +126,7 @@ def test_a_question_of_another_kind_or_without_room_for_the_answer_is_discarded(
             assert fmu.call(function, kind, None) == DISCARD
 
 
-def test_what_the_standard_leaves_optional_is_refused_without_harm(library2):
+def test_unsupported_optional_functions_are_refused_without_harm(library2):
     with library2.instantiate() as fmu:
         fmu.begin()
         item, value = byref(c_uint(0)), byref(c_double())

@@ -301,12 +301,12 @@ def test_translated_code_gives_the_bits_of_machine_code(machine_code, translated
         ("call void @llvm.trap()", ("llvm.trap",)),
     ],
 )
-def test_what_has_no_counterpart_in_c_is_refused_with_its_line(line, facts):
+def test_llvm_code_without_counterpart_in_c_is_refused_with_its_line(line, facts):
     with raises_naming(ValueError, *facts) as refused:
         to_c(f"define i64 @f({PARAMETERS}) {{\n  {line}\n  ret i64 %r\n}}\n")
     assert line in str(refused.value)
 
 
-def test_a_variable_that_can_be_written_is_refused():
+def test_a_writable_global_variable_is_refused():
     with raises_naming(ValueError, "variable", "written"):
         to_c("@counter = internal global i64 0\n")

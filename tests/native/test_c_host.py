@@ -128,7 +128,7 @@ def test_sanitizers_find_nothing_in_calls_of_actuator_and_controller(sanitized, 
 
 
 @pytest.mark.slow
-def test_threads_with_instances_of_their_own_share_nothing(sanitized, lag):
+def test_threads_with_separate_instances_share_nothing(sanitized, lag):
     host, *fmu = sanitized(lag, np.zeros(1), sanitizer="thread")
     run([host], *fmu, program=["threads 8 50000"], env=os.environ | {"TSAN_OPTIONS": "halt_on_error=1"})
 
@@ -185,7 +185,7 @@ def failing_memory(tmp_path_factory):
         (7, "0 0 0 0 3", ("fmi2DeSerializeFMUstate", "memory")),
     ],
 )
-def test_memory_that_is_refused_is_an_error_with_the_reason(
+def test_a_failed_allocation_is_an_error_with_the_reason(
     host, unpacked, lag, failing_memory, failing, answers, facts, tmp_path
 ):
     library, guid, resources = binary_of(unpacked(lag))
@@ -198,7 +198,7 @@ def test_memory_that_is_refused_is_an_error_with_the_reason(
 
 
 @pytest.mark.parametrize(("failing", "long"), [(4, True), (5, True), (1, False)], ids=["growth", "more", "in memory"])
-def test_memory_that_is_refused_to_the_data_is_an_error(host, unpacked, lag, failing_memory, tmp_path, failing, long):
+def test_a_failed_allocation_for_the_data_is_an_error(host, unpacked, lag, failing_memory, tmp_path, failing, long):
     library, guid, _ = binary_of(unpacked(lag))
     library = shutil.copy(library, tmp_path)  # away from the resources
     (tmp_path / "model.bin").write_bytes(bytes(1 << 18))

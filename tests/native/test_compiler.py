@@ -31,19 +31,19 @@ def test_an_unknown_platform_lists_the_valid_ones():
         check_platforms([])
 
 
-def test_all_stands_for_every_platform_and_repetition_for_nothing():
+def test_all_means_every_platform_and_duplicates_count_once():
     assert check_platforms(["all", "win64"]) == list(PLATFORMS)
     assert check_platforms(["win64", "linux64", "win64"]) == ["linux64", "win64"]
     assert check_platforms(["wasm32", "all"]) == list(TARGETS)
 
 
-def test_a_missing_compiler_says_what_to_install(monkeypatch):
+def test_error_of_a_missing_compiler_names_the_package_to_install(monkeypatch):
     monkeypatch.setattr("fmi_export.building.extras.find_spec", lambda name: None)
     with raises_naming(ValueError, "ziglang", "pip install", "[native]"):
         compiler.check_compiler()
 
 
-def test_another_llvm_than_numbas_is_named(monkeypatch):
+def test_an_llvm_version_that_differs_from_numba_is_named(monkeypatch):
     pytest.importorskip("llvmlite")
     monkeypatch.setattr("fmi_export.building.extras.find_spec", lambda name: object())
     monkeypatch.setattr(compiler, "_zig", lambda arguments, folder: "clang version 9.0.1\nTarget: x")
@@ -52,7 +52,7 @@ def test_another_llvm_than_numbas_is_named(monkeypatch):
 
 
 @pytest.mark.usefixtures("compiler")
-def test_newest_numba_and_zig_that_are_allowed_share_one_llvm():
+def test_newest_allowed_numba_and_zig_share_an_llvm_version():
     """Both have an upper bound, since the LLVM of a newer zig cannot read what an older numba writes."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     texts = [*project["dependencies"], *project["optional-dependencies"]["native"]]
@@ -65,12 +65,12 @@ def test_newest_numba_and_zig_that_are_allowed_share_one_llvm():
 
 
 @pytest.mark.usefixtures("compiler")
-def test_the_compilers_own_words_reach_the_user():
+def test_messages_of_the_compiler_reach_the_user():
     with raises_naming(ValueError, "zig cc", "no_such_function"):
         compiler.compile_library("x", {"x.c": "int f(void) { return no_such_function(); }"}, "linux64")
 
 
-def test_a_universal_library_holds_each_slice_at_a_page_of_its_own():
+def test_slices_of_a_universal_library_are_aligned_to_pages():
     slices = [
         struct.pack("<III", 0xFEEDFACF, 0x01000000 + kind, 3) + bytes(size) for kind, size in ((7, 5), (12, 40000))
     ]

@@ -86,14 +86,14 @@ def test_a_flipped_bit_in_any_byte_is_noticed(library, content):
                 assert_names(said, "checksum")
 
 
-def test_data_that_are_not_whole_are_refused_at_any_length(library, content):
+def test_truncated_data_are_refused_at_any_length(library, content):
     for size in {0, 1, HEADER.size - 1, HEADER.size, HEADER.size + 1, *range(200, len(content), 97), len(content) - 1}:
         said = refusal(library, content[:size])
         assert_names(said, "no data" if size < HEADER.size else f"{size} bytes")
     assert_names(refusal(library, content + b"\0"), f"{len(content) + 1} bytes", f"{len(content)}")
 
 
-def test_data_of_a_newer_format_are_refused_as_such(library, content):
+def test_data_of_a_newer_format_are_refused_with_that_reason(library, content):
     newer = sealed(content[:8] + struct.pack("<Q", VERSION + 1) + content[16:])
     assert_names(refusal(library, newer), f"number {VERSION + 1}", f"number {VERSION}")
 
@@ -131,7 +131,7 @@ def test_impossible_sizes_with_a_right_checksum_are_refused(library, content, co
         ("text", -1, b"x"),
     ],
 )
-def test_references_to_nowhere_with_a_right_checksum_are_refused(library, content, section, offset, wrong):
+def test_dangling_references_with_a_right_checksum_are_refused(library, content, section, offset, wrong):
     begin, end = sections(content)[section]
     at = (end if offset < 0 else begin) + offset
     said = refusal(library, sealed(content[:at] + wrong + content[at + len(wrong) :]))
@@ -195,7 +195,7 @@ def test_one_engine_runs_other_constants_and_another_interface(library, lag):
             assert said in fmu.log[-1][2]
 
 
-def test_a_state_goes_to_instances_with_the_same_data_only(library, lag):
+def test_a_state_is_restored_only_by_instances_with_the_same_data(library, lag):
     from raw import ERROR, OK
 
     data = model_data(lag, np.ones(1), "{other}", engine_key([lag]))
@@ -206,7 +206,7 @@ def test_a_state_goes_to_instances_with_the_same_data_only(library, lag):
         assert_names(other.log[0][2], "fmi2DeSerializeFMUstate", "another FMU")
 
 
-def test_a_sentence_that_the_engine_would_cut_is_refused(lag):
+def test_a_message_longer_than_the_buffer_of_the_engine_is_refused(lag):
     wordy = dataclasses.replace(lag, faults={7: 3570 * "x" + "{u}"})
     with raises_naming(ValueError, "3584 bytes", "3605"):
         model_data(wordy, np.zeros(1), "{}", "")

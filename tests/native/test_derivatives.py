@@ -37,7 +37,7 @@ def derivative(fmu, unknowns, knowns, seed, kind="Directional"):
     return status, list(result)
 
 
-def test_lag_follows_its_input_as_its_equation_says(library):
+def test_derivative_of_a_lag_is_that_of_its_equation(library):
     with library.instantiate() as fmu:
         fmu.begin(u=2.0, gain=3.0)
         fmu.step(0)
@@ -49,7 +49,7 @@ def test_lag_follows_its_input_as_its_equation_says(library):
         assert fmu.step(1) == OK
 
 
-def test_question_changes_no_bit_of_what_follows(library):
+def test_a_derivative_request_changes_no_later_bit(library):
     results = []
     for asks in (False, True):
         with library.instantiate() as fmu:
@@ -74,7 +74,7 @@ def test_adjoint_is_the_transpose_of_the_direction(unpacked, lag):
 @pytest.mark.parametrize(
     ("unknowns", "knowns"), [(["steps"], ["u"]), (["y"], ["hold"]), (["u"], ["y"]), (["y"], ["gain"])]
 )
-def test_what_has_no_derivative_is_refused_without_harm(library, unknowns, knowns):
+def test_a_request_of_an_undefined_derivative_is_harmless(library, unknowns, knowns):
     with library.instantiate() as fmu:
         fmu.begin()
         fmu.step(0)
@@ -83,7 +83,7 @@ def test_what_has_no_derivative_is_refused_without_harm(library, unknowns, known
         assert fmu.step(1) == OK
 
 
-def test_before_the_first_step_its_size_is_not_known(library):
+def test_no_derivative_exists_before_the_first_step(library):
     with library.instantiate() as fmu:
         fmu.begin()
         assert derivative(fmu, ["y"], ["u"], [1.0])[0] == DISCARD
@@ -104,7 +104,7 @@ def test_a_restored_state_has_the_derivatives_over_its_own_step(library):
         assert derivative(other, ["y"], ["u"], [1.0]) == before
 
 
-def test_at_a_bound_of_an_input_differences_are_to_one_side(library):
+def test_differences_at_a_bound_of_an_input_are_one_sided(library):
     with library.instantiate() as fmu:
         fmu.begin(u=-10.0, gain=3.0)
         fmu.step(0)
@@ -118,7 +118,7 @@ def made(name):
 
 
 @pytest.mark.parametrize("name", slow_but_first(["amb_actuator", "rolac_controller", "rotor_contact"]))
-def test_outputs_have_derivatives_by_all_inputs_unless_they_bend(unpacked, name):
+def test_outputs_have_derivatives_by_all_inputs_except_at_kinks(unpacked, name):
     """A clearance bends where the journal is in its centre, and the angle jumps where it turns backward from zero."""
     model, constants = made(name)
     inputs, outputs = ([v.name for v in model.interface.of(kind) if v.type == "Real"] for kind in ("input", "output"))
@@ -151,7 +151,7 @@ def test_outputs_have_derivatives_by_stiffnesses_of_moving_bearings(unpacked):
                 assert not refused
 
 
-def test_at_the_edge_of_what_is_allowed_there_is_none(library):
+def test_no_derivative_exists_at_the_limit_of_a_valid_range(library):
     """At u = 6 V the output `level` reaches the 12 V that it must stay below; at 5 V the model faults."""
     with library.instantiate() as fmu:
         fmu.begin(u=6.0)
@@ -165,7 +165,7 @@ def test_at_the_edge_of_what_is_allowed_there_is_none(library):
         assert derivative(fmu, ["level"], ["u"], [1.0])[0] == OK
 
 
-def test_actuator_has_its_constants_until_its_current_is_limited(actuator):
+def test_actuator_derivatives_are_k_s_and_k_i_below_the_current_limit(actuator):
     """f = K_s x + K_i i; where the current is limited the force has another slope to each side, and none beyond."""
     with actuator.instantiate() as fmu:
         fmu.begin()
@@ -192,7 +192,7 @@ def test_actuator_has_its_constants_until_its_current_is_limited(actuator):
 
 
 @pytest.mark.parametrize(("version", "abilities"), [(2, ["Directional"]), (3, ["Directional", "Adjoint"])])
-def test_description_says_so(unpacked, lag, version, abilities):
+def test_description_declares_the_derivatives(unpacked, lag, version, abilities):
     root = ElementTree.parse(unpacked(lag, None, None, version) / "modelDescription.xml").getroot()
     plural = "s" if version == 3 else ""
     for ability in abilities:

@@ -45,7 +45,7 @@ def test_an_engine_is_compiled_once(lag, empty):
     assert empty == [([lag], "win64")]
 
 
-def test_damaged_lowered_kernels_are_lowered_anew(lag, monkeypatch, tmp_path):
+def test_damaged_lowered_kernels_are_lowered_again(lag, monkeypatch, tmp_path):
     lowered = []
     monkeypatch.setattr(engines, "_cache", lambda: tmp_path)
     monkeypatch.setattr(engines, "lower", lambda model: lowered.append(model) or "; the code\n")
@@ -57,12 +57,12 @@ def test_damaged_lowered_kernels_are_lowered_anew(lag, monkeypatch, tmp_path):
     assert len(lowered) == 2
 
 
-def test_an_engine_is_compiled_where_nothing_can_be_kept(lag, empty, tmp_path):
+def test_an_engine_is_compiled_without_a_writable_cache(lag, empty, tmp_path):
     (tmp_path / "cache").touch()
     assert engine([lag], "linux64").library == b"c"
 
 
-def test_a_shipped_engine_is_used_if_it_is_of_the_present_code(lag, empty):
+def test_a_shipped_engine_is_used_if_its_code_is_current(lag, empty):
     Engine(b"shipped", "").write(engines.SHIPPED / engine_place([lag], "linux64"))
     assert engine([lag], "linux64").library == b"shipped"
     other = dataclasses.replace(lag, step=lag.initialise)
@@ -143,7 +143,7 @@ def test_a_wheel_contains_the_engines_that_a_build_looks_for(hook, lag, empty):
 
 
 @pytest.mark.slow  # needs hatchling
-def test_a_wheel_for_this_machine_is_not_passed_off_as_one_for_any(hook):
+def test_a_wheel_with_native_engines_is_tagged_by_its_platform(hook):
     data, files = hook(None)
     assert files == {host_platform()}
     assert not data["pure_python"]

@@ -44,7 +44,7 @@ def references(path):
         return list(csv.DictReader(fmu.read(f"{FOLDER}/references.csv").decode().splitlines()))
 
 
-def test_the_manifest_and_the_experiment_are_as_the_standard_has_them(native, moving):
+def test_manifest_and_experiment_follow_the_standard(native, moving):
     with zipfile.ZipFile(native(moving)) as fmu:
         manifest = ElementTree.fromstring(fmu.read(f"{FOLDER}/fmi-ls-manifest.xml"))
         experiments = ElementTree.fromstring(fmu.read(f"{FOLDER}/smoke_test.exp"))
@@ -62,7 +62,7 @@ def test_the_manifest_and_the_experiment_are_as_the_standard_has_them(native, mo
     assert [e.get("source") for e in item[1:]] == ["references.csv"]
 
 
-def test_the_references_are_what_the_core_gives(native, moving):
+def test_references_equal_the_core(native, moving):
     core, rows = Instance(moving, np.zeros(1)), references(native(moving))
     core.initialise()
     assert len(rows) == 11
@@ -75,7 +75,7 @@ def test_the_references_are_what_the_core_gives(native, moving):
         }
 
 
-def test_a_model_that_cannot_start_so_carries_no_experiment(lag, native):
+def test_a_model_without_valid_start_values_carries_no_experiment(lag, native):
     native(lag)  # its engine is at hand
     assert experiment_files(lag, np.zeros(1))
     assert experiment_files(with_starts(lag, {"u": 5.0}), np.zeros(1)) == {}
@@ -104,7 +104,7 @@ def test_arrays_of_fmi_3_are_one_column_each(native, matrix):
     assert item.n_values > 100
 
 
-def test_another_value_is_told_with_its_place(changed, native, moving):
+def test_a_deviating_value_is_reported_with_variable_and_time(changed, native, moving):
     row = references(native(moving))[4]
     line = ",".join(row.values())
     wrong = {**row, "level": "0.375"}
@@ -115,7 +115,7 @@ def test_another_value_is_told_with_its_place(changed, native, moving):
     assert_names(done.output, "level", f"{float(row['level'])!r}", "0.375", "0.001 s")
 
 
-def test_last_bits_of_another_machine_are_equal(changed, native, moving):
+def test_differences_in_last_bits_are_tolerated(changed, native, moving):
     row = references(native(moving))[4]
     name = next(name for name in row if name != "time" and float(row[name]) not in (0.0, 1.0))
     other = {**row, name: repr(float(row[name]) * (1.0 + 1e-9))}
@@ -125,7 +125,7 @@ def test_last_bits_of_another_machine_are_equal(changed, native, moving):
     assert item.largest.relative == pytest.approx(1e-9, rel=0.5)
 
 
-def test_a_fault_in_the_experiment_is_told_as_the_fmu_has_it(changed, native, moving):
+def test_a_fault_in_the_experiment_is_reported_by_the_message_of_the_fmu(changed, native, moving):
     """As an FMU does whose host got a parameter wrong; stimuli replace what the experiment has."""
     path = changed("smoke_test.exp", "<References", '<Stimuli source="in.csv" /><References')
     with zipfile.ZipFile(path, "a") as fmu:
@@ -151,7 +151,7 @@ def test_a_fault_in_the_experiment_is_told_as_the_fmu_has_it(changed, native, mo
         ("references.csv", "level", "time", ("references.csv", "two columns 'time'")),
     ],
 )
-def test_what_is_wrong_with_an_experiment_is_an_error_with_its_place(changed, file, old, new, facts):
+def test_error_names_the_faulty_part_of_an_experiment(changed, file, old, new, facts):
     with raises_naming(ValueError, "changed.fmu") as error:
         amb_cosim.verify(changed(file, old, new))
     assert_names(error, *facts)
@@ -204,7 +204,7 @@ def test_references_that_cannot_be_compared_verify_nothing(changed, native, movi
     assert_names(item, *facts)
 
 
-def test_a_tolerance_that_an_fmu_grants_itself_is_capped(changed, native, moving):
+def test_tolerance_stated_by_an_fmu_is_capped(changed, native, moving):
     row = references(native(moving))[4]
     path = changed("references.csv", ",".join(row.values()), ",".join({**row, "level": "0.375"}.values()))
     with_text(path, path, f"{FOLDER}/smoke_test.exp", "<Experiment ", '<Experiment tolerance="1e9" ')
@@ -213,14 +213,14 @@ def test_a_tolerance_that_an_fmu_grants_itself_is_capped(changed, native, moving
     assert_names(item, "NOT equal", "0.001", "1e+09")
 
 
-def test_a_name_with_a_line_break_forges_no_line(changed):
+def test_a_name_with_a_line_break_stays_in_its_line(changed):
     path = changed("smoke_test.exp", 'name="smoke_test"', 'name="a&#10;smoke_test: equal"')
     (item,) = amb_cosim.verify(path)
     assert "\n" not in str(item)
     assert str(item).startswith("a\\nsmoke_test: equal: ")
 
 
-def test_times_may_stand_at_the_experiment_itself(changed):
+def test_times_may_be_attributes_of_the_experiment(changed):
     """The format had them there until June 2026; examples and its text still do."""
     old = '<TransientSimulation startTime="0" stopTime="0.0025" stepSize="0.00025" />'
     begin = '<Experiment name="smoke_test" description="Constant inputs from the start values">'
@@ -229,7 +229,7 @@ def test_times_may_stand_at_the_experiment_itself(changed):
     assert item.largest is None
 
 
-def test_an_fmu_that_crashes_ends_its_own_process_alone(native, moving, changed, cc, tmp_path):
+def test_an_fmu_that_crashes_ends_its_process_alone(native, moving, changed, cc, tmp_path):
     (tmp_path / "crash.c").write_text("#include <stdlib.h>\n__attribute__((constructor)) void f(void) { abort(); }\n")
     cc("-shared", "-o", tmp_path / "crash.so", tmp_path / "crash.c")
     crash = (tmp_path / "crash.so").read_bytes()

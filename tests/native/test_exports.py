@@ -58,11 +58,11 @@ def check(path, platform):
 
 
 @pytest.mark.skipif(host_platform() != "linux64", reason="built by default on Linux")
-def test_the_linux_library_exports_the_fmi_functions_alone(native, lag):
+def test_the_linux_library_exports_only_fmi_functions(native, lag):
     check(native(lag), "linux64")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("platform", PLATFORMS)
-def test_the_library_of_every_platform_exports_the_fmi_functions_alone(native, plant, plant_constants, platform):
+def test_the_library_of_every_platform_exports_only_fmi_functions(native, plant, plant_constants, platform):
     check(native(plant, plant_constants, ["all"]), platform)

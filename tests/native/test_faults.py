@@ -35,7 +35,7 @@ def core_of(model, constants=None, **values):
 
 
 @pytest.mark.parametrize("case", FAULTS)
-def test_a_fault_in_a_step_is_that_of_the_core(library, lag, case):
+def test_a_fault_in_a_step_equals_that_of_the_core(library, lag, case):
     values, h = FAULTS[case]
     core = core_of(lag, u=1.0)
     core.initialise()
@@ -104,7 +104,7 @@ def test_a_warning_is_logged_once_until_the_instance_is_reset(library, lag):
             fmu.call("Reset")
 
 
-def test_a_warning_that_is_true_from_the_start_is_logged_with_the_initialisation(library):
+def test_a_warning_true_from_the_start_is_logged_at_initialisation(library):
     with library.instantiate() as fmu:
         fmu.begin(u=4.0)
         assert [(status, text.split(" u =")[0]) for status, _, text in fmu.log] == [(WARNING, "initialisation: high:")]

@@ -26,7 +26,7 @@ def library(unpacked, matrix):
     return Library3(unpacked(matrix, None, None, 3))
 
 
-def test_arrays_go_in_and_out_whole_with_other_variables(library, matrix):
+def test_whole_arrays_are_set_and_read_together_with_scalars(library, matrix):
     u, gains = [1.5, -2.0, 4.0], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
     core = initialised(matrix, np.zeros(1), {f"u{j}": value for j, value in enumerate(u)})
     with library.instantiate() as fmu:
@@ -72,7 +72,7 @@ def test_a_wrong_argument_is_refused_with_the_reason(library, call, facts):
         assert (fmu.get("fault_code"), fmu.step(0)) == ([998], ERROR)
 
 
-def test_a_fault_is_an_error_and_no_wish_to_end(library):
+def test_a_fault_is_an_error_and_requests_no_termination(library):
     with library.instantiate() as fmu:
         fmu.begin(u=[1.0, 2.0, 3.0])
         assert fmu.do_step(0.0, 1e-3) == (OK, [False] * 3, 1e-3)
@@ -87,7 +87,7 @@ def test_a_fault_is_an_error_and_no_wish_to_end(library):
 @pytest.mark.parametrize(
     ("wrong", "facts"), [({"events": True}, ("event mode",)), ({"intermediate": [0]}, ("within a step",))]
 )
-def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(library, wrong, facts):
+def test_failed_instantiation_returns_null_and_logs_the_reason(library, wrong, facts):
     fmu = library.instantiate(**wrong, logging=False)
     assert fmu.pointer is None
     assert [(status, category) for status, category, _ in fmu.log] == [(3, "logStatusError")]
@@ -113,7 +113,7 @@ ABSENT = (
 )
 
 
-def test_what_the_fmu_lacks_is_refused_with_the_reason_and_without_harm(library):
+def test_unsupported_functions_are_refused_with_the_reason(library):
     with library.instantiate() as fmu:
         fmu.begin()
         zeros = [c_void_p()] * 8
@@ -146,7 +146,7 @@ def test_an_enumeration_is_read_and_set_as_a_long_integer(library_of):
 @pytest.mark.parametrize(
     "name", ["probe_matrix", "probe_lag", "rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"]
 )
-def test_the_description_is_valid_and_an_importer_finds_nothing_wrong(name, tmp_path, lag, matrix):
+def test_the_description_is_valid_and_importable(name, tmp_path, lag, matrix):
     from xml.etree import ElementTree
 
     from fmpy import read_model_description
@@ -171,7 +171,7 @@ def test_the_description_is_valid_and_an_importer_finds_nothing_wrong(name, tmp_
             assert starts == table.start[v.valueReference : v.valueReference + size].tolist()
 
 
-def test_the_arrays_of_the_rig_are_its_sensors_and_receptance():
+def test_sensors_and_receptance_of_the_rig_are_arrays():
     from amb_cosim.cosim.fmu.fmus import model_source
 
     def arrays(name):
@@ -189,7 +189,7 @@ def test_the_arrays_of_the_rig_are_its_sensors_and_receptance():
     }
 
 
-def test_warnings_and_names_of_elements_stand_beside_a_description_without_annotations(unpacked, lag, matrix):
+def test_warnings_and_element_names_are_in_a_separate_file(unpacked, lag, matrix):
     """FMI Library calls the element Annotation of FMI 3.0 unknown."""
     for model in (lag, matrix):
         folder = unpacked(model, None, None, 3)
@@ -201,7 +201,7 @@ def test_warnings_and_names_of_elements_stand_beside_a_description_without_annot
     assert any(v.warning for v in lag.interface.variables)
 
 
-def test_an_output_array_depends_on_what_its_elements_depend_on(matrix):
+def test_an_output_array_has_the_dependencies_of_its_elements(matrix):
     root = model_description3(matrix, "{}", "a tool", "1")
     reference = {v.get("name"): v.get("valueReference") for v in root.iterfind("ModelVariables/*")}
     result = {o.get("valueReference"): o.get("dependencies") for o in root.iterfind("ModelStructure/Output")}
@@ -239,7 +239,7 @@ def test_variables_that_make_no_array_are_refused(matrix):
         slots(interface(twice, table.variables))
 
 
-def test_libraries_and_icon_are_where_fmi_3_has_them(lag, tmp_path, monkeypatch):
+def test_libraries_and_icon_are_in_the_folders_of_fmi_3(lag, tmp_path, monkeypatch):
     from fmi_export.building.native import package
     from fmi_export.building.native.engines import Engine
 
@@ -259,7 +259,7 @@ def test_libraries_and_icon_are_where_fmi_3_has_them(lag, tmp_path, monkeypatch)
     assert "model.png" not in names
 
 
-def test_pythonfmu_says_that_it_has_fmi_2(tmp_path):
+def test_python_flavour_of_fmi_3_is_refused(tmp_path):
     import amb_cosim
 
     with raises_naming(ValueError, "FMI 3.0", "native"):

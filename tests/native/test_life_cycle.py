@@ -67,20 +67,20 @@ def call_rightly(fmu, function, saved):
 
 @pytest.mark.parametrize("state", ANY)
 @pytest.mark.parametrize("function", ALLOWED)
-def test_a_call_is_allowed_in_the_states_of_the_standard_only(library, function, state):
+def test_a_call_is_allowed_only_in_the_states_of_the_standard(library, function, state):
     allowed = ALLOWED[function]
     check_states(library, function, state, allowed[library.version - 2] if allowed is READABLE else allowed)
 
 
 @pytest.mark.parametrize("state", ANY)
 @pytest.mark.parametrize("function", ALLOWED2)
-def test_a_call_of_fmi_2_alone_is_allowed_in_the_states_of_the_standard_only(library2, function, state):
+def test_an_fmi_2_call_is_allowed_only_in_the_states_of_the_standard(library2, function, state):
     check_states(library2, function, state, ALLOWED2[function])
 
 
 @pytest.mark.parametrize("state", ANY)
 @pytest.mark.parametrize(("function", "allowed"), [("GetInt64", ANY), ("SetInt64", SETTABLE)])
-def test_a_call_of_fmi_3_alone_is_allowed_in_the_states_of_the_standard_only(library_of, function, allowed, state):
+def test_an_fmi_3_call_is_allowed_only_in_the_states_of_the_standard(library_of, function, allowed, state):
     check_states(library_of("native 3"), function, state, allowed)
 
 
@@ -117,7 +117,7 @@ def check_states(library, function, state, allowed):
         ({"name": None}, ("name",)),
     ],
 )
-def test_an_instance_that_cannot_be_made_is_none_and_the_log_says_why(library, wrong, facts):
+def test_failed_instantiation_returns_null_and_logs_the_reason(library, wrong, facts):
     fmu = library.instantiate(**wrong, logging=0)
     assert fmu.pointer is None
     assert [(status, category) for status, category, _ in fmu.log] == [(ERROR, "logStatusError")]
@@ -133,7 +133,7 @@ def test_an_instance_for_model_exchange_is_refused(library2):
     assert library2.instantiate(callbacks=False).pointer is None
 
 
-def test_no_instance_is_survived(library):
+def test_calls_with_a_null_instance_are_harmless(library):
     nobody = library.instantiate(guid="{0}")
     for function in (*ALLOWED, *(ALLOWED2 if library.version == 2 else ()), "SerializeFMUstate", "DeSerializeFMUstate"):
         assert call_rightly(nobody, function, c_void_p()) == ERROR
@@ -145,7 +145,7 @@ def test_version_and_platform_are_those_of_the_standard(library):
     assert answers == ([b"2.0", b"default"] if library.version == 2 else [b"3.0"])
 
 
-def test_two_instances_in_turns_run_as_each_would_alone(library):
+def test_two_interleaved_instances_run_as_each_alone(library):
     def alone(sign):
         with library.instantiate() as fmu:
             fmu.begin(gain=2.0)
@@ -210,7 +210,7 @@ def test_an_impossible_experiment_is_refused(library, start, stop):
         assert fmu.enter(1.0, 2.0) == OK
 
 
-def test_a_step_after_the_end_of_the_experiment_is_refused_and_the_run_can_end(library):
+def test_a_step_beyond_the_stop_time_is_refused_and_the_run_can_end(library):
     with library.instantiate() as fmu:
         fmu.enter(0.0, 1e-3)
         fmu.call("ExitInitializationMode")
@@ -243,7 +243,7 @@ def test_a_host_that_sums_its_steps_reaches_the_stop_time(library, steps, h):
 
 
 @pytest.mark.parametrize("h", [1e-9, 1e-17, 5e-324])
-def test_a_step_of_next_to_nothing_changes_next_to_nothing(library, h):
+def test_a_tiny_step_makes_a_tiny_change(library, h):
     with library.instantiate() as fmu:
         fmu.begin(u=1.0)
         fmu.step(0)
@@ -252,7 +252,7 @@ def test_a_step_of_next_to_nothing_changes_next_to_nothing(library, h):
         assert fmu.get("y") == [pytest.approx(y, abs=2.0 * h / 1e-3 + 1e-16)]
 
 
-def test_out_of_the_error_state_leads_a_state_from_before_or_a_reset(library):
+def test_an_earlier_state_or_a_reset_leaves_the_error_state(library):
     with library.instantiate() as fmu:
         fmu.begin(u=1.0)
         fmu.step(0)
@@ -270,7 +270,7 @@ def test_out_of_the_error_state_leads_a_state_from_before_or_a_reset(library):
         assert (fmu.step(0), fmu.get("steps", "fault_code")) == (OK, [1, 0])
 
 
-def test_a_fault_is_no_end_that_the_model_wants(library2):
+def test_a_fault_is_not_reported_as_termination_by_the_model(library2):
     """Hosts take fmi2Terminated for success: FMPy, fmusim, PyFMI and others stop without a word."""
     with library2.instantiate() as fmu:
         fmu.begin()

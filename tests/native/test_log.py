@@ -53,7 +53,7 @@ def test_a_wrong_log_category_is_refused_and_nothing_else_changes(library, categ
         ([(True, (b"logStatusWarning",)), (True, (b"logStatusFatal",))], (False, True)),
     ],
 )
-def test_warnings_go_by_category_and_errors_always(library, switched, heard):
+def test_warnings_are_logged_by_category_and_errors_always(library, switched, heard):
     with library.instantiate() as fmu:
         fmu.begin()
         assert [fmu.debug(on, *names) for on, names in switched] == [OK] * len(switched)
@@ -70,7 +70,7 @@ def test_every_declared_category_can_be_chosen(library):
         assert fmu.debug(True, *(name.encode() for name in LOG_CATEGORIES)) == OK
 
 
-def test_without_logging_a_fault_alone_is_in_the_log(library2):
+def test_without_logging_only_a_fault_is_in_the_log(library2):
     with library2.instantiate(logging=0) as fmu:
         fmu.begin()
         fmu.set(u=4.0)

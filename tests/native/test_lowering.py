@@ -29,7 +29,7 @@ def assembly(lag):
     return lower(lag)
 
 
-def test_the_code_has_two_functions_for_others_and_calls_c_alone(assembly):
+def test_the_code_exports_two_functions_and_calls_only_libm(assembly):
     assert re.findall(r"^define hidden [^@]*@(\w+)\(", assembly, re.MULTILINE) == ["kernel_initialise", "kernel_step"]
     assert re.findall(r"^define (?!hidden|internal).*", assembly, re.MULTILINE) == []
     declared = set(re.findall(r"^declare [^@]*@([\w.]+)\(", assembly, re.MULTILINE))
@@ -37,7 +37,7 @@ def test_the_code_has_two_functions_for_others_and_calls_c_alone(assembly):
     assert not re.search(r"\b_?Py\w+|NRT_|numba_", assembly)
 
 
-def test_the_code_is_for_no_machine_and_tells_of_none(assembly):
+def test_the_code_names_no_target_and_no_path(assembly):
     assert not re.search(r"^target |target-cpu|target-features|^source_filename", assembly, re.MULTILINE)
     assert not re.search(r"inttoptr|/\w+/", assembly)
 

@@ -33,7 +33,7 @@ def case(request):
     return model, constants
 
 
-def test_description_is_that_of_the_python_flavour(native, build_fmu, case):
+def test_description_equals_that_of_the_python_flavour(native, build_fmu, case):
     ours, theirs = xml_of(native(*case)), xml_of(build_fmu(*case))
     assert ours.get("guid") != theirs.get("guid")
     assert ours.find("CoSimulation").get("needsExecutionTool") == "false"
@@ -56,7 +56,7 @@ def test_the_guid_changes_with_constants_flavour_and_version(lag):
     assert len(guids | {native_guid(lag, np.zeros(1), 3)}) == 4
 
 
-def test_the_archive_holds_engine_data_documentation_and_an_experiment(native, lag):
+def test_the_archive_has_engine_data_documentation_and_an_experiment(native, lag):
     library = f"binaries/{host_platform()}/probe_lag{PLATFORMS[host_platform()][0]}"
     experiment = ("fmi-ls-manifest.xml", "references.csv", "smoke_test.exp")
     with zipfile.ZipFile(native(lag)) as archive:
@@ -84,7 +84,7 @@ def test_python_fmu_is_independent_of_the_native_flavour(build_fmu, lag, tmp_pat
     assert bootstrap.digest(package) != before
 
 
-def test_a_sentence_that_names_no_variable_is_refused(lag):
+def test_a_message_with_an_unknown_variable_is_refused(lag):
     wrong = dataclasses.replace(lag, faults={7: "{v} is wrong"})
     with raises_naming(ValueError, "probe_lag", "'v'"):
         model_data(wrong, np.zeros(1), "{}", "")

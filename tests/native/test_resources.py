@@ -38,7 +38,7 @@ def folder(library2, tmp_path_factory):
         "{path}/../resources",
     ],
 )
-def test_a_location_leads_to_the_data_in_every_form(library2, folder, form):
+def test_every_form_of_a_location_leads_to_the_data(library2, folder, form):
     encoded = folder.as_uri().removeprefix("file://")
     hexadecimal = "".join(f"%{byte:02{'xX'[k % 2]}}" for k, byte in enumerate(str(folder).encode()))
     location = form.format(uri=folder.as_uri(), encoded=encoded, path=folder, hexadecimal=f"/{hexadecimal}")
@@ -73,7 +73,7 @@ def alone(library2, tmp_path_factory):
 
 
 @pytest.mark.parametrize("location", [None, "", "/nowhere", "file:///nowhere", "file://server/x", "https://server/x"])
-def test_where_a_location_is_wrong_the_data_beside_the_library_are_taken(library2, location):
+def test_the_data_beside_the_library_replace_a_wrong_location(library2, location):
     """FMUSDK and others do not pass where they have unpacked the FMU."""
     beside = library2.path.parents[2] / "resources"
     with library2.instantiate(resources=location) as fmu:
@@ -87,7 +87,7 @@ def test_where_a_location_is_wrong_the_data_beside_the_library_are_taken(library
         assert (fmu.pointer is not None, fmu.log) == (True, [])
 
 
-def test_data_of_another_fmu_are_refused_whatever_lies_beside_the_library(library2, tmp_path):
+def test_data_of_another_fmu_are_refused(library2, tmp_path):
     data = bytearray((library2.path.parents[2] / "resources" / "model.bin").read_bytes())
     (tmp_path / "model.bin").write_bytes(data[:-1])
     fmu = library2.instantiate(resources=str(tmp_path))
@@ -125,14 +125,14 @@ def test_a_location_without_data_is_refused_with_the_reason(alone, location, fac
     assert_names(fmu.log[0][2], *facts)
 
 
-def test_a_long_file_in_the_place_of_the_data_is_read_and_refused(library2, tmp_path):
+def test_a_long_file_in_place_of_the_data_is_refused(library2, tmp_path):
     (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
     fmu = library2.instantiate(resources=str(tmp_path))
     assert fmu.pointer is None
     assert_names(fmu.log[0][2], "resources/model.bin", "no data")
 
 
-def test_a_folder_in_the_place_of_the_data_is_refused(alone, tmp_path):
+def test_a_folder_in_place_of_the_data_is_refused(alone, tmp_path):
     (tmp_path / "model.bin").mkdir()
     fmu = alone.instantiate(resources=str(tmp_path))
     assert fmu.pointer is None

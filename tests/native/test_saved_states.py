@@ -15,7 +15,7 @@ def run(fmu):
     return [(fmu.set(u=n / 2.0), fmu.step(n), *fmu.get("y", "level", "steps")) for n in range(3, 8)]
 
 
-def test_a_saved_state_continues_as_the_first_run_did_in_any_instance(library):
+def test_a_saved_state_continues_the_run_in_any_instance(library):
     with library.instantiate() as fmu, library.instantiate() as other:
         fmu.begin(u=1.0, gain=3.0)
         for n in range(3):
@@ -32,7 +32,7 @@ def test_a_saved_state_continues_as_the_first_run_did_in_any_instance(library):
         assert other.serialise(restored) == text
 
 
-def test_a_state_is_saved_into_the_memory_of_an_earlier_one(library):
+def test_saving_reuses_the_memory_of_an_earlier_state(library):
     with library.instantiate() as fmu:
         fmu.begin(u=1.0)
         saved = fmu.save()
@@ -77,7 +77,7 @@ def test_bytes_that_are_no_state_of_this_fmu_are_refused(library, spoil, facts):
         assert_names(fmu.log[0][2], *facts)
 
 
-def test_a_state_with_an_integer_beyond_its_type_is_restored_and_the_integer_refused(library):
+def test_an_integer_beyond_its_type_in_a_state_is_refused(library):
     """A count that a run of days might reach, were it not for 32 bits."""
     with library.instantiate() as fmu:
         fmu.begin()
@@ -99,7 +99,7 @@ NO_STATE = ("pointer", "no state")
 
 
 @pytest.mark.parametrize("call", ["SetFMUstate", "SerializedFMUstateSize", "SerializeFMUstate"])
-def test_a_pointer_to_no_state_is_not_looked_at(library, call):
+def test_a_pointer_to_no_state_is_not_dereferenced(library, call):
     """Address 8 cannot be read; a state that was freed, a copy of one, and another instance's are none either."""
     with library.instantiate() as fmu, library.instantiate() as other:
         saved, before = fmu.begin(u=1.0).save(), fmu.save()
@@ -125,7 +125,7 @@ def test_a_pointer_to_no_state_is_not_freed(library):
         assert (fmu.step(0), other.restore(foreign), other.step(0)) == (OK, OK, OK)
 
 
-def test_a_state_is_saved_anew_where_the_host_has_not_set_its_pointer(library):
+def test_a_state_is_allocated_if_the_host_left_its_pointer_unset(library):
     with library.instantiate() as fmu:
         unset = c_void_p(8)
         saved = fmu.begin(u=1.0).save(unset)
@@ -133,7 +133,7 @@ def test_a_state_is_saved_anew_where_the_host_has_not_set_its_pointer(library):
         assert (fmu.step(0), fmu.restore(saved), fmu.last_time()) == (OK, OK, 0.0)
 
 
-def test_any_number_of_states_is_kept_apart(library):
+def test_any_number_of_states_coexists(library):
     with library.instantiate() as fmu:
         fmu.begin(u=1.0)
         saved, displayed = [], []
@@ -149,7 +149,7 @@ def test_any_number_of_states_is_kept_apart(library):
         assert len(set(map(tuple, displayed))) == 40
 
 
-def test_too_little_room_for_the_bytes_is_refused(library):
+def test_too_small_a_buffer_for_the_bytes_is_refused(library):
     with library.instantiate() as fmu:
         room = create_string_buffer(10)
         assert fmu.call("SerializeFMUstate", fmu.save(), room, c_size_t(10)) == ERROR
@@ -157,7 +157,7 @@ def test_too_little_room_for_the_bytes_is_refused(library):
         assert re.fullmatch(rf"{function}: .* \d+ bytes, .* 10", fmu.log[0][2])
 
 
-def test_a_state_that_is_freed_is_none_and_none_may_be_freed(library):
+def test_a_freed_state_is_null_and_null_may_be_freed(library):
     with library.instantiate() as fmu:
         saved = fmu.save()
         for state in (byref(saved), byref(saved), byref(c_void_p()), None):

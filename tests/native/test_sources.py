@@ -78,7 +78,7 @@ def test_a_library_from_the_c_code_gives_the_bits_of_the_shipped_one(with_source
 
 @needs_gcc
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_in_one_program_with_others_every_name_begins_with_that_of_the_model(with_sources, lag, fmi, tmp_path):
+def test_every_symbol_begins_with_the_name_of_the_model(with_sources, lag, fmi, tmp_path):
     compile_sources(with_sources(lag, np.zeros(1), fmi), tmp_path / "all.so", "-shared")
     listed = run_program("nm", "-g", "--defined-only", tmp_path / "all.so")
     names = [line.split()[2] for line in listed.stdout.splitlines()]
@@ -87,7 +87,7 @@ def test_in_one_program_with_others_every_name_begins_with_that_of_the_model(wit
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-def test_the_descriptions_say_what_is_compiled(with_sources, lag, fmi):
+def test_the_descriptions_list_the_compiled_sources(with_sources, lag, fmi):
     fmpy = pytest.importorskip("fmpy")
     folder = with_sources(lag, np.zeros(1), fmi)
     (configuration,) = fmpy.read_model_description(str(folder), validate=True).buildConfigurations

@@ -17,14 +17,14 @@ from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
 
 
-def test_list_tells_all_of_one_scenario_or_names_the_nearest(runner):
+def test_list_describes_a_scenario_or_suggests_the_nearest(runner):
     text = runner("list", "compressor_touchdown").stdout
     assert all(word in text for word in ("theme", "rubs at its seal", "Timbo", "compressor_touchdown.toml"))
     assert "did you mean compressor_touchdown" in runner("list", "compressor_touchdow").stderr
 
 
 @pytest.mark.parametrize("arguments", [("list",), ("run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out")])
-def test_a_reader_that_leaves_ends_a_command_without_a_word(tmp_path, arguments):
+def test_a_closed_pipe_ends_a_command_silently(tmp_path, arguments):
     """As `head -1` does; what a run has recorded is written before."""
     with subprocess.Popen(
         [*COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE
@@ -50,7 +50,7 @@ def test_a_reader_that_leaves_ends_a_command_without_a_word(tmp_path, arguments)
         (("robustness", "bath_thesis"), "report --robustness --pack NAME"),
     ],
 )
-def test_a_command_that_left_says_where_its_question_is_answered(refuses, former, present):
+def test_a_removed_command_names_its_replacement(refuses, former, present):
     refuses(f"any more; use 'amb-cosim {present}'", *former)
 
 
@@ -62,7 +62,7 @@ def test_fmus_of_flavour_python_have_no_c_code(refuses):
     refuses("--sources requires native FMUs", "build", "--sources", "--flavour", "python", "-o", "fmus")
 
 
-def test_build_takes_a_rotor_of_ones_own(runner, tmp_path):
+def test_build_takes_a_rotor_file(runner, tmp_path):
     rig = rotor_path().read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")
     built = runner("build", "--flavour", "python", "--rotor", "heavy.toml", "-o", "heavy")
@@ -103,7 +103,7 @@ def test_a_run_writes_results_and_prints_the_summary(runner, tmp_path):
 
 
 @pytest.mark.parametrize("flavour", ["native", "python"])
-def test_an_fmu_that_refuses_to_start_ends_with_its_own_words(cosim, tmp_path, flavour):
+def test_an_fmu_that_fails_to_start_ends_the_run_with_its_message(cosim, tmp_path, flavour):
     setting = "amb_actuator.mb1.bias_current_x=9 A"
     done = cosim("run", "fig4_9", "--until", "0.01", "--set", setting, "--flavour", flavour)
     assert done.returncode == 2
@@ -113,7 +113,7 @@ def test_an_fmu_that_refuses_to_start_ends_with_its_own_words(cosim, tmp_path, f
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_failing_step_keeps_what_was_recorded(runner, tmp_path):
+def test_a_failing_step_keeps_the_record(runner, tmp_path):
     """Without control current the rotor falls into the magnet as soon as the retainer is wider than the air gap."""
     done = runner(
         "run", "fig4_9", "-o", "out", "--no-plots",

@@ -56,7 +56,7 @@ def test_nothing_within_a_table_is_marked():
         assert marked_axes(result) == 0
 
 
-def test_modes_are_marked_at_speeds_beyond_a_table_alone():
+def test_modes_are_marked_only_at_speeds_beyond_a_table():
     result = studies.modes(SHORT, speeds="50 rad/s,200 rad/s,400 rad/s", count=2)
     outside = {Omega: at.extrapolated for Omega, at in result.frequencies.speeds.items()}
     assert outside == {50.0: True, 200.0: False, 400.0: True}
@@ -65,7 +65,7 @@ def test_modes_are_marked_at_speeds_beyond_a_table_alone():
 
 
 @pytest.mark.parametrize("study", [studies.campbell, studies.modes, studies.unbalance_response, studies.layout])
-def test_coefficients_of_one_whirl_frequency_are_told(study):
+def test_coefficients_of_a_fixed_whirl_frequency_are_reported(study):
     result = study(FROZEN)
     assert_names(str(result), "left, right", "200 rad/s", "31.83 Hz")
     assert "whirl frequency" in figure(result).get_suptitle()

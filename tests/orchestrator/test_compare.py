@@ -52,7 +52,7 @@ def test_equal_runs_are_equal_to_the_last_bit(make):
     assert against.largest is None
 
 
-def test_signal_that_deviates_most_is_told_with_its_cycle(make):
+def test_signal_with_the_largest_deviation_is_printed_with_its_cycle(make):
     (against,) = amb_cosim.compare(make(), make(force=1.5)).signals.against_first
     assert against.equal == against.compared - 1
     assert against.largest.signal == "rotor_contact.rb1.f_n"
@@ -60,7 +60,7 @@ def test_signal_that_deviates_most_is_told_with_its_cycle(make):
     assert against.largest.cycle == pytest.approx(6.5)
 
 
-def test_signals_that_only_some_have_are_told(make):
+def test_signals_missing_in_some_runs_are_reported(make):
     less = make()
     dataset = less.dataset.drop_vars("rotor_contact.energy.strain")
     result = amb_cosim.compare(make(), Result(dataset.assign_attrs(scenario="lean"), DONE))
@@ -81,7 +81,7 @@ def runs(make, monkeypatch):
     return calls
 
 
-def test_options_are_for_all_runs_or_for_one(runner, runs):
+def test_options_apply_to_all_runs_or_to_a_single_run(runner, runs):
     options = "--set a.b=1 --set '2:a.c=2 mm' --rotor 1:bath_rig --flavour 2:python --until 0.1 --no-plots"
     result = runner("compare", "fig4_9", "fig4_9", *shlex.split(options))
     assert result.exit_code == 0, result.output
@@ -111,7 +111,7 @@ def test_saved_results_give_table_figures_and_data(make, runner, check_picture, 
     assert peak["differences"] == pytest.approx([0.0, 1234.5])
 
 
-def test_run_that_failed_is_compared_and_told(make, runner, tmp_path):
+def test_run_that_failed_is_compared_and_reported(make, runner, tmp_path):
     make().save(tmp_path / "a", plots=False)
     make(outcome=Outcome("failed", 0.3, "rotor_contact", "too fast")).save(tmp_path / "b", plots=False)
     result = runner("compare", "a", "b", "-o", "out", "--no-plots")

@@ -66,7 +66,7 @@ def test_peak_is_the_largest_force_within_a_step():
     assert contact_history.touchable(run) == ["catcher", "seal"]
 
 
-def test_samples_are_told_where_nothing_else_is_known():
+def test_forces_known_only_at_samples_are_marked():
     force = np.where(np.arange(N) == 200, 500.0, 0.0)
     run = table(SILENT | {"seal.f_n": force})
     assert contact_forces.peak_force(run, "seal") == 500.0
@@ -91,19 +91,19 @@ def test_an_empty_run_has_no_impulse():
     assert contact_forces.peak_force(none, "seal") is None
 
 
-def test_contact_between_two_samples_is_contact():
+def test_contact_between_two_samples_counts():
     run = table(moving(1e-4, 1e-4) | {"seal.f_n_peak": np.where(np.arange(N) == 200, 900.0, 0.0)})
     assert contact_history.contact_cycles(run) == pytest.approx((1.0, 1.0))
 
 
-def test_orbit_in_a_retainer_is_told_beside_that_in_its_bearing():
+def test_orbits_in_a_retainer_and_its_bearing_are_both_reported():
     run = table(moving(1.0e-4, 1.7e-4))
     assert orbits.orbit_largest(run) == pytest.approx({"drive_end": 0.1, "thrust": 0.05, "catcher": 0.17})
     assert run_quantities.largest_radius(run, "drive_end") == pytest.approx(0.85)
     assert [(s.place, s.site) for s in stations(run)] == [("catcher", "catcher"), ("thrust", "")]
 
 
-def test_without_its_own_path_a_retainer_has_that_of_its_bearing():
+def test_a_retainer_without_a_path_has_that_of_its_bearing():
     """Which counts from the rest; the retainer's centre is 30 um aside and its housing moves."""
     values = moving(1.0e-4, 0.0) | {"catcher.housing_x": np.linspace(0.0, 2e-5, N), "catcher.housing_y": np.zeros(N)}
     of_bearing = {name: value for name, value in values.items() if name not in ("catcher.x", "catcher.y")}
@@ -115,7 +115,7 @@ def test_without_its_own_path_a_retainer_has_that_of_its_bearing():
 
 
 @pytest.mark.parametrize(("node", "apart"), [(2, ()), (3, ("catcher",))])
-def test_a_retainer_is_apart_where_another_plane_carries_it(node, apart):
+def test_a_retainer_in_another_plane_than_its_bearing_is_separate(node, apart):
     from machines import machine
 
     from amb_cosim.design.plant_data import plant

@@ -40,13 +40,13 @@ def test_power_is_split_between_two_harmonics_at_the_limit(pressed):
     assert result["rb2"] is None, "no force, no share"
 
 
-def test_a_force_beyond_the_limit_is_warned_of_by_site_and_limit(pressed):
+def test_a_force_above_the_frequency_limit_warns_with_site_and_limit(pressed):
     (sentence,) = summarise(pressed(lambda t: 100.0 + 100.0 * np.cos(3000.0 * t))).warnings
     assert sentence.startswith("much of the contact force's power is above 1000 rad/s")
     assert "RB1 33.3 %, where 10 % is allowed" in sentence
 
 
-def test_without_a_limit_there_is_no_share(pressed):
+def test_without_a_frequency_limit_no_share_is_reported(pressed):
     dataset = pressed(lambda t: 100.0 + 100.0 * np.cos(3000.0 * t), None)
     assert share_beyond_reduction(dataset) == {"rb1": None, "rb2": None}
     assert warnings_beyond_reduction(dataset) == []

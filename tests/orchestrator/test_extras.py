@@ -45,7 +45,7 @@ NATIVE = "it needs ziglang"
         pytest.param("build --flavour python --platform win64", NATIVE, "native", marks=pytest.mark.slow),
     ],
 )
-def test_a_command_names_the_extra_that_it_needs(run_python, tmp_path, monkeypatch, command, needs, extra):
+def test_error_of_a_command_names_the_missing_extra(run_python, tmp_path, monkeypatch, command, needs, extra):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "empty"))
     monkeypatch.chdir(tmp_path)  # the command that installs it names the clone from elsewhere
     code, message = run_python(without_extras, cwd=tmp_path, arguments=command.split())

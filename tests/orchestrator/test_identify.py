@@ -88,7 +88,7 @@ def test_speeds_that_succeed_are_kept_when_others_fail(runner, runs, tmp_path):
     np.testing.assert_array_equal(retained.entries[1].receptance, random_receptance(6))
 
 
-def test_a_new_identification_replaces_its_speed_and_leaves_the_others(runner, runs, table, tmp_path):
+def test_a_new_identification_replaces_only_its_speed(runner, runs, table, tmp_path):
     table.write(tmp_path / "t.toml")
     runs(completed(outputs(random_receptance(8))))
     result = runner("identify", "--speeds", "100 rad/s", "-o", "t.toml")
@@ -142,7 +142,7 @@ def wrong(table, tmp_path):
     ],
     ids=lambda command: command[0],
 )
-def test_tables_that_do_not_belong_are_refused_and_stay_as_they_are(refuses, wrong, tmp_path, command, case):
+def test_tables_of_another_machine_are_refused_and_unchanged(refuses, wrong, tmp_path, command, case):
     expected = wrong(case)
     before = (tmp_path / "t.toml").read_bytes()
     assert "table of receptances t.toml" in refuses(expected, *command)
@@ -164,7 +164,7 @@ def constants_of(fmu):
         return np.load(io.BytesIO(archive.read("resources/constants.npy")))
 
 
-def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path):
+def test_paths_of_table_and_rotor_are_relative_to_the_scenario(table, tmp_path):
     """Also where another scenario, elsewhere, derives from it."""
     folder = tmp_path / "cases"
     folder.mkdir()
@@ -182,7 +182,7 @@ def test_a_scenario_names_its_table_and_its_rotor_beside_itself(table, tmp_path)
 
 
 @pytest.mark.slow
-def test_from_identification_to_a_run_with_what_it_found(cosim, tmp_path):
+def test_an_identified_table_is_used_by_a_run(cosim, tmp_path):
     done = cosim("identify", "--speeds", "16 Hz,35 Hz", "-o", "t.toml", "--set", "rotor_contact.d1.u=3 g.m")
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("done") == 2

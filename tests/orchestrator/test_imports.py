@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
-def test_no_circle_of_files_is_left():
+def test_no_circular_imports_exist():
     """Imports inside functions count, and so do those for types alone."""
     grimp = pytest.importorskip("grimp", reason="comes with import-linter (extra: dev)")
     packages = PROJECT["tool"]["importlinter"]["root_packages"]
@@ -21,7 +21,7 @@ def test_no_circle_of_files_is_left():
     TopologicalSorter(imported).prepare()  # a CycleError names the files of a circle
 
 
-def test_the_table_of_allowed_imports_has_every_room():
+def test_the_table_of_allowed_imports_lists_every_folder():
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     table = text.partition("Allowed imports")[2]
     folders = (*(ROOT / "applications").iterdir(), ROOT / "orchestrator" / "amb_cosim", ROOT / "libraries")
@@ -31,7 +31,7 @@ def test_the_table_of_allowed_imports_has_every_room():
     assert not missing
 
 
-def test_the_orchestrator_names_applications_in_its_facade_alone():
+def test_the_orchestrator_imports_applications_only_in_its_facade():
     names = re.compile("|".join(sorted(path.name for path in (ROOT / "applications").iterdir() if path.is_dir())))
     files = (ROOT / "orchestrator").rglob("*.py")
     naming = {file.relative_to(ROOT).as_posix() for file in files if names.search(file.read_text(encoding="utf-8"))}

@@ -35,7 +35,7 @@ def test_largest_force_is_that_of_a_saturated_coil_pair(synthetic, total):
     assert (low, high) == pytest.approx((-largest - static, largest - static), rel=1e-9)
 
 
-def test_limits_of_a_system_without_magnets_are_not_known(synthetic):
+def test_a_system_without_magnets_has_no_force_limits(synthetic):
     assert force_limits(synthetic(), "mb1.x") is None
     assert current_limits(synthetic(), "mb1.x") is None
     with raises_naming(ValueError, "magnets", "no current", "no force"):

@@ -25,13 +25,13 @@ def test_a_result_shows_verdict_orbits_forces_and_key_values(synthetic):
     assert html.index("largest contact force") < html.index("<details>") < html.index("peak contact force")
 
 
-def test_a_result_without_samples_shows_how_it_ended(synthetic):
+def test_a_result_without_samples_shows_its_outcome(synthetic):
     html = shown(synthetic().isel(time=slice(0, 0)), Outcome("failed", 0.1, "rotor", "the rotor <left>"))
     assert "<img" not in html
     assert "the rotor &lt;left&gt;" in html
 
 
-def test_the_live_rig_is_a_frame_that_holds_its_whole_page(tmp_path):
+def test_the_live_rig_is_a_frame_with_its_whole_page(tmp_path):
     text = '<!doctype html><p title="a & b">rig</p>'
     result = LivePage("pump <1>", text, 700)
     frame = result._repr_html_()

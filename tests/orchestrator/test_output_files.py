@@ -11,7 +11,7 @@ from fmi_export.building.native import engines
 SHORT = ("run", "fig4_9", "--until", "0.02", "--no-plots")
 
 
-def test_a_summary_goes_through_links_and_to_devices(runner, tmp_path):
+def test_a_summary_can_be_written_to_links_and_devices(runner, tmp_path):
     target, link, null = (tmp_path / name for name in ("target.json", "link.json", "null"))
     link.symlink_to(target)
     null.symlink_to(os.devnull)
@@ -23,7 +23,7 @@ def test_a_summary_goes_through_links_and_to_devices(runner, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_full_disk_is_one_sentence_and_keeps_the_old_result(cosim, small_disk):
+def test_a_full_disk_ends_with_one_message_and_keeps_the_old_result(cosim, small_disk):
     disk = small_disk("1500k")
     assert cosim(*SHORT, "-o", "disk").returncode == 0
     before = (disk / "result.nc").read_bytes()

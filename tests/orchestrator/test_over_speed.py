@@ -17,7 +17,7 @@ from rotor_analysis.parts import AtSpeed, Bearing
 from tests.support.messages import assert_names
 
 
-def test_decrement_and_damping_ratio_are_those_of_one_decay():
+def test_decrement_and_damping_ratio_describe_the_same_decay():
     """exp(-delta) is the next amplitude over this one: exp(-zeta omega_0 T) with T = 2 pi/(omega_0 sqrt(1-zeta^2))."""
     zeta = 0.2
     delta = zeta * 2.0 * math.pi / math.sqrt(1.0 - zeta**2)
@@ -49,13 +49,13 @@ def crossing_poles() -> ClosedLoopPoles:
     )
 
 
-def test_critical_speed_is_where_a_vibration_has_the_frequency_of_rotation():
+def test_vibration_frequency_at_a_critical_speed_is_that_of_rotation():
     (critical,) = crossing_poles().critical_speeds
     assert (critical.mode, critical.speed) == (1, pytest.approx(100.5))
     assert critical.decrement == pytest.approx(0.14975)
 
 
-def test_critical_speeds_of_a_levitated_machine_beyond_the_table_of_a_seal_are_marked():
+def test_critical_speeds_beyond_the_table_of_a_seal_are_marked():
     rows = tuple(AtSpeed(speed, ((1e5, 0.0), (0.0, 1e5))) for speed in (0.0, 50.0))
     result = replace(crossing_poles(), limits=limits_of((Bearing("labyrinth", 1, at_speed=rows),)))
     assert_names(str(result), "labyrinth", "0 to 50 rad/s", "100.5 rad/s (mode 1, decrement 0.15, extrapolated)")

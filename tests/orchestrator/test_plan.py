@@ -94,14 +94,14 @@ def test_loss_factor_that_a_model_approximates_is_a_warning_of_the_run():
 
 @pytest.mark.parametrize("steps", [1, 3, 1000, 7 * 10**8])
 @pytest.mark.parametrize("h", [1e-4, 5e-5, 4.9999999999999996e-05, 2.5e-4, 1 / 3 * 1e-3, 1e-6])
-def test_times_of_whole_and_half_steps_are_not_rounded_to_another(steps, h):
+def test_times_of_whole_and_half_steps_keep_their_point(steps, h):
     for error in (-4e-16, 0.0, 4e-16):
         for count in (steps, -steps, steps + 0.5):
             assert in_steps(count * h * (1.0 + error), h) == count
     assert in_steps((steps + 1e-3) * h, h) == pytest.approx(steps + 1e-3, rel=1e-12)
 
 
-def test_the_factor_scales_what_the_scenario_sets_and_nothing_else():
+def test_the_factor_scales_only_values_that_the_scenario_sets():
     p = plan()
     assert p.inputs["rotor.d1.u"] == pytest.approx(10e-3)
     assert p.events[0][1:] == ("rotor.d1.u", pytest.approx(20e-3))
@@ -118,7 +118,7 @@ def test_scenario_and_settings_override_parameters_of_the_system():
     assert (p.parameters["sampler"]["k_x"], p.parameters["sampler"]["k_y"]) == (5.0, 7.0)
 
 
-def test_a_scaled_value_is_held_against_the_limits():
+def test_a_scaled_value_is_checked_against_the_limits():
     with raises_naming(ValueError, "unbalance_factor", "rotor.d1.u", "0.12 kg.m"):
         plan(scenario=SCENARIO.replace("10 g.m", "60 g.m"))
 
@@ -131,7 +131,7 @@ def test_a_new_speed_moves_the_cycles_and_reaches_all_targets():
         assert p.marks["step"] == round(5 * PERIOD / 2 / H)
 
 
-def test_cycles_of_a_rotor_that_stands_still_last_10_ms():
+def test_cycles_of_a_rotor_at_rest_last_10_ms():
     """It may turn later, and stop again."""
     points = '[[speed]]\ncycle = 6\nOmega = "50 rad/s"\n[[speed]]\ntime = "0.1 s"\nOmega = 0\n'
     p = changing(points, scenario=SCENARIO.replace('"100 rad/s"', "0"))
@@ -158,14 +158,14 @@ def changing(points=RUN_UP, settings=None, system=SYSTEM, scenario=SCENARIO):
     return plan(settings, scenario=scenario + points, system=system)
 
 
-def test_a_speed_profile_stands_on_communication_points():
+def test_points_of_a_speed_profile_are_communication_points():
     p = changing()
     assert profile(p) == ((0, 100.0), (800, 100.0), (round(20 * PERIOD / H), 300.0))
     assert p.inputs["Omega_dot"] == 0.0
     assert profile(plan()) == ()
 
 
-def test_a_new_initial_speed_moves_the_points_that_are_given_in_cycles():
+def test_a_new_initial_speed_moves_the_points_stated_in_cycles():
     p = changing(settings={"Omega": "50 rad/s"})
     assert profile(p) == ((0, 50.0), (800, 100.0), (round(40 * PERIOD / H), 300.0))
 
@@ -181,7 +181,7 @@ def test_speeds_of_a_profile_must_suit_every_target():
         changing(RUN_UP.replace("300", "600"))
 
 
-def test_the_speed_has_one_master():
+def test_an_event_and_a_profile_cannot_both_set_the_speed():
     event = '[[event]]\ncycle = 7\nset.sampler.Omega = "50 rad/s"\n'
     assert plan().inputs["Omega"] == 100.0
     assert ("Omega", 50.0) in [e[1:] for e in changing("", scenario=SCENARIO + event).events]
@@ -210,7 +210,7 @@ def sampler_of_any_step(sample_time):
 
 
 @pytest.mark.parametrize("sample_time", ["250 us", "1.75 ms", "300 us"])
-def test_an_fmu_that_takes_any_step_gets_every_step(sample_time):
+def test_an_fmu_of_any_step_size_is_called_in_every_step(sample_time):
     assert [c.every for c in sampler_of_any_step(sample_time).system.components] == [1, 1]
 
 
@@ -244,14 +244,14 @@ def test_end_is_a_whole_number_of_steps():
         plan(until=0.0001)
 
 
-def test_parameters_and_inputs_are_told_apart():
+def test_parameters_and_inputs_are_distinguished():
     with raises_naming(ValueError, "rotor.d1.u", "input", "parameter"):
         plan(extra='parameters.rotor."d1.u" = 1\n')
     with raises_naming(ValueError, "sampler.k_x", "parameter", "input"):
         plan(extra="inputs.sampler.k_x = 1\n")
 
 
-def test_an_event_sets_a_tunable_parameter_which_the_component_then_receives():
+def test_an_event_sets_a_tunable_parameter_of_the_component():
     planned = plan({"sampler.gain": 3.0}, extra="event = [{ time = 0.1, set.sampler.gain = 2 }]\n", scenario=NO_EVENTS)
     assert planned.events == ((400, "sampler.gain", 2.0),)
     assert (planned.inputs["sampler.gain"], planned.parameters["sampler"]["gain"]) == (3.0, 3.0)
@@ -289,7 +289,7 @@ def test_a_condition_becomes_numbers_in_the_units_of_its_signal():
     assert speed.text == "Omega below 62.8318531 rad/s"
 
 
-def test_what_a_condition_judges_is_recorded():
+def test_the_signal_of_a_condition_is_recorded():
     assert plan(extra='record.variables = ["rotor.*"]\n' + STOP).recorded == (
         "Omega", "rotor.d1.u", "rotor.d2.u", "sampler.i", "rotor.x"
     )  # fmt: skip

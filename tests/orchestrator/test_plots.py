@@ -50,7 +50,7 @@ def test_a_changing_speed_is_drawn_over_time(synthetic, tmp_path):
     assert np.interp([0.05, 0.2, 0.35], *line.get_data()) == pytest.approx([20.0, 40.0, 60.0])
 
 
-def test_a_touchdown_is_drawn_with_what_moves_and_warms(tmp_path):
+def test_figure_of_a_touchdown_shows_races_and_temperatures(tmp_path):
     dataset = fall()
     assert drawn(dataset, tmp_path) == ["touchdown", "displacement", "contact"]
     figure = plots.Plots(dataset).touchdown()
@@ -81,7 +81,7 @@ def test_a_run_that_failed_while_settling_can_be_drawn(synthetic, tmp_path):
     plots.draw_all(dataset.assign_coords(cycle=dataset["cycle"] - 8.0), tmp_path)
 
 
-def test_parts_of_a_run_share_a_sample_so_that_lines_join(synthetic):
+def test_adjacent_parts_of_a_run_share_a_sample(synthetic):
     parts = motion.run_parts(synthetic())
     assert [name for name, _, _ in parts] == ["before the step", "from the step on", "after the removal"]
     covered = sum(within.astype(int) for _, _, within in parts)
@@ -102,7 +102,7 @@ def test_figures_that_cannot_be_drawn_are_refused(synthetic):
         plots.Plots(dataset.drop_vars("rotor_contact.energy.work")).energy()
 
 
-def test_orbits_show_up_as_up(synthetic):
+def test_vertical_is_vertical_in_orbits(synthetic):
     """Gravity at 225 degrees, halfway between -x and -y: what moves along x moves to the upper right."""
     dataset = synthetic(parameters=synthetic().attrs["parameters"].replace('{"rotor_contact": {', GRAVITY))
     dataset["rotor_contact.mb1.x"] = ("time", np.linspace(0.0, 5e-4, dataset.sizes["time"]))

@@ -17,7 +17,7 @@ def result() -> amb_cosim.Result:
     return amb_cosim.run("fig4_9", set=SETTING, until=UNTIL, progress=False)
 
 
-def test_names_stay_what_they_are_however_often_they_are_asked_for():
+def test_public_names_are_the_same_objects_at_every_access():
     for name in dir(amb_cosim):
         assert getattr(amb_cosim, name) is getattr(amb_cosim, name)
     assert callable(amb_cosim.run)
@@ -25,7 +25,7 @@ def test_names_stay_what_they_are_however_often_they_are_asked_for():
         _ = amb_cosim.simulation_of_everything
 
 
-def test_command_line_and_python_give_the_same(result, runner, tmp_path):
+def test_command_line_and_python_give_the_same_result(result, runner, tmp_path):
     command = ["run", "fig4_9", "--set", "rotor_contact.rb1.clearance=0.6 mm", "--until", str(UNTIL)]
     assert runner(*command, "--no-plots", "-o", "out", "--summary-json", "-").exit_code == 0
     again = amb_cosim.Result.load(tmp_path / "out")
@@ -38,7 +38,7 @@ def test_command_line_and_python_give_the_same(result, runner, tmp_path):
     assert again.outcome == result.outcome
 
 
-def test_a_result_tells_what_happened(result):
+def test_a_result_reports_outcome_and_key_values(result):
     assert result.scenario == "fig4_9"
     assert (result.outcome.status, result.outcome.reason) == ("completed", "")
     assert result.outcome.time == pytest.approx(UNTIL)
@@ -48,7 +48,7 @@ def test_a_result_tells_what_happened(result):
     assert "peak contact force" in result._repr_html_()
 
 
-def test_a_saved_result_is_read_back(result, tmp_path):
+def test_a_saved_result_is_loaded_without_loss(result, tmp_path):
     folder = result.save(tmp_path / "saved")
     assert {"result.nc", "summary.json", "orbits.png"} <= {path.name for path in folder.iterdir()}
     again = amb_cosim.Result.load(folder)
@@ -58,7 +58,7 @@ def test_a_saved_result_is_read_back(result, tmp_path):
         amb_cosim.Result.load(tmp_path)
 
 
-def test_a_changed_scenario_is_checked_and_the_first_one_stays():
+def test_a_changed_scenario_is_checked_and_the_original_unchanged():
     base = amb_cosim.Scenario.load("fig4_9")
     other = base.changed(end_cycle=30, parameters={"rotor_contact": {"rb1.mu": 0.1}})
     assert (base.end_cycle, other.end_cycle) == (20.0, 30.0)
@@ -70,7 +70,7 @@ def test_a_changed_scenario_is_checked_and_the_first_one_stays():
         base.changed(end_cycle=-1)
 
 
-def test_check_finds_what_does_not_fit_the_components():
+def test_check_reports_settings_that_the_components_lack():
     scenario = amb_cosim.Scenario.load("fig4_9").changed(parameters={"rotor_contact": {"rb1.clearence": "1 mm"}})
     with raises_naming(ValueError, "rotor_contact", "'rb1.clearence'", "rb1.clearance"):
         amb_cosim.check(scenario)

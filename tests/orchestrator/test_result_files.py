@@ -14,7 +14,7 @@ from amb_cosim.results.result import Result
 from amb_cosim.results.summary import summarise
 
 
-def test_netcdf_round_trip_keeps_data_and_figures(synthetic, tmp_path):
+def test_netcdf_round_trip_keeps_data_and_key_values(synthetic, tmp_path):
     dataset = synthetic()
     save(dataset, tmp_path / "result.nc")
     again = load(tmp_path / "result.nc")
@@ -51,7 +51,7 @@ def test_turned_bits_of_a_result_are_harmless_or_an_error(synthetic, tmp_path, o
 
 
 @pytest.mark.parametrize("samples", slow_but_first([None, 0]))
-def test_the_file_of_signals_is_that_which_xarray_writes(synthetic, tmp_path, samples):
+def test_the_signal_file_equals_that_of_xarray(synthetic, tmp_path, samples):
     dataset = synthetic(plot_cycles=[4, 16], description="Ω, ½", failure="").isel(time=slice(samples))
     flags = {"flag_values": np.array([0, 1], np.int32), "flag_meanings": "held free"}
     dataset["rotor_contact.free"] = ("time", np.zeros(dataset.sizes["time"], np.int8), {"units": "1", **flags})

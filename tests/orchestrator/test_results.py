@@ -83,7 +83,7 @@ def free_of_contact(dataset, begin=0.0, end=np.inf):
     return dataset
 
 
-def test_a_rotor_that_never_touches_after_the_step_was_prevented_from_it(synthetic):
+def test_without_contact_after_the_step_the_outcome_is_prevented(synthetic):
     assert contact_history.recovery(free_of_contact(synthetic())) == "prevented"
     earlier = put(free_of_contact(synthetic()), "contact_state", (4.0, 4.2), 1)
     assert contact_history.recovery(earlier) == "prevented", "contact before the step is not due to it"
@@ -109,7 +109,7 @@ def without_amplifiers(dataset, axes, begin, end=np.inf):
     ],
     ids=["power gone", "power back", "one axis left"],
 )
-def test_a_rotor_on_its_retainers_has_landed_where_nothing_can_lift_it(synthetic, axes, end, outcome):
+def test_a_rotor_that_nothing_can_lift_has_landed(synthetic, axes, end, outcome):
     dataset = without_amplifiers(synthetic(16), axes, 5.0, end)
     assert contact_history.recovery(dataset) == outcome
     assert contact_history.recovered(dataset) is False
@@ -135,7 +135,7 @@ def test_an_impact_between_samples_counts_as_contact(synthetic):
     assert contact_history.recovered(dataset) is False
 
 
-def test_settling_is_left_out_of_the_figures(synthetic):
+def test_settling_is_excluded_from_the_key_values(synthetic):
     dataset = synthetic()
     early = dataset.assign_coords(cycle=dataset["cycle"] - 8.0)  # the contacts of cycles 6 to 7.5 are settling now
     assert contact_history.peak(early, "rb1.f_n") == 0.0
@@ -146,7 +146,7 @@ def test_orbit_before_needs_a_step(synthetic, without):
     assert orbits.orbit_before(without(synthetic(), "disturbance_cycle")) == {"mb1": None, "mb2": None}
 
 
-def test_figures_survive_missing_variables_and_an_empty_record(synthetic):
+def test_key_values_need_no_variables_and_no_samples(synthetic):
     dataset = synthetic().drop_vars(["rotor_contact.contact_state", "rotor_contact.rb1.f_n", "rotor_contact.mb1.x"])
     figures = figures_of(dataset)
     assert figures["recovered"] is None
@@ -174,7 +174,7 @@ def test_settled_amplitude_is_the_major_semi_axis_of_the_orbit(synthetic):
     assert orbits.orbit_after(dataset)["mb1"] > 0.3
 
 
-def test_settled_amplitude_leaves_out_what_does_not_turn_with_the_rotor(synthetic):
+def test_settled_amplitude_excludes_asynchronous_motion(synthetic):
     dataset = synthetic()
     second = 0.1e-3 * np.cos(4 * np.pi * dataset["cycle"].values)
     dataset["rotor_contact.mb2.x"] = dataset["rotor_contact.mb2.x"] + second
@@ -266,7 +266,7 @@ def test_sticking_for_less_than_a_turn_is_no_rolling(synthetic):
     assert contact_history.rolling_from(dataset) is None, "two parts do not make a turn"
 
 
-def test_rolling_of_one_sample_says_nothing_of_a_turn(synthetic):
+def test_rolling_in_a_single_sample_is_no_turn(synthetic):
     assert contact_history.rolling_from(rolling(synthetic(), "rb1", (6.0, 6.01), turns=100)) is None
 
 
@@ -282,7 +282,7 @@ def test_rolling_to_and_fro_is_no_turn_of_whirl(synthetic):
     assert contact_history.rolling_from(dataset) is None
 
 
-def test_rolling_on_a_turning_race_is_no_whirl_but_named(synthetic):
+def test_rolling_on_a_turning_race_is_reported_but_no_whirl(synthetic):
     dataset = rolling(synthetic(), "rb1", (6.0, 12.0), turns=0.5)
     race = np.full(dataset.sizes["time"], dataset.attrs["speed_rad_s"])
     dataset["rotor_contact.rb1.race_speed"] = ("time", race)
@@ -306,7 +306,7 @@ def test_whirl_at_the_end_is_that_of_sites_in_contact(synthetic):
     assert figures["rolling_from_cycle"] == pytest.approx(6.0)
 
 
-def test_bushes_appear_once_they_were_touched(synthetic):
+def test_bushes_are_listed_only_after_contact(synthetic):
     dataset = put(synthetic(), "eb2.f_n", (19.0, 19.1), 250.0)
     put(dataset, "eb2.mode", (19.0, 19.1), 1)
     figures = figures_of(dataset)
@@ -358,11 +358,11 @@ def test_run_without_heat_has_no_error_of_the_balance_beside_it(synthetic):
     assert "error of the energy balance" not in list(table(summary, whole=True).columns[0].cells)
 
 
-def test_the_balance_is_the_largest_on_the_way(synthetic):
+def test_energy_error_is_the_largest_of_the_run(synthetic):
     dataset = ledger(synthetic())
     assert figures_of(put(dataset, "energy.balance", (3.0, 3.01), 5.0))["energy_J"]["balance"] == pytest.approx(8.0)
 
 
-def test_energies_that_were_not_recorded_are_none(synthetic):
+def test_energies_without_a_record_are_none(synthetic):
     figures = figures_of(synthetic().drop_vars("rotor_contact.energy.work"))
     assert (figures["energy_J"], figures["energy_balance_relative"]) == (None, None)

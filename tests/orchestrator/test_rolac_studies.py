@@ -30,7 +30,7 @@ def responses(k_b: str = "1e6 N/m", c_b: str = "5000 N.s/m") -> np.ndarray:
 
 
 @pytest.mark.parametrize("k_b", [1e6, 2e6])
-def test_slow_force_at_a_bearing_deflects_that_bearing_alone(k_b):
+def test_slow_force_at_a_bearing_deflects_only_that_bearing(k_b):
     """Two bearings carry the rotor statically determinately, and the force at one is its own reaction."""
     slow = responses(k_b=f"{k_b} N/m")[0]
     assert slow[[S5, S3], [MB1, MB2]].real == pytest.approx(1.0 / k_b, rel=0.04)
@@ -76,7 +76,7 @@ def test_full_step_with_the_exact_h_leaves_no_force(inverse):
     np.testing.assert_allclose(product, np.broadcast_to(-np.eye(4), product.shape), atol=1e-10)
 
 
-def test_h_of_the_table_is_exact_at_its_speeds_and_nowhere_between(inverse):
+def test_h_of_the_table_is_exact_only_at_its_speeds(inverse):
     speeds, errors = inverse.speeds, inverse.tables["thesis"]
     available = np.isin(speeds, inverse.table)
     between = (speeds < 35.0) & (np.abs(speeds - inverse.table[:, None]).min(axis=0) > 0.01)
@@ -99,7 +99,7 @@ def test_interpolation_error_falls_with_the_square_of_the_spacing():
 # Recovery
 
 
-def test_last_unit_of_a_list_of_unbalances_holds_for_all():
+def test_last_unit_in_a_list_of_unbalances_applies_to_all():
     assert contact_recovery.unbalances("24, 8,16 g.m") == pytest.approx([8e-3, 16e-3, 24e-3])
     assert contact_recovery.unbalances("1e1,2E+1g.m") == pytest.approx([10e-3, 20e-3])
     assert contact_recovery.unbalances("8 g.m,0.01 kg.m") == pytest.approx([8e-3, 10e-3])

@@ -44,7 +44,7 @@ def test_whirl_of_a_plant_at_the_speed_of_its_file_is_shown(rotor):
     assert "forward" not in at_rest.output
 
 
-def test_imported_rotor_can_be_shown_and_drawn(rotor, tmp_path):
+def test_imported_rotor_can_be_printed_and_drawn(rotor, tmp_path):
     assert rotor("import", ROSS / "cone.toml", "-o", "cone.toml").exit_code == 0
     done = rotor("show", "cone.toml", "-o", "cone.png")
     assert done.exit_code == 0, done.output
@@ -54,7 +54,7 @@ def test_imported_rotor_can_be_shown_and_drawn(rotor, tmp_path):
     assert picture[..., :3].std() > 0.05
 
 
-def test_rig_is_shown_with_its_mass_its_modes_and_the_error_of_its_plant(rotor):
+def test_rig_is_printed_with_mass_modes_and_error_of_its_plant(rotor):
     done = rotor("show", rotor_path())
     assert "bath_rig_thesis: 96.03 kg, 1.948 m, 13 nodes" in done.output
     assert "plant by msdc: 12 coordinates, planes at nodes 1, 3, 4, 10, 11, 13;" in done.output
@@ -68,7 +68,7 @@ def test_rig_is_shown_with_its_mass_its_modes_and_the_error_of_its_plant(rotor):
     assert (parts["rb1"]["kind"], parts["rb1"]["node"], parts["rb1"]["z_m"]) == ("contact site", 4, 0.624)
 
 
-def test_shown_nodes_are_those_of_the_file(rotor, tmp_path):
+def test_printed_nodes_are_those_of_the_file(rotor, tmp_path):
     """The rig on a finer mesh, with a sensor plane between its nodes: numbers as in the file, none for the plane."""
     text = rotor_path().read_text(encoding="utf-8") + '[mesh]\n[[sensors]]\nname = "eye"\nz = 0.02\n'
     (tmp_path / "fine.toml").write_text(text, encoding="utf-8")
@@ -96,7 +96,7 @@ def test_inertias_are_those_of_the_parts():
 
 @pytest.mark.parametrize("density", [0.0, 1e-30])
 @pytest.mark.parametrize("node", [1, 4, 7])
-def test_a_point_mass_on_a_massless_shaft_is_shown(density, node):
+def test_a_point_mass_on_a_massless_shaft_is_printed(density, node):
     """It does not resist tilting, and neither does the free shaft: there is no elastic mode."""
     shaft = Shaft(tuple(0.1 * k for k in range(7)), 0.02, 2e11, density, 0.3)
     bearings = (Bearing("a", 1, stiffness=5e5), Bearing("b", 7, stiffness=5e5))
@@ -108,7 +108,7 @@ def test_a_point_mass_on_a_massless_shaft_is_shown(density, node):
 
 
 @pytest.mark.parametrize(("density", "masters"), [(0.0, ()), (7850.0, (1, 4))], ids=["massless", "two_planes"])
-def test_a_plant_without_elastic_modes_is_shown(density, masters):
+def test_a_plant_without_elastic_modes_is_printed(density, masters):
     """A mass on a massless shaft, and a shaft between two planes: neither has an elastic mode."""
     shaft = Shaft((0.0, 0.3, 0.6, 0.9), 0.05, 2e11, density, 0.3, theory="rayleigh")
     bearings = (Bearing("a", 1, stiffness=1e7), Bearing("b", 4, stiffness=1e7))

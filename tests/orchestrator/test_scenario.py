@@ -47,28 +47,28 @@ LAW = Port("law", "Integer", "parameter", 4, minimum=0.0, maximum=2.0, items={"r
 
 
 @pytest.mark.parametrize(("raw", "expected"), [("spring", 1.0), (" damper ", 2.0), (2, 2.0), ("1", 1.0), ("0", 0.0)])
-def test_a_value_of_an_enumeration_is_its_name_or_its_number(raw, expected):
+def test_an_enumeration_is_set_by_name_or_number(raw, expected):
     assert convert(raw, LAW, "law") == expected
 
 
 @pytest.mark.parametrize("raw", ["springs", "Spring", "spring 1", 3, "-1", 1.5, "1 m", ""])
-def test_anything_else_is_refused_with_all_names(raw):
+def test_an_invalid_enumeration_value_is_refused_with_all_names(raw):
     with raises_naming(ValueError, "0 (rigid), 1 (spring), 2 (damper)"):
         convert(raw, LAW, "law")
 
 
 @pytest.mark.parametrize(("raw", "expected"), [(True, 1.0), ("true", 1.0), ("0", 0.0), (False, 0.0), ("1", 1.0)])
-def test_booleans_are_read(raw, expected):
+def test_booleans_are_read_in_every_spelling(raw, expected):
     assert convert(raw, SWITCH, "on") == expected
 
 
 @pytest.mark.parametrize("raw", ["yes", 2, "2", "1 m"])
-def test_booleans_take_nothing_else(raw):
+def test_an_invalid_boolean_is_refused(raw):
     with raises_naming(ValueError, "true", "false"):
         convert(raw, SWITCH, "on")
 
 
-def test_truth_is_no_number():
+def test_a_boolean_is_no_number():
     with raises_naming(ValueError, "clearance", "true"):
         convert(True, CLEARANCE, "clearance")
 
@@ -84,7 +84,7 @@ def test_an_event_may_have_a_time_instead():
     assert scenario.by_role("disturbance").moment(scenario.period) == pytest.approx(0.12)
 
 
-def test_every_mistake_is_one_line():
+def test_every_error_is_one_line():
     lines = refused('description = "d"\nend_cycle = -1\nfoo = 2').splitlines()
     missing, end, key = lines
     assert_names(missing, "scenario mine", "Omega", "missing")
@@ -129,7 +129,7 @@ def with_points(*points: str) -> str:
         (STOP + "above = 1\nhold_time = '5 mm'", ("hold_time of stop", "'5 mm'", "unit mm", "s")),
     ],
 )
-def test_mistakes_are_explained(text, facts):
+def test_errors_explain_the_fault(text, facts):
     assert_names(refused(text), *facts)
 
 
@@ -139,7 +139,7 @@ def test_speed_points_are_at_a_time_or_at_a_cycle_of_the_initial_speed():
     assert moments == pytest.approx([3 * 2.0 * math.pi / 100.0, 0.5])
 
 
-def test_every_packaged_scenario_is_sound():
+def test_every_packaged_scenario_is_valid():
     for name in packaged_scenarios():
         scenario = load_scenario(name)
         assert scenario.description
@@ -152,7 +152,7 @@ def test_every_packaged_scenario_is_sound():
 EVENT = "[[event]]\n{}\ncycle = {}\nset.a.b = 1\n"
 
 
-def test_labels_are_free_and_come_in_the_order_of_their_events():
+def test_labels_are_free_and_in_the_order_of_their_events():
     trip, restart = EVENT.format('label = "trip"\nrole = "disturbance"', 5), EVENT.format('label = "restart"', 9)
     scenario = parse_scenario(MINIMAL + restart + trip, "mine")
     assert scenario.labels == ("trip", "restart")
@@ -172,7 +172,7 @@ def test_labels_are_free_and_come_in_the_order_of_their_events():
         ([("role = 'trip'", 5)], ("role",)),
     ],
 )
-def test_labels_and_roles_that_cannot_be_meant_are_refused(events, facts):
+def test_invalid_labels_and_roles_are_refused(events, facts):
     with raises_naming(ValueError, *facts):
         parse_scenario(MINIMAL + "".join(EVENT.format(*event) for event in events), "mine")
 
@@ -206,7 +206,7 @@ def test_figures_5_6_differ_in_the_controller_alone():
     assert both.inputs["rotor_contact"] == pid.inputs["rotor_contact"]
 
 
-def test_unknown_scenario_lists_what_there_is():
+def test_error_of_an_unknown_scenario_lists_all():
     with raises_naming(ValueError, "'fig4_8'", "fig4_9"):
         load_scenario("fig4_8")
 
@@ -217,7 +217,7 @@ def test_fmu_paths_are_relative_to_the_scenario_file(tmp_path):
     assert load_scenario(str(path)).fmu == {"rotor_contact": str(tmp_path / "other/rotor.fmu")}
 
 
-def test_a_scenario_with_a_base_says_only_what_differs(tmp_path):
+def test_a_scenario_with_a_base_states_only_the_differences(tmp_path):
     derived = tmp_path / "derived.toml"
     derived.write_text('base = "fig4_9"\nend_cycle = 7\n[inputs.rotor_contact]\n"d2.u" = "1 g.m"\n')
     scenario, base = load_scenario(str(derived)), load_scenario("fig4_9")
@@ -230,25 +230,25 @@ def test_a_scenario_with_a_base_says_only_what_differs(tmp_path):
     ("base", "end", "expected"),
     [("fig4_9", 'end_time = "0.2 s"', (None, "0.2 s")), ("drop", "end_cycle = 3", (3.0, None))],
 )
-def test_an_end_replaces_that_of_the_base_in_another_unit(tmp_path, base, end, expected):
+def test_an_end_in_another_unit_replaces_that_of_the_base(tmp_path, base, end, expected):
     (tmp_path / "mine.toml").write_text(f'base = "{base}"\n{end}\n', encoding="utf-8")
     mine = load_scenario(str(tmp_path / "mine.toml"))
     assert (mine.end_cycle, mine.end_time) == expected
 
 
-def test_two_ends_of_one_scenario_exclude_each_other(tmp_path):
+def test_two_ends_in_a_scenario_are_refused(tmp_path):
     (tmp_path / "mine.toml").write_text('base = "fig4_9"\nend_cycle = 3\nend_time = "0.2 s"\n', encoding="utf-8")
     with raises_naming(ValueError, "end_cycle = 3", "end_time = '0.2 s'"):
         load_scenario(str(tmp_path / "mine.toml"))
 
 
-def test_a_changed_scenario_ends_where_its_last_change_says():
+def test_the_last_change_of_an_end_applies():
     changed = load_scenario("fig4_9").changed(end_time=0.2)
     assert (changed.end_cycle, changed.end_time) == (None, 0.2)
     assert changed.machine(end_cycle=2).end_cycle == 2.0
 
 
-def test_a_scenario_removes_what_its_base_says(tmp_path):
+def test_a_scenario_removes_settings_of_its_base(tmp_path):
     removed = ["event", "rotor_contact.d1.u", "rotor_contact.contact.*", "rolac_controller.rolac_enable"]
     (tmp_path / "mine.toml").write_text(f'base = "fig4_9"\nremove = {removed}\n', encoding="utf-8")
     mine, base = load_scenario(str(tmp_path / "mine.toml")), load_scenario("fig4_9")
@@ -267,13 +267,13 @@ def test_a_scenario_removes_what_its_base_says(tmp_path):
         ('remove = ["event"]\nOmega = 90\nend_cycle = 1', ("remove", "base")),
     ],
 )
-def test_remove_names_what_the_base_says(tmp_path, text, facts):
+def test_error_of_remove_lists_the_settings_of_the_base(tmp_path, text, facts):
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
     with raises_naming(ValueError, *facts):
         load_scenario(str(tmp_path / "mine.toml"))
 
 
-def test_a_saved_scenario_finds_its_files_from_its_own_folder(tmp_path, monkeypatch):
+def test_paths_of_a_saved_scenario_are_relative_to_its_folder(tmp_path, monkeypatch):
     (tmp_path / "from").mkdir()
     (tmp_path / "to").mkdir()
     text = 'base = "fig4_9"\nrotor = "my.toml"\nsystem = "levitated"\nfmu = {a = "../a.fmu", b = "rotor_contact"}\n'
@@ -286,7 +286,7 @@ def test_a_saved_scenario_finds_its_files_from_its_own_folder(tmp_path, monkeypa
     assert (tmp_path / saved.fmu["a"]).resolve() == tmp_path / "a.fmu"
 
 
-def test_a_base_that_leads_back_to_itself_is_refused(tmp_path):
+def test_circular_bases_are_refused(tmp_path):
     a, b = tmp_path / "a.toml", tmp_path / "b.toml"
     a.write_text('base = "b.toml"\n')
     b.write_text('base = "a.toml"\n')

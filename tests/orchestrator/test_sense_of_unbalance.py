@@ -31,7 +31,7 @@ def backward(damping, axes=AXES):
 
 @pytest.mark.parametrize("damping", [0.0, 20.0, 60.0])
 @pytest.mark.parametrize("axes", [AXES, AXES[::-1]])
-def test_unbalance_whirls_a_rotor_backward_between_two_split_critical_speeds(damping, axes):
+def test_whirl_is_backward_between_two_split_critical_speeds(damping, axes):
     low, high = backward(damping, axes)
     result = response(split(damping, axes))
     for place in result.places.values():

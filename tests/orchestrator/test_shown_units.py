@@ -27,7 +27,7 @@ def test_small_lengths_are_in_um_and_large_forces_in_kn():
     assert length_unit(5e-6).of(5e-6) == pytest.approx(5.0)
 
 
-def test_units_that_are_asked_for_hold_until_the_block_ends():
+def test_chosen_display_units_apply_until_the_block_ends():
     with amb_cosim.units("rpm", "mm"):
         assert speed_unit().of(2.0 * math.pi) == pytest.approx(60.0)
         assert length_unit(1e-6).name == "mm"
@@ -37,7 +37,7 @@ def test_units_that_are_asked_for_hold_until_the_block_ends():
 
 
 @pytest.mark.parametrize(("text", "told"), [("rpm,Hz", "one unit of speed"), ("furlong", "one of rad/s, Hz, rpm")])
-def test_units_that_are_none_or_two_of_a_kind_are_refused(text, told):
+def test_unknown_and_conflicting_display_units_are_refused(text, told):
     with pytest.raises(ValueError, match=told):
         parse_units(text)
 
@@ -52,7 +52,7 @@ def test_units_that_are_none_or_two_of_a_kind_are_refused(text, told):
         ("r / C_r", "r / C_r", 1.0),
     ],
 )
-def test_an_axis_of_a_page_has_the_unit_asked_for(label, told, factor):
+def test_an_axis_of_a_page_has_the_chosen_unit(label, told, factor):
     with amb_cosim.units("Hz", "kN"):
         assert relabelled(label, "speed", "force", "length") == (told, pytest.approx(factor))
 

@@ -42,7 +42,7 @@ def loaded(tmp_path):
     return load
 
 
-def test_neither_imports_nor_help_load_anything_to_compute_with(loaded):
+def test_import_and_help_load_no_numerical_package(loaded):
     helps = ([*command, "--help"] for command in HELPED)
     assert loaded(ALL, ("amb_cosim", "amb_analysis.studies"), *helps) == []
 

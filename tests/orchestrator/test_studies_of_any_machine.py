@@ -40,7 +40,7 @@ def test_axis_has_the_currents_and_the_clearance_of_its_machine():
     assert first.k_i / other.k_i == pytest.approx((2.0 * 5.0 + 1.5) / (2.0 * 5.0 + 2.0))  # (2.9)
 
 
-def test_axis_that_does_not_exist_is_refused_with_those_that_do():
+def test_an_unknown_axis_is_refused_with_the_existing_axes():
     with raises_naming(ValueError, "axis", "mb3.x", "mb2.x"):
         studies.linearisation(COMPRESSOR, axis="mb3.x")
     with raises_naming(ValueError, "set", "scenario"):
@@ -74,7 +74,7 @@ def test_a_response_needs_a_stable_loop():
             study(scenario=COMPRESSOR, set=values, **arguments)
 
 
-def test_peaks_of_a_machine_are_the_same_in_any_range():
+def test_peaks_of_a_machine_do_not_depend_on_the_range():
     whole, part = (studies.unbalance_response(scenario=COMPRESSOR, up_to=f"{top} rad/s") for top in (9000, 700))
     assert part.critical_speeds
     for a, b in zip(whole.critical_speeds, part.critical_speeds, strict=False):
@@ -83,14 +83,14 @@ def test_peaks_of_a_machine_are_the_same_in_any_range():
         assert a.amplification == pytest.approx(b.amplification, rel=0.02)
 
 
-def test_a_peak_that_nothing_damps_has_no_bound():
+def test_an_undamped_peak_is_reported_as_unbounded():
     """Stiff bearings without damping: the tables say so in place of a number that rounding makes."""
     result = studies.unbalance_response(machine().on_equal_bearings(2e7, 0.0), unbalance="1 g.m")
     assert any(not item.is_bounded for item in result.critical_speeds)
     assert_names(str(result), "no bound", "nothing damps the motion")
 
 
-def test_largest_frequency_response_is_that_of_any_range():
+def test_largest_frequency_response_does_not_depend_on_the_range():
     """Of a rotor on its bearings, between a force and the motion there: peaks do not shrink as the range grows."""
     channels = {"inputs": ["impeller3.f_x"], "outputs": ["seal.x"], "loop": "linear", "speed": "500 rad/s"}
     peaks = []
@@ -101,7 +101,7 @@ def test_largest_frequency_response_is_that_of_any_range():
     assert peaks[0] == pytest.approx(peaks[1], rel=2e-3)
 
 
-def test_a_resonance_that_nothing_damps_has_no_bound():
+def test_an_undamped_resonance_is_reported_as_unbounded():
     rotor = replace(machine().on_equal_bearings(2e7, 0.0), damping=Damping())
     result = studies.response(rotor=rotor, loop="linear", inputs=["impeller1.f_x"], outputs=["seal1.x"])
     assert_names(str(result), "no bound")

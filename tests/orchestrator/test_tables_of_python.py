@@ -31,20 +31,20 @@ def constants_of(**fields):
     return plan_models(RIG.changed(**fields)).made[CONTROLLER][1]
 
 
-def test_its_controller_is_that_of_its_file(table, tmp_path):
+def test_table_made_in_python_gives_the_controller_of_its_file(table, tmp_path):
     table.write(tmp_path / "t.toml")
     expected = constants_of(receptances=str(tmp_path / "t.toml"))
     np.testing.assert_array_equal(constants_of(receptances=table), expected)
     assert len(expected) < len(constants_of())
 
 
-def test_its_text_differs_with_the_last_digit_of_a_receptance(table):
+def test_text_of_a_table_has_all_digits_of_a_receptance(table):
     first, *others = table.entries
     other = replace(table, entries=(replace(first, receptance=first.receptance * (1.0 + 2.0**-52)), *others))
     assert repr(other) != repr(table), "models are cached by it"
 
 
-def test_a_scenario_keeps_it_through_changes_and_processes(table):
+def test_a_scenario_keeps_its_table_through_changes_and_processes(table):
     scenario = RIG.changed(receptances=table).changed(Omega=500.0)
     assert scenario.receptances is table
     assert repr(pickle.loads(pickle.dumps(scenario)).receptances) == repr(table)
@@ -58,13 +58,13 @@ def test_a_table_of_another_rotor_or_loop_is_refused(table):
         plan_models(RIG.changed(receptances=table, parameters=parameters))
 
 
-def test_a_scenario_with_it_is_not_written_to_a_file(table, tmp_path):
+def test_a_scenario_with_a_table_made_in_python_is_not_written(table, tmp_path):
     with raises_naming(ValueError, "receptances", f"{table.rotor!r}", "Python"):
         RIG.changed(receptances=table).save(tmp_path / "saved.toml")
     assert not (tmp_path / "saved.toml").exists()
 
 
 @pytest.mark.slow
-def test_a_run_takes_it_as_an_argument(table):
+def test_a_run_takes_a_table_as_an_argument(table):
     result = amb_cosim.run(RIG.changed(settle_cycles=0), receptances=table, until=0.001, progress=False)
     assert "[[receptance]]" in result.signals.attrs["scenario_data"]

@@ -30,7 +30,7 @@ READ = {
 
 
 @pytest.mark.parametrize("kind", READ)
-def test_file_that_begins_with_a_byte_order_mark_is_the_same(kind, tmp_path):
+def test_a_byte_order_mark_is_ignored(kind, tmp_path):
     """Editors of Windows put the mark before the text."""
     read, text = READ[kind]
     file, results = tmp_path / "own.toml", []
@@ -40,7 +40,7 @@ def test_file_that_begins_with_a_byte_order_mark_is_the_same(kind, tmp_path):
     assert results[0] == results[1]
 
 
-def test_brackets_and_colons_of_a_name_are_no_markup(capsys):
+def test_brackets_and_colons_in_a_name_are_no_markup(capsys):
     name = "pump [rev B] [/2] :warning: [bold]"
     table = Table(title=name)
     table.add_column(name)
@@ -52,7 +52,7 @@ def test_brackets_and_colons_of_a_name_are_no_markup(capsys):
     assert name in rendered([name])
 
 
-def test_package_is_run_as_a_module():
+def test_package_runs_as_a_module():
     command = [sys.executable, "-m", "amb_cosim", "--version"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("amb-cosim")

@@ -21,7 +21,7 @@ def found():
     return touchdown(fall())
 
 
-def test_the_fall_begins_with_the_amplifier_that_goes_off(found):
+def test_the_fall_begins_when_an_amplifier_is_switched_off(found):
     assert found.release == pytest.approx(RELEASE)
     assert found.drop == pytest.approx({"mb1": 0.75, "mb2": 0.75}, rel=1e-6)
     assert found.orbit == pytest.approx({"mb1": 0.75, "mb2": 0.75}, rel=1e-6)
@@ -32,7 +32,7 @@ def test_without_a_switch_the_fall_begins_with_contact():
     assert begun.release == pytest.approx(LANDED, abs=1.5 * H)
 
 
-def test_the_first_five_impacts_are_told_in_their_order(found):
+def test_the_first_five_impacts_are_listed_in_order(found):
     assert [(hit.site, hit.impulse) for hit in found.first_impacts] == [
         ("rb1", 3.0),
         ("rb2", 2.0),
@@ -49,7 +49,7 @@ def test_rounding_of_a_lasting_contact_is_no_impact(found):
     assert touchdown(fall(**{"rb1.impulse": rounding})).first_impacts == found.first_impacts
 
 
-def test_a_rotor_without_contact_at_the_end_does_not_lie_still():
+def test_a_rotor_without_contact_at_the_end_is_not_at_rest():
     lifted = fall()["time"].values > 2.0
     up = {
         f"{mb}.{axis}": np.where(lifted, 0.0, fall()[f"rotor_contact.{mb}.{axis}"])
@@ -107,7 +107,7 @@ def test_a_race_is_at_speed_at_95_percent_of_its_largest(found):
     assert still.retainers["rb1"].race_spin_up is None
 
 
-def test_a_race_that_the_rotor_slides_on_to_the_end_is_not_at_speed():
+def test_a_race_with_slip_until_the_end_is_not_at_speed():
     mode = fall()["rotor_contact.rb1.mode"].values
     sliding = touchdown(fall(**{"rb1.mode": np.where(mode == ROLLING, SLIDING, mode)}))
     assert sliding.retainers["rb1"].race_spin_up is None
@@ -148,7 +148,7 @@ def test_a_rotor_that_swings_at_the_bottom_without_growing_rocks(amplitude, degr
         lambda t: np.where(t < 2.0, 0.8, 40.0 * np.pi * (t - 2.0)),
     ],
 )
-def test_a_swing_that_grows_or_passes_the_height_of_the_centre_is_no_rocking(amplitude):
+def test_a_growing_swing_or_one_beyond_90_degrees_is_no_rocking(amplitude):
     assert touchdown(rocked(amplitude)).rocks_within is None
 
 
@@ -181,7 +181,7 @@ def test_a_rotor_that_moves_at_the_end_is_not_at_rest():
 
 
 @pytest.mark.parametrize("name", ["speed", "rb1.heat", "rb1.race_speed", "mb1.x", "rb1.mode"])
-def test_what_was_not_recorded_is_left_open(name):
+def test_summary_of_a_touchdown_tolerates_missing_signals(name):
     summary = summarise(fall().drop_vars(f"rotor_contact.{name}"))
     json.dumps(summary.as_dict(), allow_nan=False)
     table(summary, whole=True)

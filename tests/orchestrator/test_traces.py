@@ -34,7 +34,7 @@ def test_variables_of_a_unit_share_a_panel(result):
     assert state.get_title("left").startswith("rotor_contact.contact_state: contact_state")
 
 
-def test_traces_reach_from_one_moment_to_another(result):
+def test_traces_span_the_chosen_interval(result):
     (panel,) = result.plot("mb1.x", begin="cycle 4", until="0.2 s").axes
     assert panel.get_xlim() == pytest.approx((4.0, 10.0))
     assert len(panel.lines[0].get_xdata()) == 601
@@ -54,7 +54,7 @@ def test_selection_that_is_empty_is_refused(result, arguments, options, facts):
         result.plot(*arguments, **options)
 
 
-def test_csv_has_names_units_and_every_bit(result, tmp_path):
+def test_csv_has_names_units_and_full_precision(result, tmp_path):
     path = result.to_csv(tmp_path / "run.csv", "mb1.x", until="cycle 1")
     with path.open(encoding="utf-8") as file:
         heading, *rows = csv.reader(file)
@@ -71,7 +71,7 @@ def test_mat_has_variables_units_and_time(result, tmp_path):
     assert content["units"]["rotor_contact_mb1_y"] == "m"
 
 
-def test_names_that_a_mat_file_cannot_tell_apart_are_refused(result, tmp_path):
+def test_names_that_coincide_in_a_mat_file_are_refused(result, tmp_path):
     result.dataset["rotor_contact.mb1_x"] = result.dataset["rotor_contact.mb1.x"]
     with raises_naming(ValueError, "rotor_contact_mb1_x"):
         result.to_mat(tmp_path / "run.mat")
@@ -89,7 +89,7 @@ def test_direction_of_whirl_is_the_sign_of_the_area(sense, flatness, expected):
     assert whirl_direction(np.array([3.0 + np.cos(ANGLE), flatness * np.sin(sense * ANGLE)])) == expected
 
 
-def test_keyphasor_marks_each_whole_turn(result):
+def test_keyphasor_marks_each_revolution(result):
     """An orbit of 0.3 mm at the rotor's speed: at each turn it is where x is largest."""
     panel = result.plot.turns().axes[0]
     orbit, marks = panel.lines[:2]
@@ -104,7 +104,7 @@ def test_keyphasor_marks_each_whole_turn(result):
 @pytest.mark.parametrize(
     ("suffix", "begin"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".csv", b'"time'), (".mat", b"MATLAB 5")]
 )
-def test_plot_writes_what_the_suffix_says(result, tmp_path, runner, suffix, begin):
+def test_plot_writes_the_format_of_the_suffix(result, tmp_path, runner, suffix, begin):
     folder = result.save(tmp_path / "run", plots=False)
     file = tmp_path / f"traces{suffix}"
     done = runner("plot", str(folder), "mb1.x", "-o", str(file))

@@ -98,7 +98,7 @@ def test_rotor_without_power_that_never_touches_is_not_levitated(synthetic):
     assert summarise(growing(without_power(free_of_contact(synthetic())))).verdict.word == "free"
 
 
-def test_power_that_is_lost_after_the_last_contact_does_not_undo_a_recovery(synthetic):
+def test_loss_of_power_after_the_last_contact_keeps_the_recovery(synthetic):
     dataset = without_power(synthetic())
     for name in [name for name in dataset if "amplifier_off" in str(name)]:
         dataset[name] = ("time", dataset["cycle"].values >= 13.0)
@@ -134,7 +134,7 @@ def test_margin_leaves_out_sites_that_cannot_touch(synthetic):
     assert facts(dataset)["margin to the clearance"].startswith("33.3 % at RB1")
 
 
-def test_contact_force_has_its_meaning_and_band(synthetic):
+def test_contact_force_is_printed_with_definition_and_bandwidth(synthetic):
     """2.5 N s within a step of 0.2 ms, averaged over 1 ms, beside the force of 1000 N."""
     places = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"), valid_to=200.0 * np.pi, magnetic=("mb1", "mb2"))
     text = facts(synthetic().assign_attrs(places=places.to_json()))["largest contact force"]
@@ -164,7 +164,7 @@ def warned(dataset, *variables):
     return dataset.assign_attrs(warnings=json.dumps(records))
 
 
-def test_warnings_that_leave_the_verdict_alone_are_one_line_with_a_count(synthetic):
+def test_warnings_without_effect_on_the_verdict_are_one_counted_line(synthetic):
     lines = printed(warned(synthetic(), "solver.tolerance_missed", "eb1.passed", "mb1.saturated")).splitlines()
     assert lines[-2].startswith("warning: eb1.passed is off; change it (eb1.passed")
     assert lines[-1] == "2 more warnings, printed by --all: solver.tolerance_missed is off; mb1.saturated is off"

@@ -30,7 +30,7 @@ def logged(name, time):
     return f"{where}: {name}.cut: the current is cut to 10 A"
 
 
-def test_what_was_never_true_gives_no_warning():
+def test_a_flag_that_was_never_true_gives_no_warning():
     assert found(mb1=[], mb2=[]) == []
 
 
@@ -51,13 +51,13 @@ def test_a_recorded_value_in_a_warning_has_its_range_while_it_was_true(true, exp
     assert warned.sentence == f"the current is cut to {expected} A"
 
 
-def test_a_warning_that_was_not_recorded_is_known_from_the_log():
+def test_an_unrecorded_warning_is_taken_from_the_log():
     (warned,) = found([logged("mb1", 1.25)])
     assert (warned.first, warned.last, warned.share) == (1.25, None, None)
     assert sentences([warned]) == ["the current is cut to 10 A (mb1.cut; first at 1.25 s)"]
 
 
-def test_a_warning_without_a_log_is_known_from_the_samples():
+def test_a_warning_without_a_log_is_taken_from_the_samples():
     (warned,) = found(mb1=[2.0, 3.0])
     assert (warned.sentence, warned.first, warned.last) == ("the current is cut to mb1.limit A", 2.0, 3.0)
 
@@ -72,19 +72,19 @@ def test_a_warning_without_a_log_is_known_from_the_samples():
         ([1.0], [1.0], "at 1 s, 12.5 % of the time"),
     ],
 )
-def test_what_a_warning_says_of_settling(log, samples, expected):
+def test_time_span_of_a_warning_includes_settling(log, samples, expected):
     warned = found([logged("mb1", time) for time in log], mb1=samples)
     assert sentences(warned) == [f"the current is cut to 10 A (mb1.cut; {expected})"]
 
 
-def test_alike_warnings_are_told_together():
+def test_equal_warnings_of_several_variables_are_one_line():
     warned = found([logged("mb1", 1.0), logged("mb2", 3.0)], mb1=[1.0], mb2=[3.0, 4.0])
     assert len(warned) == 2
     expected = "the current is cut to 10 A (mb1.cut, mb2.cut; from 1 s to 4 s, up to 25 % of the time)"
     assert sentences(warned) == [expected]
 
 
-def test_any_other_warning_of_an_fmu_is_passed_on_once():
+def test_an_undeclared_warning_of_an_fmu_is_passed_on_once():
     warned = found(["the table is old", "the table is old"])
     assert sentences(warned) == ["the table is old (actuator)"]
 
@@ -167,7 +167,7 @@ def beside_another_user_of_fmpy(path: str) -> list:
     return [*counts, len(warnings_of(amb_cosim.simulate(path).signals))]
 
 
-def test_a_run_after_another_logger_of_fmpy_hears_the_fmus(run_python, tmp_path):
+def test_a_run_receives_messages_after_another_logger_of_fmpy(run_python, tmp_path):
     """The other logger is no more; an FMU that called it would crash."""
     path = tmp_path / "magnets.toml"
     path.write_text(SYSTEM.replace("RECORDED", '"*.f_x"'), encoding="utf-8")
@@ -182,7 +182,7 @@ def test_a_run_after_another_logger_of_fmpy_hears_the_fmus(run_python, tmp_path)
         (None, 50e-6, 51e-6, ("50 us", "250 us")),
     ],
 )
-def test_a_jacobi_step_beyond_a_fifth_of_the_sample_time_is_in_doubt(sample_time, allowed, told, facts):
+def test_a_jacobi_step_beyond_a_fifth_of_the_sample_time_warns(sample_time, allowed, told, facts):
     assert coupling_warning("jacobi", allowed, 0.0, sample_time) is None
     assert coupling_warning("gauss_seidel", told, 0.0, sample_time) is None
     assert_names(coupling_warning("jacobi", told, 0.0, sample_time), *facts)

@@ -46,13 +46,13 @@ def test_forward_and_backward_whirl_have_their_amplitudes(make):
 
 
 @pytest.mark.parametrize("window", [0.1, 0.137, 0.5])
-def test_synchronous_run_has_no_other_vibration(make, window):
+def test_synchronous_run_has_no_asynchronous_vibration(make, window):
     """The side lobes of the window have 14 % two lines off, and 2.7 % further off, and the mean has them too."""
     result = studies.waterfall(make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + 0.2e-3), window=window)
     assert result.bearings["mb1"].other_amplitude < 1e-3 * 0.3e-3
 
 
-def test_small_vibration_beside_a_large_synchronous_one_is_found(make):
+def test_small_vibration_beside_a_large_synchronous_one_is_detected(make):
     run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(5e-6, 23.0)(t) + 0.2e-3)
     result = studies.waterfall(run, window=0.5).bearings["mb1"]
     assert result.other_frequency == pytest.approx(23.0, abs=0.1)
@@ -60,7 +60,7 @@ def test_small_vibration_beside_a_large_synchronous_one_is_found(make):
 
 
 @pytest.mark.parametrize("frequency", [49.0, 51.5, 56.0, -3.0])
-def test_the_lobe_of_a_vibration_close_to_the_spin_is_no_other(make, frequency):
+def test_the_lobe_of_a_vibration_near_the_spin_is_not_a_second_one(make, frequency):
     """Lines are 4 Hz apart: the lobe of a vibration of 49 Hz reaches lines that count as apart from 50 Hz."""
     run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(0.1e-3, frequency)(t) + whirl(5e-6, -27.0)(t))
     spectra = studies.waterfall(run, window=0.25)
@@ -70,7 +70,7 @@ def test_the_lobe_of_a_vibration_close_to_the_spin_is_no_other(make, frequency):
 
 
 @pytest.mark.parametrize("lines", [2.1, 2.5, 3.0])
-def test_a_vibration_more_than_two_lines_from_the_spin_is_another(make, lines):
+def test_a_vibration_more_than_two_lines_from_the_spin_is_separate(make, lines):
     frequency = 50.0 - lines / 0.25
     run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(0.01e-3, frequency)(t))
     result = studies.waterfall(run, window=0.25).bearings["mb1"]
@@ -88,7 +88,7 @@ def test_vibration_between_two_lines_has_its_whole_amplitude(make, share, window
     assert result.other_frequency == pytest.approx(frequency, abs=0.05 / window)
 
 
-def test_larger_of_two_vibrations_is_found_between_the_lines(make):
+def test_larger_of_two_vibrations_is_located_between_the_lines(make):
     """92 um half way between two lines, of which 78 um are at these, and 85 um at a line."""
     run = make(lambda t: whirl(92e-6, -21.0)(t) + whirl(85e-6, 24.0)(t))
     result = studies.waterfall(run, window=0.5).bearings["mb1"]

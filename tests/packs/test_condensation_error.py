@@ -58,7 +58,7 @@ def test_modes_that_the_condensed_model_does_not_have_are_marked():
     assert np.isnan(error.frequency_error).sum() >= 4  # two planes whirl in four modes
 
 
-def test_planes_that_hold_nothing_are_refused():
+def test_missing_and_unknown_planes_are_refused():
     with raises_naming(ValueError, "node numbers"):
         condensation_error(replace(RIG, reduction=ReductionOptions()), SPEEDS)
     with raises_naming(ValueError, "planes", "[99]", "[1, 2"):

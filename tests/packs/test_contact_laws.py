@@ -21,7 +21,7 @@ def result() -> ContactLaws:
     return studies.contact_laws(speed=SPEED, mass=MASS, k_c=K)
 
 
-def test_spring_and_hertz_contact_have_the_depths_of_their_closed_forms(result):
+def test_depths_of_spring_and_hertz_contact_match_closed_forms(result):
     """v sqrt(m/k), and (5 m v^2/(4 K))^(2/5) with K = k_c/sqrt(delta_c)."""
     assert result.laws["linear"].deepest == pytest.approx(SPEED * math.sqrt(MASS / K), rel=1e-4)
     hertz = (5.0 * MASS * SPEED**2 * math.sqrt(result.delta_c) / (4.0 * K)) ** 0.4
@@ -35,7 +35,7 @@ def test_area_of_a_loop_is_the_kinetic_energy_lost(result):
         assert loop.enclosed == pytest.approx(loop.loss, abs=2e-3 * kinetic)
 
 
-def test_damped_laws_return_what_they_are_tuned_to(result):
+def test_damped_laws_have_the_restitution_that_they_are_tuned_to(result):
     matches = {name: loop.restitution for name, loop in result.laws.items()}
     assert matches["kelvin_voigt"] == pytest.approx(0.7, rel=1e-5)
     assert matches["ulbrich"] == pytest.approx(0.7, rel=0.01)
@@ -57,7 +57,7 @@ def test_printed_law_jumps_at_the_touch_and_pulls_at_the_end(result):
 @pytest.mark.parametrize(
     "law", slow_but_first(["kelvin_voigt", "kirk", "hunt_crossley", "ulbrich", "switched_kelvin_voigt"])
 )
-def test_blow_is_that_of_the_plant(result, law):
+def test_impact_agrees_with_the_plant(result, law):
     ring, h = 0.05, 2e-6
     settings = {"law": LAWS.index(law), "clearance": ring, "k_c": K, "c_c": result.c_c, "delta_c": result.delta_c}
     settings |= {"alpha_c": result.alpha_c, "eta": result.eta}

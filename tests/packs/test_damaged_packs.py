@@ -34,7 +34,7 @@ def command(site: Path, line: str, code: int = 0) -> tuple[str, str]:
 ODD = {"odd_rub": "Omega = true\nrotor = 3\n", "no_base": 'base = "nothing"\n', "latin": 'description = "\xe9"\n'}
 
 
-def test_invalid_scenarios_and_sweeps_are_skipped_with_the_name_of_their_pack(site):
+def test_invalid_scenarios_and_sweeps_are_skipped_naming_their_pack(site):
     scenarios = site / "broken" / "scenarios"
     for name, text in ODD.items():
         (scenarios / f"{name}.toml").write_text(text, encoding="latin-1")
@@ -59,7 +59,7 @@ LATIN = b"[amb_cosim.packs]\nbroken = br\xe9ken\n"
     ("line", "content", "reason"),
     [("list", LATIN, "UTF-8"), ("run drop --until 1ms", LATIN, "UTF-8"), ("list", b"[a]\nbroken\n", "a line")],
 )
-def test_entry_points_that_cannot_be_read_are_refused_with_their_distribution(site, line, content, reason):
+def test_unreadable_entry_points_are_refused_with_their_distribution(site, line, content, reason):
     (site / "broken-1.0.dist-info" / "entry_points.txt").write_bytes(content)
     warned = command(site, line, code=2)[1]
     assert_names(warned, "entry_points.txt", "broken", reason)

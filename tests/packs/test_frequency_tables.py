@@ -19,13 +19,13 @@ def computed():
 
 @pytest.mark.parametrize("mass", ["consistent", "diagonal"])
 @pytest.mark.parametrize("speed", ["90", "145"])
-def test_frequencies_of_the_13_node_model_are_those_of_table_3_1(computed, mass, speed):
+def test_frequencies_of_the_13_node_model_match_table_3_1(computed, mass, speed):
     tabulated = THESIS["table_3_1"]["13_node"][mass][speed]
     np.testing.assert_allclose(computed.by_mesh["13_node"][mass][speed], tabulated, rtol=6e-3)
 
 
 @pytest.mark.parametrize("row", ["fem_13", "condensed"])
-def test_full_and_condensed_frequencies_are_those_of_table_3_4(computed, row):
+def test_full_and_condensed_frequencies_match_table_3_4(computed, row):
     tabulated = THESIS["table_3_4"]["fem_13_diagonal" if row == "fem_13" else row]
     np.testing.assert_allclose(computed.condensed["90"][row], tabulated, rtol=6e-3)
 

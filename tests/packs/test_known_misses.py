@@ -38,7 +38,7 @@ def test_every_entry_of_the_list_is_a_statement():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KNOWN["misses"])
-def test_no_verdict_is_kinder_than_the_review(judged, key):
+def test_no_verdict_is_better_than_that_of_the_review(judged, key):
     then, result = KNOWN["misses"][key], judged[key]
     if KINDNESS.index(result.verdict) > KINDNESS.index(Verdict(then["at_best"])):
         assert not is_still(result.ours, then["ours"]) if "ours" in then else result.ours is not None
@@ -47,24 +47,24 @@ def test_no_verdict_is_kinder_than_the_review(judged, key):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KNOWN["beside"])
-def test_other_models_are_shown_beside(judged, key):
+def test_results_of_other_models_are_listed(judged, key):
     available, beside = KNOWN["beside"][key], dict(judged[key].beside)
     assert available["how"] in beside
 
 
 @pytest.mark.slow
-def test_what_is_missed_says_why(judged):
+def test_every_missed_statement_has_a_reason(judged):
     silent = [key for key, item in judged.items() if item.verdict is Verdict.MISSED and not item.reason]
     assert silent == []
 
 
 @pytest.mark.slow
-def test_every_source_could_be_run(judged):
+def test_every_computable_statement_was_computed(judged):
     failed = {key: item.reason for key, item in judged.items() if item.verdict is Verdict.NOT_COMPUTED}
     assert [key for key in failed if not judged[key].statement.missing] == []
 
 
 @pytest.mark.slow
-def test_each_statement_has_the_verdict_that_it_had(judged, regression):
+def test_verdicts_are_unchanged(judged, regression):
     """By their places among the verdicts that there are."""
     regression("verdicts", {key: [*Verdict].index(item.verdict) for key, item in judged.items()}, abs=0.0)

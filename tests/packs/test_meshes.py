@@ -45,7 +45,7 @@ def test_refinement_halves_the_longest_elements_and_keeps_the_nodes():
     assert np.max(np.diff(mesh.shaft.nodes)) < np.max(np.diff(RIG.shaft.nodes))
 
 
-def test_sections_stay_where_they_are():
+def test_refinement_keeps_the_positions_of_sections():
     fine = refine(STEPPED, 9)
     for z, diameter, inner in zip(fine.shaft.nodes, fine.shaft.diameter, fine.shaft.inner_diameter, strict=False):
         assert (diameter, inner) == ((0.05, 0.0) if z < 0.2 else (0.08, 0.02) if z < 0.5 else (0.06, 0.0))
@@ -75,6 +75,6 @@ def test_frequencies_of_nested_consistent_meshes_fall_to_their_limit():
         (lambda: coarsen(RIG, (0, 99)), ("node numbers", "1 to 13")),
     ],
 )
-def test_meshes_that_cannot_be_are_refused(call, facts):
+def test_impossible_meshes_are_refused(call, facts):
     with raises_naming(ValueError, *facts):
         call()

@@ -26,7 +26,7 @@ def test_printed_errors_follow_from_the_printed_frequencies():
 
 
 @pytest.mark.slow
-def test_condensed_model_follows_the_full_one_where_the_coarse_mesh_does_not(result):
+def test_condensed_model_is_closer_to_the_full_one_than_the_coarse_mesh(result):
     full, condensed, coarse = (result.models[name] for name in ("13_node", "condensed", "6_node"))
     assert (full.coordinates, condensed.coordinates, coarse.coordinates) == (52, 12, 24)
     errors = [np.abs(model.displacement / full.displacement - 1.0).max() for model in (condensed, coarse)]
@@ -36,7 +36,7 @@ def test_condensed_model_follows_the_full_one_where_the_coarse_mesh_does_not(res
 
 
 @pytest.mark.slow
-def test_meshes_with_consistent_mass_err_little_and_the_coarsest_most(result):
+def test_error_is_small_with_consistent_mass_and_largest_if_coarsest(result):
     errors = [result.mean_errors[model]["consistent"].computed for model in ("19_node", "13_node", "6_node")]
     assert errors == sorted(errors)
     assert errors[-1] < 0.01

@@ -67,14 +67,14 @@ def files() -> list[Path]:
     return [file for file in result if not {"node_modules", "vendor", "fmi_headers", "__pycache__"} & {*file.parts}]
 
 
-def test_no_file_names_a_thing_of_a_pack():
+def test_no_general_file_names_content_of_a_pack():
     result = {str(file.relative_to(ROOT)): named(file.read_text(encoding="utf-8")) for file in files()}
     assert len(result) > 300
     assert {name: words for name, words in result.items() if words and name not in REASONS} == {}
     assert [name for name in REASONS if not result[name]] == []
 
 
-def test_no_file_names_a_scenario_or_a_rotor_that_only_a_pack_has():
+def test_no_general_file_names_a_scenario_or_rotor_of_a_pack():
     """Examples in texts may: `drop`, `compressor_levitated` and `turbo_expander` say what they are.
 
     `run_up` and `run_down` are keys of machine files, too.
@@ -104,7 +104,7 @@ def helps() -> dict[str, str]:
     return collect(main, "amb-cosim")
 
 
-def test_no_help_names_a_thing_of_a_pack(run_python):
+def test_no_general_help_text_names_content_of_a_pack(run_python):
     result = run_python(helps)
     assert {"amb-cosim run", "amb-cosim study campbell"} <= result.keys()
     assert {command: named(text) for command, text in result.items() if named(text)} == {}

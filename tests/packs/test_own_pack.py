@@ -48,7 +48,7 @@ def amb_cosim(project):
 
 
 @pytest.mark.slow
-def test_the_commands_of_the_page_work(amb_cosim, project):
+def test_the_commands_of_the_page_run(amb_cosim, project):
     (block,) = [block for block in BLOCKS if block.needs == "the pack installed"]
     printed = {line: amb_cosim(line.removeprefix("amb-cosim ")) for line in block.code.splitlines()}
     listed, run, displayed, report = printed.values()
@@ -82,7 +82,7 @@ SLOW = [
     ("file", "text", "command", "message"),
     [*MISTAKES, *(pytest.param(*mistake, marks=pytest.mark.slow) for mistake in SLOW)],
 )
-def test_a_clash_and_a_mistake_name_the_packs(amb_cosim, project, file, text, command, message):
+def test_errors_of_a_name_clash_and_a_mistake_name_the_packs(amb_cosim, project, file, text, command, message):
     path = project / "my_pump" / file
     before = path.read_text(encoding="utf-8") if path.exists() else None
     path.parent.mkdir(exist_ok=True)

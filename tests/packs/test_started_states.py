@@ -47,7 +47,7 @@ def run_from(case, state):
         (SPEED, 0.03125, 0.01, ("rb1", "rb2")),
     ],
 )
-def test_run_begun_in_a_stable_state_stays_there(Omega, u, mu, contact):
+def test_run_started_in_a_stable_state_stays_in_it(Omega, u, mu, contact):
     """Forces to 2e-3 at all times, from the first step on."""
     of_case = case(Omega, u, mu, 20)
     state = state_of(of_case[2], contact, -1.0)
@@ -68,7 +68,7 @@ def test_run_begun_in_a_stable_state_stays_there(Omega, u, mu, contact):
         (120.0, 0.020, 0.1, ("rb1", "rb2"), 4.574, 15),
     ],
 )
-def test_run_begun_in_an_unstable_state_leaves_as_its_eigenvalue_says(Omega, u, mu, contact, growth, cycles):
+def test_run_started_in_an_unstable_state_leaves_at_its_eigenvalue(Omega, u, mu, contact, growth, cycles):
     """N is there to 1e-3 first; then it grows away, straight or whirling, at the rate of the linear dynamics."""
     of_case = case(Omega, u, mu, cycles)
     state = state_of(of_case[2], contact, growth)

@@ -21,7 +21,7 @@ def statements():
 
 
 @pytest.mark.parametrize(("kind", "numbers"), [("Fig.", FIGURES), ("Table", TABLES)])
-def test_no_figure_and_no_table_is_left_out(statements, kind, numbers):
+def test_every_figure_and_table_has_a_statement(statements, kind, numbers):
     named = {match[1] for s in statements.statement if (match := re.match(rf"{re.escape(kind)} (\d\.\d+)", s.where))}
     expected = {f"{chapter}.{n}" for chapter, count in numbers.items() for n in range(1, count + 1)}
     assert expected - named == set()
@@ -52,12 +52,12 @@ IDENTITIES = (
 READ_INTO = re.compile(r"\bread as\b|\baxis of the figure\b|\btick\b|\bupper limits\b")
 
 
-def test_what_any_model_must_meet_counts_as_a_definition(statements):
+def test_a_statement_that_any_model_meets_is_a_definition(statements):
     definitions = {s.key for s in statements.statement if s.definition}
     assert {s.key for s in statements.statement if s.quantity in IDENTITIES} | {"fig4_8.radius"} == definitions
 
 
-def test_what_is_read_into_words_is_told_as_inferred(statements):
+def test_a_number_read_into_words_is_marked_as_inferred(statements):
     """Numbers for words, ends of axes, and comparisons of limits are no statements of the thesis."""
     silent = [s.key for s in statements.statement if READ_INTO.search(f"{s.what} {s.because}") and not s.inferred]
     assert silent == []
@@ -65,12 +65,12 @@ def test_what_is_read_into_words_is_told_as_inferred(statements):
         assert next(s for s in statements.statement if s.key == key).inferred
 
 
-def test_a_number_that_is_half_of_what_is_stated_is_not_met(statements):
+def test_half_of_the_stated_value_is_not_reproduced(statements):
     loose = [s.key for s in statements.statement if s.relation == "equal" and s.tolerance > 0.25 and s.quantity]
     assert loose == []
 
 
-def test_forces_are_judged_on_the_converged_rig_too(statements):
+def test_forces_are_judged_on_the_converged_rig(statements):
     """Figures 4.6 to 4.21 have a column for the rig whose modes reach beyond those of six planes."""
     forces = [s for s in statements.statement if s.quantity == "peak_force"]
     assert forces
@@ -79,6 +79,6 @@ def test_forces_are_judged_on_the_converged_rig_too(statements):
         assert (present.scenario, present.rotor_file) == (here.scenario, "bath_rig")
 
 
-def test_a_selection_that_is_not_there_is_refused(statements):
+def test_an_unknown_selection_is_refused(statements):
     with pytest.raises(ValueError, match=r"--only fig4_99 is not allowed; did you mean fig4_9"):
         selected(statements, ["fig4_99"])

@@ -53,7 +53,7 @@ def receptance_on_springs(springs, Omega, sites):
 
 
 @pytest.mark.parametrize(("Omega", "u", "mu", "expected"), CASES)
-def test_states_of_the_continuous_loop_are_all_there(rig, springs, Omega, u, mu, expected):
+def test_every_state_of_the_continuous_loop_is_found(rig, springs, Omega, u, mu, expected):
     """Found before from starts on a grid of phases and forces, with K_b = 1e6 N/m and C_b = 5000 N s/m."""
     R, P = np.split(receptance_on_springs(springs, Omega, rig.sites), [2], axis=1)
     r = P.T * u * Omega**2
@@ -66,7 +66,7 @@ def test_states_of_the_continuous_loop_are_all_there(rig, springs, Omega, u, mu,
     np.testing.assert_allclose(sorted(result), sorted(expected), atol=0.06)
 
 
-def test_trapped_rotor_rubs_with_the_forces_of_its_only_state(rig):
+def test_trapped_rotor_rubs_with_the_forces_of_its_single_state(rig):
     """16 Hz, 31.25 g m on D1: no free orbit, one state in contact at both; the run of 8 s has its mean forces to 0.1 %.
 
     Its vibration decays as the small motion about the state does.
@@ -93,7 +93,7 @@ def on_d1(rig, u):
     return replace(rig, unbalance=np.array([u, *np.zeros(5)], dtype=complex))
 
 
-def test_smallest_freeing_currents_leave_no_state_in_contact_and_less_leave_one(rig):
+def test_smallest_freeing_currents_just_remove_all_contact_states(rig):
     freeing = smallest_freeing(rig, rig.Omega)
     currents = np.array(list(freeing.injected.values()))
     assert freeing.largest == pytest.approx(0.78, abs=0.02)
@@ -101,7 +101,7 @@ def test_smallest_freeing_currents_leave_no_state_in_contact_and_less_leave_one(
     assert any(state.contact for state in states_at(rig, rig.Omega, 0.9 * currents))
 
 
-def test_smallest_demand_asks_less_of_the_bearings_and_frees_too(rig):
+def test_smallest_demand_is_below_that_of_the_smallest_injection(rig):
     """Less of the feedback's own currents is left where injected ones are not the smallest."""
     least = smallest_demand(rig, rig.Omega, np.array([4.43, 4.43]))
     added = np.array(list(least.injected.values()))
@@ -131,7 +131,7 @@ def test_opposite_currents_of_the_same_size_free_nothing(rig):
         (170.0, 0.030, Regime.WHIRL),
     ],
 )
-def test_map_has_what_runs_of_the_rig_do(rig, Omega, u, kind):
+def test_map_agrees_with_runs_of_the_rig(rig, Omega, u, kind):
     """Points within the areas that runs over speed and unbalance show."""
     result = trap_map(on_d1(rig, u), np.array([Omega]), np.ones(1))
     assert result.regimes()[0, 0] == kind
@@ -143,7 +143,7 @@ def test_without_friction_and_rotating_damping_no_slow_whirl_lasts(rig):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("u", "stays"), [(0.01775, False), (0.0179, True)])
-def test_run_is_released_where_its_state_ends(rig, u, stays):
+def test_rotor_is_released_where_its_contact_state_ends(rig, u, stays):
     """The trap of 16 Hz ends in a fold at 17.81 g m; unloaded in steps, a run leaves it within 0.1 g m of that."""
     loads = ((2.0, 0.031), (100.0, 0.026), (180.0, 0.022), (260.0, 0.020), (340.0, 0.019), (420.0, 0.0184), (500.0, u))
     events = tuple({"cycle": cycle, "set": {"rotor_contact": {"d1.u": load}}} for cycle, load in loads)
@@ -174,7 +174,7 @@ def test_runs_that_roll_have_the_computed_frequency_and_forces(case):
         assert force == pytest.approx(result.N[site] + result.swing[site] * np.cos(angle), rel=5e-3)
 
 
-def test_rotor_that_is_relieved_whirls_on_in_contact_at_its_own_frequency():
+def test_relieved_rotor_keeps_whirling_in_contact_at_its_frequency():
     """140 rad/s, 40 g m for ten turns, then 5: no synchronous state, but a whirl in both retainers at 145.4 rad/s.
 
     At its frequency, which is within the band that the study tells, the run has the computed forces to 2 %.

@@ -31,11 +31,11 @@ def cases():
     return {case.name: case for pack in PACKS for case in outcome_cases(pack)}
 
 
-def test_every_run_that_a_pack_has_or_states_something_of_is_judged(cases):
+def test_every_run_of_a_pack_has_a_robustness_verdict(cases):
     assert cases.keys() == stored_outcomes().keys()
 
 
-def test_scenarios_and_pages_call_fragile_what_is_fragile(cases):
+def test_scenarios_and_pages_call_exactly_the_fragile_runs_fragile(cases):
     page = (ROOT / "docs/validation/scenarios.md").read_text(encoding="utf-8")
     scenarios = {name for name, case in cases.items() if case.name == case.scenario.name and not case.settings}
     for name in scenarios & stored_outcomes().keys():
@@ -54,7 +54,7 @@ def ended(outcome, summary):
 
 
 @pytest.mark.parametrize("name", [*IN_GATE, *(pytest.param(name, marks=pytest.mark.slow) for name in LATER)])
-def test_a_run_ends_as_its_pack_says_and_balances_its_energy(cases, name):
+def test_a_run_ends_as_its_pack_states_and_balances_its_energy(cases, name):
     result = amb_cosim.run(cases[name].scenario, set=cases[name].settings, progress=False)
     assert ended(result.outcome, result.summary) == {*re.findall(r"\w+", stored_outcomes()[name].outcome)} - {
         "touching"
@@ -65,11 +65,11 @@ def test_a_run_ends_as_its_pack_says_and_balances_its_energy(cases, name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RUN)
-def test_what_is_kept_is_what_runs_lead_to(cases, name):
+def test_stored_outcomes_are_those_of_runs(cases, name):
     assert outcome_of_case(cases[name]) == stored_outcomes()[name]
 
 
-def test_what_is_written_is_read_and_adds_to_what_was_there(monkeypatch, tmp_path):
+def test_written_verdicts_extend_the_stored_ones(monkeypatch, tmp_path):
     monkeypatch.setattr("amb_sweeps.stored_robustness.packs", lambda: {"mine": tmp_path})
     load_robustness.cache_clear()
     first = {"b": StoredOutcome(outcome="trapped", flips={"C_b - 1 %": "recovered, touching seal"})}
@@ -81,7 +81,7 @@ def test_what_is_written_is_read_and_adds_to_what_was_there(monkeypatch, tmp_pat
     load_robustness.cache_clear()
 
 
-def test_pack_or_run_that_does_not_exist_is_refused():
+def test_unknown_pack_or_run_is_refused():
     with raises_naming(ValueError, "'bath'", "bath_thesis"):
         outcome_cases("bath")
     with raises_naming(ValueError, "--only", "fig4_99"):

@@ -14,7 +14,7 @@ from bath_thesis.studies.printed_h import printed_h
 from rotor_analysis.receptance import receptance
 
 
-def test_linearised_norm_is_that_of_5_19():
+def test_linearised_norm_matches_5_19():
     result = 1e6 * linearised_norm(np.array([0.0, 10.0, 16.0, 29.999, 30.0, 35.0]))
     assert result == pytest.approx([2.0, 4.5, 3.3, 0.5, 0.4, 0.4], abs=1e-3)
 
@@ -31,7 +31,7 @@ def identified(speeds, reason="", **_):
     return Identification(tuple(speeds), tuple(results), None)
 
 
-def test_measured_norms_stand_beside_the_model_and_the_thesis(monkeypatch, runner, tmp_path):
+def test_measured_norms_are_compared_with_model_and_thesis(monkeypatch, runner, tmp_path):
     monkeypatch.setattr(measured_response, "identify", identified)
     result = runner("study", "synchronous_response", "--at", "10 Hz,35 Hz", "-o", "out")
     assert result.exit_code == 0, result.output
@@ -43,7 +43,7 @@ def test_measured_norms_stand_beside_the_model_and_the_thesis(monkeypatch, runne
     np.testing.assert_allclose(at["sampled_m_per_N"], 1.01 * np.array(at["measured_m_per_N"]), rtol=1e-9)
 
 
-def test_norm_is_that_of_the_columns_of_r(monkeypatch):
+def test_norm_is_taken_over_the_columns_of_r(monkeypatch):
     monkeypatch.setattr(measured_response, "identify", identified)
     result = studies.synchronous_response(at="10 Hz")
     R = receptance(2.0 * np.pi * result.speeds[[40]])[0]
@@ -52,7 +52,7 @@ def test_norm_is_that_of_the_columns_of_r(monkeypatch):
     assert np.all(result.norm_without_conjugate <= result.norm * (1.0 + 1e-12))
 
 
-def test_identification_that_fails_is_told(monkeypatch, refuses):
+def test_failed_identification_is_reported(monkeypatch, refuses):
     monkeypatch.setattr(measured_response, "identify", lambda s, **_: identified(s, "the force reached its limit"))
     message = "the identification at 10 Hz failed: the force reached its limit"
     refuses(message, "study", "synchronous_response", "--at", "10 Hz")
@@ -70,7 +70,7 @@ def test_printed_h_has_its_frobenius_norm():
     assert 1e-6 * np.linalg.norm(printed_h()) == pytest.approx(0.694, abs=5e-4)
 
 
-def test_h_at_10_hz_stands_beside_the_printed_one():
+def test_h_at_10_hz_is_compared_with_the_printed_one():
     result = studies.h_matrix().at_10_hz
     assert result.frobenius_norm_computed**2 == pytest.approx(np.sum(result.norm_by_force_computed**2))
     assert result.frobenius_norm_printed**2 == pytest.approx(np.sum(result.norm_by_sensor_printed**2))

@@ -73,7 +73,7 @@ def agrees(rig, Omega, u, is_knocked):
 
 
 @pytest.mark.slow
-def test_runs_end_in_states_that_the_map_has(is_long):
+def test_runs_end_in_states_of_the_map(is_long):
     """Every run, or every tenth, spread over speed and unbalance."""
     rig, every = rubbing_rotor(plan_run(as_scenario("fig5_6_pid", None))), 1 if is_long else 10
     chosen = [(i, j) for i in range(len(SPEEDS)) for j in range(len(AMOUNTS)) if (i + 3 * j) % every == 0]

@@ -150,7 +150,7 @@ def test_forces_and_modes_of_sustained_contact(mu: float, siconos: Siconos) -> N
         assert mu == 0.3 or np.any(modes[started == ROLLS] == SLIDES)
 
 
-def test_one_of_two_sites_rolls_on_when_the_other_slips(siconos: Siconos) -> None:
+def test_a_site_keeps_rolling_when_the_other_slips(siconos: Siconos) -> None:
     case = pressed(8, 0.1, (ROLLS, ROLLS))
     theirs = in_one_step(siconos, [case], INSTANT)[1] / INSTANT
     ours, _ = forces([case])

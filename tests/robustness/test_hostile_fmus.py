@@ -31,7 +31,9 @@ def system(hostile, tmp_path):
     return write
 
 
-def test_whatever_an_fmu_does_is_an_outcome_or_one_message(system, hostile, monkeypatch, chance, first_seed, rounds):
+def test_any_behaviour_of_an_fmu_gives_an_outcome_or_a_message(
+    system, hostile, monkeypatch, chance, first_seed, rounds
+):
     """No hang, no process left, and what was recorded before the FMU was ended is kept."""
     monkeypatch.setattr(isolation, "LONGEST_SILENCE", 10.0)  # in which a process starts, too
     monkeypatch.setattr(isolation, "CLOSE_TIME", 2.0)

@@ -96,7 +96,7 @@ def test_kill_at_any_moment_leaves_a_whole_result(folder, duration, chance, roun
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_signal_at_any_moment_is_one_line(folder, duration, chance, rounds, number, code):
+def test_signal_at_any_moment_prints_one_line(folder, duration, chance, rounds, number, code):
     codes = []
     for moment in moments(chance, rounds):
         process = start(folder)
@@ -124,7 +124,7 @@ def test_read_only_folder_is_refused_before_the_run(folder, small_disk):
     assert done.stderr.startswith(f"amb-cosim: {read_only_disk}/out cannot be written to: Read-only file system")
 
 
-def test_without_home_and_cache_a_run_is_the_same(folder, tmp_path):
+def test_run_without_home_and_cache_is_the_same(folder, tmp_path):
     """What is compiled stays in the temporary folder of the process, and goes with it."""
     temporary = tmp_path / "temporary"
     temporary.mkdir()

@@ -92,7 +92,7 @@ def test_identification_finds_the_receptance_of_its_rotor(loop):
 
 
 @loops
-def test_each_bearing_has_its_bit_of_the_contact_state(loop):
+def test_each_bearing_has_a_bit_of_the_contact_state(loop):
     for k, bearing in enumerate(loop.bearings):
         machine = Bench(loop=loop, Omega=OMEGA, contact__source=2, contact_state=2.0**k)
         for _ in range(200):
@@ -102,7 +102,7 @@ def test_each_bearing_has_its_bit_of_the_contact_state(loop):
         assert not any(shares.values())
 
 
-def test_suspect_sensor_counts_through_all_planes():
+def test_suspect_sensor_is_numbered_over_all_planes():
     machine = Bench(loop=THREE, Omega=OMEGA)
     for n in range(200):
         signals = 1e-5 * np.cos(machine.theta + np.arange(10.0))
@@ -139,6 +139,6 @@ def test_sensor_planes_at_one_place_are_refused():
         ({"planes": (), "feedback": ()}, ("'mb1'", "none")),
     ],
 )
-def test_a_bearing_without_sensors_of_its_own_is_refused(changes, facts):
+def test_a_loop_without_sensors_for_each_bearing_is_refused(changes, facts):
     with raises_naming(ValueError, *facts):
         replace(THREE, **changes)

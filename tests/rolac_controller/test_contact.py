@@ -17,7 +17,7 @@ SAMPLES = 40
     ("source", "radius", "state", "found"),
     [(NO_SOURCE, 2.0, 3, 0.0), (OWN_SENSORS, 0.999, 0, 1.0), (OWN_SENSORS, 0.97, 3, 0.0), (GIVEN, 0.999, 0, 0.0)],
 )
-def test_own_sensors_see_a_journal_at_its_clearance(bench, speed_of, source, radius, state, found):
+def test_sensors_of_a_retainer_detect_a_journal_at_its_clearance(bench, speed_of, source, radius, state, found):
     b = bench(Omega=speed_of(SAMPLES), contact__source=source, contact_state=state)
     turning = np.array([0, 0, 1, -1j, 0, 0, 0, 0])
     b.follow(lambda theta: radius * CLEARANCE * (turning * np.exp(1j * theta)).real, 20 * SAMPLES)
@@ -26,7 +26,7 @@ def test_own_sensors_see_a_journal_at_its_clearance(bench, speed_of, source, rad
 
 
 @pytest.mark.parametrize("duty", [0.1, 0.5])
-def test_share_of_an_intermittent_contact_is_its_share_of_the_revolution(bench, speed_of, duty):
+def test_contact_share_is_the_fraction_of_the_revolution_in_contact(bench, speed_of, duty):
     b = bench(Omega=speed_of(SAMPLES), contact__source=GIVEN)
     shares = []
     for n in range(30 * SAMPLES):
@@ -36,7 +36,7 @@ def test_share_of_an_intermittent_contact_is_its_share_of_the_revolution(bench, 
     assert np.mean(shares[-SAMPLES:]) == pytest.approx(duty, rel=1e-3)
 
 
-def test_share_falls_to_1_over_e_in_a_revolution(bench, speed_of):
+def test_contact_share_decays_to_1_over_e_in_a_revolution(bench, speed_of):
     b = bench(Omega=speed_of(400), contact__source=GIVEN)
     b["contact_state"] = 1.0
     for _ in range(20 * 400):
@@ -47,7 +47,7 @@ def test_share_falls_to_1_over_e_in_a_revolution(bench, speed_of):
     assert b["mb1.contact_share"] == pytest.approx(1.0 / math.e, rel=2e-3)
 
 
-def test_without_contact_the_aware_adaptation_is_rolac(adapting):
+def test_contact_aware_adaptation_without_contact_is_rolac(adapting):
     aware = adapting(10, contact__source=OWN_SENSORS, contact__aware=1)
     np.testing.assert_array_equal(aware.forces(), adapting(10).forces())
     assert aware.forces().all()
@@ -79,7 +79,7 @@ def test_contact_turns_the_step_against_the_displacement_by_its_share(bench, rec
     np.testing.assert_allclose(b.forces(), expected, rtol=1e-2)
 
 
-def test_journal_without_vibration_is_left_to_rolac(bench, receptance, speed_of):
+def test_a_journal_without_vibration_is_adapted_as_in_rolac(bench, receptance, speed_of):
     def forces(state):
         values = {"contact__source": GIVEN, "contact__aware": 1, "rolac__check_sensors": 0, "contact_state": state}
         b = bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), rolac_enable=1.0, **values)
@@ -145,7 +145,7 @@ def test_rolac_pumps_its_force_while_a_supercritical_journal_rubs(bench, speed_o
     assert trace[-1, 1] > trace[0, 1]
 
 
-def test_contact_aware_adaptation_ends_that_rub_and_finds_the_optimum(bench, speed_of):
+def test_contact_aware_adaptation_ends_that_rub_at_the_optimum(bench, speed_of):
     rotor, trace = rubbing_case(bench, speed_of, 1.0)
     assert trace[0, 1] > 1000.0
     assert not rotor.rubs

@@ -32,7 +32,7 @@ def test_default_bearing_constants_and_limits_are_those_of_the_actuator(b, a):
     assert INTERFACE[f"{b}.i_max_{a}"].start == pytest.approx(limited_current(1e9, bias, static, limit))
 
 
-def test_initialisation_is_no_sample(bench):
+def test_initialisation_takes_no_sample(bench):
     once, often = bench(), bench()
     for b, initialisations in ((once, 1), (often, 5)):
         b["s5"] = 1e-5
@@ -102,7 +102,7 @@ def test_outputs_before_the_first_sample_have_no_synchronous_part(bench, recepta
         ({f"s{k}__weight": 0.0 for k in range(1, 7)}, ("weights", "condition number", "10000")),
     ],
 )
-def test_parameters_that_do_not_go_together_are_refused_at_initialisation(bench, receptance, given, facts):
+def test_inconsistent_parameters_are_refused_at_initialisation(bench, receptance, given, facts):
     with raises_naming(Fault, *facts):
         bench(pack([1.0], [receptance]), **given)
 
@@ -149,7 +149,7 @@ def test_run_continued_from_a_copied_state_is_identical(bench, receptance, ident
     np.testing.assert_array_equal(first.instance.state, second.instance.state)
 
 
-def test_scratch_array_carries_nothing_from_sample_to_sample(bench, receptance):
+def test_no_value_of_the_scratch_array_carries_over_between_samples(bench, receptance):
     clean, dirty = everything_on(bench, receptance), everything_on(bench, receptance)
     for b in (clean, dirty):
         b["identify"] = 1.0
@@ -204,7 +204,7 @@ def histories(draw):
 
 @settings(max_examples=60)
 @given(histories())
-def test_whatever_is_allowed_gives_finite_outputs_within_their_ranges(history):
+def test_any_allowed_input_gives_finite_outputs_within_their_ranges(history):
     """The instance checks each output; only ROLAC without a table may be refused."""
     parameters, with_table, pieces = history
     rng = np.random.default_rng(7)
@@ -231,7 +231,7 @@ def test_whatever_is_allowed_gives_finite_outputs_within_their_ranges(history):
     assert np.isfinite(x.state).all()
 
 
-def test_direct_dependencies_are_declared_and_no_more(bench, receptance):
+def test_declared_direct_dependencies_are_exact(bench, receptance):
     """One changed input of a sample changes only outputs that name it; sensors reach all that name them."""
     table = pack([50.0, 400.0], [[receptance, 2.0 * receptance], [receptance, 1j * receptance]], orders=(1, 2))
 

@@ -13,7 +13,7 @@ from rolac_controller.records import HARMONIC
     ("frequency", "expected"),
     [(0.0, 110.0), (5.0, 220.0 / 3.25), (10.0, 48.9), (16.0, 66.7), (20.0, 88.0), (30.0 - 1e-9, 440.0), (30.0, 550.0)],
 )
-def test_test_force_is_that_of_the_thesis(frequency, expected):
+def test_test_force_matches_the_thesis(frequency, expected):
     assert amplitude_at(frequency) == pytest.approx(expected, rel=1e-3)
 
 
@@ -22,7 +22,7 @@ def test_slot_lasts_three_seconds_or_45_periods(frequency, expected):
     assert periods(frequency) == expected
 
 
-def test_rounding_of_a_frequency_costs_no_period():
+def test_rounding_of_a_frequency_loses_no_period():
     assert periods(2.0 * math.pi * 16.0 / (2.0 * math.pi) * (1.0 + 1e-15)) == 48
 
 
@@ -66,7 +66,7 @@ def test_power_of_the_sum_is_that_of_a_single_harmonic():
         assert sum(abs(f) ** 2 for f in forces) == pytest.approx(amplitude_at(40.0) ** 2, rel=1e-12)
 
 
-def test_each_harmonic_is_as_strong_as_its_own_frequency_needs():
+def test_amplitude_of_each_harmonic_depends_on_its_frequency():
     forces = [abs(force_component(harmonics_of(1.0), k, True, 1.0, 8.0)) for k in range(4)]
     np.testing.assert_allclose(forces, [amplitude_at(8.0 * n) / 2.0 for n in FOUR], rtol=1e-12)
 
@@ -76,7 +76,7 @@ def test_single_harmonic_has_the_whole_amplitude_and_no_phase():
     assert force_component(harmonics_of(1.0), 1, False, 1.5, 16.0) == 0.0
 
 
-def test_harmonics_after_the_last_get_nothing():
+def test_unused_harmonics_have_no_amplitude():
     harmonics = harmonics_of(1.0, [1.0, 3.0, 0.0, 0.0])
     assert power_share(harmonics, 1) == 0.5
     assert force_component(harmonics, 2, True, 1.0, 16.0) == 0.0

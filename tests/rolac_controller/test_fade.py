@@ -79,7 +79,7 @@ def test_force_fades_with_the_rate_of_its_parameter(running):
     assert not b.forces().any()
 
 
-def test_force_goes_on_from_what_is_left_when_rolac_returns(running):
+def test_rolac_resumes_from_the_faded_force(running):
     """In the end it is as large as it would have been, less the adaptation that was missed and what faded."""
     b = running()
     growth = np.abs(b.forces()).max() / (9 * SAMPLES)  # per sample; the signal does not heed the force

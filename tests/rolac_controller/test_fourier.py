@@ -125,7 +125,7 @@ def test_amplitude_is_that_of_the_last_revolution_alone(bench, speed_of):
 
 
 @pytest.mark.parametrize("rate", [25.0, -25.0, 250.0])
-def test_tone_is_found_while_the_speed_changes(bench, rate):
+def test_amplitude_of_a_tone_is_exact_while_the_speed_changes(bench, rate):
     """The window is a revolution of angle: a tone that turns with the rotor stays orthogonal to everything else."""
     b = bench(Omega=2.0 * math.pi * (10.0 if rate > 0 else 60.0))
     for _ in range(int(50.0 / abs(rate) / b.h)):  # between 10 and 60 Hz
@@ -137,7 +137,7 @@ def test_tone_is_found_while_the_speed_changes(bench, rate):
     assert b["window_valid"] == 1.0
 
 
-def test_harmonics_and_constants_stay_out_while_the_speed_changes(bench):
+def test_harmonics_and_constants_do_not_leak_while_the_speed_changes(bench):
     b = bench(Omega=2.0 * math.pi * 10.0)
     worst = 0.0
     for _ in range(8000):
@@ -183,7 +183,7 @@ def test_millions_of_samples_leave_no_drift(samples):
     assert np.abs(Q[1]).max() < 1e-19
 
 
-def test_signal_that_has_left_the_window_leaves_nothing_behind():
+def test_a_signal_that_has_left_the_window_has_no_effect():
     """No rounding of the large one shows in the small one, also after the angle has jumped."""
     window, sensors, harmonics = empty_window(), np.zeros(N_SENSORS), harmonics_of((1, 3))
     Q = np.ones((N_HARMONICS, N_SENSORS), dtype=complex)
@@ -196,7 +196,7 @@ def test_signal_that_has_left_the_window_leaves_nothing_behind():
     np.testing.assert_allclose(Q[1], 0.0, atol=1e-15)
 
 
-def test_window_after_a_jump_of_the_angle_is_as_good_as_new():
+def test_window_recovers_after_a_jump_of_the_angle():
     used, new, harmonics = empty_window(), empty_window(), harmonics_of((1, 3))
     for n in range(130):
         add_sample(used, harmonics, 0.063 * n, np.full(N_SENSORS, 1e6 * math.cos(0.063 * n)))
@@ -219,7 +219,7 @@ def test_change_of_angle_does_not_depend_on_whole_turns(turns):
             assert angle_between(earlier, later) == pytest.approx(change, abs=1e-12)
 
 
-def test_angle_jumps_and_turns_from_the_second_sample_on():
+def test_angle_jumps_and_turns_are_detected_from_the_second_sample_on():
     window, result = empty_window(), []
     assert angle_jump(window, 3.0) == 0.0
     for theta in (3.0, 3.1, 3.3):
@@ -284,7 +284,7 @@ def test_large_change_of_speed_is_not_valid_until_a_revolution_has_passed(bench,
     np.testing.assert_allclose(b.components(), AMPLITUDES * np.exp(1j * PHASES), rtol=1e-10)
 
 
-def test_angle_of_a_rotor_that_ran_for_days_is_good_enough(bench, speed_of):
+def test_angle_after_days_of_rotation_is_accurate_enough(bench, speed_of):
     b = bench(Omega=speed_of(100))
     b.theta = 0.99e9
     b.follow(tone, 300)
@@ -303,7 +303,7 @@ def test_noise_on_the_angle_of_a_slow_rotor_does_not_break_the_window(bench, spe
     np.testing.assert_allclose(b.components(), AMPLITUDES * np.exp(1j * PHASES), rtol=1e-3)
 
 
-def test_example_in_the_readme_finds_the_vibration_it_made(run_python, tmp_path):
+def test_example_in_the_readme_recovers_its_vibration(run_python, tmp_path):
     code = example_of("rolac_controller")
     amplitude, phase = run_python(code + "\nresult = [float(amplitude), float(phase)]", cwd=tmp_path)
     assert amplitude == pytest.approx(1e-4, rel=1e-6)

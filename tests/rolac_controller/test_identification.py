@@ -49,7 +49,7 @@ def tested(bench, discrete_plant):
     return make
 
 
-def test_receptance_of_a_discrete_plant_is_found(tested):
+def test_receptance_of_a_discrete_plant_is_identified(tested):
     b, plant = tested()
     b["identify"] = 1.0
     plant.run(b, 6 * SLOT + 1)
@@ -61,7 +61,7 @@ def test_receptance_of_a_discrete_plant_is_found(tested):
 
 
 @pytest.mark.parametrize("frequency", slow_but_first([16.7, 16.0, 23.123]))
-def test_receptance_is_found_with_a_fraction_of_a_sample_per_revolution(tested, frequency):
+def test_fractional_samples_per_revolution_do_not_bias_the_receptance(tested, frequency):
     b, plant = tested(frequency=frequency, sample_time=1.0 / 2000.0)
     b["identify"] = 1.0
     plant.run(b, int(6 * math.ceil(3 * frequency + 1) / frequency * 2000))
@@ -71,7 +71,7 @@ def test_receptance_is_found_with_a_fraction_of_a_sample_per_revolution(tested, 
 
 
 @pytest.mark.parametrize(("frequency", "slots"), [(5.0, 9.0), (10.0, 4.5), (15.0, 3.0), (35.0, 3.0)])
-def test_it_takes_six_slots_of_three_seconds_or_45_periods(tested, frequency, slots):
+def test_identification_takes_six_slots_of_three_seconds_or_45_periods(tested, frequency, slots):
     """t_halt = 6 N_per/f with N_per = max(3 f, 45)."""
     h = 1.0 / (SAMPLES * frequency)
     b, plant = tested(frequency=frequency, sample_time=h)
@@ -87,7 +87,7 @@ def test_it_takes_six_slots_of_three_seconds_or_45_periods(tested, frequency, sl
     np.testing.assert_allclose(progress, np.arange(len(stages)) / (len(stages) - 1), atol=2.0 / len(stages))
 
 
-def test_test_force_is_a_of_f_times_cos_theta_on_one_axis_after_the_other(tested):
+def test_test_force_is_a_cos_theta_on_each_axis_in_turn(tested):
     b, plant = tested()
     b["identify"] = 1.0
     for axis in (None, 0, 1, 2, 3, None):
@@ -100,7 +100,7 @@ def test_test_force_is_a_of_f_times_cos_theta_on_one_axis_after_the_other(tested
         plant.run(b, SLOT - SLOT // 2)
 
 
-def test_force_scale_changes_the_force_from_the_next_identification_on_and_not_the_receptance(tested):
+def test_force_scale_changes_the_next_test_force_and_not_the_receptance(tested):
     b, plant = tested(identification__force_scale=0.1)
     b["identify"] = 1.0
     for slots in (1.5, 1.0):
@@ -113,7 +113,7 @@ def test_force_scale_changes_the_force_from_the_next_identification_on_and_not_t
     np.testing.assert_allclose(b.receptance(), plant.receptance(b), rtol=1e-6, atol=1e-12)
 
 
-def test_all_harmonics_are_found_at_once(tested):
+def test_all_harmonics_are_identified_at_once(tested):
     orders = (1, 2, 4)
     b, plant = tested(
         identification__multi=1, harmonic2__order=2, harmonic3__order=4, harmonic2__power=0.5, harmonic3__power=2.0
@@ -173,7 +173,7 @@ def test_levitated_rotor_gives_the_receptance_of_its_sampled_loop(bench, chain):
 
 
 @pytest.mark.slow
-def test_noise_of_the_rig_costs_less_than_a_percent(bench):
+def test_noise_of_the_rig_changes_the_receptance_by_less_than_a_percent(bench):
     result, model = identified(bench, {"chain.preset": 1})
     large = np.abs(model) > 0.1 * np.abs(model).max(axis=0)
     ratio = result[large] / model[large]
@@ -181,7 +181,7 @@ def test_noise_of_the_rig_costs_less_than_a_percent(bench):
     assert np.degrees(np.abs(np.angle(ratio))).max() < 1.0
 
 
-def test_identified_table_is_what_rolac_then_uses(tested):
+def test_rolac_uses_the_identified_table(tested):
     """From no table at all to the least-squares optimum, in one run."""
     b, plant = tested(rolac__alpha=2.0)
     b["identify"] = 1.0
@@ -220,7 +220,7 @@ def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, di
     assert b["table_rows"] == 1.0  # in place of the one it was built with
 
 
-def test_it_waits_for_a_valid_window(bench, discrete_plant):
+def test_identification_waits_for_a_valid_window(bench, discrete_plant):
     b = bench(Omega=SPEED, pid=False, sample_time=FAST, identify=1.0)
     plant = discrete_plant()
     plant.run(b, SAMPLES)
@@ -239,7 +239,7 @@ def test_waiting_ends_with_the_request(bench):
     assert b["identification_state"] == NOT_STARTED
 
 
-def test_one_request_is_one_identification(tested):
+def test_a_request_starts_a_single_identification(tested):
     b, plant = tested()
     b["identify"] = 1.0
     plant.run(b, 8 * SLOT)
@@ -274,7 +274,7 @@ def fails(b, plant, expected, before=2 * SLOT):
         (CONTACT_OCCURRED, "contact_state", 2.0),
     ],
 )
-def test_change_in_the_second_slot_ends_it(tested, reason, variable, value):
+def test_change_in_the_second_slot_ends_the_identification(tested, reason, variable, value):
     """That of the speed by less than a percent does not."""
     b, plant = tested(contact__source=2)
     b["identify"] = 1.0
@@ -287,7 +287,7 @@ def test_change_in_the_second_slot_ends_it(tested, reason, variable, value):
 
 
 @pytest.mark.parametrize("reason", [WINDOW_LOST, VIBRATION_CHANGED])
-def test_jump_of_the_angle_or_of_the_unbalance_ends_it(tested, reason):
+def test_jump_of_angle_or_unbalance_ends_the_identification(tested, reason):
     b, plant = tested()
     b["identify"] = 1.0
     plant.run(b, 2 * SLOT)
@@ -298,7 +298,7 @@ def test_jump_of_the_angle_or_of_the_unbalance_ends_it(tested, reason):
     assert fails(b, plant, reason)
 
 
-def test_forces_that_do_the_same_fail_and_the_condition_number_says_so(tested, discrete_plant):
+def test_dependent_forces_fail_with_a_large_condition_number(tested, discrete_plant):
     plant = discrete_plant()
     plant.b[:, 3] = plant.b[:, 2]
     b, plant = tested(plant=plant)
@@ -307,7 +307,7 @@ def test_forces_that_do_the_same_fail_and_the_condition_number_says_so(tested, d
     assert b["condition_number"] > 1e4
 
 
-def test_plant_that_does_not_answer_fails(tested, discrete_plant):
+def test_identification_of_a_plant_without_response_fails(tested, discrete_plant):
     """What seems to be an answer is no larger than what changed without a force."""
     plant = discrete_plant()
     plant.b[:] = 0.0
@@ -316,7 +316,7 @@ def test_plant_that_does_not_answer_fails(tested, discrete_plant):
     assert fails(b, plant, VIBRATION_CHANGED, before=0)
 
 
-def test_failure_is_forgotten_at_the_next_request(tested):
+def test_failure_is_cleared_at_the_next_request(tested):
     b, plant = tested()
     b["identify"] = 1.0
     plant.run(b, 2 * SLOT)

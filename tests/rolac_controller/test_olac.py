@@ -43,7 +43,7 @@ def test_number_of_updates_is_limited_until_olac_is_switched_on_again(run_up_to,
     np.testing.assert_allclose(run(10, lambda n: 2.5), 2.5 * optimum, rtol=1e-9)
 
 
-def test_nothing_happens_while_the_vibration_grows(run_up_to):
+def test_no_update_is_made_while_the_vibration_grows(run_up_to):
     """By more than 2 % from one revolution to the next."""
     _, run = run_up_to()
     assert not run(30, lambda n: 1.05**n).any()
@@ -61,13 +61,13 @@ def test_vibration_that_does_not_respond_is_updated_every_two_revolutions(
     np.testing.assert_allclose(b.forces(), 10 * inverse_receptance(receptance) @ unbalance_response, rtol=1e-9)
 
 
-def test_wrong_h_is_no_danger_to_olac_as_long_as_its_error_is_below_one(run_up_to, receptance, optimum):
+def test_olac_converges_if_the_error_of_h_is_below_one(run_up_to, receptance, optimum):
     """U <- U + H Q contracts by 1 - 1/1.4 for R taken 1.4 times too large; each update waits for steady vibration."""
     _, run = run_up_to(1.4 * receptance)
     np.testing.assert_allclose(run(60), optimum, rtol=1e-3)
 
 
-def test_limit_holds_for_olac_too(run_up_to, optimum):
+def test_force_limit_applies_to_olac(run_up_to, optimum):
     limit = 0.5 * np.abs(optimum).max()
     b, run = run_up_to(rolac__force_limit=limit)
     assert np.abs(run(8)).max() == pytest.approx(limit, rel=1e-12)

@@ -31,7 +31,7 @@ def levitate(bench, h, duration, x0=0.0, load=0.0, setpoint=0.0, **parameters):
 
 
 @pytest.mark.parametrize("sensor", SENSOR_NAMES)
-def test_positive_displacement_gives_negative_current_on_the_axis_of_its_sensor_alone(bench, sensor):
+def test_positive_displacement_gives_negative_current_on_its_axis_alone(bench, sensor):
     """Sensors at the rotor's ends do not reach the PID."""
     b = bench()
     b[sensor] = 1e-5
@@ -42,7 +42,7 @@ def test_positive_displacement_gives_negative_current_on_the_axis_of_its_sensor_
 
 
 @pytest.mark.parametrize("tau", [0.0, 2e-3])
-def test_derivative_of_a_ramp_settles_with_the_time_constant_of_its_filter(bench, tau):
+def test_derivative_of_a_ramp_settles_with_its_filter_time_constant(bench, tau):
     slope, h = 1e-3, 250e-6
     b = bench(derivative_time=tau, mb1__k_b_x=-BEARING_K_S)  # no proportional part
     for n in range(200):
@@ -67,7 +67,7 @@ DIRECT = {"pid__direct": 1, "mb1__k_p_x": 1e6 + BEARING_K_S}
     ],
     ids=["K_b", "setpoint", "integral", "integral and setpoint", "direct gains"],
 )
-def test_closed_bearing_rests_where_its_gains_say(bench, parameters, load, setpoint, rests_at):
+def test_closed_bearing_deflects_by_load_over_net_stiffness(bench, parameters, load, setpoint, rests_at):
     """The compensation of K_s holds a rotor off its centre without a force, or else an integral does."""
     x = levitate(bench, 250e-6, 2.0 if parameters else 0.6, load=load, setpoint=setpoint, **parameters)
     assert x[-1] == rests_at
@@ -98,7 +98,7 @@ def test_start_off_centre_has_no_kick(bench, chain):
         assert b["mb1.i_x"] == pytest.approx(proportional, rel=1e-12)
 
 
-def test_change_of_the_integral_gain_makes_no_bump(bench):
+def test_change_of_the_integral_gain_is_bumpless(bench):
     b = bench(mb1__k_integral_x=1e7)
     b["s5"] = 1e-5
     for _ in range(1000):
@@ -141,7 +141,7 @@ def test_step_of_the_setpoint_of_an_axis_has_no_derivative_kick(bench, bearing, 
 @pytest.mark.parametrize("integral", [0.0, 3e6])
 @pytest.mark.parametrize("tau", [0.0, 2e-3])
 @pytest.mark.parametrize("frequency", [5.0, 35.0, 400.0])
-def test_stated_response_is_what_a_vibration_gets(bench, frequency, tau, integral):
+def test_stated_response_is_that_to_a_vibration(bench, frequency, tau, integral):
     h, omega = 250e-6, 2.0 * np.pi * frequency
     b = bench(mb1__k_integral_x=integral, derivative_time=tau)
     samples = 2 * round(max(4.0 / frequency, 0.1) / h)  # the second half is settled

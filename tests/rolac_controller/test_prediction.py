@@ -32,7 +32,7 @@ def turning(t):
 
 
 @pytest.mark.parametrize("parts", [1, 4])
-def test_linear_motion_is_foreseen_without_error(bench, parts):
+def test_linear_motion_is_predicted_without_error(bench, parts):
     h = T / parts
     foreseen = drive(bench(Omega=OMEGA, prediction_time=2 * h), ramp, 30 * parts, h)
     exact = drive(bench(Omega=OMEGA), ramp, 30 * parts, h, ahead=2 * h)
@@ -42,7 +42,7 @@ def test_linear_motion_is_foreseen_without_error(bench, parts):
     assert np.abs(np.diff(exact[::parts, currents], axis=0)).min() > 0.0
 
 
-def test_the_error_is_that_of_the_curvature(bench):
+def test_error_of_the_prediction_is_that_of_the_curvature(bench):
     """With C_b = 0 the current shows the displacement that the controller counts with."""
     curvature, h, n = 2.0, T / 5, 50  # m/s2
     b = bench(prediction_time=3e-4, mb1__c_b_x=0.0)
@@ -52,7 +52,7 @@ def test_the_error_is_that_of_the_curvature(bench):
     assert result - 0.5 * curvature * (t + 3e-4) ** 2 == pytest.approx(-0.5 * curvature * 3e-4 * (3e-4 + h), rel=1e-9)
 
 
-def test_the_synchronous_force_turns_ahead_too(bench, receptance):
+def test_the_synchronous_force_is_predicted(bench, receptance):
     """After some turns of a steady orbit, the forces are those of a controller that is given what will be there."""
     h, p = T / 5, 0.4 * T
     table = pack([50.0, 400.0], [receptance, receptance])

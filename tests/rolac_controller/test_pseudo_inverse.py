@@ -20,7 +20,7 @@ def inverted(r, weights=None):
 
 
 @given(st.integers(0, 10**6), st.floats(-9.0, 3.0), st.floats(0.0, 3.9))
-def test_h_and_condition_number_are_those_of_numpy(seed, size, spread):
+def test_h_and_condition_number_agree_with_numpy(seed, size, spread):
     """Receptances of all sizes, with singular values over up to four decades, and weights."""
     rng = np.random.default_rng(seed)
     u, _, v = np.linalg.svd(rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4)), full_matrices=False)
@@ -46,7 +46,7 @@ def test_small_singular_values_keep_their_digits():
 
 
 @pytest.mark.parametrize("columns", [[0, 0, 1, 2], [0, 1, 2, 2]])
-def test_forces_that_do_the_same_are_singular(receptance, columns):
+def test_dependent_forces_are_singular(receptance, columns):
     h, condition = inverted(receptance[:, columns])
     assert condition > 1e14
     assert np.isfinite(h).all()

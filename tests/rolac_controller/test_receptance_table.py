@@ -60,7 +60,7 @@ def test_table_gives_h_and_r_at_its_speeds_exactly_and_linearly_between(receptan
     np.testing.assert_allclose(matrix_at(table, between, "R")[0], expected, rtol=1e-12)
 
 
-def test_table_is_constant_beyond_its_ends_and_says_so(receptance):
+def test_table_is_constant_beyond_its_ends_with_a_flag(receptance):
     table = loaded(pack([50.0, 100.0], [receptance, 2.0 * receptance]))
     for speed, end, expected in [(10.0, 50.0, BEYOND), (50.0, 50.0, WITHIN), (100.0, 100.0, WITHIN)]:
         h, result = matrix_at(table, speed)
@@ -77,12 +77,12 @@ def test_each_harmonic_has_its_own_speeds(receptance):
     assert matrix_at(table, 100.0, order=2.0)[1] == MISSING
 
 
-def test_empty_table_has_nothing():
+def test_empty_table_has_no_h():
     assert find_bracket(loaded(NO_TABLE), 1.0, 100.0).coverage == MISSING
 
 
 @given(st.lists(st.tuples(st.integers(1, 3), st.floats(1.0, 1e3)), max_size=SPARE_ROWS))
-def test_new_receptances_find_their_place_whatever_the_order_they_come_in(entries):
+def test_receptances_are_sorted_by_speed_whatever_their_order(entries):
     """The last one within 0.5 % of a speed counts; rows stay ascending and keep what belongs to them."""
     table = loaded(NO_TABLE)
     for number, (order, speed) in enumerate(entries):

@@ -162,7 +162,7 @@ def test_several_harmonics_reach_their_own_optimum_side_by_side(bench, receptanc
     np.testing.assert_allclose(b.axis_forces(), turning, rtol=2e-2, atol=0.05)
 
 
-def test_harmonic_without_h_leaves_the_pid_alone_and_says_so(bench, receptance, speed_of):
+def test_harmonic_without_h_adds_no_force_and_is_flagged(bench, receptance, speed_of):
     b = bench(pack([1.0], [receptance]), Omega=speed_of(80), harmonic2__order=2, rolac_enable=1.0)
     b.follow(synchronous, 200)
     assert b["rolac_status"] == NO_H
@@ -209,7 +209,7 @@ def test_h_follows_the_speed_in_a_run_up(bench, receptance, unbalance_response):
     assert fixed > 3.0 * peak
 
 
-def test_table_may_be_missing_only_until_an_identification_is_asked_for(bench):
+def test_table_may_be_missing_only_if_an_identification_is_requested(bench):
     b = bench(Omega=100.0)
     b["identify"] = b["rolac_enable"] = 1.0
     b.follow(synchronous, 400)

@@ -81,13 +81,13 @@ def test_no_sample_is_lost_or_shifted_in_a_long_run(sample_time, parts, summed):
     assert late == 0
 
 
-def test_a_sum_that_has_drifted_far_still_takes_a_sample_in_each_step():
+def test_accumulated_time_with_drift_takes_a_sample_in_each_step():
     """A step of a sample whose time runs ahead of the count by a hundredth of a sample."""
     assert [is_due(n * T, n * T + 0.01 * T, T) for n in range(5)] == [True] * 5
 
 
 @pytest.mark.parametrize("n", [0, 1, 12345, 4 * 3600 * 4000, 365 * 24 * 3600 * 4000])
-def test_a_step_that_a_master_got_by_subtracting_times_is_no_longer_than_a_sample(n):
+def test_a_step_size_from_subtracted_times_is_no_longer_than_a_sample(n):
     assert not is_too_long(n * T, (n + 1) * T - n * T, T)
     exact = Fraction(T) * (1 + Fraction(1, 10**8))
     assert is_too_long(0.0, float(exact), T)

@@ -10,7 +10,7 @@ from rolac_controller.enumerations import ADAPTING, SENSOR_SUSPECT
 
 @pytest.mark.parametrize("fault", ["fault_dead", "fault_stuck"])
 @pytest.mark.parametrize("sensor", [1, 4, 8])
-def test_sensor_that_stands_still_for_a_revolution_leaves_the_pid_alone(adapting, sensor, fault):
+def test_constant_reading_for_a_revolution_disables_rolac_alone(adapting, sensor, fault):
     b = adapting(rolac__fade=1e4)
     b[f"s{sensor}.{fault}"] = 1.0
     b.follow(signal, SAMPLES - 1)
@@ -23,7 +23,7 @@ def test_sensor_that_stands_still_for_a_revolution_leaves_the_pid_alone(adapting
     assert (b["rolac_status"], b["suspect_sensor"]) == (ADAPTING, 0.0)
 
 
-def test_first_of_several_is_named(adapting):
+def test_first_of_several_suspect_sensors_is_named(adapting):
     b = adapting()
     for sensor in (7, 3):
         b[f"s{sensor}.fault_dead"] = 1.0

@@ -52,11 +52,11 @@ X = 1e-4 * np.array([1.0, -2.0, 3.0, -4.0, 5.0, -6.0, 7.0, -8.0]) + 1.234567e-9
 
 
 @pytest.mark.parametrize("chain", [{"noise": 1, "adc": 1, "filter": 1}, {"preset": 2}])
-def test_ideal_chain_and_one_without_switches_read_what_is_there(chain):
+def test_ideal_chain_and_one_without_effects_read_the_displacement(chain):
     np.testing.assert_array_equal(Chain(**{f"chain__{name}": value for name, value in chain.items()}).read(X), X)
 
 
-def test_rig_chain_has_all_effects_whatever_the_switches_say():
+def test_rig_chain_has_all_effects_regardless_of_switches():
     rig, all_on = Chain(chain__preset=1), custom(chain__noise=1, chain__adc=1, chain__filter=1)
     np.testing.assert_array_equal(rig.record(20, X), all_on.record(20, X))
 
@@ -67,7 +67,7 @@ def test_adc_saturates_at_1_25_mm():
 
 
 @pytest.mark.parametrize(("largest", "limited"), [(1.24e-3, False), (1.26e-3, True), (-1.26e-3, True)])
-def test_the_adc_says_when_a_displacement_is_beyond_its_range(largest, limited):
+def test_the_adc_flags_a_displacement_beyond_its_range(largest, limited):
     chain = custom(chain__adc=1)
     chain.read([0.0, largest, *[0.0] * 6])
     assert chain.beyond_range == limited
@@ -86,7 +86,7 @@ def test_noise_has_the_stated_deviation_and_is_white_and_independent():
     assert np.abs(lagged).max() < 4.5 / math.sqrt(20_000)
 
 
-def test_noise_is_the_same_for_the_same_seed_and_another_for_another():
+def test_noise_depends_on_the_seed_alone():
     def noise(seed):
         return custom(chain__noise=1, chain__seed=seed).record(100, X)
 
@@ -112,7 +112,7 @@ def test_sensors_beside_their_planes_read_a_bent_shaft_to_third_order(power):
 @pytest.mark.parametrize(
     ("fault", "value", "shown"), [("dead", 1.0, lambda x: 0.0), ("stuck", 1.0, lambda x: x), ("offset", 2e-5, None)]
 )
-def test_fault_reaches_one_sensor_until_it_recovers(fault, value, shown, sensor):
+def test_fault_affects_one_sensor_until_it_recovers(fault, value, shown, sensor):
     """A dead sensor shows 0, a stuck one what it showed, one with an offset so much more."""
     chain, name = Chain(), f"s{sensor + 1}__fault_{fault}"
     chain.read(X)
@@ -126,7 +126,7 @@ def test_fault_reaches_one_sensor_until_it_recovers(fault, value, shown, sensor)
 
 
 @pytest.mark.parametrize("sensor", range(8))
-def test_burst_of_noise_reaches_one_sensor_and_ends(sensor):
+def test_burst_of_noise_affects_one_sensor_and_ends(sensor):
     chain = Chain(**{f"s{sensor + 1}__fault_noise": 1e-5})
     deviation = (chain.record(4000, X) - X).std(axis=0)
     assert deviation[sensor] == pytest.approx(1e-5, rel=0.06)

@@ -41,7 +41,7 @@ def rigid_motions(rotor):
 
 @pytest.mark.parametrize("elements", [1, 3])
 @pytest.mark.parametrize("diameter", [0.02, 0.05, 0.4])
-def test_cantilever_under_force_and_moment_bends_as_timoshenko_says(elements, diameter):
+def test_cantilever_bends_under_force_and_moment_as_a_timoshenko_beam(elements, diameter):
     rotor = shaft_only(np.linspace(0.0, LENGTH, elements + 1), diameter)
     clamped = one_plane(assemble(rotor).K)[2:, 2:]
     E, nu = STEEL["youngs_modulus"], STEEL["poissons_ratio"]
@@ -77,7 +77,7 @@ def test_rayleigh_beam_has_its_frequencies_at_fourth_order():
 @pytest.mark.parametrize("kind", ["consistent", "diagonal"])
 @settings(max_examples=30)
 @given(rotor=random_shafts())
-def test_matrices_of_any_shaft_have_the_structure_of_mechanics(kind, rotor):
+def test_matrices_of_any_shaft_have_symmetry_and_rigid_motions(kind, rotor):
     full = assemble(rotor, kind)
     np.testing.assert_array_equal(full.M, full.M.T)
     assert np.linalg.eigvalsh(full.M)[0] > 0.0

@@ -32,7 +32,7 @@ def held_at(Omega):
     return replace(RIG, bearings=tuple(bearings))
 
 
-def test_table_is_met_and_held_beyond_its_ends():
+def test_table_is_exact_at_its_speeds_and_constant_beyond():
     bearing = TABLED.bearings[0]
     for row in SOFTENING:
         stiffness, damping, _ = bearing.at(row.speed)
@@ -42,7 +42,7 @@ def test_table_is_met_and_held_beyond_its_ends():
         np.testing.assert_array_equal(bearing.at(beyond)[0], bearing.at(last)[0])
 
 
-def test_two_speeds_are_joined_by_a_line():
+def test_two_speeds_are_interpolated_linearly():
     bearing = Bearing("a", 1, at_speed=tuple(AtSpeed(s, tensor(1e6 + s), tensor(1e3)) for s in (0.0, 400.0)))
     assert bearing.at(130.0)[0][0, 0] == pytest.approx(1e6 + 130.0, rel=1e-12)
 
@@ -93,7 +93,7 @@ def test_analyses_at_a_speed_have_the_bearings_of_that_speed(planes, Omega):
     np.testing.assert_allclose(result, exact, rtol=1e-12)
 
 
-def test_critical_speed_is_one_on_the_bearings_of_that_speed():
+def test_critical_speed_uses_the_bearings_of_that_speed():
     result = [c for c in campbell(supported_rotor(TABLED).model, np.linspace(0.0, 300.0, 40)).critical_speeds]
     assert result
     for critical in result:
@@ -114,6 +114,6 @@ def test_condensation_keeps_a_bearing_over_speed():
         ({"at_speed": SOFTENING, "stiffness": 1e6}, ("stiffness", "at_speed")),
     ],
 )
-def test_table_that_is_none_is_refused(changes, facts):
+def test_an_invalid_table_is_refused(changes, facts):
     with raises_naming(ValueError, *facts):
         Bearing("a", 1, **changes)

@@ -106,7 +106,7 @@ def test_tracks_do_not_depend_on_the_step_in_speed():
         assert item[-1].eigenvalue == pytest.approx(other[-1].eigenvalue, rel=1e-8)
 
 
-def test_assurance_tells_circles_apart_and_ignores_size_and_phase():
+def test_modal_assurance_separates_whirl_senses_despite_size_and_phase():
     M = np.diag([2.0, 2.0, 1.0, 1.0])
     forward, backward = np.array([1.0, -1j, 0.5, -0.5j]), np.array([1.0, 1j, 0.5, 0.5j])
     np.testing.assert_allclose(
@@ -122,7 +122,7 @@ def test_speeds_that_do_not_rise_are_refused(speeds):
 
 
 @pytest.mark.parametrize("name", [pytest.param("compressor", marks=pytest.mark.slow), "nelson_mcvaugh"])
-def test_a_reduced_model_has_the_critical_speeds_of_the_full_one(name):
+def test_critical_speeds_of_the_reduced_and_full_model_agree(name):
     rotor, speeds = load_rotor(name), np.linspace(0.0, 1200.0, 5)
     analysed = analysis_model(rotor, None, speeds, 8)
     full = analysed.supported.full
@@ -138,7 +138,7 @@ def test_a_reduced_model_has_the_critical_speeds_of_the_full_one(name):
 
 @pytest.mark.parametrize("stiffness", [0.0, 3e7])
 @pytest.mark.parametrize("Omega", [0.0, 900.0])
-def test_slowest_eigenvalues_are_those_of_all(stiffness, Omega):
+def test_slowest_eigenvalues_agree_with_the_full_spectrum(stiffness, Omega):
     """Of 41 nodes, with a heavy disc at an end; without stiffness some eigenvalues are 0, in pairs of few digits."""
     shaft = Shaft(tuple(np.linspace(0.0, 1.0, 41)), (0.05,), youngs_modulus=210e9, density=7850.0, poissons_ratio=0.3)
     bearings = tuple(Bearing(f"b{node}", node, stiffness=stiffness, damping=1e-5 * stiffness) for node in (5, 35))
@@ -149,7 +149,7 @@ def test_slowest_eigenvalues_are_those_of_all(stiffness, Omega):
     np.testing.assert_allclose(upper[0], upper[1], rtol=1e-7)
 
 
-def test_where_nothing_may_err_the_full_model_is_analysed():
+def test_with_zero_tolerance_the_full_model_is_analysed():
     rotor = load_rotor("nelson_mcvaugh")
     analysed = analysis_model(rotor, None, np.array([0.0, 100.0]), 4, 0.0)
     assert analysed.supported.model is analysed.supported.full

@@ -34,7 +34,7 @@ def free_rotor(name):
 
 
 @pytest.mark.parametrize("zeta", [0.02, 0.1, 0.3])
-def test_peak_and_amplification_are_those_of_one_mass_on_a_spring(zeta):
+def test_peak_and_amplification_of_an_oscillator_match_closed_forms(zeta):
     r = np.linspace(0.02, 6.0, 4000)
     peaks = peaks_of(r, r**2 / np.hypot(1.0 - r**2, 2.0 * zeta * r))
     half = 0.5 / (4.0 * zeta**2 * (1.0 - zeta**2))
@@ -58,7 +58,7 @@ def test_a_response_without_resonance_has_no_peak():
     assert peaks_of(r, r**2 / np.hypot(1.0 - r**2, 2.0 * 0.8 * r)) == []
 
 
-def test_a_shoulder_of_a_higher_peak_has_one_side():
+def test_a_shoulder_of_a_higher_peak_has_a_single_half_power_speed():
     r = np.linspace(0.0, 3.0, 3001)
     low, high = (a / np.hypot(1.0, (r - at) / 0.05) for a, at in ((1.0, 1.0), (3.0, 1.3)))
     first, second = peaks_of(r, low + high)
@@ -66,7 +66,7 @@ def test_a_shoulder_of_a_higher_peak_has_one_side():
     assert not second.from_single_side
 
 
-def test_a_peak_that_only_one_place_has_counts_beside_those_of_others():
+def test_a_peak_at_a_single_position_is_listed():
     """The place with the higher peak does not show the other critical speed; where both peak, the higher counts."""
     r = np.linspace(0.02, 3.0, 3001)
     first, second = (a / np.hypot(1.0, (r - at) / 0.02) for a, at in ((1.0, 1.0), (3.0, 2.0)))
@@ -74,13 +74,13 @@ def test_a_peak_that_only_one_place_has_counts_beside_those_of_others():
     assert [(name, round(peak.Omega, 2)) for name, peak in found] == [("far end", 1.0), ("drive end", 2.0)]
 
 
-def test_a_margin_is_over_the_nearer_end_and_negative_within():
+def test_separation_margin_is_relative_and_negative_within_the_range():
     assert separation_margin(80.0, 100.0, 200.0) == pytest.approx(20.0)
     assert separation_margin(230.0, 100.0, 200.0) == pytest.approx(15.0)
     assert separation_margin(190.0, 100.0, 200.0) == pytest.approx(-5.0)
 
 
-def test_lobes_alternate_and_a_rotor_that_moves_as_a_whole_has_its_mass():
+def test_lobes_alternate_and_rigid_motion_has_the_rotor_mass():
     free = free_rotor("two_discs")
     _, shapes = critical_speeds(free, {1: 1e6, 7: 1e6}, 3)
     lobes = [lobe_masses(free, shape) for shape in shapes.T]
@@ -93,7 +93,7 @@ def test_lobes_alternate_and_a_rotor_that_moves_as_a_whole_has_its_mass():
 
 @pytest.mark.parametrize("rounding", [-1e-16, 0.0, 1e-16])
 @pytest.mark.parametrize("elements", [10, 20])
-def test_modal_masses_of_a_tilting_shaft_are_those_of_two_levers(elements, rounding):
+def test_modal_masses_of_a_tilting_shaft_match_two_levers(elements, rounding):
     """m_l = integral of rho A |z - z_0| dz = rho A a^2/2 of either arm a, for any mesh and any sign of the zero."""
     z = np.linspace(0.0, 1.0, elements + 1)
     bar = Rotor("bar", Shaft(tuple(z), (0.05,), youngs_modulus=2.1e11, density=7850.0, poissons_ratio=0.3))
@@ -105,20 +105,20 @@ def test_modal_masses_of_a_tilting_shaft_are_those_of_two_levers(elements, round
     assert (first, second) == (pytest.approx(0.5 * per_length * 0.3**2), pytest.approx(0.5 * per_length * 0.7**2))
 
 
-def test_springs_that_do_not_hold_the_rotor_are_refused():
+def test_springs_that_do_not_support_the_rotor_are_refused():
     with raises_naming(ValueError, "two or more"):
         critical_speeds(free_rotor("two_discs"), {1: 1e6}, 3)
 
 
 @pytest.mark.parametrize("name", ROTORS)
-def test_free_modes_are_those_of_ross(name):
+def test_free_modes_match_ross(name):
     free = free_rotor(name)
     result = free_modes(free.M[::2, ::2], free.K[::2, ::2])[0]
     np.testing.assert_allclose(result[: len(ROSS[name]["bending"])], ROSS[name]["bending"], rtol=EXACT)
 
 
 @pytest.mark.parametrize("name", ROTORS)
-def test_critical_speeds_over_stiffness_are_those_of_ross(name):
+def test_critical_speeds_over_stiffness_match_ross(name):
     free, expected = free_rotor(name), ROSS[name]
     for stiffness, speeds in expected["critical_speeds"].items():
         result, _ = critical_speeds(free, dict.fromkeys(expected["bearings"], float(stiffness)), len(speeds))
@@ -126,7 +126,7 @@ def test_critical_speeds_over_stiffness_are_those_of_ross(name):
 
 
 @pytest.mark.parametrize("name", ROTORS)
-def test_response_in_bearings_over_frequency_is_that_of_ross(name):
+def test_response_in_bearings_over_frequency_matches_ross(name):
     free, expected = free_rotor(name), ROSS[name]
     values = expected["unbalance"]
     n = len(free.translations)

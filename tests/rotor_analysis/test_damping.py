@@ -58,7 +58,7 @@ def test_modal_ratios_are_those_of_the_free_elastic_modes():
 
 
 @pytest.mark.parametrize("damping", [Damping(stiffness=1e-5), Damping(modal=0.02), Damping(loss_factor=0.02)])
-def test_rigid_motion_meets_no_internal_damping(damping):
+def test_rigid_motion_is_not_damped_internally(damping):
     model = assemble(replace(FREE, damping=damping)).viscous()
     along, tilting = np.zeros((2, model.size // 2))
     along[::2], tilting[::2], tilting[1::2] = 1.0, NODES, 1.0
@@ -95,7 +95,7 @@ def test_damping_in_the_fixed_frame_is_stable_at_any_speed():
         assert growth(internally_damped(0.0, 2e-5, rotating=0.0), Omega) < 0.0
 
 
-def test_rotating_damping_does_not_resist_a_bend_that_turns_with_the_shaft():
+def test_rotating_damping_does_not_resist_a_bend_rotating_with_it():
     """A synchronous forward circle is at rest in the frame of the shaft; a backward one is not."""
     Omega, forward = 300.0, np.tile([1.0, -1j], 2 * len(NODES))
     damped, undamped = assemble(replace(FREE, damping=Damping(modal=0.05))), assemble(FREE)
@@ -138,7 +138,7 @@ def test_thesis_rig_has_no_damping_to_the_last_bit():
     assert model.at(100.0).K is model.K
 
 
-def test_bearing_unlike_in_x_and_y_must_be_a_master_where_damping_rotates():
+def test_rotating_damping_requires_anisotropic_bearings_as_masters():
     shaft = Shaft(NODES, 0.05, **STEEL)
     bearings = (Bearing("a", 2, tensor(1e6)), Bearing("b", 8, ((1e6, 0.0), (0.0, 2e6))))
     rotor = Rotor("on_oil", shaft, (Body("disc", 4, 5.0, 0.02, 0.04),), bearings, damping=Damping(modal=0.01))

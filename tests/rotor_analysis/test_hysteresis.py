@@ -68,7 +68,7 @@ def test_weightless_nodes_of_a_full_model_do_not_disturb_its_lowest_modes():
     assert ratios(full, 2.0 * OMEGA)["forward"] == pytest.approx(-0.5 * ETA, rel=1e-3)
 
 
-def test_rotor_is_unstable_above_its_critical_speed_unless_damping_outweighs_loss():
+def test_rotor_is_unstable_above_critical_if_loss_outweighs_damping():
     """Threshold c omega = eta k, at every speed above the critical one and at none below."""
     threshold = ETA * SHAFT / OMEGA
     for share, above in ((0.98, 1.0), (1.02, -1.0)):
@@ -100,7 +100,7 @@ def test_bending_modes_of_free_rotor_have_half_the_loss_factor():
     assert [abs(mode.damping_ratio) for mode in turning] == pytest.approx([0.5 * ETA] * 4, rel=0.01)
 
 
-def test_rigid_motion_loses_nothing():
+def test_rigid_motion_dissipates_nothing():
     model = assemble(replace(FREE, damping=Damping(loss_factor=ETA)))
     motion = np.zeros((model.size, 2))
     motion[::4, 0], motion[::4, 1], motion[2::4, 1] = 1.0, NODES, 1.0
@@ -147,7 +147,7 @@ def test_loss_does_not_limit_the_synchronous_whirl_of_an_isotropic_rotor():
 
 
 @pytest.mark.parametrize("split", [0.99, 1.01])
-def test_unlike_stiffness_in_x_and_y_holds_a_rotor_that_loss_drives(split):
+def test_anisotropic_stiffness_stabilises_a_rotor_driven_by_hysteresis(split):
     """[[k_x, -q], [q, k_y]] without damping has real eigenvalues if |k_x - k_y| > 2 q, q = eta k of the shaft."""
     apart = 2.0 * split * ETA * SHAFT
     model = jeffcott(at_disc=((0.5 * SHAFT + apart, 0.0), (0.0, 0.5 * SHAFT))).model
@@ -177,7 +177,7 @@ def test_campbell_diagram_follows_modes_over_the_change_of_sign():
     assert critical.damping_ratio == pytest.approx(c / (2.0 * MASS * OMEGA), rel=1e-3)
 
 
-def test_overdamped_motion_gets_no_frequency_from_loss():
+def test_hysteresis_gives_overdamped_motion_no_frequency():
     """At rest both roots of MASS s^2 + c s + k = 0 stay real, c twice the critical damping."""
     c = 4.0 * MASS * OMEGA
     model = jeffcott(c).model

@@ -40,7 +40,7 @@ def influence(x, y):
 
 
 @pytest.mark.parametrize("density", DENSITIES)
-def test_point_masses_on_a_simple_beam_have_the_frequencies_of_its_flexibility(density):
+def test_frequencies_of_point_masses_follow_from_the_beam_flexibility(density):
     """1/omega^2 are the eigenvalues of a_ij m_j."""
     masses = {3: 8.0, 5: 20.0}
     z = {node: L * (node - 1) / 6.0 for node in masses}
@@ -75,7 +75,7 @@ def test_three_free_masses_have_one_bending_mode_with_its_ratio(density):
 
 
 @pytest.mark.parametrize("density", DENSITIES)
-def test_response_is_that_of_a_mass_on_a_spring(density):
+def test_response_on_a_massless_shaft_is_that_of_an_oscillator(density):
     """1 / (k - m omega^2) with k = 48 E I / L^3, below and above resonance."""
     rotor = points(density, {4: 10.0}, held=(1, 7))
     unit = np.eye(14)[:, [6]]
@@ -84,7 +84,7 @@ def test_response_is_that_of_a_mass_on_a_spring(density):
     assert result[:, 0, 0] == pytest.approx(1.0 / (48.0 * EI / L**3 - 10.0 * omegas**2), rel=1e-5)
 
 
-def test_plant_names_the_nodes_without_mass():
+def test_error_of_the_plant_names_the_massless_nodes():
     rotor = Rotor("light", shaft(0.0, 3), (Disc("wheel", 2, 10.0, 0.1, 0.02),), (Bearing("a", 1), Bearing("b", 3)))
     with raises_naming(ValueError, "shaft.density = 0 kg/m3", "[1, 3]", "> 0 kg/m3"):
         plant(rotor)

@@ -82,14 +82,14 @@ def test_soft_bearings_need_no_finer_mesh(stiffness):
     assert np.max(np.abs(reduction_error(mesh, 6).percent[2:])) < 0.1, "the plant's model, of bending modes"
 
 
-def test_parts_stay_where_they_are_while_the_mesh_refines():
+def test_parts_keep_their_positions_in_a_refined_mesh():
     mesh = refine_to_accuracy(stepped("consistent", *HELD["on two bearings"]), 6, 1e-4)
     z = mesh.shaft.nodes
     assert [z[part.node - 1] for part in (*mesh.bodies, *mesh.bearings, *mesh.sites)] == [0.7, 0.1, 1.2, 0.75]
     assert max(np.diff(z)) < 0.2
 
 
-def test_file_with_sections_is_refined_as_it_says(tmp_path):
+def test_file_with_sections_is_refined_to_its_accuracy(tmp_path):
     def count(more=""):
         path = tmp_path / "pump.toml"
         path.write_text(PUMP + more)
@@ -103,7 +103,7 @@ def test_accuracy_beyond_rounding_is_refused(tmp_path):
         refine_to_accuracy(stepped("diagonal"), 6, 1e-15)
 
 
-def test_file_with_nodes_is_refined_where_it_asks_for_it(tmp_path):
+def test_file_with_nodes_is_refined_only_on_request(tmp_path):
     rig, path = rotor_path().read_text(encoding="utf-8"), tmp_path / "rig.toml"
     path.write_text(rig + "[mesh]\nmodes = 4\naccuracy = 1e-3\n", encoding="utf-8")
     fine, coarse = load_rotor(path), load_rotor()

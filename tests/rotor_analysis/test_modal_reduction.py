@@ -61,7 +61,7 @@ def test_sum_over_all_modes_is_the_receptance_of_all_elements():
         np.testing.assert_allclose(free.receptance(free.rows(SITES), omega), exact, rtol=1e-6)
 
 
-def test_error_that_is_told_is_that_of_the_matrices():
+def test_reported_error_is_that_of_the_matrices():
     rotor = overhung()
     full = assemble(rotor)
     space = space_with_modes(free_rotor(full), 4, PLACES, 1e-3)
@@ -74,7 +74,7 @@ def test_error_that_is_told_is_that_of_the_matrices():
         assert error == pytest.approx(space.receptance_error(SITES, omega), rel=1e-3, abs=1e-8)
 
 
-def test_band_and_accuracy_decide_how_many_shapes_there_are():
+def test_band_and_accuracy_determine_the_number_of_shapes():
     sizes = [reduced_rotor(overhung(band=band)).model.size for band in (500.0, 2000.0, 5000.0, 10000.0)]
     assert sizes == sorted(set(sizes))
     loose, fine = (reduced_rotor(overhung(band=5000.0, accuracy=e)).model.size for e in (1e-1, 1e-6))
@@ -102,7 +102,7 @@ def test_rotor_held_at_its_sites_deflects_exactly_under_forces_there():
     np.testing.assert_allclose(result, exact, rtol=1e-6)
 
 
-def test_coordinates_span_the_shapes_and_the_first_are_places():
+def test_coordinates_span_the_shapes_and_begin_with_positions():
     rotor = overhung(modes=5)
     full, model = assemble(rotor), reduced_rotor(rotor).model
     space = space_with_modes(free_rotor(full), 5, PLACES, 1e-3)
@@ -131,7 +131,7 @@ def test_rigid_motion_has_the_mass_of_the_rotor_and_no_stiffness():
 
 
 @pytest.mark.parametrize("Omega", [0.0, 2000.0, -4000.0])
-def test_spinning_rotor_whirls_as_with_all_elements(Omega):
+def test_spinning_reduced_rotor_whirls_as_the_full_model(Omega):
     rotor = overhung(band=5000.0)
     held = rotor.on_equal_bearings(5e6, 100.0)
     full, free = on_bearings(assemble(held), held), reduced_rotor(rotor)
@@ -164,7 +164,7 @@ def test_site_and_bearing_at_one_node_share_a_coordinate():
 
 
 @pytest.mark.parametrize("distance", [5e-3, 1e-3, 1e-4])
-def test_close_places_are_told_apart_without_a_stiff_mode(distance):
+def test_close_positions_are_separated_without_a_stiff_mode(distance):
     nodes = tuple(sorted({*NODES, NODES[8] + distance}))
     close = Site("close", 10)
     rotor = overhung(nodes=nodes, modes=6)
@@ -177,7 +177,7 @@ def test_close_places_are_told_apart_without_a_stiff_mode(distance):
     assert np.min(values) > -1e-9 * np.max(values)
 
 
-def test_places_that_the_shapes_do_not_tell_apart_are_refused():
+def test_positions_that_the_shapes_do_not_separate_are_refused():
     full = assemble(overhung())
     free = free_rotor(full)
     none = residual_modes(free, 0, (), 1e-3)
@@ -200,7 +200,7 @@ def test_plant_of_4_to_120_coordinates_keeps_its_energy_in_free_flight(elastic):
     assert np.sum(np.abs(values) < 1e-9 * np.max(values, initial=1e9)) == 4
 
 
-def test_more_modes_than_there_are_and_other_mistakes_are_refused():
+def test_more_modes_than_exist_and_other_errors_are_refused():
     with raises_naming(ValueError, "modes", "81", "0 to 80"):
         reduced_rotor(overhung(modes=81))
     with raises_naming(ValueError, "band", "free_modes", "'msdc'"):

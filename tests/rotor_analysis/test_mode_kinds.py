@@ -17,7 +17,7 @@ from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 
 
-def test_modes_of_the_rig_are_those_of_figs_3_2_and_3_3():
+def test_modes_of_the_rig_match_figs_3_2_and_3_3():
     """Conical at 61 rad/s, cylindrical at 106, first and second flexural at 179 and 429."""
     result = studies.modes(speeds=90.0, count=8)
     assert [shape.kind for shape in result.shapes] == ["conical"] * 2 + ["cylindrical"] * 2 + ["flexural"] * 4
@@ -28,7 +28,7 @@ def test_modes_of_the_rig_are_those_of_figs_3_2_and_3_3():
 
 
 @pytest.mark.parametrize(("offset", "kind", "crossings"), [(3.0, "cylindrical", 0), (-0.5, "conical", 1)])
-def test_motion_of_a_rigid_body_is_all_rigid(offset, kind, crossings):
+def test_motion_of_a_rigid_body_is_classified_as_rigid(offset, kind, crossings):
     """x = (z + offset) exp(j phi), with the slope 1, and y a quarter of a turn later."""
     rotor = load_rotor()
     z = np.array(rotor.shaft.nodes)
@@ -53,7 +53,7 @@ def test_an_undamped_rotor_on_a_light_shaft_grows_at_no_critical_speed():
     assert "unstable" not in str(diagram)
 
 
-def test_a_disc_on_a_light_shaft_with_free_ends_moves_in_a_cylinder():
+def test_a_disc_on_a_light_shaft_with_free_ends_moves_cylindrically():
     """The shaft bends, and its ends cross the axis at the bearings, but it has hardly any kinetic energy."""
     shapes = studies.modes(light_shaft(), count=4).shapes
     assert [shape.kind for shape in shapes] == ["cylindrical"] * 2 + ["conical"] * 2

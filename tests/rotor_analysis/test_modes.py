@@ -83,7 +83,7 @@ def test_orbits_on_anisotropic_bearings_have_the_closed_form_axes(Omega):
         assert mode.whirl == whirl
 
 
-def test_turning_has_the_sign_of_the_area_that_an_orbit_encloses():
+def test_sense_of_whirl_is_the_sign_of_the_area_of_an_orbit():
     """On strongly cross-coupled, unequal bearings some nodes of a mode go round one way and some the other."""
     oil = ((1.3e7, 1.6e7), (-2.5e7, 8.8e6)), ((2.3e5, -8.2e4), (-8.2e4, 2.9e5))
     shaft = Shaft(tuple(np.linspace(0.0, 1.5, 7)), (0.05,), **STEEL)
@@ -109,7 +109,7 @@ def test_motion_along_straight_lines_is_neither_forward_nor_backward():
     assert [mode.whirl for mode in result] == ["mixed"] * 4
 
 
-def test_coinciding_modes_at_rest_are_told_apart_as_circles():
+def test_coinciding_modes_at_rest_are_separated_into_circles():
     rotor = load_rotor()
     for mode in modes(supported_rotor(rotor).model, 0.0, 8):
         sense = {"forward": 1.0, "backward": -1.0}[mode.whirl]
@@ -145,7 +145,7 @@ def test_rotor_on_negative_stiffness_falls_away_without_oscillating():
     assert all(mode.damping_ratio == -1.0 for mode in falling)
 
 
-def test_rotor_that_nothing_holds_drifts_with_eigenvalue_zero():
+def test_unsupported_rotor_drifts_with_eigenvalue_zero():
     free = assemble(load_rotor())
     drifting = overdamped_modes(free, 0.0)
     assert len(drifting) == 8  # two translations and two rotations, each with a constant velocity
@@ -239,6 +239,6 @@ def test_every_mode_solves_the_eigenproblem_on_any_bearings(k, cross, c, Omega):
     ("call", "facts"),
     [(lambda m: modes(m, np.nan), ("Omega", "nan rad/s", "finite")), (lambda m: modes(m, 0.0, 0), ("count", "0", "1"))],
 )
-def test_what_makes_no_sense_is_refused(call, facts):
+def test_invalid_arguments_are_refused(call, facts):
     with raises_naming(ValueError, *facts):
         call(jeffcott().model)

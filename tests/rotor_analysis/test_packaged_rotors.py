@@ -35,12 +35,12 @@ def largest_difference(rotor, speed, pairs):
 
 
 @pytest.mark.parametrize(("speed", "pairs"), PUBLISHED["nelson_mcvaugh"]["rayleigh"].items())
-def test_nelson_and_mcvaughs_rotor_has_the_eigenvalues_of_ross(speed, pairs):
+def test_eigenvalues_of_nelson_and_mcvaughs_rotor_match_ross(speed, pairs):
     assert largest_difference(load_rotor("nelson_mcvaugh"), float(speed) * np.pi / 30.0, pairs) < 5e-7
 
 
 @pytest.mark.parametrize(("speed", "pairs"), ROSS["compressor"]["eigenvalues"].items())
-def test_compressor_on_its_oil_films_has_the_eigenvalues_of_ross(speed, pairs):
+def test_eigenvalues_of_the_compressor_on_oil_films_match_ross(speed, pairs):
     """Timbo and Ritto's example with the oil films and gas seals that the packaged rotor leaves out."""
     source = validate(read_ross(REFERENCE / "ross" / "compressor.toml")[0], Rotor, "compressor")
     rotor = replace(
@@ -65,7 +65,7 @@ def test_modes_of_the_plant_in_its_band_are_within_a_tenth_of_a_percent(name):
 
 
 @pytest.mark.parametrize("name", ["nelson_mcvaugh", "compressor", "turbo_expander", "bath_rig"])
-def test_receptance_of_a_packaged_plant_is_accurate_up_to_the_band_of_its_file(name):
+def test_receptance_of_a_packaged_plant_is_accurate_in_its_band(name):
     rotor = load_rotor(name)
     error = receptance_error(rotor)
     assert error.accuracy == 1e-3
@@ -104,19 +104,19 @@ def test_a_rotor_is_found_by_name_and_by_path(tmp_path):
     assert load_rotor("bath_rig_thesis") == load_rotor()
 
 
-def test_an_unknown_name_is_answered_with_those_that_are_near():
+def test_an_unknown_name_is_refused_with_close_matches():
     with raises_naming(ValueError, "compresor", "compressor"):
         load_rotor("compresor")
     with raises_naming(ValueError, "'q'", "bath_rig, bath_rig_thesis, compressor"):
         load_rotor("q")
 
 
-def test_sites_know_the_sensor_plane_in_their_place():
+def test_sites_refer_to_the_sensor_plane_at_their_position():
     sites = plant(load_rotor("compressor"))[0].layout["sites"]
     assert {site["name"]: site["sensor"] for site in sites} == {"td1": "at_mb1", "td2": "at_mb2", "seal": "at_seal"}
 
 
-def test_recommended_rig_is_the_thesiss_but_for_mass_mesh_damping_and_modes():
+def test_recommended_rig_differs_in_mass_mesh_damping_and_modes():
     texts = (rotor_path(name).read_text(encoding="utf-8") for name in ("bath_rig", "bath_rig_thesis"))
     ours, thesis = (tomllib.loads(text) for text in texts)
     assert ours["shaft"].pop("mass_matrix") == "consistent"
@@ -137,7 +137,7 @@ def test_recommended_rig_has_one_percent_of_damping_at_2000_rad_s():
     assert not model.C.any()
 
 
-def test_recommended_rig_holds_far_beyond_what_the_thesiss_planes_do():
+def test_recommended_rig_is_accurate_far_beyond_the_thesis_planes():
     structures = {name: plant_structure(load_rotor(name))[0] for name in ("bath_rig", "bath_rig_thesis")}
     assert structures["bath_rig_thesis"].valid_to == pytest.approx(418.4, rel=1e-3)
     assert structures["bath_rig"].valid_to > 2.0 * np.pi * 2000.0
@@ -154,7 +154,7 @@ def test_untuned_free_modes_are_within_one_and_a_half_percent_of_measured():
     np.testing.assert_allclose(percent, [-1.2, -0.5, 0.5, -1.1], atol=0.1)
 
 
-def test_the_rotor_has_the_measured_damping_and_the_mass_of_its_bodies_and_shaft():
+def test_rig_has_measured_damping_and_the_mass_of_its_parts():
     rotor = load_rotor("tum_rig")
     np.testing.assert_allclose(rotor.damping.modal, MEASURED[:, 1])
     shaft = 7860.0 * np.pi / 4.0 * (0.6 * 0.008**2 + 0.102 * 0.0096**2)

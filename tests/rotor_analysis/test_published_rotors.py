@@ -37,14 +37,14 @@ def supported_rotor(rotor):
 
 @pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
 @pytest.mark.parametrize(("name", "speed"), CASES)
-def test_eigenvalues_are_those_of_ross(name, speed, theory):
+def test_eigenvalues_match_ross(name, speed, theory):
     expected = complex_numbers(ROSS["eigenvalues"][name][theory][speed])
     result = eigenvalues(supported_rotor(rotor_of(name, theory)), float(speed) * RPM)
     assert np.max(difference(result, expected)) < ROUNDING.get(name, 2e-9)
 
 
 @pytest.mark.parametrize("case", STORED["printed"], ids=lambda case: f"{case['rotor']}-{case['speed']}")
-def test_frequencies_are_the_printed_ones_to_one_unit_of_the_last_digit(case):
+def test_frequencies_match_print_to_one_unit_of_the_last_digit(case):
     result = eigenvalues(supported_rotor(rotor_of(case["rotor"])), case["speed"] * RPM)
     upper = sorted(result[result.imag > 1.0], key=lambda value: value.imag)
     for quantity, numbers in (("damped_frequencies", np.imag(upper)), ("sizes", np.abs(upper))):
@@ -52,7 +52,7 @@ def test_frequencies_are_the_printed_ones_to_one_unit_of_the_last_digit(case):
             assert number == pytest.approx(float(printed), abs=1.001 * 10.0 ** -len(printed.partition(".")[2]))
 
 
-def test_hollow_cone_has_the_eigenvalues_of_ross():
+def test_eigenvalues_of_a_hollow_cone_match_ross():
     cone = ROSS["cone"]
     result = eigenvalues(supported_rotor(on_cone(cone)), cone["speed"] * RPM)
     assert np.max(difference(result, complex_numbers(cone["eigenvalues"]))) < 2e-9
@@ -72,7 +72,7 @@ def on_cone(cone):
 
 @pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])
 @pytest.mark.parametrize("name", ROSS["unbalance_response"]["x_y"])
-def test_unbalance_response_has_the_amplitude_and_phase_of_ross(name, theory):
+def test_amplitude_and_phase_of_unbalance_response_match_ross(name, theory):
     case = ROSS["unbalance_response"]
     model = supported_rotor(rotor_of(name, theory))
     for speed, pairs in case["x_y"][name][theory].items():
@@ -93,7 +93,7 @@ def response(model, Omega, unbalances):
     return np.linalg.solve(-(Omega**2) * model.M + 1j * Omega * (model.C + Omega * model.G) + model.K, force)
 
 
-def test_oil_film_of_the_rotor_file_is_that_of_ross():
+def test_oil_film_of_the_rotor_file_matches_ross():
     for bearing in rotor_of("friswell_5_9_6").bearings:
         np.testing.assert_allclose(bearing.stiffness, ROSS["oil_film"]["stiffness"], rtol=1e-6)
         np.testing.assert_allclose(bearing.damping, ROSS["oil_film"]["damping"], rtol=1e-6)
@@ -130,11 +130,11 @@ def three_discs():
     )
 
 
-def test_frequencies_of_three_discs_are_those_of_the_book(three_discs):
+def test_frequencies_of_three_discs_match_the_book(three_discs):
     (at_speed,) = studies.modes(three_discs, speeds=[25000.0 * RPM], count=8).frequencies.speeds.values()
     np.testing.assert_allclose(np.array(at_speed.frequencies) / (2.0 * np.pi), FREQUENCIES, rtol=1e-3)
 
 
-def test_critical_speeds_of_three_discs_are_those_of_the_book(three_discs):
+def test_critical_speeds_of_three_discs_match_the_book(three_discs):
     result = studies.campbell(three_discs, up_to=25000.0 * RPM)
     np.testing.assert_allclose([row.speed / RPM for row in result.critical_speeds], CRITICAL_SPEEDS, rtol=1e-3)

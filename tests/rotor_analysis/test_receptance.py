@@ -24,7 +24,7 @@ def test_static_receptance_is_that_of_two_springs_under_a_beam():
 
 
 @pytest.mark.parametrize("Omega", [40.0, 120.0, 250.0])
-def test_receptance_is_that_of_the_model_in_complex_coordinates(Omega):
+def test_receptance_matches_the_model_in_complex_coordinates(Omega):
     rotor = load_rotor()
     model = OnePlane.of(rotor, 1e6, 5000.0)
     R = receptance(np.array([Omega]))[0]

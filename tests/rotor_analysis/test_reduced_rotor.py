@@ -90,7 +90,7 @@ def test_unreduced_rotor_is_the_full_model():
     np.testing.assert_array_equal(reduction_error(rotor).percent, 0.0)
 
 
-def test_more_free_modes_bring_the_frequencies_down_to_those_of_all_elements():
+def test_frequencies_converge_from_above_with_more_free_modes():
     """Rayleigh and Ritz: from above, lower with every mode, and exact with all of them."""
     exact = natural_frequencies(RIG, 6)
     previous = np.inf
@@ -105,7 +105,7 @@ def test_more_free_modes_bring_the_frequencies_down_to_those_of_all_elements():
     np.testing.assert_allclose(error.frequencies, exact)
 
 
-def test_every_natural_frequency_below_two_kilohertz_is_the_rotors_own():
+def test_natural_frequencies_below_two_kilohertz_are_of_the_rotor():
     """ISO 14839-3 judges the sensitivity up to there; a residual shape below would look like a mode of the rotor."""
     for rotor in (RIG, COMPRESSOR):
         rotor = replace(rotor, reduction=ReductionOptions())
@@ -116,7 +116,7 @@ def test_every_natural_frequency_below_two_kilohertz_is_the_rotors_own():
 
 
 @pytest.mark.parametrize("modes", [0, 3])
-def test_elastic_shapes_of_a_plant_are_its_modes_and_residual_shapes(modes):
+def test_elastic_shapes_of_a_plant_are_modes_and_residual_shapes(modes):
     """Thesis's rig has four places, with a residual shape each where the accuracy is high enough."""
     places, nodes = 4, len(RIG.shaft.nodes)
     rotor = with_modes(RIG, modes)
@@ -130,7 +130,7 @@ def test_a_part_that_a_rotor_lacks_is_refused_by_name():
         RIG.node_of("wheel")
 
 
-def test_reduction_holds_up_to_its_last_accurate_free_mode():
+def test_reduction_is_valid_up_to_its_last_accurate_free_mode():
     """Thesis's six planes have the rotor's first two elastic modes; the third is 8 % too fast."""
     full, elastic = assemble(RIG), 2
     reduced = msdc(full, RIG.masters).model
@@ -140,14 +140,14 @@ def test_reduction_holds_up_to_its_last_accurate_free_mode():
     assert result[elastic] / exact[elastic] - 1.0 > 0.01
 
 
-def test_unreduced_rotor_holds_up_to_its_fastest_mode_and_a_stiff_one_up_to_none():
+def test_unreduced_rotor_is_valid_up_to_its_fastest_mode():
     full = assemble(RIG)
     assert valid_to(full, full) == free_modes(full.M[::2, ::2], full.K[::2, ::2])[0][-1]
     assert valid_to(full, msdc(full, (4, 11)).model) == 0.0
 
 
 @pytest.mark.parametrize("Omega", [0.0, 300.0, -300.0])
-def test_spinning_rotor_whirls_in_its_modes_as_in_full(Omega):
+def test_spinning_reduced_rotor_whirls_as_the_full_model(Omega):
     held = RIG.on_equal_bearings(1e6, 500.0)
     full = on_bearings(assemble(held), held)
     exact, errors = damped_frequencies(full, Omega, 10), []
@@ -177,6 +177,6 @@ def test_option_of_another_method_is_refused(options, facts):
         ReductionOptions(**options)
 
 
-def test_accuracy_that_no_condensation_has_is_refused():
+def test_unattainable_accuracy_of_condensation_is_refused():
     with raises_naming(ValueError, "reduction.accuracy", "1e-09"):
         reduced_rotor(compressor(method="msdc", accuracy=1e-9))

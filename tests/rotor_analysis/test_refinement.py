@@ -22,7 +22,7 @@ def test_a_peak_has_its_closed_form_from_any_samples(zeta, points):
     assert len(r) < points + 400
 
 
-def test_largest_of_many_resonances_is_found_about_those_that_are_known():
+def test_largest_of_many_resonances_is_located_near_known_modes():
     random = np.random.default_rng(3)
     for _ in range(50):
         at, width = random.uniform(5.0, 95.0, 5), 10.0 ** random.uniform(-4.0, 0.5, 5)
@@ -94,7 +94,7 @@ def test_smooth_curves_and_rounding_need_few_samples(curve):
     assert len(x) <= 44
 
 
-def test_first_samples_stay_and_the_others_are_between_them():
+def test_refinement_keeps_the_first_samples_and_adds_between_them():
     grid = np.linspace(1.0, 2.0, 5)
     x, values = refined(lambda x: 1.0 / (x - 1.4 - 0.001j), grid, np.abs)
     assert set(grid) <= set(x)
@@ -111,7 +111,7 @@ def test_critical_speeds_have_the_half_width_of_their_damping():
         assert width == pytest.approx(c / (2.0 * MASS), rel=1e-3)
 
 
-def test_a_critical_speed_that_the_unbalance_hardly_excites_is_known():
+def test_a_hardly_excited_critical_speed_is_known():
     """Stiffness of x and y differ by 2e-5; between two speeds of the grid both critical speeds are found."""
     k = 5e5
     support = rigid(((k, 0.0), (0.0, k * (1.0 + 2e-5))), tensor(0.1))
@@ -121,7 +121,7 @@ def test_a_critical_speed_that_the_unbalance_hardly_excites_is_known():
 
 
 @pytest.mark.parametrize("top", [450.0, 6000.0])
-def test_a_jeffcott_rotor_with_little_damping_has_its_amplitude_in_any_range(top):
+def test_amplitude_of_a_jeffcott_rotor_does_not_depend_on_the_range(top):
     """u Omega/c at its critical speed, of a damping ratio of 1e-4."""
     u, c = 1e-6, 2e-4 * np.sqrt(spring() * MASS)
     rotor = jeffcott(damping=c)

@@ -75,7 +75,7 @@ def test_anisotropic_orbit_is_backward_between_two_critical_speeds():
 
 
 @pytest.mark.parametrize("condensed", [True, False])
-def test_rig_responds_as_the_independent_one_plane_model(condensed):
+def test_response_of_the_rig_matches_the_independent_planar_model(condensed):
     rotor = load_rotor()
     u = np.array([3e-3, 1e-3j, 0.0, -2e-3 + 1e-3j])
     on_equal = rotor.on_equal_bearings(1e6, 5000.0)
@@ -111,7 +111,7 @@ def test_slow_unbalance_between_masters_acts_by_static_deflection():
         (lambda s: unbalance_response(s, {2: 1.0}, np.array([np.inf]), (1,)), ("Omega", "inf rad/s")),
     ],
 )
-def test_bad_input_is_refused_by_name(call, facts):
+def test_invalid_arguments_are_refused_by_name(call, facts):
     with raises_naming(ValueError, *facts):
         call(jeffcott(damping=1.0))
 

@@ -45,14 +45,14 @@ def nearest_modes(rotor, speed, theirs):
     return nearest(eigenvalues(supported_rotor(rotor).model, speed), np.array(theirs))
 
 
-def test_coefficients_over_the_spin_speed_are_those_of_ross():
+def test_coefficients_over_the_spin_speed_match_ross():
     rotor = validate(read_ross(FOLDER / "over_speed.toml")[0], Rotor, "over_speed")
     for speed, theirs in modes_of_ross("over_speed", "at_speed").items():
         np.testing.assert_allclose(nearest_modes(rotor, speed, theirs), theirs, rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", ["over_frequency", "magnets"])
-def test_a_mode_frozen_at_its_own_frequency_is_the_matched_one(name):
+def test_a_mode_with_coefficients_of_its_frequency_is_the_matched_one(name):
     count = 0
     for speed, theirs in modes_of_ross(name, "matched").items():
         for mode in theirs:
@@ -66,13 +66,13 @@ def test_a_mode_frozen_at_its_own_frequency_is_the_matched_one(name):
     assert count > 8
 
 
-def test_coefficients_over_the_whirl_frequency_are_refused_without_one():
+def test_coefficients_over_whirl_frequency_require_a_frequency():
     with raises_naming(ValueError, "--frequency", "whirl"):
         read_ross(FOLDER / "over_frequency.toml")
 
 
 @pytest.mark.parametrize("name", ["magnets", "integral"])
-def test_imported_magnets_and_controller_have_the_modes_of_ross(tmp_path, monkeypatch, name):
+def test_modes_with_imported_magnets_and_controller_match_ross(tmp_path, monkeypatch, name):
     """But for the hold of the sampled controller, whose delay falls with the sample time."""
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(main, ["rotor", "import", str(FOLDER / f"{name}.toml")])
@@ -104,7 +104,7 @@ def test_a_magnet_whose_table_was_changed_needs_a_frequency(tmp_path):
         read_ross(tmp_path / "changed.toml")
 
 
-def test_sensors_beside_a_magnet_are_told_since_ross_ignores_them(tmp_path):
+def test_sensors_beside_a_magnet_are_reported_since_ross_ignores_them(tmp_path):
     """ROSS feeds back the motion of the magnet's own node, from 0; the imported scenario that of the sensors."""
     saved = (FOLDER / "magnets.toml").read_text()
     assert not [note for note in read_ross(FOLDER / "magnets.toml")[1] if "sensors" in note]

@@ -38,7 +38,7 @@ def case(name):
 
 
 @pytest.mark.parametrize("name", ROTORS)
-def test_mass_natural_frequencies_and_damping_are_those_of_ross(name):
+def test_mass_natural_frequencies_and_damping_match_ross(name):
     rotor, expected = case(name)
     assert rotor.mass == pytest.approx(expected["mass"], rel=1e-9)
     model = supported_rotor(rotor).model
@@ -50,7 +50,7 @@ def test_mass_natural_frequencies_and_damping_are_those_of_ross(name):
 
 
 @pytest.mark.parametrize("name", ROTORS)
-def test_unbalance_response_is_that_of_ross(name):
+def test_unbalance_response_matches_ross(name):
     rotor, expected = case(name)
     unbalance = {}
     for node, u, phase in expected["unbalances"]:
@@ -77,7 +77,7 @@ def read(tmp_path, data):
     return read_ross(path)
 
 
-def test_tags_become_names_that_differ(tmp_path):
+def test_tags_become_unique_names(tmp_path):
     data = saved()
     bearing = data["BearingElement_Bearing 0"]
     data["BearingElement_x"] = bearing | {"tag": "Disk 0"}
@@ -114,7 +114,7 @@ CANNOT = {
 
 
 @pytest.mark.parametrize("what", CANNOT)
-def test_what_a_rotor_file_cannot_hold_is_refused_by_name(tmp_path, what):
+def test_elements_without_counterpart_are_refused_by_name(tmp_path, what):
     key, changes, expected = CANNOT[what]
     data = saved()
     data[key] = data.get(key, {}) | changes
@@ -122,7 +122,7 @@ def test_what_a_rotor_file_cannot_hold_is_refused_by_name(tmp_path, what):
         read(tmp_path, data)
 
 
-def test_all_that_cannot_be_is_named_at_once(tmp_path):
+def test_all_unsupported_elements_are_named_at_once(tmp_path):
     data = saved()
     for key in data:
         if key.startswith("ShaftElement"):
@@ -142,7 +142,7 @@ def test_all_that_cannot_be_is_named_at_once(tmp_path):
         (BEARING, {"seal_leakage": 0.1}, ("Bearing 1", "seal_leakage")),
     ],
 )
-def test_what_is_left_out_is_told(tmp_path, key, changes, facts):
+def test_omitted_content_is_reported(tmp_path, key, changes, facts):
     data = saved()
     data[key] |= changes
     (note,) = read(tmp_path, data)[1]
@@ -160,7 +160,7 @@ def with_table(**table):
     return data
 
 
-def test_table_has_the_values_of_the_spline_of_ross_between_its_speeds(tmp_path):
+def test_table_matches_the_spline_of_ross_between_its_speeds(tmp_path):
     """UnivariateSpline is what ROSS before version 3 calls; the table of a rotor file is monotone between its rows."""
     content, notes, _ = read(tmp_path, with_table())
     bearing = validate(content, Rotor, "model").bearings[1]
@@ -177,7 +177,7 @@ def test_table_of_speeds_that_fall_is_refused(tmp_path):
         read(tmp_path, with_table(frequency=[0.0, 400.0, 200.0, 600.0]))
 
 
-def test_shear_coefficient_of_hutchinson_is_his_own(tmp_path):
+def test_shear_coefficient_matches_hutchinson(tmp_path):
     data = saved()
     for key in data:
         if key.startswith("ShaftElement"):
@@ -197,7 +197,7 @@ def test_shear_coefficient_of_hutchinson_is_his_own(tmp_path):
         ("[PointMass_1]\nn = 0.5\ntag = 'p'\nmx = 1.0\nmy = 1.0", ("n", "0.5", "whole number")),
     ],
 )
-def test_file_that_is_none_of_ross_is_refused(tmp_path, text, facts):
+def test_file_that_is_not_from_ross_is_refused(tmp_path, text, facts):
     (tmp_path / "model.toml").write_text(text, encoding="utf-8")
     with raises_naming(ValueError, *facts):
         read_ross(tmp_path / "model.toml")

@@ -158,7 +158,7 @@ def test_rotor_made_in_python_is_checked_alike():
         (INLET + 'node = 1\nx = "s1"\ny = "s1"', "sensors[0].y = 's1'"),
     ],
 )
-def test_name_that_two_have_is_refused_at_the_second(tmp_path, more, key):
+def test_a_duplicate_name_is_refused_at_the_second_part(tmp_path, more, key):
     (line,) = refused(tmp_path, f'name = "pump"\n{SHAFT}{more}')
     assert_names(line, key, "unique")
 
@@ -174,7 +174,7 @@ def test_part_placed_by_z_gets_a_node_there(tmp_path):
     assert all(part.z is None for part in (*rotor.sites, *rotor.sensors))
 
 
-def test_numbers_count_the_nodes_of_the_file_whatever_is_added(tmp_path):
+def test_node_numbers_count_the_nodes_of_the_file_alone(tmp_path):
     text = f'name = "pump"\n{SHAFT}{SEAL}z = 0.3\n[mesh]\naccuracy = 1e-2\n'
     rotor = loaded(tmp_path, text)
     assert len(rotor.shaft.nodes) > 4
@@ -182,7 +182,7 @@ def test_numbers_count_the_nodes_of_the_file_whatever_is_added(tmp_path):
     assert numbered_positions(rotor) == rotor.shaft.nodes
 
 
-def test_position_within_a_nanometre_is_the_node(tmp_path):
+def test_position_within_a_nanometre_of_a_node_is_the_node(tmp_path):
     rotor = loaded(tmp_path, f'name = "pump"\n{SHAFT}{SEAL}z = 0.5000000001')
     assert rotor.shaft.nodes == (0.0, 0.5, 1.0)
     assert rotor.site_nodes == (2,)

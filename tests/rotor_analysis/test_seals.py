@@ -21,7 +21,7 @@ def jeffcott_with(**seal):
 
 
 @pytest.mark.parametrize(("sign", "unstable"), [(1.0, "forward"), (-1.0, "backward")])
-def test_cross_coupling_drives_whirl_of_its_own_sense(sign, unstable):
+def test_cross_coupling_drives_whirl_of_its_sense(sign, unstable):
     """m s^2 + k - i Q = 0 for x + i y: |zeta| is nearly Q/(2 k)."""
     result = {mode.whirl: mode for mode in jeffcott_with(stiffness=tensor(0.0, sign * Q))}
     assert set(result) == {"forward", "backward"}
@@ -48,14 +48,14 @@ def test_mass_of_a_seal_lowers_the_frequency():
     assert first.frequency == pytest.approx(np.sqrt(spring() / (MASS + 3.0)), rel=1e-9)
 
 
-def test_mass_over_speed_is_that_of_each_speed():
+def test_mass_over_speed_is_interpolated():
     rows = tuple(AtSpeed(speed, NOTHING, NOTHING, tensor(mass)) for speed, mass in ((0.0, 1.0), (100.0, 3.0)))
     seal = Bearing("labyrinth", 2, at_speed=rows)
     for Omega, mass in ((-10.0, 1.0), (50.0, 2.0), (500.0, 3.0)):
         np.testing.assert_allclose(seal.at(Omega)[2], tensor(mass), rtol=1e-12, atol=1e-12)
 
 
-def test_plant_has_a_seal_anywhere_without_a_coordinate_for_it():
+def test_a_seal_anywhere_adds_no_coordinate_to_the_plant():
     """Its force at a node between the masters is that of the shape of the shaft there."""
     rig = load_rotor()
     rows = tuple(AtSpeed(speed, tensor(k, 2e5), tensor(1e3), tensor(3.0)) for speed, k in ((0.0, 1e6), (100.0, 3e6)))

@@ -65,6 +65,6 @@ def test_mesh_keeps_the_ends_of_sleeves():
         (0.2, 0.5, 0.05, 0.06, ("inner_diameter", "0.06 m")),
     ],
 )
-def test_sleeve_that_cannot_be_is_refused(begin, end, outer, inner, facts):
+def test_impossible_sleeve_is_refused(begin, end, outer, inner, facts):
     with raises_naming(ValueError, *facts):
         shaft((0.05,), Sleeve(begin, end, outer, inner))

@@ -66,7 +66,7 @@ def test_cone_has_the_mass_and_centre_of_a_frustum(mass):
     assert along @ M @ turning == pytest.approx(7800.0 * volume * share * LENGTH, rel=1e-12)
 
 
-def test_cone_turned_round_is_its_mirror_image():
+def test_reversed_cone_is_its_mirror_image():
     elements = Element(0.2, (0.08, 0.04), (0.03, 0.01), MATERIAL), Element(0.2, (0.04, 0.08), (0.01, 0.03), MATERIAL)
     mirror = np.array([[0, 0, 1, 0], [0, 0, 0, -1], [1, 0, 0, 0], [0, -1, 0, 0]], dtype=float)
     for matrix in (beam.stiffness, beam.consistent_translational_mass, beam.consistent_rotary_inertia):
@@ -97,7 +97,7 @@ def test_shear_coefficient_is_that_of_the_source(inner, shear, kappa):
     assert element.shear_coefficient == pytest.approx(kappa, rel=1e-7)
 
 
-def test_sections_make_the_shaft_that_nodes_and_diameters_make():
+def test_sections_and_nodes_with_diameters_give_the_same_shaft():
     sections = (ShaftSection(0.3, 0.05), ShaftSection(0.2, 0.08, 0.02, 0.06, material="aluminium"))
     materials = {"aluminium": Material(0.7e11, 2700.0, 0.33)}
     by_sections = Rotor("shaft", SectionedShaft(sections, **STEEL), materials=materials)
@@ -114,7 +114,7 @@ def test_sections_make_the_shaft_that_nodes_and_diameters_make():
     assert [element.material.density for (element,) in by_sections.elements] == [7800.0, 2700.0]
 
 
-def test_two_materials_stretch_in_proportion_to_their_stiffness():
+def test_halves_of_two_materials_bend_by_their_stiffness():
     """A cantilever whose outer half is of aluminium: curvature M/(E I) of each half, by hand."""
     L = 0.5
     sections = (ShaftSection(L, 0.05), ShaftSection(L, 0.05, material="aluminium"))
@@ -134,6 +134,6 @@ def test_cut_cone_is_the_same_cone():
     assert shaft.diameter[1] == shaft.diameter_end[0]
 
 
-def test_another_diameter_leaves_a_uniform_shaft_uniform():
+def test_changed_diameter_leaves_a_uniform_shaft_uniform():
     shaft = Shaft((0.0, 0.5, 1.0), (0.05,), diameter_end=(0.05,), **STEEL)
     assert not any(element.is_tapered for (element,) in replace(shaft, diameter=(0.06,)).elements({}))

@@ -37,7 +37,7 @@ def test_frequencies_are_those_of_the_full_problem_without_damping():
     np.testing.assert_allclose(natural_frequencies(rotor, 6), full, rtol=1e-7)
 
 
-def test_bearing_over_speed_holds_the_rotor_at_its_lowest_speed():
+def test_bearing_over_speed_has_the_stiffness_of_its_lowest_speed():
     table = tuple(AtSpeed(speed, tensor(k)) for speed, k in ((0.0, 1e3), (100.0, 9e3)))
     rotor = disc_between(Bearing("a", 1, at_speed=table), Bearing("b", 3, at_speed=table))
     np.testing.assert_allclose(natural_frequencies(rotor, 2), natural_frequencies(held(1e3), 2))

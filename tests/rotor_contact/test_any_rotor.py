@@ -39,7 +39,7 @@ def test_six_sites_in_contact_at_once_keep_the_energy_balance():
     assert np.max(np.abs(closed[:, 6])) < 1e-6 * np.max(np.abs(closed[:, 7]))
 
 
-def test_contact_state_adds_one_two_four_for_the_bearings_in_contact():
+def test_contact_state_has_a_bit_for_each_bearing_in_contact():
     x = initialised(*plant(machine()), held(3) | {f"impeller{k}.f_y": 4e4 for k in range(8, 13)})
     state = run(x, 400, ["contact_state", "rb1.mode", "rb2.mode", "rb3.mode", "seal3.mode"])
     expected = 1.0 * (state[:, 1] > 0) + 2.0 * (state[:, 2] > 0) + 4.0 * (state[:, 3] > 0)
@@ -59,20 +59,20 @@ def static_deflection(rotor):
     [(ReductionOptions(modes=4), 3e-3), (ReductionOptions(method="none"), 1e-6)],
     ids=["free_modes", "none"],
 )
-def test_other_coordinates_give_the_same_motion_where_the_reduction_is_good(reduction, accuracy):
+def test_static_deflection_does_not_depend_on_the_reduction(reduction, accuracy):
     """Condensed to the disc, a force there has its static deflection, in a few free modes nearly so."""
     condensed, other = machine(reduction=ReductionOptions("msdc")), machine(reduction=reduction)
     np.testing.assert_allclose(static_deflection(other), static_deflection(condensed), rtol=accuracy, atol=1e-12)
     assert plant_structure(other)[0].n_translations < len(plant_structure(other)[0].K)
 
 
-def test_a_fast_model_gets_a_substep_that_resolves_it():
+def test_default_substep_resolves_the_fastest_mode():
     shortest = plant(machine(reduction=ReductionOptions(method="none")))[0].interface["solver.max_substep"].start
     assert shortest < 25e-6
     assert plant(load_rotor())[0].interface["solver.max_substep"].start == 250e-6
 
 
-def test_a_rotor_on_one_bearing_without_a_site_or_a_disc_runs():
+def test_a_rotor_on_a_single_bearing_without_site_or_disc_runs():
     rotor = machine(bodies=(), sites=(), sensors=(), bearings=(Bearing("mb1", 12),))
     x = initialised(*plant(rotor), held(1) | {"mb1.f_x": 10.0, "Omega": 50.0})
     moved = run(x, 100, ["mb1.x", "contact_state"])

@@ -37,7 +37,7 @@ def test_stiff_bodies_keep_the_energy_balance(case):
 
 
 @pytest.mark.parametrize("case", TOO_FAST)
-def test_bodies_too_fast_to_follow_are_refused_with_the_reason(case):
+def test_bodies_with_too_fast_modes_are_refused_with_the_reason(case):
     with pytest.raises(Fault, match=r"mount_stiffness.*race_inertia.*0\.5 us"):
         plant(RUBBING | TOO_FAST[case], rigid_rotor(20.0))
 
@@ -88,7 +88,7 @@ def test_heat_at_a_site_starts_at_zero_when_the_start_is_computed_again():
 UNBALANCED = BEARINGS | {"Omega": 200.0, "d1.u": 10e-3, "spin.free": 1.0, "spin.inertia": 0.4, "spin.drag": 0.5}
 
 
-def test_an_ideal_drive_holds_the_speed_against_drag_as_if_it_were_given():
+def test_an_ideal_drive_holds_the_speed_against_drag():
     held = plant(UNBALANCED | {"drive.ideal": 1.0})
     given = plant(UNBALANCED | {"spin.free": 0.0})
     names = ["mb1.x", "mb2.y", "theta", "speed"]

@@ -81,14 +81,14 @@ def test_rolling_by_a_sixth_of_a_radian_in_a_step_is_accurate():
     np.testing.assert_allclose(result[:, 4:], fine[:, 4:], atol=1e-9 * CLEARANCE)
 
 
-def test_rolling_too_fast_for_the_step_is_integrated():
+def test_rolling_too_fast_for_collocation_is_integrated():
     x = copy_of(in_contact(ROLLING, 600, 50e-6), ROLLING)
     assert integrates(x)
     assert x["rb1.mode"] == 2
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_forces_settle_in_two_sweeps_as_directions_turn_with_displacements(case):
+def test_forces_converge_in_two_sweeps_as_normals_turn(case):
     """With directions that stay as they were the second sweep changes forces by 6e-4 of the largest."""
     x = in_contact(RUBBING | CASES[case])
     assert not integrates(x)
@@ -105,7 +105,7 @@ def test_forces_settle_in_two_sweeps_as_directions_turn_with_displacements(case)
     assert changes[2] < 1e-7
 
 
-def test_a_journal_that_would_have_to_be_pulled_has_no_forces():
+def test_collocation_fails_if_a_journal_would_have_to_be_pulled():
     x = in_contact(RUBBING)
     w, propagator, n = workspace(x, x["Omega"]), scratch(x).propagator, size_of(x)
     assert find_forces(w, propagator)
@@ -116,7 +116,7 @@ def test_a_journal_that_would_have_to_be_pulled_has_no_forces():
     assert not find_forces(w, propagator)
 
 
-def test_forces_that_move_no_journal_are_not_found():
+def test_collocation_fails_if_forces_move_no_journal():
     x = in_contact(RUBBING)
     w, propagator = workspace(x, x["Omega"]), scratch(x).propagator
     propagator.S[:] = 0.0
@@ -125,7 +125,7 @@ def test_forces_that_move_no_journal_are_not_found():
     assert not find_forces(w, propagator)
 
 
-def test_a_piece_at_whose_end_a_force_pulls_is_not_kept():
+def test_a_piece_that_ends_with_a_pulling_force_is_rejected():
     x = in_contact(RUBBING)
     w, propagator = workspace(x, x["Omega"]), scratch(x).propagator
     assert find_forces(w, propagator)
@@ -154,7 +154,7 @@ def test_energies_balance_over_collocated_steps():
 
 
 @pytest.mark.parametrize("steps", [100, 200, 300, 400])
-def test_step_with_an_event_is_that_of_the_integration_to_the_last_bit(steps):
+def test_step_with_an_event_equals_the_integration_to_the_last_bit(steps):
     """A step that is not taken by collocation leaves no trace of the attempt."""
     x = in_contact(BOUNCING, steps)
     integrated = copy_of(x, BOUNCING | {"solver.exact_motion": 0.0})
@@ -171,7 +171,7 @@ def test_step_with_an_event_is_that_of_the_integration_to_the_last_bit(steps):
     np.testing.assert_array_equal(integrated.state, x.state)
 
 
-def test_journal_that_is_pulled_off_leaves_at_the_time_of_the_integration():
+def test_lift_off_has_the_time_of_the_integration():
     values = RUBBING | CASES["sliding"]
     x = in_contact(values)
     fine = copy_of(x, values | FINE | {"solver.max_substep": 2.5e-6})
@@ -192,13 +192,13 @@ def test_lobatto_quadrature_is_exact_for_polynomials_of_degree_five():
         assert result == pytest.approx(1.0 / (degree + 1), rel=1e-14)
 
 
-def test_lagrange_polynomials_are_one_at_their_own_point_and_zero_at_the_others():
+def test_lagrange_polynomials_are_one_at_one_point_and_zero_at_others():
     values = np.array([[np.polyval(c[::-1], s) for s in LOBATTO_POINTS] for c in LAGRANGE])
     np.testing.assert_allclose(values, np.eye(4), atol=1e-14)
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_cubic_is_positive_up_to_where_it_is_said_to_fall_through_zero(seed):
+def test_cubic_is_positive_up_to_its_first_falling_root(seed):
     coefficients = np.random.default_rng(seed).normal(size=4)
     coefficients[3] = abs(coefficients[3])
     share = positive_share(*np.polyval(coefficients, LOBATTO_POINTS))

@@ -51,7 +51,7 @@ def restitution(law, speed=SPEED, **values):
 
 
 @pytest.mark.parametrize("law", LOSSLESS)
-def test_blow_without_damping_is_elastic(law):
+def test_impact_without_damping_is_elastic(law):
     _, record, velocity = blow(law)
     assert np.max(record[:, 1]) > 1e3
     assert -velocity[-1] == pytest.approx(SPEED, rel=1e-6 if law != "switched_kelvin_voigt" else 1e-5)
@@ -97,7 +97,7 @@ def test_hunt_crossley_restitution_falls_linearly_with_approach_speed():
     np.testing.assert_allclose(np.log2(np.array(errors[1:]) / errors[:-1]), 2.0, atol=0.2)
 
 
-def test_ulbrich_returns_what_its_two_branches_enclose():
+def test_restitution_of_ulbrich_follows_from_its_two_branches():
     """Compression takes (1 + 3/2 eta) times the elastic work, expansion returns (1 - 3/2 eta) times it."""
     eta = 0.2
     expected = math.sqrt((1 - 1.5 * eta) / (1 + 1.5 * eta))
@@ -113,7 +113,7 @@ def test_force_of_the_smooth_laws_grows_from_zero(law):
 
 
 @pytest.mark.parametrize("law", DAMPING)
-def test_damped_blow_turns_the_lost_kinetic_energy_into_heat(law):
+def test_damped_impact_turns_the_lost_kinetic_energy_into_heat(law):
     _, record, velocity = blow(law, **DAMPING[law])
     lost = MASS * (SPEED**2 - velocity[-1] ** 2)  # both sites
     assert 0.05 * MASS * SPEED**2 < lost < 0.95 * MASS * SPEED**2
@@ -124,7 +124,7 @@ def test_damped_blow_turns_the_lost_kinetic_energy_into_heat(law):
 
 
 @pytest.mark.parametrize("law", LAWS[1:])
-def test_hard_blow_is_resolved_without_being_asked_for_short_substeps(law):
+def test_hard_impact_is_resolved_without_a_setting_for_substeps(law):
     """2 m/s into 5e9 N/m lasts less than a communication step; the rebound is that of very short substeps."""
 
     def rebound(**solver):
@@ -140,7 +140,7 @@ def test_hard_blow_is_resolved_without_being_asked_for_short_substeps(law):
 
 @pytest.mark.parametrize("law", LAWS[1:])
 @pytest.mark.parametrize("Omega", [100.0, -100.0])
-def test_friction_of_a_yielding_contact_opposes_the_slip(law, Omega):
+def test_friction_of_a_compliant_contact_opposes_the_slip(law, Omega):
     values = sites(law, mu=0.2) | {"Omega": Omega, "mb1.f_x": 1e3, "mb2.f_x": 1e3}
     x = plant(values, rigid_rotor(2 * MASS))
     place(x, np.full(2, RING + 1e-5 + 0j), np.zeros(2))
@@ -162,7 +162,7 @@ def test_stiff_law_carries_the_rubbing_rotor_as_the_constraint_does(law):
     assert np.all(np.abs(np.abs(bearing_positions(x)) - RING) < 1e-6)
 
 
-def test_yielding_journal_creeps_into_rolling():
+def test_journal_in_compliant_contact_creeps_into_rolling():
     """Friction has a slope instead of sticking: the slip left is below its scale, and the mode says rolling."""
     x = plant(sites("linear", mu=0.5) | {"Omega": 80.0}, rigid_rotor(2 * MASS))
     place(x, np.full(2, RING + 1e-6 + 0j), np.full(2, -1j))
@@ -173,7 +173,7 @@ def test_yielding_journal_creeps_into_rolling():
     assert record[-1, 2] == pytest.approx(-0.025 / RING * 80.0, rel=5e-3)
 
 
-def test_one_site_may_yield_while_the_other_is_rigid():
+def test_compliant_and_rigid_sites_can_be_combined():
     values = both("rb.clearance", RING) | {"rb2.law": LAWS.index("linear"), "mb1.f_x": 500.0, "mb2.f_x": 500.0}
     x = plant(values | both("mb.c_b", 2e3), rigid_rotor(2 * MASS))
     run(x, 4000)
@@ -184,7 +184,7 @@ def test_one_site_may_yield_while_the_other_is_rigid():
 
 
 @pytest.mark.parametrize("stribeck_velocity", [0.0, 0.05])
-def test_friction_of_a_yielding_contact_is_no_steeper_than_its_bound(stribeck_velocity):
+def test_friction_of_a_compliant_contact_is_no_steeper_than_its_bound(stribeck_velocity):
     """The length of substeps rests on it. Beyond 3 v_r, where tanh has all but a hundredth of its slope behind it, the
     bound is that of the Stribeck curve alone."""
     normal, mu, static = 100.0, 0.1, 0.3

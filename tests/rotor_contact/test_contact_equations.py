@@ -40,7 +40,7 @@ def closed(w):
 
 @pytest.mark.parametrize("rig", RIGS)
 @pytest.mark.parametrize("modes", MODES, ids=str)
-def test_projection_moves_to_the_constraints_by_their_own_forces_alone(rig, modes):
+def test_projection_moves_along_the_constraint_forces_alone(rig, modes):
     w, q, v, _ = contact(rig, modes, seed=sum(modes))
     for site in closed(w):
         locate_journal(site, q)
@@ -60,7 +60,7 @@ def test_projection_moves_to_the_constraints_by_their_own_forces_alone(rig, mode
         np.testing.assert_allclose(np.delete(impulse, rows), 0.0, atol=1e-7 * np.abs(impulse).max(initial=1e-30))
 
 
-def test_sites_that_no_force_moves_have_no_multipliers():
+def test_sites_that_no_force_moves_have_zero_multipliers():
     w, q, v, a = contact("fixed", (SLIDING, FREE, FREE, ROLLING), seed=0)
     held, before = w._replace(Minv=np.zeros_like(w.Minv)), (q.copy(), v.copy(), a.copy())
     assert not apply_contact(held, q, v, OMEGA, a)
@@ -72,7 +72,7 @@ def test_sites_that_no_force_moves_have_no_multipliers():
     np.testing.assert_array_equal((q, v, a), before)
 
 
-def test_modes_that_change_for_ever_are_a_fault(monkeypatch):
+def test_endless_changes_of_contact_modes_are_a_fault(monkeypatch):
     monkeypatch.setattr(modes, "_open_tensile", lambda _: True)
     search = getattr(modes.resolve_modes, "py_func", modes.resolve_modes)
     w = contact("fixed", (FREE,) * 4, 0)[0]

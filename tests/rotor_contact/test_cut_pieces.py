@@ -56,7 +56,7 @@ def piece(request):
     return SolvedPiece(request.param)
 
 
-def test_series_of_a_piece_ends_where_its_matrices_do(piece):
+def test_taylor_series_of_a_piece_ends_with_its_matrices(piece):
     y = np.empty(2 * piece.n)
     state_at(piece.matrices, piece.n_terms, 1.0, y)
     for part in (slice(piece.n), slice(piece.n, None)):
@@ -71,7 +71,7 @@ def test_velocity_of_a_journal_is_the_rate_of_its_displacement(piece):
     assert (after.y - before.y) / (2.0 * ds * piece.h) == pytest.approx(at.v_y, abs=1e-5 * speed)
 
 
-def test_dampers_take_from_a_whole_cut_what_the_quadratic_form_states(piece):
+def test_work_of_dampers_over_a_cut_is_the_quadratic_form(piece):
     """Gauss's quadrature of the power over the series, and the form built by doubling, share no code."""
     taken = cut_piece(piece.w, piece.matrices, piece.index, piece.n_terms, piece.h, 1.0, piece.damping.torque, False)
     assert piece.taken != 0.0
@@ -79,7 +79,7 @@ def test_dampers_take_from_a_whole_cut_what_the_quadratic_form_states(piece):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_cubic_falls_through_zero_at_its_first_root(seed):
+def test_first_falling_root_of_a_cubic_is_located(seed):
     roots = np.cumsum(np.random.default_rng(seed).uniform(0.1, 0.6, 3))
     falling = np.polyval(-np.poly(roots), LOBATTO_POINTS)  # positive before the first root
     assert first_fall(*falling) == pytest.approx(roots[0] if roots[0] <= 1.0 else 2.0, abs=1e-12)
@@ -87,7 +87,7 @@ def test_cubic_falls_through_zero_at_its_first_root(seed):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
-def test_restricted_cubic_has_its_values_at_the_points_of_the_part(share):
+def test_restricted_cubic_has_the_values_of_the_whole(share):
     coefficients = [2.0, -3.0, 0.5, 1.0]
     values = np.polyval(coefficients, LOBATTO_POINTS)
     restrict(values, share)

@@ -43,7 +43,7 @@ def test_balance_closes_through_impacts_and_rubbing_of_fig4_9(law, mu, e):
 
 
 @pytest.mark.parametrize("law", ["linear", "kelvin_voigt", "hunt_crossley"])
-def test_balance_closes_with_yielding_contacts(law):
+def test_balance_closes_with_compliant_contacts(law):
     values = both("rb.law", LAWS.index(law)) | both("rb.c_c", 1e4) | both("rb.alpha_c", 1.0) | both("rb.mu", 0.1)
     assert largest_gap(through_fig4_9(values)) < 1e-6
 
@@ -93,7 +93,7 @@ def test_balance_improves_with_the_fourth_power_of_the_substep():
     assert np.all(np.log2(gaps[:-1] / gaps[1:]) > 3.5)
 
 
-def test_orbit_takes_from_the_drive_what_the_bearings_turn_into_heat():
+def test_drive_supplies_the_heat_of_the_bearings_in_an_orbit():
     """Steady whirl: c_b Omega^2 |r|^2 at each bearing."""
     x = plant(BEARINGS | {"Omega": 90.0, "d1.u": 5e-4, "initial.orbit": 1.0})
     r = OnePlane.of(ROTOR, 1e6, 5000.0).orbit(90.0, [5e-4, 0, 0, 0])[[2, 4]]
@@ -111,14 +111,14 @@ NOT_CONSERVED = {
 
 
 @pytest.mark.parametrize("law", NOT_CONSERVED)
-def test_step_that_makes_energy_from_nothing_fails(law):
+def test_step_that_creates_energy_fails(law):
     x = plant(NOT_CONSERVED[law] | UNBALANCE)
     with raises_naming(Fault, "energy.balance", "solver.energy_limit", "0.1"):
         run(x, 100)
     assert abs(x["energy.balance"]) <= 0.1 * max(x["energy.kinetic"], x["energy.work"], x["energy.dissipated"])
 
 
-def test_energy_limit_says_when_to_warn_and_when_to_fail():
+def test_energy_limits_separate_warning_and_fault():
     loose = plant(NOT_CONSERVED["constraint"] | UNBALANCE | {"solver.energy_limit": 5.0})
     record = run(loose, 3, ["solver.energy_missed", "energy.balance", "energy.work"])
     assert abs(record[-1, 1]) > 0.1 * abs(record[-1, 2])

@@ -178,7 +178,7 @@ def halvings(tolerance, steps):
     return result, bool(head(x).tolerance_missed)
 
 
-def test_substeps_are_halved_as_often_as_the_tolerance_asks_and_no_more():
+def test_substeps_are_halved_only_as_often_as_the_tolerance_requires():
     result = {tolerance: halvings(tolerance, 40) for tolerance in np.logspace(-15.0, 0.0, 31)}
     often = [counts[-1] for counts, _ in result.values()]
     assert often == sorted(often, reverse=True)
@@ -205,7 +205,7 @@ def needlessly_stiff(masters, **values):
     return plant(BEARINGS | rubs | UNWATCHED | {"Omega": 1000.0, "d1.u": 1e-3, "d2.u": 1e-3} | values, rotor)
 
 
-def test_a_rotor_with_stiff_modes_is_told_to_have_shorter_substeps_or_fewer_modes():
+def test_fault_of_stiff_modes_advises_shorter_substeps_or_fewer_modes():
     """The integration of its fastest mode is unstable; either cure lets the rotor run."""
     long = {"solver.max_substep": 1e-4}
     x = needlessly_stiff(tuple(range(1, 22)), **long)

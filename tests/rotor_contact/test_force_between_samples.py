@@ -27,7 +27,7 @@ def momentum(x):
     return -float(structure_of(x.constants).B_base[0] @ memory(x).z[of_all : of_all + of_shaft])
 
 
-def test_peak_of_a_spring_is_seen_between_samples():
+def test_peak_of_a_spring_force_between_samples_is_exact():
     """N = v sqrt(m k) sin(omega t): a half-sine of 1 ms, of which samples at 250 us miss up to 8 %."""
     x = against_wall(both("rb.law", LAWS.index("linear")) | both("rb.k_c", K))
     record = run(x, 10, [*PEAKS, *MEANS, "rb1.f_n"])
@@ -36,7 +36,7 @@ def test_peak_of_a_spring_is_seen_between_samples():
     np.testing.assert_allclose(record[:, 2:4].sum(axis=0) * H, 2.0 * MASS * SPEED, rtol=2e-5)
 
 
-def test_bounce_is_an_impulse_and_no_force():
+def test_impact_is_an_impulse_and_no_force():
     x = against_wall(both("rb.restitution", 0.5))
     record = run(x, 3, [*PEAKS, *MEANS])
     np.testing.assert_array_equal(record[:, :2], 0.0)

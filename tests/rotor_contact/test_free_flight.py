@@ -73,7 +73,7 @@ def test_energies_balance_in_flight(h):
     assert np.all(np.diff(record[:, 2]) > 0.0)
 
 
-def test_journal_that_would_pass_its_retainer_touches_it():
+def test_a_journal_that_reaches_its_retainer_in_flight_touches_it():
     values = BEARINGS | both("rb.restitution", 0.5) | {"Omega": 260.0, "d1.u": 5e-4}
     exact, fine = plant(values), plant(values | FINE)
     records = []
@@ -92,7 +92,7 @@ def test_journal_that_would_pass_its_retainer_touches_it():
 @pytest.mark.parametrize("change", [
     {"Omega": 151.0}, {"mb1.k_xx": 1e3}, {"mb2.k_yy": 1e3}, {"Omega_dot": 1.0},
 ])  # fmt: skip
-def test_a_change_of_what_the_solution_depends_on_ends_it_for_some_steps(change):
+def test_a_changed_parameter_ends_exact_flight_for_some_steps(change):
     x = in_flight(WIDE | BEARINGS | {"Omega": 150.0})
     run(x, 1)
     assert flies(x)
@@ -104,13 +104,13 @@ def test_a_change_of_what_the_solution_depends_on_ends_it_for_some_steps(change)
     assert flies(x) == (x["Omega_dot"] == 0.0)
 
 
-def test_a_step_of_another_length_ends_it_for_some_steps():
+def test_a_step_of_another_length_ends_exact_flight_for_some_steps():
     x = in_flight(WIDE | BEARINGS | {"Omega": 150.0})
     run(x, 1, h=0.5 * H)
     assert not flies(x)
 
 
-def test_rounding_of_speed_step_and_gradients_leaves_it_with_the_same_bits():
+def test_rounding_of_speed_step_and_gradients_keeps_exact_flight():
     """A copy of the state that builds its propagator at another step than the original builds the same."""
     values = WIDE | BEARINGS | UNBALANCE | {"Omega": 150.0, "mb1.k_xx": 1e5}
     x = in_flight(values)

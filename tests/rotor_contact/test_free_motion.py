@@ -53,7 +53,7 @@ def test_a_stiff_damper_on_a_light_rotor_creeps():
     ("mb1.f_x", 0, 1.0), ("mb1.f_y", 0, 1j), ("mb2.f_x", 1, 1.0), ("mb2.f_y", 1, 1j),
     ("d1.f_x", 0, 1.0), ("d2.f_y", 0, 1j), ("d3.f_x", 1, 1.0), ("d4.f_y", 1, 1j),
 ])  # fmt: skip
-def test_force_input_accelerates_its_own_point_along_its_own_axis(name, site, direction):
+def test_force_input_accelerates_its_point_along_its_axis(name, site, direction):
     x = plant(WIDE | {name: 5.0}, rigid_rotor(mass=20.0))
     run(x, 40)
     r, _ = masters(x)
@@ -68,7 +68,7 @@ def test_base_acceleration_moves_a_free_rotor_rigidly_the_other_way():
 
 
 @pytest.mark.parametrize(("Omega", "theta", "phi"), [(60.0, 0.0, 0.0), (-60.0, 0.0, 1.0), (60.0, 1.3, -0.4)])
-def test_unbalance_points_along_the_mark_plus_its_angle_and_turns_from_x_to_y(Omega, theta, phi):
+def test_unbalance_is_at_its_angle_from_the_mark_and_turns_x_to_y(Omega, theta, phi):
     """A free rigid rotor: 10 r'' = u Omega^2 e^(i (theta + phi + Omega t)), positive speed turns from x to y."""
     u, steps = 1e-3, 100
     x = plant(WIDE | {"Omega": Omega, "d1.u": u, "d1.phi": phi}, rigid_rotor(mass=20.0))

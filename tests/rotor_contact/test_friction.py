@@ -85,7 +85,7 @@ def stuck_under_load(value, mu, static=0.0, mode=2):
 
 
 @pytest.mark.parametrize(("mu", "static", "mode"), [(0.2, 0.0, 2), (0.1, 0.2, 2), (0.0, 0.2, 1), (0.0, 0.2, 2)])
-def test_stuck_journal_holds_up_to_the_limit_of_its_friction(mu, static, mode):
+def test_stuck_journal_sticks_up_to_the_limit_of_its_friction(mu, static, mode):
     """That of sliding, or of static friction where it is larger; also if it is said to slide at first."""
     x = stuck_under_load(160.0, mu, static, mode)
     record = run(x, 20, [*FORCES, "rb1.mode"])
@@ -139,7 +139,7 @@ def rig(law, turn=0.0, mirrored=False, mu=0.3, **values):
 
 @pytest.mark.parametrize("law", [NODAL, NEWTON])
 @pytest.mark.parametrize(("turn", "mirrored"), [(math.pi / 2, False), (2.345, False), (0.0, True), (1.0, True)])
-def test_turning_or_mirroring_the_whole_case_turns_or_mirrors_the_answer(law, turn, mirrored):
+def test_rotated_or_mirrored_case_has_the_rotated_or_mirrored_motion(law, turn, mirrored):
     steps, sense = 160, -1.0 if mirrored else 1.0
     plain, _ = rig(law)
     other, moved = rig(law, turn, mirrored)
@@ -155,7 +155,7 @@ def test_turning_or_mirroring_the_whole_case_turns_or_mirrors_the_answer(law, tu
     np.testing.assert_allclose(masters(other)[0], moved(masters(plain)[0]), atol=1e-6 * CLEARANCE)
 
 
-def test_swapping_the_ends_of_a_symmetric_rotor_swaps_the_answers():
+def test_swapped_ends_of_a_symmetric_rotor_swap_the_motion():
     def case(swap):
         a, b = (2, 1) if swap else (1, 2)
         values = BEARINGS | both("rb.mu", 0.2) | {"Omega": 150.0, f"rb{a}.offset_x": 1e-4, f"rb{b}.clearance": 0.6e-3}
@@ -199,7 +199,7 @@ def test_rig_with_mu_2_rolls_backward_at_3000_rad_per_s_and_100_kn(law):
 
 
 @pytest.mark.parametrize("Omega", [220.0, 400.0])
-def test_fast_rolling_stays_accurate_whatever_the_longest_substep(Omega):
+def test_fast_rolling_is_accurate_for_any_longest_substep(Omega):
     """Whirl of 27500 and 50000 rad/s, many turns in one communication step: N = m c whirl^2, no slip, on the ring."""
     clearance, mass = 2e-4, 20.0
     x = plant(

@@ -40,7 +40,7 @@ def relative(site, values):
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("housing", HOUSINGS.values(), ids=HOUSINGS)
-def test_normal_and_velocities_are_those_from_the_retainer(housing, seed):
+def test_normal_and_velocities_are_relative_to_the_retainer(housing, seed):
     rng = np.random.default_rng(seed)
     site, (q, v) = random_site(rng, housing), rng.normal(size=(2, SIZE))
     z = relative(site, q) - (site.offset_x + 1j * site.offset_y)
@@ -55,7 +55,7 @@ def test_normal_and_velocities_are_those_from_the_retainer(housing, seed):
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(("race", "spin"), SPINS.values(), ids=SPINS)
-def test_slip_is_that_of_the_journals_surface_over_the_race(race, spin, seed):
+def test_slip_is_that_of_the_journal_surface_over_the_race(race, spin, seed):
     rng = np.random.default_rng(seed)
     site, (q, v), Omega = random_site(rng, -1, race, spin), rng.normal(size=(2, SIZE)), 3.0
     locate_journal(site, q)
@@ -67,7 +67,7 @@ def test_slip_is_that_of_the_journals_surface_over_the_race(race, spin, seed):
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("housing", HOUSINGS.values(), ids=HOUSINGS)
-def test_a_journal_put_on_its_circle_moves_along_its_normal_alone(housing, seed):
+def test_projection_onto_the_circle_moves_along_the_normal_alone(housing, seed):
     rng = np.random.default_rng(seed)
     site, q = random_site(rng, housing), rng.normal(size=SIZE)
     locate_journal(site, q)
@@ -79,7 +79,7 @@ def test_a_journal_put_on_its_circle_moves_along_its_normal_alone(housing, seed)
     np.testing.assert_array_equal(moved[others], q[others])
 
 
-def test_radial_velocity_that_is_removed_leaves_the_tangential_one():
+def test_removing_radial_velocity_keeps_the_tangential_one():
     rng = np.random.default_rng(0)
     site, (q, v) = random_site(rng), rng.normal(size=(2, SIZE))
     locate_journal(site, q)
@@ -88,7 +88,7 @@ def test_radial_velocity_that_is_removed_leaves_the_tangential_one():
     assert (radial_component(site, v), tangential_component(site, v)) == pytest.approx((0.0, before[1]), abs=1e-15)
 
 
-def test_a_journal_at_the_centre_has_a_direction_too():
+def test_a_journal_at_the_centre_has_a_defined_direction():
     site = random_site(np.random.default_rng(0))
     site.offset_x = site.offset_y = 0.0
     assert locate_journal(site, np.zeros(SIZE)) == 0.0

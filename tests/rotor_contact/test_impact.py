@@ -56,7 +56,7 @@ def test_bouncing_rotor_follows_the_closed_form_flight_by_flight():
     np.testing.assert_allclose(record[:, 3], record[:, 2], rtol=1e-7)
 
 
-def test_impact_times_of_the_closed_form_are_those_of_the_published_bouncing_ball():
+def test_impact_times_match_the_published_bouncing_ball():
     """h0 = 1 m, e = 0.9."""
     times = [t for t, _ in itertools.islice(blows(0.9, 1.0), 3)]
     np.testing.assert_allclose(times, [0.451523641, 1.264266195, 1.995734493], atol=1e-9)
@@ -174,7 +174,7 @@ def test_impact_with_friction_creates_no_energy_pull_or_driven_slip(seed, a, b, 
 
 @settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1), angles, st.floats(0.05, 2.0), st.floats(-600.0, 600.0), st.sampled_from([0, 1]))
-def test_friction_of_a_blow_ends_the_slip_or_is_mu_times_the_blow(seed, angle, mu, Omega, k):
+def test_friction_impulse_ends_the_slip_or_is_mu_times_the_normal_one(seed, angle, mu, Omega, k):
     w, contact, _, v = touching(seed, angle, angle, mu, 0.0, Omega, (k,))
     assert newton_impact(w, v, Omega)
     slip = slip_velocity(contact[k], v, Omega)
@@ -183,7 +183,7 @@ def test_friction_of_a_blow_ends_the_slip_or_is_mu_times_the_blow(seed, angle, m
 
 
 @pytest.mark.parametrize("Omega", [-40.0, 40.0])
-def test_a_blow_slides_on_if_kinetic_friction_cannot_end_the_slip(Omega):
+def test_an_impact_slides_if_kinetic_friction_cannot_end_the_slip(Omega):
     """Static friction, ten times as large, holds no journal that slides: v+ = v + M^-1 (-n - mu s t) p, n . v+ = 0."""
     mu, slid = 0.05, 0
     for seed in range(20):
@@ -201,7 +201,7 @@ def test_a_blow_slides_on_if_kinetic_friction_cannot_end_the_slip(Omega):
     assert slid >= 5
 
 
-def test_journal_that_rolls_obeys_coulombs_law_in_a_blow_elsewhere():
+def test_rolling_journal_obeys_coulombs_law_in_an_impact_elsewhere():
     """It rolls on if static friction holds it, slides with less, or leaves."""
     mu, static, Omega = 0.1, 0.3, 50.0
     outcomes = set()
@@ -256,7 +256,7 @@ def test_impact_at_one_site_loads_or_releases_the_other_but_never_pulls():
         assert (contact[1].p_n > 0.0) == (not released)
 
 
-def test_law_of_a_whole_run_is_the_one_that_was_chosen():
+def test_a_run_uses_the_chosen_impact_law():
     """First impact of the rig from a given flight: newton moves the neighbours' velocities, nodal does not."""
     jumps = {}
     for law in (NEWTON, NODAL):

@@ -77,7 +77,7 @@ def leaving(whirl, inward, gap=0.0):
     return Point(CLEARANCE - gap, 0.0, 0.0, v), Point(x, y, -inward * H, v)
 
 
-def test_a_path_that_is_found_inside_is_inside(site):
+def test_a_path_classified_as_inside_is_inside(site):
     rng = np.random.default_rng(3)
     result = 0
     for _ in range(3000):
@@ -112,7 +112,7 @@ def test_the_hull_of_the_path_is_that_of_its_bezier_points(off_centre):
     assert 300 < sum(result) < 2700
 
 
-def test_the_journal_is_seen_from_the_centre_of_its_retainer(off_centre):
+def test_path_of_a_journal_is_relative_to_the_centre_of_its_retainer(off_centre):
     (begin, end) = random_ends(np.random.default_rng(7), 0.5)
     for point, z in zip((begin, end), states_of(off_centre, begin, end), strict=True):
         assert point_of(off_centre, z, 8) == pytest.approx(point, rel=1e-12)
@@ -142,7 +142,7 @@ def test_a_journal_leaves_its_circle_if_it_turns_faster_than_the_circle(site, wh
     assert bool(np.max(radii(begin, end, H)) <= CLEARANCE * (1 + 1e-10)) is leaves
 
 
-def test_the_propagator_grows_a_few_rows_a_step_so_that_no_step_is_long():
+def test_the_propagator_grows_by_a_few_rows_in_each_step():
     x = plant(BEARINGS | {"Omega": 150.0, "d1.u": 1e-4})
     rows = []
     for n in range(STEPS_BEFORE_BUILD + 2):
@@ -153,7 +153,7 @@ def test_the_propagator_grows_a_few_rows_a_step_so_that_no_step_is_long():
     assert max(np.diff(rows)) <= n_rows / STEPS_BEFORE_BUILD + 1
 
 
-def test_share_before_a_touch_is_where_the_path_reaches_the_retainer(site):
+def test_share_before_touch_ends_just_before_contact(site):
     begin = Point(0.6 * CLEARANCE, 0.1 * CLEARANCE, 1.5, 0.8)
     end = Point(1.05 * CLEARANCE, 0.4 * CLEARANCE, 1.7, 0.9)
     course = cubic(begin, end, H)

@@ -82,7 +82,7 @@ def test_slip_without_friction_may_change_its_sign():
 
 @pytest.mark.parametrize("point", [1, 2])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_a_journal_that_leaves_its_circle_at_an_inner_point_is_integrated(point, side):
+def test_a_journal_off_its_circle_at_an_inner_point_is_integrated(point, side):
     piece = Piece(SLIDING, [[5.0, 5.0], [0.0, 0.0], [1.0, 1.0]])
     for share, near in ((0.9, True), (1.1, False)):
         piece.put(point, CLEARANCE * (1.0 + side * share * MAX_DEVIATION))

@@ -85,14 +85,14 @@ def gain(x, steps, h=H, dOmega=0.0, Omega=0.0):
 
 
 @pytest.mark.parametrize("Omega", [20.0, 200.0, 333.0, 500.0])
-def test_coefficients_are_those_of_the_rotor_file_at_every_speed(Omega):
+def test_coefficients_match_the_rotor_file_at_every_speed(Omega):
     seals = plant_structure(ROTOR)[0].seals
     for k, seal in enumerate(ROTOR.seals):
         K, C, _ = seal.at(Omega)
         np.testing.assert_allclose(np.array(seal_at(seals, k, Omega)), [*K.ravel(), *C.ravel()], rtol=1e-9, atol=1e-6)
 
 
-def test_plant_has_positive_damping_between_positive_values():
+def test_interpolated_damping_between_positive_values_is_positive():
     """A cubic spline through these is -1937 N s/m between two speeds with 500."""
     damping = (2e4, 2e4, 2e4, 500.0, 500.0, 500.0)
     rows = zip((100.0, 200.0, 300.0, 400.0, 500.0, 600.0), damping, strict=True)
@@ -103,7 +103,7 @@ def test_plant_has_positive_damping_between_positive_values():
 
 
 @pytest.mark.parametrize(("exact", "tolerance"), [(0.0, 3e-6), (1.0, 1e-10)], ids=["runge_kutta", "exact"])
-def test_free_motion_at_a_speed_is_that_of_the_analyses(exact, tolerance):
+def test_free_motion_at_a_speed_agrees_with_the_analyses(exact, tolerance):
     """The exact motion begins after 32 steps that are alike."""
     Omega, steps = 210.0, 20
     x, _ = started({"Omega": Omega, "solver.exact_motion": exact})
@@ -122,7 +122,7 @@ def test_free_motion_at_a_speed_is_that_of_the_analyses(exact, tolerance):
     [(0.0, 120.0, 1e-5), (1.0, 120.0, 2e-6), (1.0, 390.0, 2e-4)],
     ids=["runge_kutta", "pieces", "pieces_beyond_the_table"],
 )
-def test_motion_through_the_speeds_of_a_table_is_that_of_the_analyses(exact, Omega, tolerance):
+def test_motion_in_a_run_up_agrees_with_the_analyses(exact, Omega, tolerance):
     """Pieces with coefficients on the line between two speeds of their grid would err by 6e-5, and by 8e-3 beyond."""
     faster, steps = 400.0, 150
     x, result = started({"Omega": Omega, "solver.exact_motion": exact})
@@ -183,7 +183,7 @@ def test_linear_model_has_the_seals_of_its_speed(Omega):
     np.testing.assert_allclose(A, matrices(ROTOR, Omega), rtol=1e-7, atol=1e-3)
 
 
-def test_speed_beyond_a_table_is_told():
+def test_speed_beyond_a_table_warns():
     x = plant(HELD | {"Omega": 410.0}, ROTOR)
     x.step(0.0, H)
     assert x["piston.beyond_table"] == 1.0

@@ -52,7 +52,7 @@ def growth(beta, Omega, external, h=5e-5, steps=6000):
 
 
 @pytest.mark.parametrize(("ratio", "grows"), [(0.6, False), (0.95, False), (1.05, True), (1.4, True)])
-def test_internal_damping_makes_a_jeffcott_rotor_unstable_beyond_its_threshold(ratio, grows):
+def test_jeffcott_rotor_is_unstable_beyond_its_damping_threshold(ratio, grows):
     """Omega_th = omega (1 + c_e/c_i); the forward mode grows as (c_i (Omega/omega - 1) - c_e) / (2 m)."""
     omega = math.sqrt(stiff_shaft() / 10.0)
     beta, c_e = 2e-4, 10.0

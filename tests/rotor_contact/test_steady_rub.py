@@ -81,7 +81,7 @@ def beside(c, mu, offset):
 
 
 @pytest.mark.parametrize(("c", "mu"), [(2000.0, 0.1), (500.0, 0.02), (500.0, 0.3), (100.0, 0.2)])
-def test_small_bounces_grow_or_die_as_friction_and_damping_say(c, mu):
+def test_small_bounces_grow_or_decay_with_friction_and_damping(c, mu):
     R, begin = beside(c, mu, 1e-3)
     expected, seconds = growth(c, mu, R), 0.06
     bounce = np.abs(rubbing(c, mu, begin, seconds) - R)

@@ -27,7 +27,7 @@ FALLS = {
 
 
 @pytest.mark.parametrize("case", FALLS)
-def test_an_elastic_rotor_falls_as_in_short_substeps(case):
+def test_fall_of_an_elastic_rotor_agrees_with_short_substeps(case):
     steps = 240
     values = FALL | FALLS[case]
     ours = run(plant(values, ELASTIC), steps, WATCHED)
@@ -42,7 +42,7 @@ def test_an_elastic_rotor_falls_as_in_short_substeps(case):
     assert np.all(np.abs(ours[:, -3]) < 1e-6 * np.max(expected[:, -2:].sum(axis=1)) + 1e-4)
 
 
-def test_gradients_that_change_are_those_of_short_substeps():
+def test_changing_gradients_agree_with_short_substeps():
     """Forces of the magnets change in every step, their gradients too; unstable, the bearings' springs hold."""
     steps, rng = 200, np.random.default_rng(3)
     values = rng.uniform(-1.0, 1.0, (steps, 2))
@@ -90,7 +90,7 @@ def test_heat_and_work_of_held_forces_include_modes_faster_than_the_step(case):
     assert np.max(np.abs(ours[:, 2])) < 1e-5 * heat
 
 
-def test_a_restored_state_goes_on_to_the_last_bit():
+def test_a_restored_state_continues_to_the_last_bit():
     values = FALL | FALLS["free spin"]
     x = plant(values, ELASTIC)
     run(x, 100)

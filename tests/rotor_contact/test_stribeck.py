@@ -45,7 +45,7 @@ def slowed_whirl(velocity, Omega, duration):
 
 
 @pytest.mark.parametrize(("velocity", "Omega"), [(1.0, -36.0), (1.0, 36.0), (-1.0, 36.0), (2.0, 0.0)])
-def test_whirl_in_the_ring_slows_down_as_its_scalar_equation_says(velocity, Omega):
+def test_whirl_in_the_ring_decelerates_by_its_scalar_equation(velocity, Omega):
     x = sliding_in_ring(velocity, Omega)
     run(x, 80)
     expected = slowed_whirl(velocity, Omega, 80 * H)
@@ -53,7 +53,7 @@ def test_whirl_in_the_ring_slows_down_as_its_scalar_equation_says(velocity, Omeg
     assert x["rb1.mode"] == 1
 
 
-def test_friction_that_is_static_alone_stops_a_slow_slip_and_ends_in_rolling():
+def test_high_static_friction_ends_slow_slip_in_rolling():
     """mu = 0: at this slip mu(v) is up to mu_s all the same. The whirl ends at v = -R_s Omega."""
     x = sliding_in_ring(-0.48, 0.5 / JOURNAL, STRIBECK | both("rb.mu", 0.0))
     run(x, 80)
@@ -120,7 +120,7 @@ def froude_pendulum(load, surface, duration):
     return np.array(switches), angle
 
 
-def test_stick_slip_oscillation_is_that_of_an_independent_model():
+def test_stick_slip_oscillation_matches_an_independent_model():
     load, surface, steps = 900.0, 0.1, 4000
     x = plant(
         both("rb.clearance", RING) | STRIBECK | both("mb.f_x", load) | {"Omega": surface / JOURNAL},

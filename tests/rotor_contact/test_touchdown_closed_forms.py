@@ -67,7 +67,7 @@ def sliding_at_rest(mu, spin, **bodies):
     return model, at_angle(-0.5 * math.pi - math.copysign(math.atan(mu), spin), 0.0, spin), normal
 
 
-def test_constant_friction_spins_up_a_race_until_it_turns_with_the_journal():
+def test_constant_friction_accelerates_a_race_to_the_journal_speed():
     """J w' = mu N (R_s + c) - M, and at the end w (R_s + c) = Omega R_s, but for the rocking of the journal."""
     mu, spin, inertia, drag = 0.15, 200.0, 2e-4, 0.02
     model, start, normal = sliding_at_rest(mu, spin, race_inertia=inertia, race_drag=drag)
@@ -159,7 +159,7 @@ def test_backward_whirl_grows_where_friction_exceeds_its_damping():
     assert faster["rb1.whirl_speed"] == pytest.approx(-20.0 * RADIUS / CLEARANCE, rel=1e-6)
 
 
-def test_backward_whirl_of_rotor_and_retainer_is_that_of_their_receptances():
+def test_backward_whirl_follows_from_rotor_and_retainer_receptance():
     """Black, J. Mech. Eng. Sci. 10 (1968): a sliding whirl exp(-i w t) keeps its size where (1 + i mu)(A + B) is real.
 
     A and B are the receptances of rotor and retainer there; N (1 + i mu)(A + B) = -c.
@@ -208,7 +208,7 @@ def test_retainer_warms_up_by_friction_and_gives_off_heat():
     np.testing.assert_array_equal(record[:, 3], rise > 2.0)
 
 
-def test_heat_of_all_retainers_is_the_friction_and_the_impacts():
+def test_heat_of_all_retainers_is_that_of_friction_and_impacts():
     rotor = plant_of(replace(FALLING, mu=0.2, restitution=0.4, race_inertia=1e-4, race_drag=0.05, spin_inertia=0.01),
                      *at_rest(200.0), max_substep=2e-5)  # fmt: skip
     follow_plant(rotor, 1e-3 * np.arange(1, 101))
@@ -229,7 +229,7 @@ def test_speed_controller_and_drag_settle_the_free_spin_exponentially():
     np.testing.assert_allclose(run(rotor, 20, ["speed"], 0.01)[:, 0], expected, rtol=1e-8)
 
 
-def test_base_shakes_journal_and_housing_alike():
+def test_base_acceleration_acts_on_journal_and_housing_alike():
     """Both float: from a base that accelerates they seem to move the other way together, and the gap stays."""
     model = TwoBodies(mass=HALF, clearance=CLEARANCE, housing_mass=3.0)
     rotor = plant_of(model, *at_rest(0.0))

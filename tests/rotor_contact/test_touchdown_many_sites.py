@@ -129,7 +129,7 @@ CHOICES = [
 
 @pytest.mark.parametrize(("resting", "rolling"), CHOICES)
 @pytest.mark.parametrize("seed", range(3))
-def test_forces_at_several_sites_are_those_of_all_bodies_together(resting, rolling, seed):
+def test_forces_at_several_sites_are_coupled_through_all_bodies(resting, rolling, seed):
     theta, q, v, normals = instant = random_instant(seed, resting, rolling)
     mu = {site: 5.0 if site in rolling else 0.05 for site in SITES}
     pressed = [(3e6 if site in resting else 0.0) * complex(*n) for site, n in zip(SITES, normals, strict=True)]
@@ -162,7 +162,7 @@ def test_forces_at_several_sites_are_those_of_all_bodies_together(resting, rolli
 @pytest.mark.parametrize("struck", [("rb1",), ("rb1", "rb2"), SITES])
 @pytest.mark.parametrize("mu", [0.0, 0.02])
 @pytest.mark.parametrize("e", [0.0, 0.7])
-def test_impacts_at_several_sites_take_the_momentum_of_all_bodies(struck, mu, e):
+def test_impacts_at_several_sites_conserve_the_momentum_of_all_bodies(struck, mu, e):
     """All gaps close at once, friction is too small to end the slip: one impulse for each, and no other change."""
     moment = 1e-12
     theta, q, v, normals = instant = random_instant(7, struck, ())

@@ -125,7 +125,7 @@ def contacts(force):
     return edges.reshape(-1, 2) - [0, 1]
 
 
-def test_kicked_rotor_strikes_its_house_as_the_published_program_says(motion):
+def test_impact_of_a_kicked_rotor_matches_the_published_program(motion):
     times, place, velocity, force = motion
     struck = contacts(force)
     np.testing.assert_allclose(times[struck[:, 0]], PROGRAM["contact_time"], atol=4e-4)
@@ -142,7 +142,7 @@ def test_kicked_rotor_strikes_its_house_as_the_published_program_says(motion):
         np.testing.assert_allclose(ours[:, 1], expected[:, 1], atol=0.01e-3)
 
 
-def test_kicked_rotor_moves_as_measured_up_to_the_blow(motion):
+def test_kicked_rotor_moves_as_measured_up_to_the_impact(motion):
     times, place, _, _ = motion
     for axis, name in enumerate("xy"):
         expected = np.array(MEASURED[f"turning_points_{name}"])

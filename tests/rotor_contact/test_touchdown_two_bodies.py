@@ -47,7 +47,7 @@ def test_bodies_move_as_integrated_independently(case):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_bodies_move_so_by_the_ladder_too(case):
+def test_step_ladder_moves_bodies_as_integrated_independently(case):
     """In steps short enough that most come after the 32 that it waits for."""
     model, times = CASES[case], SPAN / 400 * np.arange(1, 401)
     q, v = np.zeros(6), starting(model)
@@ -88,7 +88,7 @@ def test_impact_conserves_momentum_of_journal_and_free_housing(e):
 
 
 @pytest.mark.parametrize("housing", [{}, {"rb1.housing_mass": 3.0, "rb1.mount_stiffness_x": 1e6}])
-def test_a_blow_that_ends_within_a_substep_is_not_missed(housing):
+def test_an_impact_that_ends_within_a_substep_is_not_missed(housing):
     """A force turns the journal within a substep; at both ends of it there is a gap."""
     outward, turned_after, gap = 0.05, 15e-6, 1e-7
     rotor = plant(both("eb.enabled", 0) | {"rb2.enabled": 0, "Omega": 1.0} | housing | UNWATCHED, rigid_rotor(20.0))

@@ -14,7 +14,7 @@ def test_sixteen_bits_over_ten_volts_either_way_are_steps_of_0_305_mv():
 
 
 @given(st.floats(-10.0, 9.9), st.integers(8, 24))
-def test_level_is_the_nearest_one(volts, bits):
+def test_values_are_rounded_to_the_nearest_level(volts, bits):
     converter = converter_of(float(bits), 10.0)
     level = quantised(volts, converter)
     assert abs(level - volts) <= converter.step * (0.5 + 1e-9)

@@ -20,12 +20,12 @@ def reference(state, count):
 
 
 @pytest.mark.parametrize("state", [[12345] * 6, [1, 2, 3, 4, 5, 6], [4294967086] * 3 + [4294944442] * 3])
-def test_uniform_numbers_are_those_of_the_published_generator(state):
+def test_uniform_numbers_match_the_published_generator(state):
     stream = np.array(state, dtype=float).view(STREAM)[0]
     assert [uniform(stream) for _ in range(5000)] == reference(state, 5000)
 
 
-def test_first_numbers_of_the_published_package():
+def test_first_numbers_match_the_published_package():
     """The package's own start, 12345 six times: its documentation shows 0.127011, 0.318528, 0.309186."""
     stream = np.full(6, 12345.0).view(STREAM)[0]
     np.testing.assert_allclose([uniform(stream) for _ in range(3)], [0.127011, 0.318528, 0.309186], atol=5e-7)
@@ -66,7 +66,7 @@ def test_normal_numbers_are_uncorrelated_in_time_and_within_a_pair(sequence):
         assert abs((x[lag:] ** 2 * x[:-lag] ** 2).mean() - 1.0) < 4.5 * 3.0 / np.sqrt(len(x))
 
 
-def test_neighbouring_seeds_have_nothing_in_common(sequence):
+def test_sequences_of_neighbouring_seeds_are_uncorrelated(sequence):
     a, b = sequence(1), sequence(2)
     assert abs((a * b).mean()) < 4.5 / np.sqrt(len(a))
     np.testing.assert_array_equal(a, sequence(1))

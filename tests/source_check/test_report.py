@@ -66,7 +66,7 @@ def report(few, folder):
     return assess(few, folder, processes=1)
 
 
-def test_each_statement_has_its_verdict(report):
+def test_each_statement_has_the_expected_verdict(report):
     assert {item.statement.key: item.verdict for item in report.judged} == {
         "fig4_9.site": Verdict.REPRODUCED,
         "fig4_9.force": Verdict.MISSED,
@@ -76,12 +76,12 @@ def test_each_statement_has_its_verdict(report):
     }
 
 
-def test_a_run_that_fails_is_told_and_ends_nothing_else(report):
+def test_a_failed_run_is_reported_and_the_others_continue(report):
     assert "no_such" in report.failures["broken"]
     assert "no_such" in next(item.reason for item in report.judged if item.statement.key == "fig4_9.broken")
 
 
-def test_a_force_is_judged_on_the_converged_model_too(report):
+def test_a_force_is_judged_on_the_converged_model(report):
     """The rotor's modes beyond those of six planes take part in a blow: another force, in a column of its own."""
     force = next(item for item in report.judged if item.statement.key == "fig4_9.force")
     assert force.converged_is_met is False
@@ -89,7 +89,7 @@ def test_a_force_is_judged_on_the_converged_model_too(report):
     assert f"{force.converged:.4g} kN, not met" in markdown(report)
 
 
-def test_an_outcome_has_its_robust_or_fragile_beside_it(few, report):
+def test_an_outcome_is_listed_with_its_robustness(few, report):
     """Texts and truth values are outcomes; a number has tolerances of its own."""
     fragile = StoredOutcome(outcome="recovered", flips={"K_b + 1 %": "trapped"})
     available = {"run": fragile, "inputs": fragile}
@@ -99,7 +99,7 @@ def test_an_outcome_has_its_robust_or_fragile_beside_it(few, report):
     assert "ragile (K_b + 1 %: trapped)" in markdown(Report(few, tuple(again), report.answers))
 
 
-def test_kept_answers_are_used_again(few, folder, report, monkeypatch):
+def test_stored_answers_are_reused(few, folder, report, monkeypatch):
     monkeypatch.setattr(sources, "simulate_in_processes", lambda *_, **__: pytest.fail("ran again"))
     again = assess(few, folder)
     assert [item.ours for item in again.judged] == [item.ours for item in report.judged]
@@ -113,7 +113,7 @@ def test_an_answer_to_other_code_is_not_used(few, folder, report, monkeypatch):
     assert {job.name for job in requested} == {"run", "finer", "broken", "inputs"}
 
 
-def test_a_cut_off_answer_is_worked_out_again(few, folder, report, monkeypatch):
+def test_a_truncated_answer_is_recomputed(few, folder, report, monkeypatch):
     requested = []
     file = folder / "sources" / "inputs.json"
     text = file.read_text(encoding="utf-8")
@@ -146,7 +146,7 @@ def test_the_table_has_a_row_for_each_statement(report):
     assert any("1e+06 kN" in line and "A made-up number" in line for line in lines)
 
 
-def test_the_command_refuses_what_is_not_there(tmp_path):
+def test_the_command_refuses_unknown_names(tmp_path):
     result = CliRunner().invoke(main, ["report", "--only", "ch9", "-o", str(tmp_path / "out")])
     assert result.exit_code == 2
     assert_names(result.output, "--only", "ch9")

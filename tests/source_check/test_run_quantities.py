@@ -48,13 +48,13 @@ TEXTS = {
 
 
 @pytest.mark.parametrize(("name", "arguments", "value"), KNOWN.values(), ids=KNOWN)
-def test_a_quantity_is_that_of_the_known_run(known_run, name, arguments, value):
+def test_a_quantity_matches_the_synthetic_run(known_run, name, arguments, value):
     result = QUANTITIES[name][0](known_run, **arguments)
     assert result == pytest.approx(value, abs=SAMPLE if value >= 0.1 else 1e-4 * SAMPLE + 0.02 * value)
 
 
 @pytest.mark.parametrize(("name", "text"), TEXTS.items())
-def test_a_text_is_that_of_the_known_run(known_run, name, text):
+def test_a_text_matches_the_synthetic_run(known_run, name, text):
     assert QUANTITIES[name][0](known_run) == text
 
 
@@ -68,25 +68,25 @@ def up_to(run, cycle, **attributes):
     return SignalTable(variables, coordinates, run.attrs | attributes)
 
 
-def test_rolling_at_the_end_is_asked_of_a_retainer(known_run):
+def test_rolling_at_the_end_is_evaluated_for_a_retainer(known_run):
     """The known run ends free; in its ninth cycle it rolls at RB1 alone."""
     rolls, cut = QUANTITIES["rolls_at_end"][0], up_to(known_run, 8.9)
     assert [rolls(known_run), rolls(cut), rolls(cut, site="rb1"), rolls(cut, site="rb2")] == [False, True, True, False]
 
 
 @pytest.mark.parametrize("name", ["site_of_largest_force", "rolls_at_end"])
-def test_a_site_that_protects_no_bearing_counts_as_a_retainer_does(known_run, name):
+def test_a_site_without_a_bearing_counts_as_a_retainer(known_run, name):
     bushes = RotorPlaces({"mb1": "", "mb2": "rb2"}, ("rb1", "rb2"))
     run = up_to(known_run, 8.9, places=bushes.to_json())
     assert QUANTITIES[name][0](run) == {"site_of_largest_force": "RB1", "rolls_at_end": True}[name]
 
 
-def test_amplitude_left_is_that_at_the_end_over_that_before(known_run):
+def test_remaining_amplitude_is_the_ratio_of_end_to_before(known_run):
     before, end = (QUANTITIES["orbit_amplitude"][0](known_run, bearing="mb1", when=when) for when in ("before", "end"))
     assert QUANTITIES["amplitude_left"][0](known_run, bearing="mb1") == pytest.approx(end / before)
 
 
-def test_a_number_comes_in_the_unit_that_is_asked_for(known_run):
+def test_a_number_is_converted_to_the_requested_unit(known_run):
     request = QuantityRequest("peak_force", (("site", "rb1"),), "kN")
     assert evaluate(known_run, request, QUANTITIES) == pytest.approx(3.0)
 

@@ -33,7 +33,7 @@ GOOD = {
         ({"tolarance": 0.1}, ("statement[0].tolarance", "tolerance")),
     ],
 )
-def test_a_wrong_statement_is_refused(change, facts):
+def test_an_invalid_statement_is_refused(change, facts):
     wrong = {k: v for k, v in (GOOD["statement"][0] | change).items() if v is not None}
     with raises_naming(ValueError, *facts):
         parse_statements(GOOD | {"statement": [wrong]}, "statements.toml")
@@ -49,6 +49,6 @@ def test_every_statement_is_in_a_chapter():
         parse_statements(GOOD | {"chapter": [{"key": "ch5", "name": "chapter 5", "groups": ["*5_*"]}]}, "file")
 
 
-def test_statements_of_a_pack_that_has_none_are_refused():
+def test_a_pack_without_statements_is_refused():
     with raises_naming(ValueError, "'bath_theses'", "statements.toml", "bath_thesis"):
         load_statements("bath_theses")

@@ -36,20 +36,20 @@ def test_a_value_that_needs_a_reading_is_not_plainly_reproduced(statement):
     assert judge(statement(value=1.0), [(1.0, "")]) == (Verdict.REPRODUCED, 0)
 
 
-def test_a_reading_counts_where_the_first_way_misses(statement):
+def test_a_second_reading_counts_if_the_first_misses(statement):
     assert judge(statement(value=1.0), [(2.0, ""), (1.0, "on D2")]) == (Verdict.WITH_READING, 1)
 
 
-def test_a_miss_rests_on_the_first_way(statement):
+def test_a_miss_is_judged_by_the_first_reading(statement):
     assert judge(statement(value=1.0), [(2.0, ""), (3.0, "on D2")]) == (Verdict.MISSED, 0)
 
 
-def test_an_input_that_differs_is_missed(statement):
+def test_a_deviating_input_is_missed(statement):
     assert judge(statement(value=1.0, given=True), [(1.0, "")])[0] is Verdict.GIVEN
     assert judge(statement(value=1.0, given=True), [(2.0, "")])[0] is Verdict.MISSED
 
 
-def test_without_a_value_nothing_is_computed(statement):
+def test_a_statement_without_a_value_is_not_computed(statement):
     assert judge(statement(value=1.0), [(None, "")])[0] is Verdict.NOT_COMPUTED
     assert judge(statement(quantity="", missing="no study"), [])[0] is Verdict.NOT_COMPUTED
     assert judge(statement(quantity="", picture="a sketch"), [])[0] is Verdict.PICTURE
@@ -60,12 +60,12 @@ def test_ratios_are_those_of_each_number(statement):
     assert ratios(statement(value=1.0, relation="below"), 0.5) == ()
 
 
-def test_what_any_model_meets_is_not_reproduced(statement):
+def test_a_definition_does_not_count_as_reproduced(statement):
     assert judge(statement(value=1.0, definition=True), [(1.0, "on D2")])[0] is Verdict.DEFINITION
     assert judge(statement(value=1.0, definition=True), [(2.0, "")])[0] is Verdict.MISSED
 
 
-def test_limit_that_is_kept_is_told_as_a_limit(statement):
+def test_a_value_within_a_limit_is_reported_as_such(statement):
     below = statement(value=1.0, relation="below")
     assert judge(below, [(0.1, "")])[0] is Verdict.WITHIN_LIMIT
     assert judge(below, [(0.1, "on D2")])[0] is Verdict.WITHIN_LIMIT

@@ -14,7 +14,7 @@ from tests.support.messages import raises_naming
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 
-def test_a_signal_of_the_system_can_be_set_in_its_own_unit(last):
+def test_a_signal_of_the_system_can_be_set_in_its_unit(last):
     """In is in mm, a.u in m, and b.u is twice In plus 3 mm."""
     root = system(
         "root", connector("In", "input", "mm"), gain("a", "Metres") + gain("b", "Millimetres"),
@@ -26,7 +26,7 @@ def test_a_signal_of_the_system_can_be_set_in_its_own_unit(last):
     assert last(root, units=("mm",), set={"b.u": "7 mm"})["In"] == 2.0
 
 
-def test_a_law_says_how_a_connector_without_a_unit_feeds_another_unit(last):
+def test_a_transformation_connects_a_connector_without_unit(last):
     """In is 2, which is 2 m at a.u and, times 1000, 2000 mm at b.u."""
     elements = gain("a", "Metres") + gain("b", "Millimetres")
     root = system(
@@ -60,17 +60,17 @@ def test_a_connection_converts_units(last, source, target, k, expected):
         ("", LAW.format(2, 5), 5.002),
     ],
 )
-def test_a_law_follows_the_conversion_of_units_unless_that_is_suppressed(last, attributes, law, expected):
+def test_a_transformation_follows_the_unit_conversion_if_not_suppressed(last, attributes, law, expected):
     link = connect("a.y", "b.u", law, attributes)
     assert last(system("root", "", CHAIN.format("Millimetres", "Metres"), link))["b.y"] == pytest.approx(expected)
 
 
-def test_a_law_can_connect_what_has_no_common_dimension(last):
+def test_a_transformation_connects_different_dimensions(last):
     link = connect("a.y", "b.u", LAW.format(0.5, 0))
     assert last(system("root", "", CHAIN.format("Newtons", "Metres"), link))["b.y"] == 0.5
 
 
-def test_an_output_of_the_archive_is_recorded_in_its_own_unit(gain_archive):
+def test_an_output_of_the_archive_is_recorded_in_its_unit(gain_archive):
     """a.y is 3 m, which are 3000 mm at Out, and 6.5 without a unit at Twice, after twice and 0.5 more."""
     ends = OUT + connector("Plain", "output") + connector("Twice", "output")
     links = connect("a.y", "Out") + connect("a.y", "Plain") + connect("a.y", "Twice", LAW.format(2, 0.5))
@@ -88,7 +88,7 @@ def test_units_are_converted_at_each_connector_on_the_way(last):
     assert last(root, units=("mm",))["box.b.y"] == pytest.approx(2.5)
 
 
-def test_a_mapping_renames_and_transforms_and_omits_the_rest(last):
+def test_a_mapping_renames_transforms_and_omits_the_rest(last):
     """The numbers are those of OMSimulator's test LinearTransformation3: k = 4 2 + 5, u = 2 2 + 10, y = 182."""
     mapping = ENTRY.format("gain", "a.k", LAW.format(4, 5)) + ENTRY.format("push", "a.u", LAW.format(2, 10))
     mapping += ENTRY.format("absent", "b.u", "")
@@ -98,7 +98,7 @@ def test_a_mapping_renames_and_transforms_and_omits_the_rest(last):
     assert (values["a.y"], values["b.y"]) == (182.0, 1.0)
 
 
-def test_a_mapping_converts_units_before_its_law(last):
+def test_a_mapping_converts_units_before_its_transformation(last):
     value = '<ssv:Real value="2" unit="m"/>'
     for attributes, expected in (("", 2001.0), ('suppressUnitConversion="true"', 3.0)):
         mapping = ENTRY.format("push", f'a.u" {attributes} description="', LAW.format(1, 1))

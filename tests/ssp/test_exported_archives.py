@@ -184,7 +184,7 @@ def test_only_components_with_longer_steps_have_annotations(sequential, tmp_path
     assert result == [set(), {"amb_actuator"}]
 
 
-def test_what_ssp_cannot_say_is_in_the_notes(sequential):
+def test_content_that_ssp_cannot_express_is_in_the_notes(sequential):
     with zipfile.ZipFile(sequential) as content:
         notes = content.read("extra/amb-cosim/README.md").decode()
     assert "in the order rolac_controller, amb_actuator, rotor_contact" in notes
@@ -196,7 +196,7 @@ def test_what_ssp_cannot_say_is_in_the_notes(sequential):
 
 @pytest.mark.slow
 @pytest.mark.gate
-def test_the_archive_is_the_same_run_to_the_last_bit(run_python, run_once, sequential):
+def test_the_archive_runs_with_the_same_bits(run_python, run_once, sequential):
     ours = run_once(archive_runs.with_this_project, scenario=SEQUENTIAL)
     back = run_python(archive_runs.read_back, archive=str(sequential))
     assert ours.keys() == back.keys() - {"time"}
@@ -213,7 +213,7 @@ def test_settings_reach_the_components_of_an_archive(run_python, sequential):
 
 
 @pytest.mark.slow
-def test_the_python_flavour_is_the_same_run(run_python, run_once, archive):
+def test_an_archive_of_python_flavour_runs_the_same(run_python, run_once, archive):
     path = archive("python", SEQUENTIAL, flavour="python")
     ours = run_once(archive_runs.with_this_project, scenario=SEQUENTIAL)
     back = run_python(archive_runs.read_back, archive=str(path), timeout=600)
@@ -222,7 +222,7 @@ def test_the_python_flavour_is_the_same_run(run_python, run_once, archive):
 
 @pytest.mark.slow
 @in_host("libcosim", "SSP archive")
-def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
+def test_libcosim_runs_the_archive_with_the_same_bits(run_python, run_once, jacobi):
     ours = run_once(archive_runs.with_this_project, scenario=JACOBI, nanoseconds=True)
     outputs = [name for name in ours if "." in name and not name.endswith(("d1.u", "rolac_enable"))]
     steps = len(ours["rotor_contact.mb1.x"]) - 1
@@ -235,7 +235,7 @@ def test_libcosim_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi
 
 @pytest.mark.slow
 @in_host("FMPy", "SSP archive")
-def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
+def test_fmpy_runs_the_archive_with_the_same_bits(run_python, run_once, archive):
     """It ignores the bindings, and begins with inputs of zero, which is right where forces are held."""
     path, ours = archive("held", HELD), run_once(archive_runs.with_this_project, scenario=HELD)
     steps = len(ours["rotor_contact.mb1.x"]) - 1
@@ -247,7 +247,7 @@ def test_fmpy_runs_the_archive_to_the_same_bits(run_python, run_once, archive):
 
 @pytest.mark.slow
 @in_host("ecos", "SSP archive")
-def test_ecos_runs_the_archive_to_the_same_bits(run_python, run_once, jacobi):
+def test_ecos_runs_the_archive_with_the_same_bits(run_python, run_once, jacobi):
     ours = run_once(archive_runs.with_this_project, scenario=JACOBI)
     outputs = [name for name in ours if "." in name and not name.endswith(("d1.u", "rolac_enable"))]
     steps = len(ours["rotor_contact.mb1.x"]) - 1
@@ -271,7 +271,7 @@ def test_libcosim_ends_with_an_error_at_a_fault(run_python, archive):
 
 @pytest.mark.slow
 @in_host("ecos", "SSP archive", "it goes on through a fault, which fault_code tells")
-def test_ecos_goes_on_through_a_fault_that_fault_code_tells(run_python, archive):
+def test_ecos_continues_through_a_fault_reported_by_fault_code(run_python, archive):
     path, codes = archive("leaving", LEAVING, integers=True), "amb_actuator.fault_code"
     theirs = run_python(archive_runs.with_ecos, archive=str(path), recorded=[codes], steps=2000, step_size=250e-6)[
         codes
@@ -289,7 +289,7 @@ def under_linear_controller(archive, file):
 @pytest.mark.slow
 @in_host("libcosim", "SSP archive with a controller of a file")
 @pytest.mark.parametrize("file", LINEAR)
-def test_libcosim_runs_a_linear_controller_to_the_same_bits(run_python, run_once, archive, file):
+def test_libcosim_runs_a_linear_controller_with_the_same_bits(run_python, run_once, archive, file):
     scenario, path = under_linear_controller(archive, file)
     ours = run_once(archive_runs.with_this_project, scenario=scenario, nanoseconds=True)
     outputs = [name for name in ours if "." in name and not name.endswith("impeller3.u")]
@@ -303,7 +303,7 @@ def test_libcosim_runs_a_linear_controller_to_the_same_bits(run_python, run_once
 @pytest.mark.slow
 @in_host("ecos", "SSP archive with a controller of a file")
 @pytest.mark.parametrize("file", LINEAR)
-def test_ecos_runs_a_linear_controller_to_the_same_bits(run_python, run_once, archive, file):
+def test_ecos_runs_a_linear_controller_with_the_same_bits(run_python, run_once, archive, file):
     scenario, path = under_linear_controller(archive, file)
     ours = run_once(archive_runs.with_this_project, scenario=scenario)
     outputs = [name for name in ours if "." in name and not name.endswith("impeller3.u")]

@@ -78,7 +78,7 @@ def archive(fmus, tmp_path):
 STEP = 1e-3
 
 
-def test_connections_parameters_and_signals_are_those_of_the_document(archive):
+def test_connections_parameters_and_signals_match_the_document(archive):
     bound = bind({"ing.k": 300.0, "ing.unknown": 1.0}, attributes='prefix="spr"')
     two, experiment = load_ssp(archive(structure(bindings=bound)), STEP)
     assert [c.name for c in two.components] == ["left", "right", "spring"]
@@ -93,7 +93,7 @@ def test_connections_parameters_and_signals_are_those_of_the_document(archive):
     assert (experiment.stop_time, experiment.inputs) == (0.5, {})
 
 
-def test_a_value_of_what_no_fmu_has_is_a_notice(archive):
+def test_a_value_of_an_unknown_variable_is_a_notice(archive):
     bound = bind({"spring.k": 400.0, "spring.kk": 1.0, "sprng.k": 1.0})
     result = amb_cosim.simulate(archive(structure(bindings=bound)), step_size=1e-3).dataset
     unknown, unused = json.loads(result.attrs["notices"])
@@ -109,7 +109,7 @@ def test_a_foreign_archive_runs(archive):
     np.testing.assert_allclose(left + right, 0.01, atol=1e-12)
 
 
-def test_another_experiment_keeps_the_first_values_of_the_archive(archive):
+def test_a_changed_experiment_keeps_the_initial_values_of_the_archive(archive):
     """A connected input, as is the force, has no first value of its own."""
     path = archive(structure(), {"left.ssv": value_set({"start": 0.01, "push": 2.0, "force": 9.0})})
     assert load_ssp(path, STEP)[1].inputs == {"left.push": 2.0}
@@ -118,7 +118,7 @@ def test_another_experiment_keeps_the_first_values_of_the_archive(archive):
         assert json.loads(result.attrs["initial_inputs"])["push"] == push
 
 
-def test_units_go_with_the_value():
+def test_values_carry_their_units():
     values = {
         "gap": '<ssv:Real value="0.6" unit="mm"/>',
         "law": '<ssv:Enumeration value="newton"/>',
@@ -156,7 +156,7 @@ SWITCHED = connect("left.x", "right.push", f"{TABLE}</ssc:BooleanMappingTransfor
         (structure(extra_link=SWITCHED), ("left.x", "transforms")),
     ],
 )
-def test_what_is_not_taken_is_refused_with_its_reason(archive, text, facts):
+def test_unsupported_content_is_refused_with_the_reason(archive, text, facts):
     with raises_naming(ValueError, *facts):
         load_ssp(archive(text), STEP)
 
@@ -165,7 +165,7 @@ def test_what_is_not_taken_is_refused_with_its_reason(archive, text, facts):
     "harmless",
     ['<ssc:LinearTransformation factor="1" offset="0.0"/>', '<ssd:ConnectionGeometry pointsX="0" pointsY="1"/>'],
 )
-def test_what_leaves_a_connection_as_it_is_is_taken(archive, harmless):
+def test_attributes_without_effect_on_a_connection_are_accepted(archive, harmless):
     link = "push", "right.push"
     text = structure().replace(connect(*link), connect(*link, harmless))
     assert harmless in text
@@ -193,7 +193,7 @@ def annotated(content):
         ('<amb:Master stepSize="2e-3" coupling="jacobi"/>', "jacobi"),
     ],
 )
-def test_the_step_of_an_annotation_is_taken(archive, content, coupling):
+def test_the_step_of_an_annotation_is_used(archive, content, coupling):
     path = archive(annotated(content))
     assert load_ssp(path)[1].step_size == 2e-3
     assert load_ssp(path)[0].coupling == coupling
@@ -207,7 +207,7 @@ def test_components_step_in_the_order_of_the_annotation(archive):
     assert (plain.index("left") < plain.index("right"), names) == (True, [SWAPPED.get(name, name) for name in plain])
 
 
-def test_an_order_that_is_not_known_is_refused(archive):
+def test_an_unknown_stepping_order_is_refused(archive):
     with raises_naming(ValueError, "coupling", "backwards", "jacobi"):
         load_ssp(archive(annotated('<amb:Master stepSize="2e-3" coupling="backwards"/>')))
 
@@ -229,7 +229,7 @@ def declaring(text, more=""):
     return text[:end] + DECLARED.format(more) + text[end:]
 
 
-def test_an_entity_stands_for_its_text_in_an_archive(archive):
+def test_an_internal_entity_is_expanded(archive):
     system, _ = load_ssp(archive(declaring(structure().replace('name="left"', 'name="&side;"'))), STEP)
     assert "left" in [component.name for component in system.components]
 
@@ -242,7 +242,7 @@ def test_an_entity_of_a_file_or_of_great_length_is_refused(archive, more, name):
         load_ssp(archive(text), STEP)
 
 
-def test_what_is_no_archive_is_refused(tmp_path):
+def test_a_file_that_is_no_archive_is_refused(tmp_path):
     (tmp_path / "text.ssp").write_text("no archive", encoding="utf-8")
     with raises_naming(ValueError, "zip archive"):
         load_ssp(tmp_path / "text.ssp")
@@ -250,7 +250,7 @@ def test_what_is_no_archive_is_refused(tmp_path):
         load_ssp(tmp_path / "none.ssp")
 
 
-def test_the_command_refuses_what_an_archive_has_no_use_for(archive):
+def test_the_command_refuses_options_without_effect_on_an_archive(archive):
     path = archive(structure())
     for options, message in (
         (["--rotor", "compressor"], "--rotor cannot be used with an SSP archive"),

@@ -41,7 +41,7 @@ def test_a_connector_of_the_system_has_the_value_of_its_parameter_set(last):
     assert (values["In"], values["a.y"]) == (-20.0, -60.0)
 
 
-def test_a_connected_value_counts_more_than_that_of_the_input(last):
+def test_a_connected_value_overrides_that_of_the_input(last):
     values = last(system("root", IN, gain("a"), connect("In", "a.u"), bind({"In": 5.0, "a.u": 9.0})))
     assert values["a.y"] == 5.0
 
@@ -81,12 +81,12 @@ def test_an_input_of_the_archive_may_also_be_its_output(last):
     assert last(root, units=("mm",)) == {"In": 5.0, "Out": 5.0, "a.y": 5.0}
 
 
-def test_an_output_that_shows_nothing_is_left_out(last):
+def test_an_unconnected_output_is_left_out(last):
     ends = OUT + connector("time", "output")
     assert last(system("root", ends, gain("a"), connect("a.y", "time")), units=("mm",)) == {"a.y": 1.0}
 
 
-def test_values_of_an_outer_system_count_more(last):
+def test_values_of_an_outer_system_take_precedence(last):
     root = system("root", "", INNER, bindings=bind({"axle.In": 5.0, "axle.motor.k": 100.0, "axle.gain": 7.0}))
     assert last(root)["axle.motor.y"] == 35.0
 
@@ -126,7 +126,7 @@ def test_mappings_and_sets_can_be_files_and_have_a_prefix(last):
     assert last(system("root", "", gain("a"), bindings=bound), files=files)["a.y"] == 2.0
 
 
-def test_a_system_can_be_a_document_or_an_archive_of_its_own(last, gain_archive, gains, tmp_path):
+def test_a_system_can_be_a_separate_document_or_archive(last, gain_archive, gains, tmp_path):
     inner = structure(INNER.replace('name="axle"', 'name="own"'))
     for kind, source in (("definition", "axle.ssd"), ("package", "axle.ssp")):
         content = inner
@@ -154,7 +154,7 @@ def test_sources_are_relative_to_the_document_that_names_them(last, gain_archive
         load_ssp(gain_archive(root, files=files))
 
 
-def test_a_system_can_be_used_again_by_its_id(last, gain_archive):
+def test_a_system_can_be_reused_by_its_id(last, gain_archive):
     """The system has y = 3 u; the second one gets the output of the first."""
     axle = INNER.replace('name="axle"', 'name="axle" id="a1"', 1)
     root = system("root", "", axle + PART.format("definition", "#a1", ""), connect("axle.Out", "x.In"))
@@ -177,7 +177,7 @@ def test_an_archive_in_an_archive_may_have_several_systems_and_sets(last, gain_a
 
 
 @pytest.mark.parametrize("empty", ["ParameterBindings", "Connectors", "Elements", "Connections", "Annotations"])
-def test_an_empty_group_is_none(last, empty):
+def test_an_empty_group_is_ignored(last, empty):
     order = ("Connectors", "ParameterBindings", "Elements", "Connections", "Annotations")
     inner = "".join(f"<ssd:{name}/>" for name in order if name == empty)
     assert last(system("root", "", gain("a") + f'<ssd:System name="e">{inner}</ssd:System>'))["a.y"] == 1.0
@@ -198,7 +198,7 @@ def test_a_component_that_requests_model_exchange_runs_with_a_notice(gain_archiv
 
 
 @pytest.mark.parametrize("unit", ["mm", "N"])
-def test_the_unit_of_an_fmu_counts_with_a_notice(gain_archive, unit):
+def test_the_unit_of_an_fmu_takes_precedence_with_a_notice(gain_archive, unit):
     ends = connector("u", "input") + connector("y", "output", unit)
     root = system("root", "", component("a", "resources/Metres.fmu", ends) + gain("b", "Metres"), connect("a.y", "b.u"))
     result = amb_cosim.simulate(gain_archive(root, units=("mm",)), set={"a.u": 2.0, "a.k": 1.0, "b.k": 1.0}).dataset
@@ -238,7 +238,7 @@ LOOP = '<ssd:Component name="self" type="application/x-ssp-definition" source="S
         (SCRIPT, [], "", ("a", "text/x-script")),
     ],
 )
-def test_what_cannot_be_connected_is_refused_with_its_names(gain_archive, elements, links, bindings, facts):
+def test_an_impossible_connection_is_refused_with_both_names(gain_archive, elements, links, bindings, facts):
     connections = "".join(connect(*link.split(maxsplit=2)) for link in links)
     with raises_naming(ValueError, *facts):
         amb_cosim.simulate(gain_archive(system("root", IN, elements, connections, bindings)), isolated=False)

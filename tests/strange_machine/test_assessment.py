@@ -49,7 +49,7 @@ def expander():
 
 
 @pytest.mark.parametrize("name", slow_but_first(MACHINES))
-def test_fast_parts_answer_by_the_names_of_the_machine(name):
+def test_fast_parts_use_the_names_of_the_machine(name):
     result = assess(MACHINES[name](), only=FAST)
     assert not result.unanswered
     assert {part.key for part in result.parts if part.findings} == set(FAST)
@@ -58,7 +58,7 @@ def test_fast_parts_answer_by_the_names_of_the_machine(name):
     assert bool(OF_THE_RIG.search(json.dumps(data))) == (name == "rig")
 
 
-def test_level_one_takes_the_seals_away_and_level_two_has_them(expander):
+def test_level_one_is_without_seals_and_level_two_with_them(expander):
     """The rotor's part of the loop is that of a rotor whose seal is nothing, and of the plant itself."""
     Omega = expander.file.speed.highest
     rotor = expander.rotor
@@ -76,7 +76,7 @@ def test_level_one_takes_the_seals_away_and_level_two_has_them(expander):
     assert np.abs(sealed - bare).max() > 1e-6 * size
 
 
-def test_response_has_seals_and_stages_as_the_loop_has_them(expander):
+def test_response_includes_the_seals_and_stages_of_the_loop(expander):
     Omega, gland = 1000.0, expander.rotor.seals[0]
     free = expander.free_rotor.model
     rows = np.ix_(*2 * [free.translations[gland.node]])
@@ -91,7 +91,7 @@ def test_response_has_seals_and_stages_as_the_loop_has_them(expander):
     np.testing.assert_allclose((more.M - with_seal.M)[rows], 0.005 * np.eye(2), atol=1e-9)
 
 
-def test_the_co_simulated_rotor_has_the_stages_as_the_loop_has_them(expander):
+def test_the_co_simulated_rotor_has_the_stages_of_the_loop(expander):
     Omega = expander.file.speed.highest
     (of_loop,) = coupled_loop(expander, real_coefficients(expander)).linear_components.at(Omega).parts([PLANT])
     (of_run,) = of_planned(plan_run(co_simulated(expander, Omega))).parts([PLANT])
@@ -128,7 +128,7 @@ def test_all_forces_on_the_rotor_are_the_change_of_its_momentum(expander, Omega)
     np.testing.assert_allclose(needed[::2], along_x)
 
 
-def test_the_threshold_of_cross_coupling_is_that_of_the_receptance_without(expander):
+def test_threshold_of_cross_coupling_follows_from_the_receptance(expander):
     """A coupling Q pushes by f = -Q W q, and q = H f: at its threshold I + Q H(i omega) W is singular.
 
     H is the receptance at the stage of the closed loop without coupling, W = [[0, 1], [-1, 0]]: on a forward circle the
@@ -159,7 +159,7 @@ def test_the_threshold_of_cross_coupling_is_that_of_the_receptance_without(expan
     assert ratio * 20e3 == pytest.approx(threshold, rel=5e-4)
 
 
-def test_sensitivity_is_that_of_python_control(expander):
+def test_sensitivity_agrees_with_python_control(expander):
     Omega = expander.file.speed.highest
     loop = Loop(expander.linear_components.at(Omega))
     L = model_of(loop.linear_components, loop.demands, loop.sources, opened=loop.demands)
@@ -194,7 +194,7 @@ def test_a_landing_loads_the_balls_by_the_largest_force_of_their_site(co_simulat
 
 
 @pytest.mark.slow
-def test_it_comes_back_from_its_retainers_and_a_larger_overload_touches_one(co_simulated):
+def test_rotor_recovers_from_contact_and_more_overload_touches(co_simulated):
     result = measured_in(co_simulated, "recovery")
     assert result["relevitation"].value < 75.0
     assert 0.5 < result["overload"].value < 4.0
@@ -202,7 +202,7 @@ def test_it_comes_back_from_its_retainers_and_a_larger_overload_touches_one(co_s
 
 
 @pytest.mark.slow
-def test_a_way_to_rest_that_takes_too_long_is_extrapolated_and_says_so(co_simulated):
+def test_a_long_coast_down_is_extrapolated_and_marked(co_simulated):
     result = measured_in(co_simulated, "rest")
     assert result["landing_force_change"].value < 20.0
     assert result["rest_time"].note.startswith("not at rest within 1 s")

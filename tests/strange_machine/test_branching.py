@@ -32,7 +32,7 @@ def run(vary, order, labels, **options):
 
 
 @pytest.mark.parametrize("vary", list(DESIGNS.values()), ids=list(DESIGNS))
-def test_points_that_share_a_past_lead_to_the_same_bits(vary):
+def test_points_with_a_shared_past_have_the_same_bits(vary):
     design = make_design(vary)
     points = range(design.size)
     alone, _ = run(vary, points, ())
@@ -45,7 +45,7 @@ def test_points_that_share_a_past_lead_to_the_same_bits(vary):
 
 
 @pytest.mark.slow
-def test_whatever_the_order_points_lead_to_the_same_bits():
+def test_results_of_points_do_not_depend_on_their_order():
     vary = {REMOVED: [9, 8.5], SIZE: ["90 g.mm", "110 g.mm"]}
     labels, points = varied_labels(make_design(vary), SHORT.labels), range(4)
     alone, _ = run(vary, points, ())
@@ -62,7 +62,7 @@ def test_a_run_that_failed_leaves_no_state_behind():
 
 
 @pytest.mark.slow
-def test_kept_records_are_whole_and_the_same():
+def test_stored_records_are_complete_and_equal():
     vary = {SIZE: ["90 g.mm", "110 g.mm"]}
     records = []
     for labels in ((), ("step",)):
@@ -83,7 +83,7 @@ def test_kept_records_are_whole_and_the_same():
         assert item.attrs["warnings"] == other.attrs["warnings"]
 
 
-def test_what_an_event_varies_changes_first_and_its_moments_ascend():
+def test_branching_order_varies_the_latest_event_fastest():
     vary = {MOMENT: [5, 3, 4], "rotor_contact.shroud.mu": [0.1, 0.2], REMOVED: [9, 8]}
     design = make_design(vary)
     assert varied_labels(design, SHORT.labels) == ("step", "removal")

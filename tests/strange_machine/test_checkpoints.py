@@ -52,11 +52,11 @@ def test_a_continued_run_is_the_whole_run(saved, plain, moment):
     assert_same(amb_cosim.run(SHORT, start=saved.checkpoint(moment)), plain)
 
 
-def test_a_state_is_the_same_from_its_file(file, plain):
+def test_a_state_loaded_from_its_file_is_the_same(file, plain):
     assert_same(amb_cosim.run(SHORT, start=file), plain)
 
 
-def test_the_plain_loop_goes_on_where_the_compiled_one_was(saved, plain):
+def test_the_plain_loop_continues_a_run_of_the_compiled_one(saved, plain):
     start = saved.checkpoint("40 ms")
     assert_same(amb_cosim.run(SHORT, start=start, loop="plain"), plain)
 
@@ -66,7 +66,7 @@ def test_both_loops_save_the_same_state(saved):
     assert by_python.states == saved.checkpoint(WITHIN_CONTACT).states
 
 
-def test_a_later_end_and_a_new_event_belong_to_the_future(saved):
+def test_a_run_continues_with_a_later_end_and_a_new_event(saved):
     """Also where the event sets what nothing has set before: until then that is at its start value."""
     weak = {"cycle": 8, "set": {"amb_actuator": {"*.coil_loss_upper_?": 0.9}}}
     future = SHORT.changed(end_cycle=14, event=[*(e.model_dump(exclude_none=True) for e in SHORT.event), weak])
@@ -79,7 +79,7 @@ def without_power(cycle):
     return SHORT.changed(end_cycle=14, event=[*(e.model_dump(exclude_none=True) for e in SHORT.event), dark])
 
 
-def test_run_goes_on_into_a_loss_of_power(saved):
+def test_run_continues_into_a_loss_of_power(saved):
     """A past without stators has a future without; a rotor that reaches none moves as if it could."""
     future = without_power(8)
     item = amb_cosim.run(future, start=saved.checkpoint(WITHIN_CONTACT))
@@ -92,7 +92,7 @@ def test_run_goes_on_into_a_loss_of_power(saved):
     assert_names(warning, "0.024 s", "north", "south")
 
 
-def test_run_goes_on_without_the_loss_of_power_of_its_past():
+def test_run_continues_without_a_planned_loss_of_power():
     """The stators of the past stay, though no amplifier is switched off any more."""
     state = amb_cosim.run(without_power(8), save_at=[WITHIN_CONTACT], until=0.03).checkpoint(WITHIN_CONTACT)
     item, powered = amb_cosim.run(SHORT, start=state).dataset, amb_cosim.run(SHORT).dataset
@@ -121,14 +121,14 @@ def test_a_state_of_other_fmus_is_refused(file):
         amb_cosim.run(SHORT, start=file, flavour="python")
 
 
-def test_a_moment_without_a_state_is_told(saved):
+def test_a_time_without_a_state_is_refused(saved):
     with raises_naming(ValueError, "cycle 7", "0 s, 0.024 s, 0.04 s"):
         saved.checkpoint("cycle 7")
     with raises_naming(ValueError, "cycle 13", "0.048 s"):
         amb_cosim.run(SHORT, save_at=["cycle 13"])
 
 
-def test_fmus_in_a_process_of_their_own_save_their_state(saved, plain):
+def test_isolated_fmus_save_their_state(saved, plain):
     """An FMU that is given as a file runs there, and its state says so: it is of another FMU then."""
     first = amb_cosim.run(SHORT, save_at=[WITHIN_CONTACT], isolated=True)
     assert first.checkpoint().states == saved.checkpoint(WITHIN_CONTACT).states
@@ -162,7 +162,7 @@ def killed_runs(folder, cycles, moments, autosave):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kills", [4])
-def test_a_killed_run_goes_on_to_the_same_bits(tmp_path, kills, first_seed):
+def test_a_killed_run_resumes_with_the_same_bits(tmp_path, kills, first_seed):
     """Checkpoints come so fast that many a kill comes while one is written; every third comes while a run begins."""
     random = np.random.default_rng(first_seed)
     moments = [-random.random() if k % 3 == 2 else 0.1 * random.random() for k in range(kills)]

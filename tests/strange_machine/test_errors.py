@@ -90,7 +90,7 @@ def folder(tmp_path_factory):
 
 
 @pytest.mark.parametrize(("command", "message"), COMMANDS.items())
-def test_bad_input_is_told_in_the_words_of_the_machine(folder, monkeypatch, command, message):
+def test_errors_use_the_names_of_the_machine(folder, monkeypatch, command, message):
     monkeypatch.chdir(folder)
     before = sorted(folder.iterdir())
     ended = CliRunner().invoke(main, shlex.split(command))

@@ -16,33 +16,33 @@ def test_one_of_three_bearings_is_passive(levitation):
     assert not [link for link in system.connections if link.target.startswith("rotor_contact.guide.")]
 
 
-def test_it_levitates_off_its_retainers_at_20_khz(levitation):
+def test_expander_levitates_off_its_retainers_at_20_khz(levitation):
     assert levitation.outcome.status == "completed"
     assert levitation.summary.recovery == "prevented"
     assert np.allclose(np.diff(levitation.dataset["time"].values), 50e-6)
 
 
-def test_it_falls_onto_both_retainers_and_stays_there(touchdown):
+def test_expander_falls_onto_both_retainers_and_stays(touchdown):
     assert touchdown.summary.recovery == "landed"
     assert set(touchdown.summary.touchdown.retainers) == {"catch_n", "catch_s"}
 
 
 @pytest.mark.parametrize(("lost", "outcome"), [(("north", "south"), "landed"), (("north",), "trapped")])
-def test_it_has_landed_where_both_magnets_have_lost_their_power(lost, outcome):
+def test_expander_without_power_in_both_magnets_has_landed(lost, outcome):
     off = {f"{magnet}.amplifier_off_?": True for magnet in lost}
     event = {"label": "step", "role": "disturbance", "cycle": 2, "set": {"amb_actuator": off}}
     result = amb_cosim.run(Scenario.load(TOUCHDOWN).changed(end_cycle=8, event=[event]))
     assert result.summary.recovery == outcome
 
 
-def test_it_rubs_hardest_where_no_bearing_is(rub):
+def test_expander_rubs_hardest_at_a_site_without_bearing(rub):
     peaks = rub.summary.peak_contact_force
     assert peaks["labyrinth"] > 1.5 * peaks["catch_n"] > 0.0
     assert peaks["shroud"] > 0.0
     assert rub.summary.recovery == "recovered"
 
 
-def test_no_figure_has_a_contact_at_the_bearing_without_a_retainer(touchdown):
+def test_figures_show_no_contact_at_the_bearing_without_retainer(touchdown):
     labels = [label.get_text() for axes in touchdown.plot.contact().axes for label in axes.get_yticklabels()]
     assert {"CATCH_N", "CATCH_S"} <= set(labels)
     assert not [label for label in labels if "GUIDE" in label]

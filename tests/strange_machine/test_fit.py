@@ -70,7 +70,7 @@ def test_intervals_hold_the_true_parameters_in_nine_of_ten_seeds(exact, is_long)
     assert (results.mean(axis=0) >= 0.9).all()
 
 
-def test_a_parameter_that_the_data_do_not_contain_is_refused(exact):
+def test_a_parameter_without_effect_on_the_data_is_refused(exact):
     measured = with_noise(exact, 1)
     with raises_naming(ValueError, "bearings.north.stiffness"):
         studies.fit(ROTOR, measured=measured, free=[*texts(FREE), "bearings.north.stiffness=1e5:1e6"])
@@ -112,7 +112,7 @@ def test_frequencies_alone_fit_a_stiffness():
         (["bodies.turbine.mass=2:3"], ("bodies.turbine.mass", "0.9", "2 to 3")),
     ],
 )
-def test_mistakes_in_parameters_are_named(exact, free, facts):
+def test_errors_name_the_faulty_parameter(exact, free, facts):
     with raises_naming(ValueError, *facts):
         studies.fit(ROTOR, measured=Measurement(tuple(exact)), free=free)
 

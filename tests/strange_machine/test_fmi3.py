@@ -55,7 +55,7 @@ def test_points_of_a_sweep_share_instances_of_fmi_3(fmus3):
     assert metrics[0][0] == metrics[0][2] != metrics[0][1]
 
 
-def test_the_settled_motion_is_solved_for_with_components_of_fmi_3(fmus3, tmp_path):
+def test_settled_motion_is_computed_with_components_of_fmi_3(fmus3, tmp_path):
     linear = {
         "rotor_contact": {"spin.free": False},
         "amb_actuator": {"force_law": "linear"},

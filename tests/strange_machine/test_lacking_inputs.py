@@ -41,14 +41,14 @@ def test_an_event_without_any_variable_is_refused(actuator):
         plan_run(scenario)
 
 
-def test_one_event_is_refused_whatever_others_at_its_time_do(actuator):
+def test_an_event_without_effect_is_refused_beside_others_at_its_time(actuator):
     scenario = with_event(actuator, **{"north.amplifier_off_x": True})
     other = {"cycle": 2, "set": {"rotor_contact": {"turbine.u": "1 g.mm"}}}
     with raises_naming(ValueError, "event step"):
         plan_run(scenario.changed(event=[other, *(event.model_dump(exclude_none=True) for event in scenario.event)]))
 
 
-def test_what_an_event_does_without_is_the_first_warning(actuator):
+def test_inputs_that_an_event_lacks_are_the_first_warning(actuator):
     """Both bearings touch where both lose their power; the other warnings of such a run come later."""
     scenario = Scenario.load(TOUCHDOWN).changed(fmu={"amb_actuator": str(actuator)}, end_cycle=8)
     off = {"north.amplifier_off_x": True, "north.amplifier_off_y": True, "south.amplifier_off_y": True}
@@ -60,7 +60,7 @@ def test_what_an_event_does_without_is_the_first_warning(actuator):
 
 
 @pytest.mark.parametrize("value", [True, 1, "2 A", "1e-3"])
-def test_a_first_value_that_nothing_feels_is_refused(actuator, value):
+def test_an_initial_value_without_effect_is_refused(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
     with raises_naming(ValueError, "initial value", "amb_actuator.north.amplifier_off_x"):
@@ -68,7 +68,7 @@ def test_a_first_value_that_nothing_feels_is_refused(actuator, value):
 
 
 @pytest.mark.parametrize("value", [False, 0, "0 A", "-0.0", "false"])
-def test_a_first_value_of_zero_is_dropped_with_a_notice(actuator, value):
+def test_an_initial_value_of_zero_is_dropped_with_a_notice(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
     dropped = "amb_actuator: own_actuator.fmu has no north.amplifier_off_x; its settings are ignored"

@@ -44,7 +44,7 @@ def displacements(result):
     return np.array([result.signals[name].values for name in SHOWN])
 
 
-def test_it_gives_the_results_of_the_pid(levitation):
+def test_linear_controller_gives_the_results_of_the_pid(levitation):
     runs = [displacements(amb_cosim.run(scenario, progress=False)) for scenario in (levitation, short())]
     assert np.abs(runs[1]).max() > 1e-3 * CLEARANCE
     np.testing.assert_allclose(*runs, rtol=0.0, atol=1e-12 * CLEARANCE)
@@ -59,7 +59,7 @@ def test_sweep_varies_the_gain_of_its_demands(levitation):
     assert result[0].metrics == result[2].metrics != result[1].metrics
 
 
-def test_sensor_that_no_component_has_is_named():
+def test_error_names_a_sensor_that_no_component_has():
     law = amb_cosim.linear_controller(-np.eye(6), [*SENSORS[:5], "elsewhere.x"], DEMANDS, H)
     with raises_naming(ValueError, "rolac_controller.elsewhere.x", "sensor", "must be connected"):
         plan_run(short().changed(fmu={"rolac_controller": law}))

@@ -37,7 +37,7 @@ def overlay():
     return studies.response(rotor=drawn, measured=impact_test(heavier))
 
 
-def test_the_overlay_finds_the_modes_of_both(overlay):
+def test_overlay_lists_modes_of_model_and_measurement(overlay):
     drawn = load_rotor(ROTOR)
     assert len(overlay.modes) == 3
     free = studies.modes(replace(drawn, bearings=(), seals=(), sites=()), count=20).frequencies.speeds[0.0]
@@ -49,14 +49,14 @@ def test_the_overlay_finds_the_modes_of_both(overlay):
         assert mode.measured_damping == pytest.approx(mode.computed_damping, rel=0.1)
 
 
-def test_equal_models_deviate_by_the_noise_alone():
+def test_equal_models_deviate_only_by_the_noise():
     drawn = load_rotor(ROTOR)
     result = studies.response(rotor=drawn, measured=impact_test(drawn, noise=0.05))
     assert all(abs(mode.percent) < 0.2 for mode in result.modes)
     assert all(item.deviation.decibel == pytest.approx(0.43, abs=0.05) for item in result.responses.values())
 
 
-def test_channels_are_chosen_and_refused_by_name():
+def test_channels_are_selected_and_refused_by_name():
     drawn = load_rotor(ROTOR)
     measured = impact_test(drawn)
     one = studies.response(rotor=drawn, measured=measured, outputs=["blower.x"], up_to="1500 Hz")
@@ -68,7 +68,7 @@ def test_channels_are_chosen_and_refused_by_name():
         studies.response(rotor=drawn, inputs=["turbine.f_x"])
 
 
-def test_the_levitated_rotor_answers_to_forces_and_currents():
+def test_the_levitated_rotor_responds_to_forces_and_currents():
     result = studies.response(
         FOLDER / "levitation.toml",
         inputs=["turbine.f_x", "north.i_x"],

@@ -44,7 +44,7 @@ def test_a_limit_cycle_between_the_current_limits_is_unstable():
     assert result.summary.recovery == "unstable"
 
 
-def test_a_run_that_broke_off_has_not_recovered():
+def test_an_aborted_run_has_not_recovered():
     loose = {"rolac_controller.*.k_b_?": "-0.1 N/um", **NOTHING_TO_TOUCH}
     result = amb_cosim.run(QUIET.changed(settle_cycles=0), set=loose)
     assert result.outcome.status == "failed"
@@ -54,7 +54,7 @@ def test_a_run_that_broke_off_has_not_recovered():
     assert (result.summary.verdict.word, at_once.verdict.word) == ("failed", "failed")
 
 
-def test_without_event_and_contact_there_is_nothing_to_recover_from():
+def test_a_run_without_event_and_contact_has_no_recovery():
     summary = amb_cosim.run(QUIET).summary
     assert (summary.recovered, summary.recovery) == (None, None)
     assert str(summary.verdict) == "levitated: the rotor does not touch"
@@ -80,7 +80,7 @@ def caught() -> Summary:
     return amb_cosim.run(scenario.changed(event=[off, on], end_cycle=80)).summary
 
 
-def test_a_rotor_that_levitates_again_does_not_lie_still(caught):
+def test_a_relevitated_rotor_is_not_at_rest(caught):
     assert caught.recovery == "recovered"
     assert caught.touchdown.rest_after is None
     assert caught.touchdown.free_after == pytest.approx((caught.last_contact - 2.0) / 250.0, abs=1e-4)
@@ -144,7 +144,7 @@ def test_largest_orbit_of_an_unsettled_start_has_a_notice(role):
         (SETTLING, {"disturbance_cycle": 0.0}),  # the event is the start
     ],
 )
-def test_largest_orbit_of_another_time_has_no_notice(radius, role):
+def test_largest_orbit_of_a_later_time_has_no_notice(radius, role):
     assert not notices_of_start(orbit(radius, **role))
 
 
@@ -217,7 +217,7 @@ def test_synchronous_orbit_at_a_speed_that_varies_a_little_is_steady(change):
     assert recovery(dataset) is None
 
 
-def test_growth_counts_from_the_last_change_on():
+def test_growth_is_evaluated_after_the_last_change():
     grown = np.where(T < 0.5, 1e-6 * np.exp(8.0 * T), 1e-6 * np.exp(4.0))
     assert recovery(orbit(grown, last_change_cycle=10.0)) is None
     assert recovery(orbit(1e-6 * np.exp(T), last_change_cycle=16.0)) is None, "four turns are too few to tell"

@@ -31,23 +31,23 @@ def table_of(result):
     return np.array([result.signals[name].values for name in result.signals.variables])
 
 
-def test_its_run_is_that_of_its_file_to_the_last_bit(rotor):
+def test_rotor_made_in_python_runs_as_its_file_to_the_last_bit(rotor):
     of_file, of_object = amb_cosim.run(SHORT), amb_cosim.run(SHORT, rotor=rotor)
     assert np.array_equal(table_of(of_file), table_of(of_object), equal_nan=True)
 
 
-def test_a_scenario_keeps_it_through_changes_and_processes(rotor):
+def test_a_scenario_keeps_its_rotor_through_changes_and_processes(rotor):
     scenario = SHORT.changed(rotor=rotor).changed(Omega=500.0)
     assert scenario.rotor is rotor
     assert pickle.loads(pickle.dumps(scenario)) == scenario
 
 
-def test_the_data_of_a_run_hold_it_whole(rotor):
+def test_the_data_of_a_run_contain_the_whole_rotor(rotor):
     data = json.loads(amb_cosim.run(SHORT, rotor=rotor).dataset.attrs["scenario_data"])
     assert validate(data["rotor"], Rotor, "rotor") == rotor
 
 
-def test_a_scenario_with_it_is_not_written_to_a_file(rotor, tmp_path):
+def test_a_scenario_with_a_rotor_made_in_python_is_not_written(rotor, tmp_path):
     with raises_naming(ValueError, "'expander'", "Python"):
         SHORT.changed(rotor=rotor).save(tmp_path / "saved.toml")
     assert not (tmp_path / "saved.toml").exists()
@@ -58,7 +58,7 @@ def test_tables_of_a_file_and_of_a_rotor_are_changed_alike(rotor):
     assert load_rotor(rotor, tables) == load_rotor(ROTOR, tables) != rotor
 
 
-def test_the_interface_of_a_model_is_that_of_its_fmu(tmp_path):
+def test_the_interface_of_a_model_equals_that_of_its_fmu(tmp_path):
     planned = plan_models(LEVITATION)
     for file in amb_cosim.build(tmp_path, scenario=LEVITATION, flavour="python"):
         unpack(file, tmp_path / file.stem, file.stem)

@@ -46,14 +46,14 @@ def solved():
     return amb_cosim.run(SOLVED)
 
 
-def test_the_motion_solved_for_is_that_of_long_settling():
+def test_computed_settled_motion_equals_long_settling():
     solved, settled = (amb_cosim.run(scenario.changed(settle_cycles=500)) for scenario in (SOLVED, NOT_SETTLED))
     assert np.abs(orbits(solved) - orbits(settled)).max() < 1e-9 * CLEARANCE
     assert (solved.summary.settled, settled.summary.settled) == ("solved", "simulated")
     assert solved.summary.settling < 3.0 / 250.0 < settled.summary.settling
 
 
-def test_integrals_hold_the_weight_in_the_settled_motion(solved):
+def test_integrators_carry_the_weight_in_the_settled_motion(solved):
     height, current = (
         solved.signals[name].values[:TURN].mean() for name in ("rotor_contact.south_up", "rolac_controller.south.i_y")
     )
@@ -81,12 +81,12 @@ def test_fourier_windows_show_the_settled_motion(solved):
 
 
 @pytest.mark.parametrize(("changes", "reason"), REFUSED.values(), ids=REFUSED)
-def test_what_cannot_be_solved_for_is_refused_by_name(changes, reason):
+def test_unsupported_cases_of_computed_settling_are_refused_by_name(changes, reason):
     with pytest.raises(ValueError, match=f"settling = 'solved' is not allowed here: {reason}"):
         amb_cosim.run(SOLVED, set=changes, until=0.01)
 
 
-def test_settling_is_simulated_where_it_cannot_be_solved_for():
+def test_settling_is_simulated_if_it_cannot_be_computed():
     run = amb_cosim.run(SOLVED.changed(settling="automatic"), set={"amb_actuator.force_law": "nonlinear"}, until=0.01)
     simulated = amb_cosim.run(NOT_SETTLED, set={"amb_actuator.force_law": "nonlinear"}, until=0.01)
     assert np.array_equal(orbits(run), orbits(simulated))

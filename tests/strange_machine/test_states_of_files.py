@@ -49,7 +49,7 @@ def plain(in_memory):
     return amb_cosim.run(in_memory, isolated=False)
 
 
-def test_an_fmu_of_a_file_that_serialises_goes_on_to_the_same_bits(made, plain, tmp_path):
+def test_a_foreign_fmu_that_serialises_continues_with_the_same_bits(made, plain, tmp_path):
     scenario = SHORT.changed(fmu={"amb_actuator": str(made)})
     state = amb_cosim.run(scenario, isolated=False, save_at=["cycle 5"]).checkpoint().save(tmp_path / "rub.npz")
     result = amb_cosim.run(scenario, isolated=False, start=state)
@@ -57,7 +57,7 @@ def test_an_fmu_of_a_file_that_serialises_goes_on_to_the_same_bits(made, plain, 
         assert result.signals[name].values.tobytes() == samples.values.tobytes(), name
 
 
-def test_of_an_fmu_that_does_not_serialise_no_file_is_made(in_memory, plain, tmp_path):
+def test_an_fmu_that_does_not_serialise_writes_no_checkpoint(in_memory, plain, tmp_path):
     with raises_naming(ValueError, "amb_actuator", "canSerializeFMUstate"):
         amb_cosim.run(in_memory, isolated=False, save_at=["cycle 5"])
     file = tmp_path / "auto.npz"
@@ -66,5 +66,5 @@ def test_of_an_fmu_that_does_not_serialise_no_file_is_made(in_memory, plain, tmp
     assert result.signals[PLACE].values.tobytes() == plain.signals[PLACE].values.tobytes()
 
 
-def test_points_share_what_an_fmu_keeps_in_memory(in_memory):
+def test_points_share_states_that_an_fmu_keeps_in_memory(in_memory):
     assert_shared_past_changes_nothing(in_memory, SIZE)

@@ -44,7 +44,7 @@ def expander():
     return rubbing_rotor(plan_run(STEADY, HEAVY))
 
 
-def test_receptances_of_the_loop_are_those_of_a_co_simulation(expander):
+def test_receptances_of_the_loop_agree_with_a_co_simulation(expander):
     """Amplitude and phase at all sites, to 4e-4; what is left is the magnets' square law."""
     run = amb_cosim.run(STEADY, set=HEAVY, progress=False).dataset
     period = 2.0 * np.pi / expander.Omega
@@ -68,7 +68,7 @@ LINEAR = {
 
 
 @pytest.mark.parametrize("u", slow_but_first([60.0, 110.0]))  # g mm
-def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_stable_state(u):
+def test_run_kicked_into_contact_has_the_force_of_its_stable_state(u):
     """A knock of six turns leaves it in the labyrinth with friction, though it can turn free: N to 1e-5."""
     events = (
         {
@@ -95,7 +95,7 @@ def test_co_simulation_that_is_knocked_into_contact_stays_with_the_force_of_its_
 
 
 @pytest.mark.slow
-def test_runs_begun_in_dry_backward_whirls_stay_or_leave_at_their_rate():
+def test_runs_started_in_dry_backward_whirl_follow_its_eigenvalue():
     """With slip, without unbalance: labyrinth and shroud are left at 130 and 2575 1/s; that of two catchers lasts."""
     scenario = STEADY.changed(settle_cycles=20, end_cycle=20)
     settings = {**LINEAR, "rotor_contact.turbine.u": "1 g.mm"}
@@ -116,7 +116,7 @@ def test_runs_begun_in_dry_backward_whirls_stay_or_leave_at_their_rate():
                 np.testing.assert_allclose(growth_of(away[first:last], 5e-5, 0.0)[0], whirl.growth, rtol=0.01)
 
 
-def test_dry_whirl_has_the_friction_of_its_own_slip(expander):
+def test_dry_whirl_has_the_friction_of_its_slip(expander):
     """R(omega) (1 + i mu(v)) is negative real at v = Omega R_s + omega c, with Stribeck's mu(v) and its slope."""
     scale, static, Omega = 20.0, 0.16, expander.Omega
     law = {"rotor_contact.*.stribeck_velocity": scale, "rotor_contact.*.mu_static": static}
@@ -134,7 +134,7 @@ def test_dry_whirl_has_the_friction_of_its_own_slip(expander):
         assert machine.mu_slope(Omega, omega)[k] == pytest.approx(slope, rel=1e-6, abs=1e-10)
 
 
-def test_asking_for_what_is_not_there_names_it():
+def test_an_unknown_place_and_a_negative_unbalance_are_refused():
     with raises_naming(ValueError, "place", "wheel", "turbine"):
         studies.traps(LEVITATION, place="wheel")
     with pytest.raises(ValueError, match="unbalance"):
@@ -142,7 +142,7 @@ def test_asking_for_what_is_not_there_names_it():
 
 
 @pytest.mark.parametrize("is_late", [False, True])
-def test_delayed_demands_leave_the_free_loop_the_growth_of_its_poles(is_late):
+def test_growth_of_a_loop_with_delayed_demands_is_that_of_its_poles(is_late):
     """The linear model has another realisation of the controller."""
     values = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": is_late}
     planned = plan_run(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
@@ -163,7 +163,7 @@ def few_points():
 
 
 @pytest.mark.slow
-def test_a_map_without_traps_ends_at_ten_times_the_grade_at_the_speed_of_the_machine(expander, few_points, monkeypatch):
+def test_a_map_without_traps_ends_at_ten_times_the_grade(expander, few_points, monkeypatch):
     """G 2.5: u = m 2.5 mm/s/Omega. The map is searched to ten times that, and its sentence compares with that."""
     mass, Omega = load_rotor(as_scenario(LEVITATION, None).rotor).mass, few_points.speed
     limit = mass * 2.5e-3 / Omega
@@ -245,7 +245,7 @@ def test_nothing_traps_on_a_map_below_all_traps(traps_from):
     assert least_trapping_over(None, whole.speeds, curve) is None
 
 
-def test_the_least_unbalance_that_touches_does_not_depend_on_the_speeds_of_the_map(expander):
+def test_least_unbalance_that_touches_does_not_depend_on_the_map(expander):
     """30 speeds and 3000: the orbit of a resonance between them is the same."""
     of_map = least_touching(expander, np.linspace(0.0, 2.0 * expander.Omega, 31)[1:])
     dense = np.linspace(0.99 * of_map[1], 1.01 * of_map[1], 400)

@@ -30,7 +30,7 @@ def point() -> PointResult:
     return result
 
 
-def test_seal_and_turbine_count_beside_the_retainers(point, rub):
+def test_contact_at_seal_and_turbine_is_counted(point, rub):
     at_sites = {site: point.metrics[f"{PEAK}.{site}"] for site in ("catch_n", "catch_s", "labyrinth", "shroud")}
     forces = {site: force for site, force in at_sites.items() if force > 0.0}
     assert forces == pytest.approx({s: f for s, f in rub.summary.peak_contact_force.items() if f}, rel=1e-12)
@@ -54,7 +54,7 @@ def at(labyrinth: float, catch: float) -> dict[str, float]:
     return {f"{PEAK}.catch_n": catch, f"{PEAK}.labyrinth": labyrinth, PEAK: max(labyrinth, catch)}
 
 
-def test_the_summary_tells_at_which_site_the_largest_force_is(tmp_path):
+def test_the_summary_names_the_site_of_the_largest_force(tmp_path):
     swept = filled(tmp_path, {"a.x": "1:3:3"}, [at(3.0, 4.0), at(9.0, 4.0), at(2.0, 5.0)])
     assert swept.summary == "3 runs, 3 recovered; peak contact force up to 9 N at LABYRINTH, with x = 2"
 
@@ -69,7 +69,7 @@ def test_a_sweep_without_a_run_that_succeeded_ends_with_exit_code_1(tmp_path, mo
 
 
 @pytest.mark.slow
-def test_a_script_without_a_main_guard_is_told_to_have_one(tmp_path):
+def test_error_of_a_script_without_a_main_guard_requires_it(tmp_path):
     script = tmp_path / "script.py"
     call = f"amb_cosim.sweep({str(RUB)!r}, {{'Omega': ['300 rad/s']}}, output='out', until='1 ms', jobs=1)"
     script.write_text(f"import amb_cosim\n{call}\n")

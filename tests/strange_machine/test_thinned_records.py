@@ -56,7 +56,7 @@ def test_a_thinned_record_has_few_samples(thin, touchdown):
     assert thin.signals.sizes["time"] < touchdown.signals.sizes["time"] / 90
 
 
-def test_a_thinned_run_says_that_its_orbits_are_of_samples(thin, touchdown):
+def test_a_thinned_run_marks_its_orbits_as_sampled(thin, touchdown):
     (notice,) = set(thin.summary.notices) - set(touchdown.summary.notices)
     assert_names(notice, "100 steps", "samples", "record.every = 1")
 
@@ -65,7 +65,7 @@ def test_a_thinned_run_is_the_same_in_the_plain_loop(thin):
     assert thinned(100, loop="plain").dataset.equals(thin.dataset)
 
 
-def test_a_thinned_run_goes_on_from_a_checkpoint(thin, tmp_path):
+def test_a_thinned_run_continues_from_a_checkpoint(thin, tmp_path):
     checkpoint = thinned(100, save_at=["30.5 ms"]).checkpoint().save(tmp_path / "state.npz")
     assert thinned(100, start=checkpoint).dataset.equals(thin.dataset)
 

@@ -31,7 +31,7 @@ def measured(result):
     return {item.measured.quantity: item.measured for item in result.findings}
 
 
-def test_a_missing_controller_or_part_is_refused_before_anything_is_computed():
+def test_a_missing_controller_or_part_is_refused_before_any_analysis():
     with raises_naming(ValueError, "controller file"):
         assess(changed(controller="nowhere.toml"), only=["axial"])
     with raises_naming(ValueError, "'blowr'", "blower"):
@@ -88,7 +88,7 @@ def test_an_axial_gain_of_the_wrong_sign_is_missed_and_has_no_margins(falling):
     assert json.loads(json.dumps(result.as_dict(), allow_nan=False))
 
 
-def test_a_rotor_that_its_thrust_bearing_lets_go_has_no_lateral_verdict_on_levitation(falling):
+def test_an_unstable_axial_loop_leaves_lateral_parts_unanswered(falling):
     result = assess(falling, only=["unbalance", "envelope", "axial_margins"])
     assert set(result.unanswered) == {"unbalance", "envelope", "axial_margins"}
     assert not result.findings

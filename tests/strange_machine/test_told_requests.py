@@ -26,7 +26,7 @@ SHORT = Scenario.load(LEVITATION).changed(event=[], end_cycle=2, settle_cycles=1
         ({}, None),
     ],
 )
-def test_a_switch_of_the_chain_that_changes_nothing_is_told_first(settings, told):
+def test_an_ineffective_switch_of_the_chain_is_the_first_warning(settings, told):
     chosen = {f"rolac_controller.{name}": value for name, value in settings.items()}
     warnings = amb_cosim.run(SHORT, set=chosen).summary.warnings
     idle = [warning for warning in warnings if "changes nothing" in warning]
@@ -38,7 +38,7 @@ def limited(warnings: list[str]) -> list[str]:
     return [warning for warning in warnings if "current_limited" in warning]
 
 
-def test_a_demand_that_no_amplifier_hears_is_no_warning():
+def test_a_demand_while_all_amplifiers_are_off_is_no_warning():
     """All amplifiers go off at cycle 2; the rotor falls out of the reach of 0.6 A after that."""
     fall = Scenario.load(TOUCHDOWN).changed(end_cycle=6)
     result = amb_cosim.run(fall, set=LOW)
@@ -46,7 +46,7 @@ def test_a_demand_that_no_amplifier_hears_is_no_warning():
     assert limited(result.summary.warnings) == []
 
 
-def test_a_demand_that_one_amplifier_hears_is_a_warning():
+def test_a_demand_while_an_amplifier_is_on_is_a_warning():
     event = {"cycle": 2, "set": {"amb_actuator": {"north.amplifier_off_?": True}}}
     fall = Scenario.load(TOUCHDOWN).changed(end_cycle=6, event=[event])
     result = amb_cosim.run(fall, set=LOW)

@@ -30,7 +30,7 @@ def lines_of(traps: contact_traps.Traps) -> list[str]:
     return [part for part in traps.text() if isinstance(part, str)]
 
 
-def test_unstable_loop_is_named_first_with_growth_and_frequency(unstable: contact_traps.Traps) -> None:
+def test_unstable_loop_is_reported_first_with_growth_and_frequency(unstable: contact_traps.Traps) -> None:
     """The free orbit of 0.5 g mm misses all sites, so nothing says that no orbit does."""
     free = next(state for state in unstable.states if not state.contact)
     assert free.growth > 0.0
@@ -47,7 +47,7 @@ def test_growth_of_the_loop_is_that_of_its_poles_at_rest(unstable: contact_traps
     assert abs(unstable.loop_frequency) == pytest.approx(abs(s.imag), rel=5e-3)
 
 
-def test_stable_loop_has_no_line_on_stability() -> None:
+def test_stable_loop_is_not_reported() -> None:
     traps = traps_of_few_points({"amb_actuator.force_law": "linear"})
     assert traps.loop_growth < 0.0
     assert not [line for line in lines_of(traps) if "unstable" in line]

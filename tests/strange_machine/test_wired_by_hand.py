@@ -79,7 +79,7 @@ def files(tmp_path_factory):
 
 
 @in_host("FMPy", "three of a scenario, wired by hand")
-def test_components_wired_by_hand_give_the_orchestrators_run_to_the_last_bit(files, tmp_path):
+def test_hand_wired_fmus_equal_the_orchestrator_to_the_last_bit(files, tmp_path):
     ours = amb_cosim.run(SCENARIO, progress=False)
     planned = plan_run(SCENARIO)
     plan = planned.plan
@@ -92,7 +92,7 @@ def test_components_wired_by_hand_give_the_orchestrators_run_to_the_last_bit(fil
     assert 1e-7 < max(map(abs, theirs["rotor_contact.north.x"])) < 1e-4
 
 
-def test_their_descriptions_say_the_values_of_the_scenario(files):
+def test_exported_descriptions_have_the_values_of_the_scenario(files):
     starts = {path.stem: {v.name: v.start for v in fmpy.read_model_description(path).modelVariables} for path in files}
     assert list(starts) == ["rolac_controller", "amb_actuator", "rotor_contact"]
     assert float(starts["rolac_controller"]["sample_time"]) == pytest.approx(50e-6, rel=1e-15)
@@ -106,13 +106,13 @@ def test_their_descriptions_say_the_values_of_the_scenario(files):
     )
 
 
-def test_their_default_experiments_take_the_steps_of_the_scenario(files):
+def test_exported_default_experiments_have_the_steps_of_the_scenario(files):
     for path in files:
         assert float(fmpy.read_model_description(path).defaultExperiment.stepSize) == 50e-6
         assert [item.is_equal for item in amb_cosim.verify(path)] == [True]
 
 
-def test_fmus_are_called_like_the_components_whatever_the_model(tmp_path):
+def test_exported_fmus_have_the_names_of_their_components(tmp_path):
     law = tmp_path / "law.toml"
     law.write_text((LEVITATION.parents[2] / "examples/controllers/lead_notches.toml").read_text("utf-8"), "utf-8")
     scenario = Scenario.load("compressor_levitated").changed(fmu={"rolac_controller": str(law)})
@@ -121,7 +121,7 @@ def test_fmus_are_called_like_the_components_whatever_the_model(tmp_path):
     assert fmpy.read_model_description(files[0]).modelName == "linear_controller"
 
 
-def test_an_fmu_of_a_file_cannot_have_a_scenarios_values(tmp_path):
+def test_values_of_a_scenario_cannot_be_exported_into_a_foreign_fmu(tmp_path):
     with raises_naming(ValueError, "amb_actuator", "models"):
         amb_cosim.build(tmp_path / "fmus", scenario=SCENARIO.changed(fmu={"amb_actuator": "mine.fmu"}))
     assert not (tmp_path / "fmus").exists()

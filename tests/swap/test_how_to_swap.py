@@ -41,7 +41,7 @@ def command_for(of):
     return next(line for line in COMMANDS if f"run {of}" in line)
 
 
-def test_what_is_missing_is_told_as_the_page_says(folder, tmp_path):
+def test_missing_variables_are_reported_as_on_the_page(folder, tmp_path):
     script = (folder / "pd_controller.py").read_text(encoding="utf-8")
     (tmp_path / "pd_controller.py").write_text(script.replace(', "mb2.{}x", "mb2.{}y"', ""), encoding="utf-8")
     (tmp_path / "my_rig.toml").write_text((folder / "my_rig.toml").read_text(encoding="utf-8"), encoding="utf-8")
@@ -51,7 +51,7 @@ def test_what_is_missing_is_told_as_the_page_says(folder, tmp_path):
     assert said == [MESSAGES[1]]
 
 
-def test_an_fmu_with_other_names_is_wired_by_the_system_file(folder, tmp_path):
+def test_a_system_file_connects_an_fmu_with_other_names(folder, tmp_path):
     script = (folder / "pd_controller.py").read_text(encoding="utf-8")
     for bearing, side in (("mb1.{}", "left_{}"), ("mb2.{}", "right_{}")):
         script = script.replace(bearing, side)

@@ -47,7 +47,7 @@ def before_the_step(result: Result) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_a_c_controller_of_four_inputs_does_what_the_pid_does(run, c_controller):
+def test_a_c_controller_of_four_inputs_agrees_with_the_pid(run, c_controller):
     pid, swapped = run(), run({"rolac_controller": c_controller})
     expected = before_the_step(pid)
     np.testing.assert_allclose(before_the_step(swapped), expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
@@ -67,7 +67,7 @@ def test_linear_bearings_are_the_linear_law_with_held_forces(run, python_fmus):
 
 
 @pytest.mark.slow
-def test_the_whole_rotor_differs_from_the_reduced_one_as_its_response_does(run, python_fmus):
+def test_full_and_reduced_rotor_differ_by_their_frequency_response(run, python_fmus):
     """The ratio of the orbits is that of the unbalance responses on bearings with K_b and C_b."""
     quiet = {"event": [], "end_cycle": 5}
     swapped = run({"rotor_contact": python_fmus / "FullRotor.fmu"}, **quiet)

@@ -133,7 +133,7 @@ def test_steady_rub_has_the_changed_law(in_copy, run_python):
     assert after["rolls"] == {"rb1": True, "rb2": True, "rb1+rb2": True}
 
 
-def test_no_other_file_reads_the_parameters_of_the_law():
+def test_only_the_friction_file_reads_the_parameters_of_the_law():
     """Of the parameters of friction, those that no other quantity shares; `mu` is also a name in analyses."""
     names = re.compile(r"\b(mu_static|stribeck_velocity|static_coefficient)\b")
     files = [file for part in ("applications", "fmus", "orchestrator", "packs") for file in (ROOT / part).rglob("*.py")]

@@ -36,7 +36,7 @@ def schemes(run_once: Callable[..., Any]) -> Callable[[str, str], dict[str, Any]
 
 @pytest.mark.parametrize("title", ["linear law, controller at 2 kHz", LINEAR])
 @pytest.mark.parametrize("name", ["Gauss-Seidel, force held", "Jacobi, force held", "Jacobi, with gradient"])
-def test_what_is_held_over_a_step_is_followed_with_first_order(schemes: Any, title: str, name: str) -> None:
+def test_forces_held_over_a_step_converge_with_first_order(schemes: Any, title: str, name: str) -> None:
     assert schemes(title, name)["order"] == pytest.approx(1.0, abs=0.05)
 
 

@@ -133,7 +133,7 @@ def rubbing() -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("step", [pytest.param(250, marks=pytest.mark.gate), 125])
-def test_contact_phases_agree_with_the_whole_system(
+def test_contact_phases_agree_with_the_monolithic_system(
     cosimulate: Any, rubbing: tuple[np.ndarray, np.ndarray], step: float
 ) -> None:
     """Impacts, rubbing and release at both bearings, 5.7 cycles: orbit to 1e-5 of the clearance, force to 1e-4."""

@@ -55,5 +55,5 @@ def test_a_shorter_step_does_not_turn_the_rotor():
     assert angle_at_cycle_0("97 us", "400 Hz", 40.0) == pytest.approx(0.0, abs=1e-9)
 
 
-def test_a_rotor_that_stands_still_has_the_stated_angle():
+def test_a_rotor_at_rest_has_the_stated_angle():
     assert angle_at_cycle_0("97 us", "0 Hz", 3.3, **{"initial.angle": 0.5}) == pytest.approx(0.5, abs=1e-12)

@@ -33,7 +33,7 @@ def test_coasting_rotor_slows_down_exponentially(coasting):
     np.testing.assert_allclose(coasting["rotor_contact.speed"].values, expected, rtol=1e-6)
 
 
-def test_controller_notices_the_speed_of_the_rotor_not_the_demanded_one(coasting):
+def test_controller_receives_the_actual_speed_and_not_the_demand(coasting):
     """ROLAC gives up in the first sample after the speed has fallen below its least one."""
     speed, status = coasting["rotor_contact.speed"].values, coasting["rolac_controller.rolac_status"].values
     assert speed[0] > MIN_SPEED > speed[-1]
@@ -75,13 +75,13 @@ def test_a_drive_at_its_limit_is_a_warning():
     assert after.signals["rotor_contact.speed"].values[-1] < 40.0
 
 
-def test_a_drive_that_the_scenario_sets_is_left_as_it_is():
+def test_a_drive_set_by_the_scenario_is_unchanged():
     inputs = {"rotor_contact": {"drive.torque_limit": 5.0, "drive.ideal": False}}
     signals = amb_cosim.run(free_spin(inputs=inputs), progress=False).signals
     assert signals["rotor_contact.speed"].values[0] < 40.0
 
 
-def test_the_spin_loses_what_becomes_heat():
+def test_lost_spin_energy_becomes_heat():
     """Spin energy against heat: of drag, and of the damping of the small lateral motion."""
     signals = amb_cosim.run(free_spin(event=trip(0.0), settle_cycles=0), progress=False).signals
     speed, heat = signals["rotor_contact.speed"].values, signals["rotor_contact.energy.damping"].values

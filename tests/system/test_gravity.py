@@ -36,7 +36,7 @@ def test_levitated_rotor_sits_at_its_setpoint(law):
 
 
 @pytest.mark.parametrize("settling", ["simulated", "automatic"])
-def test_rotor_that_stands_still_levitates_at_its_setpoint(settling):
+def test_rotor_at_rest_levitates_at_its_setpoint(settling):
     """Its 60 cycles of settling last 0.6 s; they may be left to the choice of the run."""
     scenario = levitated(Omega=0, settling=settling)
     *places, cycle, angle = at_the_end(scenario, *PLACES, "cycle", "rotor_contact.theta")
@@ -44,7 +44,7 @@ def test_rotor_that_stands_still_levitates_at_its_setpoint(settling):
     assert (cycle, angle) == (1.0, 0.0)
 
 
-def test_weight_that_nothing_carries_pulls_the_rotor_down():
+def test_without_static_currents_the_weight_displaces_the_rotor():
     """By a bearing's share of m g/sqrt(2) over K_b along each axis."""
     scenario = levitated(gravity=None, parameters={"rotor_contact": {"gravity": "9.81 m/s2"}})
     sag = {"mb1": 53.732 * 9.81 / math.sqrt(2.0) / 1e6, "mb2": 42.294 * 9.81 / math.sqrt(2.0) / 1e6}
@@ -71,7 +71,7 @@ def test_static_currents_are_those_of_the_shares_of_the_weight():
     assert values["total_force"] == 1.0
 
 
-def test_constants_of_the_controller_that_a_system_file_sets_win(tmp_path):
+def test_controller_constants_of_a_system_file_take_precedence(tmp_path):
     """Also if they are written as in the file that it is based on."""
     (tmp_path / "own.toml").write_text('base = "levitated"\n[parameters.rolac_controller]\n"mb1.k_s_?" = "2e6 N/m"\n')
     scenario = levitated(parameters={"amb_actuator": {"force_law": 0}}, system=str(tmp_path / "own.toml"))
@@ -80,7 +80,7 @@ def test_constants_of_the_controller_that_a_system_file_sets_win(tmp_path):
     assert available["mb2.k_s_x"] != 2e6
 
 
-def test_parameters_of_the_scenario_win():
+def test_parameters_of_the_scenario_take_precedence():
     scenario = levitated(parameters={"amb_actuator": {"mb1.static_current_x": "2 A"}})
     setting = {"rolac_controller.mb2.k_i_?": 600.0}
     parameters = plan_run(scenario, setting).plan.parameters
@@ -90,7 +90,7 @@ def test_parameters_of_the_scenario_win():
     assert parameters["rolac_controller"]["mb1.k_i_y"] == 563.0
 
 
-def test_rotor_on_springs_has_gravity_alone():
+def test_rotor_on_springs_has_gravity_and_no_static_currents():
     parameters = plan_run(levitated(system="passive", gravity_angle="3 rad")).plan.parameters["rotor_contact"]
     assert (parameters["gravity"], parameters["gravity_angle"]) == (9.81, 3.0)
 

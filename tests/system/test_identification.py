@@ -82,12 +82,12 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_every_part_of_the_loop_is_in_the_model(identify: Any, case: str) -> None:
+def test_identification_agrees_with_the_model_of_every_loop(identify: Any, case: str) -> None:
     (result,) = identify([16.0], *CASES[case])
     assert np.all(np.array(result["sampled"]) < (1e-6, 1e-4))
 
 
-def test_amplifiers_are_in_the_model(identify: Any) -> None:
+def test_identification_agrees_with_the_model_with_amplifiers(identify: Any) -> None:
     """Their mean current over a step couples them to the rotor with second order."""
     (result,) = identify([16.0], "amb_actuator.amplifier=1", "amb_actuator.mean_current=true")
     assert np.all(np.array(result["sampled"]) < (1e-3, 0.1))

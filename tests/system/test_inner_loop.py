@@ -38,7 +38,7 @@ def synchronous(run, names, cycle):
     return np.array([2.0 * np.mean(run.signals[name].values[chosen] * turn) for name in names])
 
 
-def test_switched_off_it_leaves_the_bits_of_the_controller_alone(layered):
+def test_an_inactive_outer_loop_changes_no_bit_of_the_controller(layered):
     both = layered.changed(settle_cycles=2, end_cycle=10)
     alone = amb_cosim.Scenario.load("compressor_levitated").changed(
         fmu={"rolac_controller": LEAD}, settle_cycles=2, end_cycle=10, event=[], inputs=both.inputs
@@ -48,7 +48,7 @@ def test_switched_off_it_leaves_the_bits_of_the_controller_alone(layered):
         np.testing.assert_array_equal(*(run.signals[f"rotor_contact.{axis}"].values for run in runs))
 
 
-def test_it_identifies_the_receptance_of_the_loop_with_the_controller(layered, computed, tmp_path):
+def test_identified_receptance_includes_the_controller(layered, computed, tmp_path):
     """R of the linear model and R of a co-simulation, to 1e-6; under the PID it is another one."""
     path = tmp_path / "identified.toml"
     studies.identify("9000 rpm", scenario=layered, output=path, progress=False)
@@ -59,7 +59,7 @@ def test_it_identifies_the_receptance_of_the_loop_with_the_controller(layered, c
     assert np.abs(under_pid.results[0].receptance / modelled.receptance - 1.0).max() > 0.1
 
 
-def test_rolac_takes_the_vibration_to_its_least_sum_of_squares(layered, computed):
+def test_rolac_reaches_the_least_squares_optimum(layered, computed):
     run = amb_cosim.run(layered.changed(receptances=str(computed)), progress=False)
     (entry,) = read_table(computed).entries
     sensors = [f"rotor_contact.{sensor}" for sensor in read_table(computed).sensors]
@@ -96,13 +96,13 @@ def test_table_of_other_matrices_is_refused(layered, computed):
         amb_cosim.run(other, progress=False)
 
 
-def test_system_that_lacks_its_controller_says_what_to_name():
+def test_error_of_a_missing_controller_names_the_option():
     scenario = amb_cosim.Scenario.load("compressor_levitated").changed(system="levitated_inner_loop")
     with pytest.raises(ValueError, match=r"made from a file; .* fmu\.linear_controller = 'lead\.mat'"):
         amb_cosim.run(scenario, progress=False)
 
 
-def test_sensitivity_is_that_of_the_controller_alone_computed_and_measured():
+def test_computed_and_measured_sensitivity_is_that_of_the_controller():
     layers = studies.sensitivity(EXAMPLES / "rolac_on_notches.toml")
     alone = studies.sensitivity("compressor_levitated", controller=LEAD)
     for axis, result in layers.axes.items():

@@ -32,7 +32,7 @@ def forward_amplitude(result: Any, x: str, y: str) -> complex:
     return complex(np.mean((position * np.exp(-1j * theta))[last]))
 
 
-def test_unbalance_response_is_that_of_the_analysis_near_the_critical_speed() -> None:
+def test_unbalance_response_agrees_with_analysis_near_resonance() -> None:
     """Amplitude and phase, which turns by 180 degrees there, of disc and bearings; other direction, other sign."""
     result = amb_cosim.run("nelson_mcvaugh_free", progress=False)
     rotor, Omega = load_rotor("nelson_mcvaugh"), 17000.0 * math.pi / 30.0
@@ -64,7 +64,7 @@ def test_pid_holds_the_compressor_without_contact() -> None:
     assert all(0.02 < radius < 0.06 for radius in summary.orbit_largest.values() if radius is not None)
 
 
-def test_the_controller_of_the_compressor_knows_its_magnets() -> None:
+def test_the_controller_assumes_the_constants_of_its_magnets() -> None:
     parameters = load_scenario("compressor_levitated").parameters
     magnet = {"turns": 48.0, "pole_area": 45e-4, "gap": 0.5e-3, "bias_current": 5.0, "static_current": 1.5}
     k_s, k_i = linear_constants(axis_parameters(current_limit=11.5, **magnet))

@@ -39,7 +39,7 @@ def run(fmu: Fmu, case: Case, first: int, last: int) -> list[list[float]]:
 
 
 @models
-def test_fmu_gives_bit_for_bit_what_the_core_gives(name: str, fmu_of: Callable[[Case], Path]) -> None:
+def test_fmu_equals_the_core_to_the_last_bit(name: str, fmu_of: Callable[[Case], Path]) -> None:
     case = CASES[name]
     for parameters, expected in zip(case.runs, core_outputs(name), strict=True):
         fmu = Fmu(str(fmu_of(case)), **named(parameters))
@@ -48,7 +48,7 @@ def test_fmu_gives_bit_for_bit_what_the_core_gives(name: str, fmu_of: Callable[[
 
 
 @models
-def test_serialised_state_brings_back_the_run(name: str, fmu_of: Callable[[Case], Path]) -> None:
+def test_serialised_state_restores_the_run(name: str, fmu_of: Callable[[Case], Path]) -> None:
     """Here and in another instance, from the middle of a run on."""
     case = CASES[name]
     half, end = case.steps // 2, case.steps // 2 + 40
@@ -68,7 +68,7 @@ def test_serialised_state_brings_back_the_run(name: str, fmu_of: Callable[[Case]
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["amb_actuator", "rolac_controller", "rotor_contact"])
-def test_plain_python_gives_what_compiled_kernels_give(name: str, run_python: Callable[..., Any]) -> None:
+def test_plain_python_equals_compiled_kernels(name: str, run_python: Callable[..., Any]) -> None:
     """To the last bit where both call the same C library for sine, exponential and so on."""
     pytest.importorskip("numba")
 
@@ -99,7 +99,7 @@ def visited(name: str, run: int, *outputs: str) -> set[Any]:
     return {tuple(row) if len(outputs) > 1 else row[0] for row in core_outputs(name)[run][:, columns].tolist()}
 
 
-def test_the_runs_visit_what_there_is() -> None:
+def test_the_runs_cover_all_contact_and_control_modes() -> None:
     for flag in ("clipped_x", "saturated_y", "voltage_limited_x"):
         assert visited("amb_actuator", 10, f"mb2.{flag}") == {0.0, 1.0}
     for mode in range(4):

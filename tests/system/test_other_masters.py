@@ -105,7 +105,7 @@ def test_the_cases_rub_and_use_rolac(reference: Reference) -> None:
 @in_host("libcosim", "the three")
 @pytest.mark.parametrize("step", [250, pytest.param(125, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("case", CASES)
-def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -> None:
+def test_libcosim_gives_the_same_results(case: str, step: float, reference: Reference) -> None:
     """With steps of 125 us the controller samples in every second step."""
     ours = reference(case, "jacobi", step, nanoseconds=True)
     theirs = run_function(sys.executable, masters.__file__, "with_libcosim", **ours["system"])["series"]
@@ -118,7 +118,7 @@ def test_libcosim_gives_the_same(case: str, step: float, reference: Reference) -
 @pytest.mark.slow
 @in_host("ecos", "the three")
 @pytest.mark.parametrize("case", CASES)
-def test_ecos_gives_the_same(case: str, reference: Reference) -> None:
+def test_ecos_gives_the_same_results(case: str, reference: Reference) -> None:
     ours = reference(case, "jacobi")
     theirs = run_function(sys.executable, masters.__file__, "with_ecos", **ours["system"])["series"]
     assert deviations(theirs, ours["series"]) == {}
@@ -128,7 +128,7 @@ def test_ecos_gives_the_same(case: str, reference: Reference) -> None:
 @in_host("fmucontainer", "the three in one")
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
 @pytest.mark.parametrize("case", CASES)
-def test_the_three_in_one_container_give_the_same(
+def test_a_container_of_the_three_fmus_gives_the_same_results(
     case: str, coupling: str, reference: Reference, run_python: Callable[..., Any]
 ) -> None:
     ours = reference(case, coupling)
@@ -142,7 +142,7 @@ def test_the_three_in_one_container_give_the_same(
 @in_host("FMPy", "each", "no fault in the FMU")
 @pytest.mark.parametrize("flavour", slow_but_first(["native", "python"]))
 @pytest.mark.parametrize("name", ["rotor_contact", "amb_actuator", "rolac_controller", "levitated_rotor"])
-def test_fmutool_and_fmpy_find_no_fault_in_the_fmu(name: str, flavour: Any, tmp_path: Path) -> None:
+def test_fmutool_and_fmpy_report_no_fault_in_the_fmu(name: str, flavour: Any, tmp_path: Path) -> None:
     """Schema, names, causality against variability, initial and start, model structure."""
     fmu = ensure_built(name, flavour).path
     assert validate_fmu(str(fmu)) == []

@@ -49,6 +49,6 @@ def test_forces_on_the_page_are_those_of_runs(name):
         assert stated[site] == pytest.approx(values, rel=0.02, abs=2.0)
 
 
-def test_page_lists_every_scenario_in_which_forces_are_told():
+def test_page_lists_every_scenario_with_stated_forces():
     assert set(read_page()) == set(SCENARIOS)
     assert re.search(r"python -m tools\.contact_forces", PAGE.read_text(encoding="utf-8"))

@@ -37,7 +37,7 @@ def simulating():
             report(done, 10)
 
 
-def test_each_part_is_a_line_where_there_is_no_terminal(monkeypatch, tmp_path):
+def test_each_part_prints_one_line_without_a_terminal(monkeypatch, tmp_path):
     def answer(machine, *, progress, **_):
         progress("Free modes", 0, 2)
         progress("Critical speeds", 1, 2)
@@ -92,7 +92,7 @@ SHAFT = ("--mass", "60 kg", "--length", "1.2 m", "--speed", "12000 rpm")
         (source_check.evaluation, "assess", (7, 80), ("report", "--pack", "bath_thesis"), "7 of 80 runs and studies"),
     ],
 )
-def test_a_piped_command_prints_what_it_has_done(monkeypatch, tmp_path, module, function, done, command, line):
+def test_a_piped_command_prints_the_work_done(monkeypatch, tmp_path, module, function, done, command, line):
     def answer(*arguments, **options):
         *_, progress = (argument for argument in (*arguments, *options.values()) if callable(argument))
         progress(*done)

@@ -24,7 +24,7 @@ def release():
     return module
 
 
-def test_notes_are_those_of_the_version_or_of_what_is_not_released(release):
+def test_notes_are_those_of_the_version_or_unreleased(release):
     assert release.notes(CHANGELOG, "0.2.0") == "# amb-cosim 0.2.0\n\n- A shaft.\n- A seal.\n"
     assert release.notes(CHANGELOG, "0.1.0") == "# amb-cosim 0.1.0\n\n- First.\n"
     assert release.notes(CHANGELOG, "0.2.1.dev3") == "# amb-cosim 0.2.1.dev3\n\n- Later.\n"
@@ -36,7 +36,7 @@ def test_the_changelog_has_notes_for_the_next_release(release):
     assert said.count("\n- ") > 1
 
 
-def test_an_archive_of_a_folder_hangs_on_its_content_alone(release, tmp_path):
+def test_an_archive_of_a_folder_depends_on_its_content_alone(release, tmp_path):
     for folder, names in (("one", ("a", "b/c")), ("two", ("b/c", "a"))):
         for name in names:
             path = tmp_path / folder / name
@@ -52,14 +52,14 @@ def test_an_archive_of_a_folder_hangs_on_its_content_alone(release, tmp_path):
     assert release.differences(tmp_path / "one", tmp_path / "two") == ["a", "d"]
 
 
-def test_the_scenario_of_a_release_is_that_of_the_readme(release):
+def test_a_release_runs_the_scenario_of_the_readme(release):
     from amb_cosim.scenario.scenario import load_scenario
 
     assert load_scenario(release.scenario_of((ROOT / "README.md").read_text(encoding="utf-8")))
 
 
 @pytest.mark.slow
-def test_the_source_archive_is_the_same_bytes_from_any_folder(tmp_path):
+def test_the_source_archive_has_the_same_bytes_from_any_folder(tmp_path):
     pytest.importorskip("hatch_vcs")
     if not (ROOT / ".git").exists():
         pytest.skip("is no clone")

@@ -45,7 +45,7 @@ PROTOTYPE = {
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.slow) if name.startswith("fig3") else name for name in PROTOTYPE]
 )
-def test_a_run_has_the_numbers_of_the_prototype(name):
+def test_a_run_agrees_with_the_prototype(name):
     for key, (value, tolerance) in PROTOTYPE[name].items():
         found = result_of(name).summary.as_dict()
         for part in key.split("."):
@@ -139,7 +139,7 @@ def test_rolac_reaches_the_optimum_of_the_identified_receptance(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["fig5_5_matched", "fig6_13_opposed"])
-def test_rolac_that_knows_of_contact_frees_a_rotor_that_it_else_traps(name):
+def test_contact_aware_rolac_frees_a_rotor_that_rolac_traps(name):
     assert result_of(name).summary.recovery == "trapped"
     assert result_of(name, **AWARE).summary.recovery == "recovered"
 

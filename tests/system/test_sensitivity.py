@@ -42,7 +42,7 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {
 }
 
 
-def test_measured_sensitivity_is_the_computed_one_with_sensors_beside_their_bearings(tmp_path) -> None:
+def test_sensitivities_agree_with_sensors_beside_their_bearings(tmp_path) -> None:
     """A compressor whose sensors are three nodes inboard and outboard of its bearings."""
     text, rotor = rotor_path("compressor").read_text(encoding="utf-8"), tmp_path / "moved.toml"
     for name, at, moved in (("at_mb1", 8, 5), ("at_mb2", 49, 46)):
@@ -57,7 +57,7 @@ def test_measured_sensitivity_is_the_computed_one_with_sensors_beside_their_bear
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_measured_sensitivity_is_the_computed_one(name: str) -> None:
+def test_measured_and_computed_sensitivity_agree(name: str) -> None:
     options, tolerance = CASES[name]
     axes = study(**options)
     assert set(axes) == {"mb1.x", "mb1.y", "mb2.x", "mb2.y"}

@@ -64,7 +64,7 @@ def test_rotor_lies_in_the_bore_at_the_air_gap():
         assert (x[-1], y[-1]) == pytest.approx((-GAP / np.sqrt(2.0),) * 2, rel=0.05)
 
 
-def test_landing_on_the_stator_is_an_outcome_with_figures():
+def test_landing_on_the_stator_is_an_outcome_with_key_values():
     """Magnets that lose their power push it down at most, so that it falls no slower than freely."""
     result = landing("worn")
     summary = result.summary
@@ -120,7 +120,7 @@ SHAFT = Shaft((0.0, 0.5, 1.0), (0.05,), youngs_modulus=210e9, density=7850.0, po
 ENDS = (Bearing("left", 1), Bearing("right", 3))
 
 
-def test_bore_that_a_rotor_declares_keeps_its_clearance():
+def test_a_declared_bore_keeps_its_clearance():
     rotor = Rotor("fan", SHAFT, (), ENDS, (Site("bore", 1, 0.3e-3, stator="left"),))
     sites = plant(rotor, ("left", "right"))[0].layout["sites"]
     assert [(s["name"], s["stator"]) for s in sites] == [("bore", "left"), ("stator_right", "right")]
@@ -134,6 +134,6 @@ def test_site_is_retainer_or_stator_of_a_bearing():
         Rotor("fan", SHAFT, (), ENDS, (Site("catch", 1, stator="lift"),))
 
 
-def test_part_with_the_name_of_a_stator_is_refused():
+def test_a_part_named_like_a_stator_is_refused():
     with raises_naming(ValueError, "stator_left", "fan", "stator bore of left"):
         plant(Rotor("fan", SHAFT, (), ENDS, (Site("stator_left", 2),)), ("left",))

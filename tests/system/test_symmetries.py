@@ -56,13 +56,13 @@ def assert_alike(signals, plain, turn=1.0):
         np.testing.assert_allclose(signal(signals, name), signal(plain, name), atol=1e-4 * largest)
 
 
-def test_a_loop_turned_by_90_degrees_turns_its_motion(plain):
+def test_a_loop_rotated_by_90_degrees_rotates_its_motion(plain):
     """Gravity and unbalance turn; then the other coils carry the weight."""
     turned = landing(315.0, 0.5 * np.pi)
     assert_alike(turned, plain, 1j)
 
 
-def test_a_rotor_with_its_ends_exchanged_moves_alike(plain, tmp_path):
+def test_a_rotor_with_exchanged_ends_moves_alike(plain, tmp_path):
     rotor = tmp_path / "rotor.toml"
     rotor.write_text(toml_text(mirrored(read(LEVITATION.parent / "rotor.toml"))), encoding="utf-8")
     assert_alike(landing(rotor=str(rotor)), plain)

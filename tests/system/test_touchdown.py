@@ -86,14 +86,14 @@ def test_energy_balances_through_the_whole_touchdown(run: Run, name: str) -> Non
     assert result.summary.energy_balance < 1e-6
 
 
-def test_rotor_without_power_falls_through_the_clearance_as_a_stone(run: Run) -> None:
+def test_rotor_without_power_falls_freely_through_the_clearance(run: Run) -> None:
     """In sqrt(2 c/g) = 12.4 ms, but for the bent shaft, which straightens, and the currents' last milliseconds."""
     result = touchdown(run("drop"))
     assert result["first_impacts"][0]["after_s"] == pytest.approx(math.sqrt(2.0 * CLEARANCE / 9.81), rel=0.1)
     assert all(drop == pytest.approx(1e3 * CLEARANCE, rel=0.01) for drop in result["drop_mm"].values())
 
 
-def test_rotor_that_rubs_at_the_bottom_does_not_whirl_and_is_braked_by_friction(run: Run) -> None:
+def test_rotor_rubbing_at_the_bottom_is_braked_without_whirl(run: Run) -> None:
     """J Omega' = -mu R sum(N), 7 rad/s in a second."""
     result = run("drop")
     assert all(site["whirl"] == "none" and site["rolling_s"] == 0.0 for site in touchdown(result)["retainers"].values())
@@ -161,7 +161,7 @@ def test_rolac_lowers_the_vibration_after_relevitation_below_that_of_pid(run: Ru
 
 
 @pytest.mark.parametrize("name", ["one_axis_lost", "amplifier_lost"])
-def test_end_that_loses_an_axis_sags_onto_its_bush(run: Run, name: str) -> None:
+def test_loss_of_an_axis_lowers_that_end_onto_its_bush(run: Run, name: str) -> None:
     result = run(name)
     at = last_tenths(result)
     assert series(result, "eb1.f_n")[at].mean() == pytest.approx(205.0, abs=30.0)
@@ -172,7 +172,7 @@ def test_end_that_loses_an_axis_sags_onto_its_bush(run: Run, name: str) -> None:
     assert abs(series(result, "mb1.y")[at].mean()) < 0.15e-3
 
 
-def test_magnet_without_its_sensor_pulls_the_rotor_up_against_the_retainer(run: Run) -> None:
+def test_failed_sensor_pulls_the_rotor_up_against_the_retainer(run: Run) -> None:
     result = run("sensor_lost")
     at = last_tenths(result)
     assert series(result, "mb1.x")[at].mean() == pytest.approx(CLEARANCE, rel=0.01)

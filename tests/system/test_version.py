@@ -43,7 +43,7 @@ def test_a_clone_without_tags_comes_after_the_last_release(tree):
     assert re.fullmatch(r"0\.2\.1\.dev\d+", version(tree))
 
 
-def test_a_tag_is_the_version_and_what_follows_is_on_the_way_to_the_next(tree):
+def test_commits_after_a_tag_are_development_versions_of_the_next(tree):
     git(tree, "init", "-q")
     git(tree, "add", ".")
     git(tree, "commit", "-qm", "First")

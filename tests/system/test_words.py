@@ -24,7 +24,7 @@ def test_vague_words_are_rare(folder):
     assert words / lines <= MOST / 1000.0, f"{words} in {lines} lines"
 
 
-def test_the_count_sees_parts_of_names_and_no_longer_words():
+def test_words_are_counted_within_names_but_not_within_longer_words():
     assert [match[0] for match in WORD.finditer("def own_path(found, known_f): drown, Known, phone")] == [
         *("own", "found", "known", "Known")
     ]

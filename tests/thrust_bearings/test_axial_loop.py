@@ -39,7 +39,7 @@ def transfer_of_plant(lag, k_s=K_S):
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
-def test_vibration_of_the_loop_without_lag_is_that_of_python_control(delay):
+def test_loop_without_lag_agrees_with_python_control(delay):
     """Frequency and damping of the closed loop from transfer functions: hold, z^-delay, Tustin."""
     plant = control.c2d(transfer_of_plant(NO_LAG), T, "zoh")
     waiting = control.tf([1.0], np.eye(1, delay + 1)[0], T)
@@ -53,7 +53,7 @@ def test_vibration_of_the_loop_without_lag_is_that_of_python_control(delay):
     assert len(ours) == len(theirs)
 
 
-def test_vibration_of_the_loop_with_lag_is_that_of_python_control():
+def test_loop_with_lag_agrees_with_python_control():
     """With state spaces of lag, rotor and amplifier that python-control connects."""
     A, B, C, D = LAG.state_space()
     lag = control.ss(A, B, C, D, inputs="drive", outputs="force")
@@ -97,7 +97,7 @@ def test_fraction_of_a_sample_is_a_hold_of_finer_steps(delay):
         x = A @ x + B[:, 0] * demands[200 + acting]
 
 
-def test_bearing_without_control_leaves_and_more_stiffly_with_more_k_s():
+def test_uncontrolled_bearing_diverges_faster_with_more_k_s():
     for k_s in (1e5, 1e6):
         free = AxialLoop(AxialPlant(MASS, K_I, k_s, OMEGA_B), NOTHING, T)
         growth = np.log(np.abs(free.poles).max()) / T
@@ -119,7 +119,7 @@ def test_slow_loop_has_the_stiffness_and_damping_of_its_gains():
     assert s.real == pytest.approx(near.real, rel=0.02)
 
 
-def test_eddy_currents_and_delay_take_damping_and_margin():
+def test_eddy_currents_and_delay_reduce_damping_and_margin():
     frequencies = np.geomspace(1.0, 9e3, 500)
     peaks = [np.abs(of.sensitivity(frequencies)).max() for of in (loop(lag=NO_LAG), loop(), loop(1.5))]
     assert peaks == sorted(peaks)
@@ -131,7 +131,7 @@ def test_eddy_currents_and_delay_take_damping_and_margin():
     ("change", "facts"),
     [({"delay": -1.0}, ("delay", "-1 samples", ">= 0 samples")), ({"k_s": 0.0}, ("k_s", "0 N/m", "> 0 N/m"))],
 )
-def test_a_loop_that_there_is_not_is_refused(change, facts):
+def test_an_invalid_loop_is_refused(change, facts):
     with raises_naming(ValueError, *facts):
         loop(**change)
 

@@ -44,7 +44,7 @@ def test_constants_are_the_slopes_of_the_force(current, saturation):
     assert point.k_s == pytest.approx(by_distance, rel=1e-5)
 
 
-def test_constants_at_rest_are_those_of_the_closed_form():
+def test_constants_at_rest_match_the_closed_form():
     k_i = mu_0 * 80.0**2 * 12e-4 * 4.0 / 0.5e-3**2
     assert DISC.operating_point().k_i == pytest.approx(k_i, rel=1e-12)
     assert DISC.operating_point().k_s == pytest.approx(k_i * 4.0 / 0.5e-3, rel=1e-12)
@@ -90,7 +90,7 @@ def test_saturation_limits_the_capacity_to_that_of_its_flux_density():
     assert weak.operating_point() == pytest.approx(DISC.operating_point())
 
 
-def test_a_low_current_limit_leaves_the_other_coil_its_bias():
+def test_a_low_current_limit_leaves_the_bias_of_the_other_coil():
     low = ThrustDisc(**(DATA | {"current_limit": 5.0}))
     scale = mu_0 * 80.0**2 * 12e-4 / (4.0 * 0.5e-3**2)
     assert low.capacity == pytest.approx(scale * (5.0**2 - 3.0**2), rel=1e-12)
@@ -129,7 +129,7 @@ def test_forces_are_arrays_over_displacement_and_current():
     ("wrong", "facts"),
     [((0.06, 0.05, 1.0, 1.0, 1.0), ("outer_radius",)), ((0.0, 0.05, 120.0, -1.0, 400.0), ("k_s", "-1 N/m"))],
 )
-def test_a_data_sheet_that_cannot_be_is_refused(wrong, facts):
+def test_an_impossible_data_sheet_is_refused(wrong, facts):
     with raises_naming(ValueError, *facts):
         CatalogueBearing(*wrong)
 

@@ -20,7 +20,7 @@ BAND = (2.0 * math.pi * 0.1, 2.0 * math.pi * 20e3)
 DISC = ThrustDisc(0.025, 0.055, 12e-4, 0.5e-3, 80.0, 4.0, 10.0, 1.3)
 
 
-def test_phase_tends_to_minus_45_degrees_and_magnitude_falls_with_the_root():
+def test_phase_tends_to_minus_45_degrees_and_magnitude_to_a_root():
     s = 1j * OMEGA_E * np.array([1e6, 1e8])
     G = half_order_lag(s, OMEGA_E)
     np.testing.assert_allclose(np.degrees(np.angle(G)), -45.0, atol=0.05)
@@ -62,7 +62,7 @@ def test_a_smaller_error_takes_more_poles():
     assert orders[2] <= 20
 
 
-def test_step_of_the_sum_is_that_of_the_half_order_lag():
+def test_step_response_of_the_sum_matches_the_half_order_lag():
     """1 - E_1/2(-x) with x = sqrt(omega_e t), where E_1/2(-x) = exp(x^2) erfc(x) is Mittag-Leffler's function."""
     lag = rational_lag(OMEGA_E, BAND, 1e-3)
     A, B, C, D = lag.state_space()
@@ -72,7 +72,7 @@ def test_step_of_the_sum_is_that_of_the_half_order_lag():
         assert step == pytest.approx(1.0 - erfcx(math.sqrt(OMEGA_E * t)), rel=3e-3)
 
 
-def test_state_space_has_the_response_of_the_sum():
+def test_state_space_and_sum_have_the_same_response():
     lag = rational_lag(OMEGA_E, BAND, 1e-2)
     A, B, C, D = lag.state_space()
     s = 1j * 700.0
@@ -126,7 +126,7 @@ def test_iron_of_a_half_space_has_the_reluctance_of_its_skin():
         (200.0, 6e6, 0.4e-3, 0.01, 0.31),
     ],
 )
-def test_lag_of_a_bearing_is_near_that_of_its_field(permeability, conductivity, gap, depth, within):
+def test_lag_of_a_bearing_is_near_that_of_the_field_solution(permeability, conductivity, gap, depth, within):
     """The flux of the poles, by finite volumes, over the static one; a lag without leakage or faces is further off."""
     iron = SolidIron(conductivity, permeability, depth)
     disc = ThrustDisc(0.025, 0.055, 12e-4, gap, 80.0, 1.0, 10.0, 1.3)
@@ -148,7 +148,7 @@ def test_lag_of_a_bearing_is_near_that_of_its_field(permeability, conductivity, 
         ((4e6, 500.0, -1.0), ("slot_depth", "-1 m", "> 0 m")),
     ],
 )
-def test_iron_that_there_is_not_is_refused(wrong, facts):
+def test_invalid_iron_is_refused(wrong, facts):
     with raises_naming(ValueError, *facts):
         SolidIron(*wrong)
 

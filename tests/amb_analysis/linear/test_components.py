@@ -62,7 +62,7 @@ def test_late_input_changes_within_the_sample():
         before = u
 
 
-def test_share_of_delay_and_whole_delays_meet():
+def test_poles_are_continuous_as_a_fractional_delay_becomes_whole():
     """As the share tends to one, the loop tends to that of a sample of delay; poles move on without a jump."""
 
     def radius(law, late):
@@ -74,7 +74,7 @@ def test_share_of_delay_and_whole_delays_meet():
     assert radius(gain(-30.0, T), 0.0) < radius(gain(-30.0, T), 0.5) < radius(held, 0.0)
 
 
-def test_parts_of_other_sample_times_are_refused():
+def test_parts_of_different_sample_times_are_refused():
     with raises_naming(ValueError, "0.001 s", "0.002 s"):
         loop_of([part(gain(1.0, T), "a"), part(gain(1.0, 2 * T), "b")], {})
 
@@ -86,7 +86,7 @@ def test_output_at_the_end_of_a_step_reaches_the_first_a_step_later():
     np.testing.assert_allclose(result, [0.0, *responses(law, 5)[:, 0, 0]])
 
 
-def test_pulses_tell_order_and_poles_of_a_law():
+def test_pulse_response_identifies_order_and_poles_of_a_law():
     """Poles from 0.2 to an integrator, two inputs and outputs of units that are far apart."""
     poles = np.array([1.0, 0.98, 0.6, 0.2])
     rng = np.random.default_rng(2)
@@ -96,7 +96,7 @@ def test_pulses_tell_order_and_poles_of_a_law():
     np.testing.assert_allclose(np.sort(np.linalg.eigvals(result.A).real), np.sort(poles), rtol=1e-8)
 
 
-def test_disk_margin_of_one_loop_is_that_of_python_control():
+def test_disk_margin_of_one_loop_agrees_with_python_control():
     L = control.tf([25.0], [1.0, 10.0, 10.0, 10.0])
     omega = np.geomspace(0.1, 100.0, 200)
     S = (1.0 / (1.0 + L(1j * omega)))[None, None, :]
@@ -116,7 +116,7 @@ def test_disk_margin_does_not_depend_on_the_units_of_the_loops():
 
 
 @pytest.mark.parametrize("pole", [0.0, 0.7])
-def test_a_response_of_equal_poles_is_that_of_its_chain(pole):
+def test_response_of_repeated_poles_is_that_of_the_chain(pole):
     """1/(z - p)^4, whose eigenvectors are one; of a delay line for p = 0. Different poles are in the tests below."""
     chain = control.ss(np.diag(np.full(4, pole)) + np.eye(4, k=1), np.eye(4)[:, 3:], np.eye(4)[:1], [[0.0]], 1e-3)
     frequencies = np.geomspace(1.0, 499.0, 200)

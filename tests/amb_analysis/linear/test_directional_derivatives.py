@@ -57,7 +57,7 @@ def derivatives(plant, unknowns, knowns):
     return np.array([slave.getDirectionalDerivative(requested, [references[name]], [1.0]) for name in knowns]).T
 
 
-def test_those_of_the_plant_are_its_linear_model_over_a_step(plant):
+def test_derivatives_of_the_plant_are_its_linear_model_over_a_step(plant):
     """To 1e-9 of the largest; D of the sampled model at the end of the step is C Gamma."""
     model = amb_cosim.linearise("compressor_levitated", OMEGA, components=["rotor_contact"])
     names = partial(map, "rotor_contact.{}".format)
@@ -70,7 +70,7 @@ def test_those_of_the_plant_are_its_linear_model_over_a_step(plant):
     np.testing.assert_allclose(result / size, expected / size, rtol=0.0, atol=1e-9)
 
 
-def test_where_the_rotor_begins_to_touch_there_is_none(plant):
+def test_no_derivative_exists_where_contact_begins(plant):
     """A blow that takes the journal to its retainer at the end of a step: what is harder rebounds."""
     slave, references = plant
     start, push, touching = slave.getFMUstate(), references["mb1.f_x"], references["contact_state"]

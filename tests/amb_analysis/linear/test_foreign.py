@@ -58,7 +58,7 @@ def test_poles_are_those_of_the_derivatives_at_the_point(folder):
 
 
 @pytest.mark.parametrize("lag", [2e-4, -1.0])
-def test_hidden_state_or_refusal_leaves_it_to_differences(folder, lag):
+def test_differences_are_used_if_a_state_is_hidden_or_refused(folder, lag):
     """With a lag that is not listed the derivatives miss a state; with a negative one they are refused."""
     (note,) = (part := spring(folder, lag=lag)).notes
     assert_names(note, "spring", "differences")

@@ -91,7 +91,7 @@ def test_plant_alone_and_with_magnets_are_continuous(compressor):
     assert "base.a_x" in " ".join(rotor.input_names)
 
 
-def test_names_units_and_speed_go_with_the_model(compressor, tmp_path):
+def test_model_carries_names_units_and_speed(compressor, tmp_path):
     model = model_of(compressor.at(500.0), FORCES[:1], [*SHOWN[:1], "rolac_controller.mb1.i_x"])
     assert (model.input_names, model.input_units) == (("rotor_contact.impeller3.f_x",), ("N",))
     assert model.output_units == ("m", "A")
@@ -112,7 +112,7 @@ def test_gyroscopic_splitting_grows_with_speed(compressor):
     assert split(900.0) == pytest.approx(3.0 * split(300.0), rel=0.05)
 
 
-def test_displaced_rotor_has_another_negative_stiffness(compressor):
+def test_displacement_raises_the_negative_stiffness(compressor):
     """Of the nonlinear law; nearer to one magnet both slopes grow."""
     settings = {"amb_actuator.force_law": "nonlinear"}
     centred, moved = (
@@ -128,7 +128,7 @@ def test_displaced_rotor_has_another_negative_stiffness(compressor):
 
 
 @pytest.mark.slow
-def test_fmu_from_elsewhere_is_known_by_differences():
+def test_external_fmu_is_linearised_by_differences():
     """A controller as an FMU file has the poles that it has from its constants."""
     lead = amb_cosim.linear_controller(
         (np.diag([0.5] * 4), np.eye(4), 1e3 * np.eye(4), -3e4 * np.eye(4)), AXES, DEMANDS, H, sampled_arrays=True
@@ -157,7 +157,7 @@ def test_controller_given_as_fmu_file_closes_the_same_loop(tmp_path):
 
 
 @pytest.mark.slow
-def test_share_of_a_sample_of_delay_is_exact_where_steps_meet_it():
+def test_fractional_delay_is_exact_where_steps_meet_it():
     """Demands 0.3 samples late, in a co-simulation at a tenth of a sample; an undamped rotor would not be stable."""
     rotor = replace(load_rotor("compressor"), damping=Damping(modal=0.02))
     law = (np.zeros((4, 4)), np.eye(4), 3.6e5 * np.eye(4), -3.85e5 * np.eye(4))
@@ -182,7 +182,7 @@ def test_share_of_a_sample_of_delay_is_exact_where_steps_meet_it():
         assert np.abs(np.log(matches[np.argmin(np.abs(matches - pole))]) / np.log(pole) - 1.0) < 1e-6
 
 
-def test_what_a_model_cannot_have_is_named(compressor):
+def test_linearise_errors_name_the_invalid_argument(compressor):
     with raises_naming(ValueError, "rotor", "rotor_contact"):
         model_of(compressor, components=["rotor"])
     with raises_naming(ValueError, "inputs", "'rotor_contact.mb1.k_xx'"):
@@ -210,7 +210,7 @@ def test_a_variable_that_the_model_lacks_is_refused_with_the_cause(compressor, c
         model_of(compressor, components=components, **ends)
 
 
-def test_system_is_linearised_as_a_scenario_of_it_is():
+def test_system_and_its_scenario_have_the_same_linear_model():
     """The expander: its middle bearing is a passive ring, its loop is sampled every 50 us."""
     system, rotor = amb_cosim.load_system(ROTOR.parent / "levitated_expander.toml"), str(ROTOR)
     scenario = amb_cosim.Scenario.load(LEVITATION)

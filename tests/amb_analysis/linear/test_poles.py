@@ -43,12 +43,12 @@ def test_logarithmic_decrement_and_damping_ratio_agree(diagram):
         np.testing.assert_allclose(pole.decrements, 2.0 * np.pi * zeta / np.sqrt(1.0 - zeta**2), rtol=1e-12)
 
 
-def test_less_damping_of_the_control_is_less_damping_of_the_rotor(diagram):
+def test_less_damping_in_the_control_damps_the_rotor_less(diagram):
     softer = studies.poles(COMPRESSOR, set={"rolac_controller.*.c_b_?": 2e4}, up_to=300.0, count=2)
     assert max(pole.decrements[0] for pole in softer.poles) < 0.7 * diagram.poles[0].decrements[0]
 
 
-def test_loss_factor_is_viscous_damping_of_the_loop_and_said(diagram):
+def test_loss_factor_becomes_viscous_damping_with_a_warning(diagram):
     """Half of the loss factor is the damping ratio of an elastic mode at rest that the magnets hardly hold."""
     rotor = load_rotor("compressor")
     lossy, lossless = (
@@ -72,7 +72,7 @@ def test_late_currents_make_an_elastic_mode_unstable():
     assert all(pole.frequencies[0] > 2.0 * np.pi * 1000.0 for pole in growing)
 
 
-def test_crossing_poles_are_told_apart_by_where_they_lead_and_how_they_whirl():
+def test_crossing_poles_are_followed_by_slope_and_sense_of_whirl():
     """Two poles cross at the fifth speed, the forward one from below; lists are ordered by frequency."""
     speeds = np.linspace(0.0, 1.0, 9)
     result = []
@@ -84,7 +84,7 @@ def test_crossing_poles_are_told_apart_by_where_they_lead_and_how_they_whirl():
         assert all(at.senses[k] == sense for at, k in zip(result, track, strict=True))
 
 
-def test_vibration_that_disappears_is_lost():
+def test_a_pole_that_disappears_ends_its_track():
     both = Vibrations(np.array([10j - 0.1, 30j - 0.1]), np.array([1.0, 1.0]), STABLE)
     item = Vibrations(both.poles[:1], both.senses[:1], STABLE)
     assert followed([both, both, item, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]

@@ -13,7 +13,7 @@ from rolac_controller.parameters import BEARING_K_S
 OMEGA, H = 2.0 * math.pi * 16.0, 250e-6
 
 
-def test_held_force_on_a_mass_moves_it_as_sampled_newton_says():
+def test_mass_under_a_held_force_obeys_newtons_law_at_samples():
     """x'' = u/m with u held: (h^2/2m) (z + 1)/(z - 1)^2."""
     z = np.exp(1j * OMEGA * H)
     held = zoh_response([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0 / 40.0]], [[1.0, 0.0]], OMEGA, H)
@@ -26,7 +26,7 @@ def test_hold_delays_by_half_a_sample():
     assert held / continuous == pytest.approx(np.exp(-0.5j * OMEGA * H), rel=1e-4)
 
 
-def test_without_control_and_with_the_ideal_chain_it_is_the_plant(receptance):
+def test_loop_without_control_and_with_the_ideal_chain_is_the_plant(receptance):
     off = {f"{b}.{name}_{a}": 0.0 for b in ("mb1", "mb2") for a in "xy" for name in ("k_b", "k_s", "c_b")}
     np.testing.assert_allclose(identified_receptance(receptance, OMEGA, off), receptance, rtol=1e-14)
 
@@ -39,7 +39,7 @@ def test_delay_filter_and_scale_turn_and_stretch_what_is_measured(receptance):
     np.testing.assert_allclose(scaled[1], 1.1 * receptance[1], rtol=1e-14)
 
 
-def test_stiff_pid_leaves_a_spring_of_its_own_stiffness():
+def test_stiff_pid_acts_as_a_spring_of_its_stiffness():
     """A plant much softer than the PID gives 1/C at the bearings' sensors."""
     plant = np.zeros((8, 4), dtype=complex)
     plant[[4, 5, 2, 3], range(4)] = 1.0

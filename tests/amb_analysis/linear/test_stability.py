@@ -69,7 +69,7 @@ def test_an_integrator_outside_the_loop_neither_grows_nor_decays(seed):
 
 
 @pytest.mark.parametrize("rate", [1e-3, 1e-2, 1.0])
-def test_slow_growth_is_not_taken_for_rounding(rate):
+def test_slow_growth_is_distinguished_from_rounding(rate):
     found = stability_of(sampled(np.array([[rate]]), oscillator(-20.0, 3000.0)), T)
     assert (found.on_circle, found.is_stable) == (0, False)
     assert found.growth_rate == pytest.approx(rate, rel=1e-2)

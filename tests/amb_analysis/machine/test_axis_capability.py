@@ -34,7 +34,7 @@ PER_AXIS = 500.0 / math.sqrt(2.0)  # Table 2.2: 500 N on a bearing with axes at 
         (lambda: load_capacity(RIG, [100.0, 1200.0]), ("load", "1200 N")),
     ],
 )
-def test_refusals_name_value_and_limit(refused, facts):
+def test_errors_name_value_and_limit(refused, facts):
     with raises_naming(ValueError, *facts):
         refused()
 
@@ -63,7 +63,7 @@ def test_linear_range_along_x_is_that_of_the_series_of_the_law():
     assert linear_range(IRON_FREE, 1e-4).x_high == pytest.approx(xi * 1.2e-3, rel=1e-3)
 
 
-def test_slew_rate_is_that_of_the_running_model():
+def test_slew_rate_agrees_with_the_model():
     rise, fall = force_slew_rate(RIG)
     h = 1e-7
     for demand, expected in ((4.0, rise), (-4.0, -fall)):
@@ -91,7 +91,7 @@ def test_static_load_is_carried_with_the_static_current_of_table_2_2():
     assert result.static_current[1] == pytest.approx(1.243, abs=1e-3)
 
 
-def test_control_force_above_a_load_is_what_the_running_model_has_left():
+def test_control_force_above_a_load_agrees_with_the_model():
     loads = np.array([0.0, 100.0, PER_AXIS, 900.0, 1147.41])
     result = load_capacity(RIG, loads)
     for load, static, up, down in zip(loads, *result, strict=True):

@@ -89,13 +89,13 @@ def test_velocity_and_acceleration_are_derivatives_at_any_position():
         ("turbine.x", "N", False, ("output", "N")),
     ],
 )
-def test_channels_that_are_no_place_are_refused(name, unit, is_input, facts):
+def test_unknown_places_and_wrong_units_of_channels_are_refused(name, unit, is_input, facts):
     rotor = load_rotor(FOLDER / "expander.toml")
     with raises_naming(ValueError, *facts):
         place_of(name, unit, rotor, is_input=is_input)
 
 
-def test_positions_beside_the_shaft_and_currents_without_magnets_are_refused(machine):
+def test_positions_off_the_shaft_and_missing_magnets_are_refused(machine):
     rotor = machine.rotor
     beside = places(rotor, ("0.5 m.x", "m"), is_input=False)
     with raises_naming(ValueError, "0.5 m.x", "0 m", "0.42 m"):

@@ -66,7 +66,7 @@ def test_two_correlated_inputs_are_separated():
     np.testing.assert_allclose(result[1].values, -3.0, atol=1e-6)
 
 
-def test_an_input_that_follows_another_is_refused():
+def test_linearly_dependent_inputs_are_refused():
     S = np.ones((4, 3, 3), dtype=complex)
     with raises_naming(ValueError, "separated"):
         responses(S, 2)
@@ -82,7 +82,7 @@ def test_an_input_that_follows_another_is_refused():
         ({"inputs": ["fan.f_x", "fan.x"]}, ("output",)),
     ],
 )
-def test_mistakes_are_named(options, facts):
+def test_errors_name_the_invalid_argument(options, facts):
     record, _ = oscillator(np.random.default_rng(5), n=4000)
     with raises_naming(ValueError, *facts):
         estimate(record, **options)

@@ -23,7 +23,7 @@ def check(result, output="fan.x", source="fan.f_x", unit="m/N", values=H):
     np.testing.assert_allclose(curve.coherence, COHERENCE, rtol=1e-6)
 
 
-def test_a_table_of_amplitude_and_phase(tmp_path):
+def test_reads_a_table_of_amplitude_and_phase(tmp_path):
     rows = np.column_stack([F, 1e6 * np.abs(H), np.degrees(np.angle(H)), COHERENCE])
     name = "fan.x/fan.f_x"
     head = f"frequency [Hz],{name} amplitude [um/N],{name} phase [deg],{name} coherence"
@@ -31,7 +31,7 @@ def test_a_table_of_amplitude_and_phase(tmp_path):
     check(read_measured(tmp_path / "a.csv"))
 
 
-def test_arrays_of_matlab(tmp_path):
+def test_reads_matlab_arrays(tmp_path):
     content = {
         "frequencies": F,
         "response": (S**2 * H / 9.80665).reshape(-1, 1, 1),
@@ -54,14 +54,14 @@ def uff_set(**values):
     return base | {"orddenom_spec_data_type": 13, "ordinate_spec_data_type": 8} | values
 
 
-def test_universal_files_with_the_sign_of_their_directions(tmp_path):
+def test_universal_files_have_the_sign_of_their_directions(tmp_path):
     pyuff = pytest.importorskip("pyuff")
     sets = [uff_set(func_type=4, data=-1e3 * H), uff_set(func_type=6, data=COHERENCE)]
     pyuff.UFF(str(tmp_path / "a.uff")).write_sets(sets, "overwrite")
     check(read_measured(tmp_path / "a.uff"), output="3.x", source="7.x")
 
 
-def test_universal_files_without_labels_are_of_si_units(tmp_path):
+def test_universal_files_without_labels_are_in_si_units(tmp_path):
     pyuff = pytest.importorskip("pyuff")
     labels = {"ordinate_axis_units_lab": "NONE", "orddenom_axis_units_lab": "NONE", "ordinate_spec_data_type": 12}
     pyuff.UFF(str(tmp_path / "a.unv")).write_sets([uff_set(func_type=4, data=H, **labels)], "overwrite")
@@ -81,7 +81,7 @@ def test_a_table_over_time_becomes_an_estimate(tmp_path):
         read_measured(tmp_path / "t.csv")
 
 
-def test_a_record_of_matlab_has_the_units_of_its_structure(tmp_path):
+def test_a_matlab_record_has_the_units_of_its_structure(tmp_path):
     rng = np.random.default_rng(1)
     force = rng.standard_normal(4000)
     units = {"time": "s", "u": "kN", "y": "um"}
@@ -91,7 +91,7 @@ def test_a_record_of_matlab_has_the_units_of_its_structure(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["m.csv", "m.tsv", "m.txt"])
-def test_a_list_of_modes(tmp_path, name):
+def test_reads_a_list_of_modes(tmp_path, name):
     (tmp_path / name).write_text("frequency [Hz];damping ratio [%]\n31,5;0,4\n140;\n")
     modes = read_measured(tmp_path / name).modes
     assert modes is not None
@@ -116,7 +116,7 @@ def test_a_list_of_modes(tmp_path, name):
         ("frequency [Hz];damping ratio\n10,0;0.01\n", ("10,0", "0.01")),
     ],
 )
-def test_mistakes_in_tables_are_named(tmp_path, text, facts):
+def test_errors_name_the_faulty_part_of_a_table(tmp_path, text, facts):
     (tmp_path / "wrong.csv").write_text(text)
     with raises_naming(ValueError, str(tmp_path / "wrong.csv"), *facts):
         read_measured(tmp_path / "wrong.csv")

@@ -29,7 +29,7 @@ def residuals_of(measured):
     return residuals
 
 
-def test_intervals_hold_the_truth_in_95_of_100():
+def test_confidence_intervals_contain_the_truth_in_95_percent():
     rng = np.random.default_rng(7)
     held = np.zeros(3)
     for _ in range(100):
@@ -54,7 +54,7 @@ def test_a_parameter_without_influence_is_refused():
         fit(lambda p: residuals(p[:3]), (*FREE, FreeParameter("colour", 0.0, 1.0)), (*START, 0.5))
 
 
-def test_parameters_of_one_product_are_refused_by_both_names():
+def test_parameters_that_act_as_a_product_are_refused_by_both_names():
     rng = np.random.default_rng(1)
     residuals = residuals_of(oscillator(TRUE) * np.exp(0.01 * rng.standard_normal(len(F))))
     free = (FreeParameter("a", 1.0, 2.0), FreeParameter("b", 1.0, 4.0))
@@ -76,7 +76,7 @@ def test_a_value_beyond_its_bounds_is_found_at_the_bound():
         (tuple(FreeParameter(f"p{k}", 0.0, 1.0) for k in range(80)), (0.5,) * 80, ("80 residuals",)),
     ],
 )
-def test_mistakes_are_named(free, start, facts):
+def test_errors_name_the_invalid_argument(free, start, facts):
     with raises_naming(ValueError, *facts):
         fit(lambda p: np.concatenate([F, F]) * p[0], free, start)
 

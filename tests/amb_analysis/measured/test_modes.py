@@ -35,7 +35,7 @@ def responses(noise=0.0, seed=0, unit="m", scale=1.0):
 
 @pytest.mark.parametrize("unit", ["m", "m/s2"])
 @pytest.mark.parametrize("noise", [0.0, 0.03])
-def test_the_poles_are_those_of_the_system(unit, noise):
+def test_estimated_poles_are_those_of_the_system(unit, noise):
     modes = fitted_modes(responses(noise, unit=unit))
     assert len(modes) == len(POLES)
     for mode, (f, zeta), shape in zip(modes, POLES, SHAPES.T, strict=True):
@@ -57,21 +57,21 @@ def test_responses_with_other_frequencies_are_refused():
         fitted_modes([first, second.between(10.0, 50.0)])
 
 
-def test_deviation_is_none_up_to_a_factor():
+def test_shapes_that_differ_by_a_factor_do_not_deviate():
     a = responses()[1].values
     assert curve_deviation(a, (3 - 4j) * a).frac == pytest.approx(1.0)
     assert curve_deviation(a, (3 - 4j) * a).decibel == pytest.approx(20 * np.log10(5.0))
     assert curve_deviation(a, a).decibel == pytest.approx(0.0, abs=1e-12)
 
 
-def test_pairs_are_of_equal_shape():
+def test_modes_are_paired_by_shape():
     measured, computed = fitted_modes(responses()), fitted_modes(responses(scale=1.05))
     pairs = mode_deviations(measured, computed)
     assert [pair.percent for pair in pairs] == pytest.approx([5.0] * 4, abs=0.01)
     assert min(pair.mac for pair in pairs) > 0.999
 
 
-def test_a_mode_that_nothing_belongs_to_stays_alone():
+def test_a_mode_without_counterpart_stays_unpaired():
     measured = [FittedMode(40.0, 0.01, np.ones(1, complex)), FittedMode(100.0, np.nan, np.ones(1, complex))]
     alone, pair = mode_deviations(measured, [FittedMode(101.0, 0.02, np.ones(1, complex))])
     assert (alone.computed, alone.percent, alone.measured_damping) == (None, None, 0.01)

@@ -31,7 +31,7 @@ def end(damping, ratio):
 
 
 @pytest.mark.parametrize("damping", [0.3, 3.0, 30.0])
-def test_whirl_with_friction_ends_where_the_force_that_it_requires_is_a_tenth(damping, monkeypatch):
+def test_whirl_with_friction_ends_where_its_required_force_is_a_tenth(damping, monkeypatch):
     """With mu = 0.15 between ratios 0.25 and 0.05: a band of 0.08 % of its frequency with the least damping."""
     (whirl,) = whirls_of(monkeypatch, damping, 0.15)
     (low, least), (high, largest) = end(damping, 0.25), end(damping, 0.05)
@@ -39,7 +39,7 @@ def test_whirl_with_friction_ends_where_the_force_that_it_requires_is_a_tenth(da
     assert whirl.N["ring"] == pytest.approx((least, largest), rel=1e-6)
 
 
-def test_whirl_without_friction_ends_where_the_search_does(monkeypatch):
+def test_whirl_without_friction_ends_at_the_limit_of_the_search(monkeypatch):
     (whirl,) = whirls_of(monkeypatch, 3.0, 0.0)
     low, least = end(3.0, 0.1)
     assert whirl.frequencies == pytest.approx((low, 600.0), rel=1e-9)

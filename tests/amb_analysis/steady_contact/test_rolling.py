@@ -40,7 +40,7 @@ def over_angles(E):
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_forces_and_friction_of_two_journals_are_the_largest_over_all_angles(seed, monkeypatch):
+def test_forces_and_friction_of_two_journals_are_maxima_over_angles(seed, monkeypatch):
     R, E = receptances(seed)
     (both,) = [r for r in rolling(rotor_of(monkeypatch, R, CLEARANCES), 100.0) if len(r.contact) == 2]
     N, _ = over_angles(E)

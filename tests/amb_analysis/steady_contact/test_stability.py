@@ -53,7 +53,7 @@ def test_friction_that_falls_with_slip_drives_the_swing_on_the_circle(slope):
 
 @pytest.mark.parametrize("contact", [(), (0,)], ids=["free", "in contact"])
 @pytest.mark.parametrize("scenario", [None, "compressor_levitated"], ids=["continuous", "sampled"])
-def test_growth_alone_is_that_of_all_vibrations(scenario, contact):
+def test_growth_is_that_of_the_full_eigenproblem(scenario, contact):
     """Eigenvalues without their vectors, as the maps take them."""
     dynamics = Dynamics(jeffcott(1.5 * OWN), C, np.array([0.3]), np.array([0.02]))
     if scenario is not None:
@@ -65,7 +65,7 @@ def test_growth_alone_is_that_of_all_vibrations(scenario, contact):
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1])
-def test_of_two_states_beside_a_free_orbit_the_harder_one_is_stable(mu):
+def test_of_two_contact_states_the_one_with_more_force_is_stable(mu):
     """They meet in a fold, where the swing on the circle has no stiffness."""
     Omega, u = 1.5 * OWN, 3.0 * DAMPING * CLEARANCE / OWN
     at = receptances(jeffcott(Omega))
@@ -75,7 +75,7 @@ def test_of_two_states_beside_a_free_orbit_the_harder_one_is_stable(mu):
     assert [about(Omega, N, mu).is_stable for N in np.sort(result.N[:, 0])] == [False, True]
 
 
-def test_free_rotor_has_the_vibrations_of_its_own():
+def test_free_rotor_has_its_own_eigenvalues():
     small = Dynamics(jeffcott(0.7 * OWN), C, np.zeros(1), np.zeros(1)).about((), np.zeros(0), np.zeros(0))
     damped = np.sqrt(STIFFNESS / MASS - (DAMPING / (2.0 * MASS)) ** 2)
     np.testing.assert_allclose(small.rates, -DAMPING / (2.0 * MASS), rtol=1e-9)

@@ -39,7 +39,7 @@ def friction_of(model, g=G):
 
 
 @pytest.mark.parametrize(("mass", "clearance", "g"), [(10.0, 5e-4, 9.81), (123.0, 2e-4, 9.81), (1.0, 1e-3, 1.6)])
-def test_a_rigid_rotor_in_rigid_retainers_has_the_closed_form(mass, clearance, g):
+def test_rigid_rotor_in_rigid_retainers_matches_the_closed_form(mass, clearance, g):
     """12 mu^2 exp(2 pi mu) = 3, whatever its mass, its clearance and gravity."""
     assert friction_of(TwoBodies(mass=mass, clearance=clearance), g) == pytest.approx(RIGID, rel=1e-3)
 
@@ -63,7 +63,7 @@ def test_the_plant_stays_in_contact_up_to_the_top_with_this_friction(share):
 
 
 @pytest.mark.parametrize("share", [0.9, 1.25])
-def test_the_plant_passes_the_top_of_a_mount_with_little_more_than_this_friction(share):
+def test_the_plant_swings_over_the_top_at_about_the_least_friction(share):
     """Receptances hold for steady whirl, while this one speeds up and slows down: they err by 15 % to the safe side."""
     angle, _ = swing_up(share * friction_of(TwoBodies(mass=HALF, clearance=CLEARANCE, **MOUNT)), **MOUNT)
     assert bool(angle.max() >= math.pi) is (share > 1.0)
@@ -99,7 +99,7 @@ def test_a_force_against_backward_whirl_raises_the_friction(share):
     assert (found > RIGID) is (share > 0.0)
 
 
-def test_two_journals_that_carry_alike_whirl_as_both_halves_do():
+def test_two_journals_with_equal_loads_whirl_as_both_halves_do():
     """A rigid body on two journals far apart, as one mass in the middle of its journals."""
     inertia = 0.04 * 2.0 * HALF  # of a short body, times the distance of either journal squared
 
@@ -112,7 +112,7 @@ def test_two_journals_that_carry_alike_whirl_as_both_halves_do():
     assert least_swinging_friction(forces, 2.0 * HALF * G, G) == pytest.approx(RIGID, rel=1e-3)
 
 
-def test_without_weight_no_friction_is_needed_and_without_contact_none_suffices():
+def test_least_friction_is_zero_without_weight_and_infinite_if_free():
     light = whirl_forces(rotor_and_mount(TwoBodies(mass=HALF, clearance=CLEARANCE)), [0], np.array([CLEARANCE]), G)
     assert least_swinging_friction(light, 0.0, G) == 0.0
     held = whirl_forces(lambda omega: np.array([[1e-9 + 0j]]), [0], np.array([CLEARANCE]), G)  # a spring to the centre

@@ -63,7 +63,7 @@ def test_resultant_and_paths_find_the_same_pairs():
 
 
 @pytest.mark.parametrize(("n_sites", "seed"), [(2, 3), (3, 4)])
-def test_no_start_of_newtons_method_finds_another_state(n_sites, seed):
+def test_newtons_method_from_many_starts_yields_no_further_state(n_sites, seed):
     """Thousands of starts, at some points, find what the polynomial method finds, and nothing else."""
     from scipy.optimize import fsolve
 
@@ -85,7 +85,7 @@ def test_no_start_of_newtons_method_finds_another_state(n_sites, seed):
                 assert np.abs(ours - x[:n_sites]).max(axis=1).min() < 1e-6
 
 
-def test_sites_that_do_not_move_each_other_rub_as_each_alone():
+def test_sites_without_cross_receptance_rub_as_each_alone():
     R, c, r = some_rotor(2, 50, seed=2)
     R = R * np.eye(2)
     both = states_of((0, 1), R, np.zeros(2), c, r)
@@ -99,7 +99,7 @@ def test_sites_that_do_not_move_each_other_rub_as_each_alone():
         assert {(round(a, 6), round(b, 6)) for a, b in both.N[both.points == point]} == expected
 
 
-def test_two_sites_at_one_place_have_no_forces_of_their_own():
+def test_two_sites_in_the_same_plane_have_no_isolated_states():
     R, _, r = some_rotor(1, 20, seed=5)
     result = states_of((0, 1), np.broadcast_to(R, (20, 2, 2)), np.zeros(2), np.array([1.0, 1.1]), np.hstack([r, r]))
     assert len(result.points) == 0
@@ -118,7 +118,7 @@ def test_friction_turns_the_journal_back_and_takes_torque_from_the_spin():
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.02])
-def test_jeffcott_rotor_stays_in_its_ring_from_the_closed_forms_speed(mu):
+def test_jeffcott_rotor_stays_in_contact_from_the_closed_form_speed(mu):
     """Above the critical speed the contact exists beside the free orbit from the speed where its two roots meet.
 
     With D = k - m Omega^2 + i Omega d, u Omega^2 = |c D + N (1 + i mu)|: the line of N misses the circle while

@@ -51,7 +51,7 @@ def test_share_of_an_air_gap_is_that_of_a_retainer_in_its_plane(tmp_path):
         assert other == pytest.approx(share * 0.3e-3 / GAP, rel=1e-6)
 
 
-def test_the_nearer_of_each_pair_is_that_with_the_larger_share(tmp_path):
+def test_the_nearest_stop_is_the_one_with_the_largest_used_share(tmp_path):
     subject = blower(tmp_path, "0.6e-3")
     shares = {"td_a": 0.3, "td_b": 0.4, "labyrinth": 0.1, "air gap of amb_a": 0.5, "air gap of amb_b": 0.2}
     assert subject.nearest(shares) == ["air gap of amb_a", "td_b", "labyrinth"]
@@ -86,7 +86,7 @@ def test_a_rotor_that_lies_on_a_magnet_uses_all_of_its_gap(tmp_path):
 LOST = {"event": [{"role": "disturbance", "cycle": 1.0, "set": {ACTUATOR: {"amb_a.amplifier_off_x": True}}}]}
 
 
-def test_a_fault_that_ends_at_a_magnet_is_a_value_and_no_failure(tmp_path, monkeypatch):
+def test_a_fault_that_ends_at_a_magnet_uses_the_whole_gap(tmp_path, monkeypatch):
     """Without its upper coils an axis pulls the rotor across the gap, which ends the run."""
     subject = blower(tmp_path, "0.6e-3")
     kinds = faults._kinds(subject)
@@ -100,7 +100,7 @@ def test_a_fault_that_ends_at_a_magnet_is_a_value_and_no_failure(tmp_path, monke
     assert_names(" ".join(row), "ends at the magnet")
 
 
-def test_an_end_for_another_reason_stays_a_failure(tmp_path):
+def test_a_run_that_ends_early_away_from_a_magnet_is_an_error(tmp_path):
     """A base that leaves with 1e9 m/s^2 is refused before the rotor comes to a magnet."""
     subject = blower(tmp_path, "0.6e-3")
     shoved = [{"role": "disturbance", "cycle": 1.0, "set": {PLANT: {"base.a_x": 1e9}}}]

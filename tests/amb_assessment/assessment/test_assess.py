@@ -22,7 +22,7 @@ def compressor():
     return assess("compressor", only=["closed_loop", "unbalance", "vibration"])
 
 
-def test_control_that_drives_modes_that_the_reduction_leaves_out_is_told():
+def test_control_that_destabilises_truncated_modes_is_missed():
     """Lead and notches at 100 us drive modes from 2.4 kHz on, which nothing damps, and which no co-simulation has."""
     machine = load_machine("compressor")
     others = {name: values for name, values in machine.parameters.items() if name != "rolac_controller"}
@@ -35,7 +35,7 @@ def test_control_that_drives_modes_that_the_reduction_leaves_out_is_told():
     assert "40 modes in a plane of motion, 5 in co-simulation" in missed.note
 
 
-def test_unbalance_of_each_mode_is_told_with_its_place_and_sums_to_the_whole(compressor):
+def test_unbalance_of_each_mode_has_its_place_and_sums_to_the_whole(compressor):
     (part,) = (part for part in compressor.parts if part.key == "unbalance")
     (table,) = (table for table in part.answer.tables if table.title == "Unbalance of each mode")
     whole = 2.0 * 6350.0 * compressor.facts["mass"] / compressor.facts["N_mc"]
@@ -44,7 +44,7 @@ def test_unbalance_of_each_mode_is_told_with_its_place_and_sums_to_the_whole(com
         assert sum(map(abs, amounts)) == pytest.approx(whole, rel=0.01)
 
 
-def test_a_curve_of_decrements_is_that_of_frequencies_of_the_same_name(compressor):
+def test_curves_of_decrement_and_frequency_of_a_mode_share_a_label(compressor):
     (part,) = (part for part in compressor.parts if part.key == "closed_loop")
     frequency, damping = ([item for item in of.curves if item.style == "lines"] for of in part.answer.panels)
     assert [item.name for item in damping] == [item.name for item in frequency[: len(damping)]]
@@ -69,7 +69,7 @@ def test_page_and_data_hold_every_verdict(compressor, tmp_path):
     assert all(item.title in page for item in unjudged)
 
 
-def test_a_broken_part_is_not_answered_and_ends_nothing(monkeypatch):
+def test_a_failing_part_is_unanswered_and_the_others_run(monkeypatch):
     def broken(subject):
         raise ValueError("the drawing is wet")
 
@@ -79,13 +79,13 @@ def test_a_broken_part_is_not_answered_and_ends_nothing(monkeypatch):
     assert result.parts[1].findings
 
 
-def test_a_part_that_there_is_not_is_refused():
+def test_an_unknown_part_is_refused():
     with pytest.raises(ValueError, match="did you mean landing"):
         assess("compressor", only=["landng"])
     assert "landing" in room.ANALYSES
 
 
-def test_the_turbo_expander_is_told_what_to_do():
+def test_every_missed_criterion_of_the_expander_has_advice():
     result = assess("turbo_expander", only=["closed_loop", "unbalance"])
     assert {"critical_in_range", "level_two_decrement"} <= {item.criterion.key for item in result.missed}
     assert not result.unanswered

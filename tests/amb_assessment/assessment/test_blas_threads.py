@@ -32,7 +32,7 @@ def static_currents():
 
 
 @pytest.mark.parametrize("function", [constants, static_currents])
-def test_threads_change_no_bit_of_what_runs_are_made_from(function):
+def test_threads_change_no_bit_of_the_constants_of_a_run(function):
     results = [with_threads(number, function) for number in THREADS]
     assert results[0]
     assert all(result == results[0] for result in results)

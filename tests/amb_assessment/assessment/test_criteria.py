@@ -27,7 +27,7 @@ def of_api(key):
         ("-N / 4", -12e3),
     ],
 )
-def test_a_formula_has_the_value_of_algebra(formula, value):
+def test_a_formula_evaluates_as_in_algebra(formula, value):
     assert evaluate(formula, {"N": 48000.0}) == pytest.approx(value)
     assert names_in(formula) <= {"N"}
 
@@ -51,7 +51,7 @@ def test_a_formula_has_the_value_of_algebra(formula, value):
         ("1e308 * 10", ("finite",)),
     ],
 )
-def test_a_wrong_formula_says_what_is_wrong(formula, facts):
+def test_error_names_the_fault_in_a_formula(formula, facts):
     with raises_naming(ValueError, *facts):
         evaluate(formula, {"N": 1.0})
 
@@ -79,7 +79,7 @@ def test_no_packaged_criterion_claims_that_a_standard_was_read():
     ("amplification", "below", "above"),
     [(2.5, 0.0, 10.0), (5.0, 17 * (1 - 1 / 3.5), 10 + 17 * (1 - 1 / 3.5)), (100.0, 16.0, 26.0)],
 )
-def test_separation_margins_are_those_by_hand(amplification, below, above):
+def test_separation_margins_match_a_hand_calculation(amplification, below, above):
     facts = {**MACHINE, "AF": amplification, "N_c": 5000.0}
     assert of_api("separation_below").applies(facts)
     assert of_api("separation_below").limit_of(facts) == pytest.approx(below, abs=1e-12)
@@ -89,7 +89,7 @@ def test_separation_margins_are_those_by_hand(amplification, below, above):
     assert of_api("separation_above").limit_of(facts) == pytest.approx(above)
 
 
-def test_an_amplification_below_2_5_asks_for_no_margin():
+def test_an_amplification_below_2_5_requires_no_margin():
     within = Quantity("separation_margin", "here", -5.0, "%", {"AF": 2.4, "N_c": 8000.0})
     sharp = Quantity("separation_margin", "here", -5.0, "%", {"AF": 2.6, "N_c": 8000.0})
     assert [item.verdict for item in judge([within], load_criteria(), MACHINE)] == [Judgement.NOT_JUDGED]
@@ -114,7 +114,7 @@ def test_a_zone_ends_below_its_limit():
 @pytest.mark.parametrize(
     ("value", "told"), [(100.04, "100.04 %"), (104.0, "104 %"), (99.99, "99.99 %"), (99.999, "100 %")]
 )
-def test_a_value_that_misses_its_limit_is_told_apart_from_it(value, told):
+def test_a_value_that_misses_its_limit_is_not_rounded_to_it(value, told):
     """100 % (at most 100 %) would say that it is met; a value that meets it may be rounded to it."""
     (result,) = judge([Quantity("q", "here", value, "%")], [Criterion(**ABOUT, unit="%", limit="100")], {})
     assert (result.verdict is Judgement.MISSED, result.value_text) == (value > 100.0, told)
@@ -126,7 +126,7 @@ def test_a_quantity_in_another_unit_is_not_judged():
     assert "um" in result.reason
 
 
-def test_a_formula_of_an_unknown_variable_is_not_answered():
+def test_a_formula_of_an_unknown_variable_leaves_its_criterion_open():
     (result,) = judge([Quantity("q", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
     assert result.verdict is Judgement.UNANSWERED
     assert "N_mc" in result.reason
@@ -135,12 +135,12 @@ def test_a_formula_of_an_unknown_variable_is_not_answered():
 @pytest.mark.parametrize(
     "formula", ["min(1, x)", "min(x, 1)", "max(1, x)", "x < 1", "not x", "1 if x else 0", "x ** 0"]
 )
-def test_formula_of_a_quantity_that_is_not_a_number_has_no_value(formula):
+def test_formula_of_nan_is_refused(formula):
     with raises_naming(ValueError, "formula", "not"):
         evaluate(formula, {"x": math.nan})
 
 
-def test_criteria_whose_formulas_have_no_value_are_told_by_their_keys():
+def test_criteria_without_a_value_are_listed_by_key():
     items = [Quantity("q", "here", 1.0), Quantity("q", "open", 1.0, open="nothing falls")]
     criteria = [Criterion(**ABOUT, limit="2 * N_mx"), Criterion(**ABOUT | {"key": "other"}, limit="2")]
     part = Analysis("part", "Part", AnalysisResult(), tuple(judge(items, criteria, MACHINE)))
@@ -148,7 +148,7 @@ def test_criteria_whose_formulas_have_no_value_are_told_by_their_keys():
     assert list(result.unevaluated) == ["own"]
 
 
-def test_a_criterion_without_a_source_is_told_as_such_and_judges_nothing():
+def test_a_criterion_without_a_source_judges_nothing():
     criteria = load_criteria(["iso_14839"])
     (result,) = judge([Quantity("current_demand", "here", 900.0, "%")], criteria, MACHINE)
     assert (result.verdict, result.limit_text) == (Judgement.NOT_JUDGED, "–")
@@ -167,12 +167,12 @@ def test_a_criterion_without_a_source_is_told_as_such_and_judges_nothing():
         ({"limit": "1 +"}, ("formula",)),
     ],
 )
-def test_a_criterion_that_is_not_complete_is_refused(changes, facts):
+def test_an_incomplete_criterion_is_refused(changes, facts):
     with raises_naming(ValueError, *facts):
         Criterion(**ABOUT | changes)
 
 
-def test_a_users_own_criteria_are_a_file(tmp_path):
+def test_criteria_are_read_from_a_user_file(tmp_path):
     path = tmp_path / "works.toml"
     path.write_text(
         'standard = "works standard"\n[[criterion]]\nkey = "probe"\nwhat = "quiet"\nquantity = "probe_displacement"\n'

@@ -30,7 +30,7 @@ def test_the_nearer_limit_of_a_law_ends_the_amplitude(low, high, amplitude):
     assert demand_amplitude(machine, "amb_b", "x") == pytest.approx(1e9)
 
 
-def test_an_offset_of_the_demand_uses_up_a_part_of_the_limits():
+def test_an_offset_of_the_demand_reduces_the_usable_limits():
     assert demand_amplitude(with_law_limits(-1.0, 2.0, **{"amb_a.i_y.offset": 1.5}), *AXIS) == pytest.approx(0.5)
 
 
@@ -41,14 +41,14 @@ def test_a_dac_in_use_limits_the_demand_to_gain_times_range():
     assert demand_amplitude(off, *AXIS) == pytest.approx(1e9)
 
 
-def test_coils_and_voltage_still_limit_what_the_controller_allows():
+def test_coils_and_voltage_limit_a_demand_within_its_controller_limits():
     machine = with_law_limits(-3.0, 3.0)
     for frequency in (1.0, 400.0, 4000.0):
         of_coils = float(current_amplitude(machine.axis(*AXIS), frequency))
         assert float(control_amplitude(machine, *AXIS, frequency)) == pytest.approx(min(of_coils, 3.0))
 
 
-def test_the_envelope_of_a_controller_with_a_tenth_of_its_demand_is_exceeded():
+def test_a_tenth_of_the_demand_limit_uses_ten_times_its_share():
     def shares(machine):
         found = envelope.answer(machine).measured
         return {item.where.split()[0]: item.value for item in found if item.quantity == "current_demand"}

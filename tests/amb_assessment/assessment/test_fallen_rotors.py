@@ -77,7 +77,7 @@ def test_a_rotor_that_does_not_levitate_meets_no_criterion_of_its_loop(machine, 
         assert_names(reason, "loop is not stable", "1/min")
 
 
-def test_the_exit_code_says_that_criteria_of_a_fallen_rotor_are_not_answered(tmp_path):
+def test_unanswered_criteria_of_a_fallen_rotor_end_with_exit_code_1(tmp_path):
     pytest.importorskip("plotly")
     path = with_law(BLOWER, tmp_path, weak)
     ended = CliRunner().invoke(
@@ -88,7 +88,7 @@ def test_the_exit_code_says_that_criteria_of_a_fallen_rotor_are_not_answered(tmp
 
 
 @pytest.mark.parametrize("quantity", ["decrement", "decrement_anticipated", "cross_coupling_ratio"])
-def test_a_good_value_of_a_loop_that_is_unstable_elsewhere_is_not_met(quantity):
+def test_a_loop_unstable_at_another_speed_meets_no_criterion(quantity):
     """A damped range of speeds, above or below the speed at which the rotor falls."""
     item = Quantity(quantity, "here", 9.0, "1", levitated=True)
     for reason, verdict in (("", Judgement.MET), ("it falls at 5000 1/min", Judgement.UNANSWERED)):

@@ -23,7 +23,7 @@ def machine(**changes):
     return MachineFile(**({"rotor": "compressor", "speed": SPEED} | changes))
 
 
-def test_cross_coupling_of_a_stage_is_that_by_hand():
+def test_cross_coupling_of_a_stage_matches_a_hand_calculation():
     Omega = 942.477796076938  # 9000 1/min
     by_hand = 500e3 * 3.0 * 9.55 * 1.2 / (0.5 * 0.02 * 9000.0)
     assert CompressorStage(at="wheel", density_ratio=1.2, **DATA).anticipated(Omega) == pytest.approx(by_hand)
@@ -42,7 +42,7 @@ def test_cross_coupling_pushes_along_a_forward_circle():
     assert not M.any()
 
 
-def test_the_real_coupling_of_a_stage_takes_the_place_of_the_anticipated():
+def test_level_two_takes_the_stated_coupling_of_a_stage():
     stage = CompressorStage(at="wheel", cross_coupling="1 MN/m", real="0.2 MN/m")
     assert stage.anticipated(900.0) == pytest.approx(1e6)
     assert stage.level_two(900.0) == pytest.approx(2e5)
@@ -98,7 +98,7 @@ def test_a_balancing_grade_is_written_as_the_standard_or_with_its_unit(grade):
         ({"tolerances": {"k_i": 1.0}}, ("less than 1",)),
     ],
 )
-def test_a_wrong_machine_is_refused(changes, facts):
+def test_an_invalid_machine_is_refused(changes, facts):
     with raises_naming(ValueError, *facts):
         machine(**changes)
 
@@ -155,7 +155,7 @@ def test_all_corners_of_the_tolerances_are_varied():
     assert max(v.k_s for v in corners.values()) == pytest.approx(1.15 / 0.95**3)
 
 
-def test_magnets_of_a_machine_are_told_by_numbers_of_algebra():
+def test_magnet_numbers_match_the_closed_forms():
     """F = mu_0 N^2 A cos(phi) (I_upper^2 - I_lower^2)/s^2 with all control current, which one coil pair alone has."""
     values = {"turns": 50.0, "pole_area": 4e-4, "gap": 5e-4, "half_angle": 0.3, "b_sat": 900.0, "inductance": 6e-3}
     p = axis_parameters(**values, bias_current=3.0, static_current=1.0, current_limit=8.0)
@@ -179,7 +179,7 @@ def test_differential_drive_keeps_k_i_whatever_the_load():
 
 
 @pytest.mark.parametrize(("given", "told"), [(22.0, False), (14.0, False), (22e3, True), (0.022, True)])
-def test_an_inductance_without_its_unit_is_told(given, told):
+def test_an_inductance_far_from_that_of_the_gap_warns_of_its_unit(given, told):
     result = inductance_doubt("left.x", given, 14.0)
     assert [("inductance_x = " in line, "check its unit" in line) for line in result] == [(True, True)] * told
 

@@ -20,7 +20,7 @@ BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 
 
 @pytest.mark.parametrize(("value", "verdict"), [(0.0, Judgement.UNANSWERED), (12.5, Judgement.MISSED)])
-def test_a_value_that_may_become_worse_is_missed_or_open(value, verdict):
+def test_an_unfinished_landing_is_missed_or_open_and_never_met(value, verdict):
     item = Quantity("landing_failed", "of 8 landings", value, "%", open="3 of 8 landings have not ended")
     (found,) = judge([item], load_criteria(["physics"]), {})
     assert found.verdict is verdict
@@ -48,7 +48,7 @@ def test_relevitation_without_gravity_is_open():
 
 
 @pytest.mark.slow
-def test_a_landing_is_followed_until_it_ends_or_says_that_it_has_not(monkeypatch):
+def test_a_landing_runs_to_its_end_or_is_reported_as_unfinished(monkeypatch):
     """The blower rocks in its retainers at full speed: that is an end, too, if the swing stays below 90 degrees."""
     monkeypatch.setattr(landing, "FRICTIONS", (0.15,))
     monkeypatch.setattr(landing, "PHASES", 2)
@@ -82,7 +82,7 @@ def test_a_landing_on_the_stators_is_not_survived(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_site_that_is_struck_late_in_a_landing_to_rest_is_judged(monkeypatch):
+def test_contact_late_in_a_coast_down_is_judged(monkeypatch):
     """The turbo-expander strikes its labyrinth 1.8 s after the loss of power."""
     monkeypatch.setattr(rest, "LONGEST", 2.2)
     subject = subject_of(load_machine("turbo_expander"))
@@ -92,6 +92,6 @@ def test_a_site_that_is_struck_late_in_a_landing_to_rest_is_judged(monkeypatch):
     assert_names(touched.where, "labyrinth")
 
 
-def test_the_part_of_a_rest_names_gravity():
+def test_coast_down_without_gravity_is_refused():
     with raises_naming(ValueError, "no gravity"):
         rest.answer(subject_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"})))

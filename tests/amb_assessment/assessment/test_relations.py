@@ -157,7 +157,7 @@ def doubled_samples(monkeypatch):
 
 
 @pytest.mark.parametrize("description", DESCRIPTIONS)
-def test_another_description_of_a_machine_changes_no_verdict(description, machine, linear, tmp_path):
+def test_an_equivalent_description_changes_no_verdict(description, machine, linear, tmp_path):
     assert_alike(values(DESCRIPTIONS[description](machine, tmp_path), LINEAR), linear)
 
 
@@ -236,7 +236,7 @@ def assert_same_runs(found, reference):
             assert [value for value, _ in found[key]] == pytest.approx(numbers, rel=0.03, abs=ORBITS[key[1]]), key
 
 
-def test_other_units_leave_the_values_of_all_runs(machine, tmp_path):
+def test_units_of_the_description_change_no_value_of_a_run(machine, tmp_path):
     """Parameters, inputs with those from gravity, and speeds: two runs of equal values are one."""
     result = []
     for folder in (machine, with_other_units(machine, tmp_path)):
@@ -250,7 +250,7 @@ def test_other_units_leave_the_values_of_all_runs(machine, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("description", [name for name in DESCRIPTIONS if name != "other units"])
-def test_another_description_changes_no_verdict_on_runs(description, machine, runs_of, simulated, tmp_path):
+def test_an_equivalent_description_changes_no_verdict_on_runs(description, machine, runs_of, simulated, tmp_path):
     assert_same_runs(values(DESCRIPTIONS[description](machine, tmp_path), runs_of), simulated)
 
 

@@ -12,7 +12,7 @@ J = 0.5  # kg m^2
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_friction_of_constant_force_stops_the_spin_when_its_momentum_is_used(sense):
+def test_constant_friction_torque_stops_the_spin_after_j_omega_over_m(sense):
     """J Omega' = -M: t = J Omega/M, of either sense of rotation; what was at the beginning does not count."""
     speeds = 400.0 - 8.0 * TIMES
     speeds[:20] += 5.0
@@ -45,7 +45,7 @@ def test_gas_and_friction_share_the_energy_of_the_spin():
 
 
 @pytest.mark.parametrize("gain", [0.0, 3.0])
-def test_a_spin_that_friction_takes_no_speed_from_never_stands_still(gain):
+def test_a_spin_without_deceleration_never_stops(gain):
     assert coast_down(TIMES, 400.0 + gain * TIMES, J, 0.0) is None
     assert coast_down(TIMES, 400.0 * np.exp(-0.2 * TIMES), J, 0.2 * J) is None
 

@@ -55,7 +55,7 @@ def test_a_bearing_without_force_has_no_load():
         ({"cage": 1}, ("retainer_bearings.0.cage",)),
     ],
 )
-def test_a_bearing_that_cannot_be_built_is_refused_in_a_sentence(changes, facts):
+def test_a_bearing_that_cannot_be_built_is_refused(changes, facts):
     file = {"rotor": "rotor", "speed": {"minimum": 100.0, "maximum": 200.0}}
     with raises_naming(ValueError, *facts):
         MachineFile(**file, retainer_bearings=[SKF_6002 | changes])

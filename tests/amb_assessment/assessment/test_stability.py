@@ -63,7 +63,7 @@ def test_a_machine_that_levitates_is_stable():
     assert found["stable"].measured.facts["growth_rate"] == pytest.approx(-22.0, abs=0.5)
 
 
-def test_half_the_gain_in_one_axis_is_a_drift_and_missed(weak):
+def test_half_the_gain_in_one_axis_makes_the_rotor_drift(weak):
     """The pole is real: |z| = 1.0029, and grows by 58 1/s."""
     found = verdicts(weak)
     stable = found["stable"]
@@ -74,7 +74,7 @@ def test_half_the_gain_in_one_axis_is_a_drift_and_missed(weak):
     assert found["level_one_ratio"].measured.value == 0.0
 
 
-def test_parts_that_need_levitation_are_not_answered_for_a_falling_rotor(weak):
+def test_parts_that_need_levitation_stay_open_for_a_falling_rotor(weak):
     assert set(weak.unanswered) == OF_LEVITATION
     (reason,) = set(weak.unanswered.values())
     assert_names(reason, "not stable", "drift", "amb_a.x")
@@ -107,7 +107,7 @@ def test_a_gain_of_the_wrong_sign_is_missed_and_has_no_responses(machine, tmp_pa
     assert set(found.unanswered) == {"unbalance", "envelope"}
 
 
-def test_poles_over_speed_tell_a_drift_with_its_axis_and_rate():
+def test_poles_over_speed_report_a_drift_with_axis_and_rate():
     result = poles(BLOWER / "levitation.toml", controller=ONE_AXIS_WEAK, count=4)
     assert len(result.unstable) == len(result.speeds)
     assert result.spectral_radii == pytest.approx(1.0029, abs=1e-4)
@@ -179,7 +179,7 @@ at_speed = [
 # The steel of the shaft"""
 
 
-def test_a_speed_that_only_a_run_up_passes_is_judged(expander):
+def test_speeds_below_the_operating_range_are_judged(expander):
     """A seal drives forward whirl around one speed below the operating range."""
     file = expander("# The steel of the shaft", SEAL)
     machine = subject_of(file)
@@ -193,7 +193,7 @@ def test_a_speed_that_only_a_run_up_passes_is_judged(expander):
     assert (found.verdict, found.measured.value) == (Judgement.MISSED, pytest.approx(worst.radius, abs=1e-9))
 
 
-def test_a_gain_that_is_low_between_two_entries_of_its_table_is_judged(tmp_path):
+def test_a_low_gain_between_two_entries_of_a_table_is_judged(tmp_path):
     """A law with 0.3 of its gain at 5,100 1/min alone, between two speeds of the grid, lets the rotor go there."""
     speeds = '[["0 rpm", -1.0], ["5000 rpm", -1.0], ["5100 rpm", -0.3], ["5200 rpm", -1.0], ["30000 rpm", -1.0]]'
     text = (BLOWER / "controller.toml").read_text(encoding="utf-8")
@@ -241,7 +241,7 @@ def test_a_machine_turned_by_180_degrees_has_the_same_poles_and_demands():
         assert limits[0] == pytest.approx(limits[1])
 
 
-def test_threshold_of_cross_coupling_is_the_first_in_a_narrow_unstable_range(monkeypatch):
+def test_threshold_of_cross_coupling_is_the_start_of_a_narrow_range(monkeypatch):
     """sigma = 12/(1 + ((q - 3.4)/0.3)^2) - 10 is positive from 3.4 - 0.3/5^(1/2) to 3.4 + 0.3/5^(1/2)."""
 
     def vibrating(factor, speed):

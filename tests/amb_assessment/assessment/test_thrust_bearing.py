@@ -51,7 +51,7 @@ def test_constants_follow_from_the_geometry():
     assert bearing().data(0.0)[-1] == "laminated"
 
 
-def test_material_and_corner_of_the_same_iron_make_the_same_lag():
+def test_material_and_corner_frequency_of_an_iron_give_the_same_lag():
     material = bearing(iron=IRON)
     corner = f"{material.corner / (2.0 * math.pi)!r} Hz"
     assert bearing(iron={"corner": corner}).corner == pytest.approx(material.corner, rel=1e-12)
@@ -100,12 +100,12 @@ def test_a_machine_without_tilt_has_the_gravity_of_its_file():
         ({"poles": 2}, ("thrust_bearing.poles",)),
     ],
 )
-def test_a_thrust_bearing_that_cannot_be_built_is_refused_in_a_sentence(changes, facts):
+def test_a_thrust_bearing_that_cannot_be_built_is_refused(changes, facts):
     with raises_naming(ValueError, *facts):
         machine(thrust_bearing=GEOMETRY | changes)
 
 
-def test_iron_of_a_data_sheet_needs_its_corner():
+def test_iron_of_a_data_sheet_requires_a_corner_frequency():
     assert ThrustBearing(**SHEET).bearing.capacity == 480.0
     with raises_naming(ValueError, "iron", "k_i", "k_s", "corner"):
         ThrustBearing(**SHEET, iron=IRON)
@@ -123,7 +123,7 @@ def test_a_shaft_beyond_the_vertical_is_refused():
         ('inputs = ["a"]\noutputs = ["i"]\ngain = [["0 rpm", 1.0], ["9 rpm", 2.0]]', ("speed",)),
     ],
 )
-def test_a_controller_of_other_signals_or_speeds_is_refused(tmp_path, text, facts):
+def test_a_controller_with_wrong_signals_or_speeds_is_refused(tmp_path, text, facts):
     head, _, gain = text.partition("\ngain")
     channel = '\nsample_time = "50 us"\n[[channel]]\nfrom = "a"\nto = "i"\n' + (f"gain{gain}" if gain else "")
     (tmp_path / "axial.toml").write_text(head + channel, encoding="utf-8")

@@ -36,7 +36,7 @@ def test_all_unbalance_is_placed_with_the_signs_of_the_mode(machine):
         assert all(u * shape[plane] > 0.0 for plane, u in placed.at.items())
 
 
-def test_a_rotor_with_one_disc_has_the_whole_unbalance_too(tmp_path):
+def test_a_rotor_with_a_single_disc_has_the_whole_unbalance(tmp_path):
     """Lobes of opposite sign do not subtract at its only disc: a lobe without a disc has its unbalance at a bearing."""
     rotor = (BLOWER.parent / "rotor.toml").read_text(encoding="utf-8")
     head, *others = rotor.split("unbalance = true\n")
@@ -163,7 +163,7 @@ def test_bearings_that_differ_along_x_and_y_have_two_maps():
     assert {case.name.split(" (")[0] for case in unbalance_cases(weak)} >= {"mode 1 along x", "mode 1 along y"}
 
 
-def test_a_share_of_the_clearance_grows_with_the_unbalance_beyond_the_probe_limit(monkeypatch):
+def test_share_of_the_clearance_grows_with_the_unbalance(monkeypatch):
     """The scale never makes it smaller: ten times the unbalance, beyond the limit, gives ten times the share."""
     subject = subject_of(load_machine(BLOWER))
     shares = {}

@@ -68,7 +68,7 @@ def verdict_on(quantity):
 
 @pytest.mark.parametrize("machine", slow_but_first(("turbo_expander", "blower")))
 @pytest.mark.parametrize("same", SAME)
-def test_another_description_of_a_machine_has_the_same_friction(machine, same, tmp_path):
+def test_an_equivalent_description_has_the_same_whirl_friction(machine, same, tmp_path):
     files_of(machine, tmp_path)
     before = least(tmp_path)
     SAME[same](tmp_path)
@@ -78,7 +78,7 @@ def test_another_description_of_a_machine_has_the_same_friction(machine, same, t
     assert verdict_on(after) is verdict_on(before) is Judgement.MISSED
 
 
-def test_a_machine_on_rigid_retainers_has_nearly_that_of_a_rigid_rotor():
+def test_whirl_friction_on_rigid_retainers_is_near_that_of_a_rigid_rotor():
     """The forward cross coupling of the stage, and damping, raise it a little; bending lowers it."""
     file = load_machine(BLOWER / "machine.toml")
     without = least(file.model_copy(update={"stages": ()}))
@@ -87,7 +87,7 @@ def test_a_machine_on_rigid_retainers_has_nearly_that_of_a_rigid_rotor():
     assert_names(without.where, "td_a", "td_b", "1/min")
 
 
-def test_the_mounts_that_the_advice_asks_for_suffice():
+def test_the_advised_mounts_suffice():
     """The rotor sinks by an eighth of the clearance; a damping of 0.3 to 1.5 times k/sqrt(g/c)."""
     file = load_machine(BLOWER / "machine.toml")
     rotor = check_machine(file).rotor
@@ -101,7 +101,7 @@ def test_the_mounts_that_the_advice_asks_for_suffice():
         assert not chance(found)
 
 
-def test_the_compressor_meets_it_on_its_mounts_with_its_gas():
+def test_the_compressor_on_its_mounts_meets_the_whirl_friction():
     found = least(load_machine("compressor"))
     assert verdict_on(found) is Judgement.MET
     assert found.value > 1.2 * RIGID
@@ -116,12 +116,12 @@ def test_the_compressor_meets_it_on_its_mounts_with_its_gas():
         (0.24, 12.5, Judgement.NOT_JUDGED),
     ],
 )
-def test_landings_that_whirl_are_judged_where_friction_is_too_small_for_it(friction, whirling, verdict):
+def test_whirling_landings_are_judged_only_below_the_whirl_friction(friction, whirling, verdict):
     facts = {"whirl_friction": friction, "friction": FRICTION}
     assert verdict_on(Quantity("landing_backward_whirl", "of 8 landings", whirling, "%", facts)) is verdict
 
 
-def test_chance_leaves_open_what_eight_landings_show():
+def test_whirl_friction_just_below_the_coefficient_leaves_it_to_chance():
     item = Quantity("whirl_friction", "td_a, 0 1/min", 0.24, "1", {"friction": FRICTION})
     assert_names(chance(item), "0.15", "0.24", "chance")
     assert verdict_on(item) is Judgement.MISSED
@@ -138,7 +138,7 @@ def test_chance_leaves_open_what_eight_landings_show():
         (0.31, 1, Judgement.MISSED),
     ],
 )
-def test_what_whirling_landings_touch_counts_where_no_chance_decides(friction, whirling, verdict, monkeypatch):
+def test_contact_in_whirling_landings_counts_unless_left_to_chance(friction, whirling, verdict, monkeypatch):
     """The first of the eight whirl and reach a stator and a seal, and none of the others does."""
     landed = iter([True] * whirling + [False] * (8 - whirling))
 
@@ -159,7 +159,7 @@ def test_what_whirling_landings_touch_counts_where_no_chance_decides(friction, w
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("share", "whirl"), [(0.48, 0), (1.6, 4)])
-def test_landings_whirl_above_this_friction_and_not_below_half_of_it(share, whirl, monkeypatch):
+def test_landings_whirl_above_the_whirl_friction_and_not_below_half(share, whirl, monkeypatch):
     monkeypatch.setattr(landing, "LONGEST", 1.5)
     subject = check_machine(load_machine(BLOWER / "machine.toml"))
     friction, inputs = share * whirl_friction(subject, FRICTION).value, worst_inputs(subject)

@@ -62,7 +62,7 @@ def page_machine(tmp_path_factory):
     return new_machine(tmp_path_factory.mktemp("design") / "page", drawing_of_the_page(), 12000.0 * RPM)
 
 
-def test_machine_of_the_page_reaches_zone_a_and_all_its_damping(page_machine):
+def test_machine_of_the_page_reaches_zone_a_with_full_damping(page_machine):
     loop = page_machine.design.loop
     assert loop.zone == "A"
     assert loop.peak.value < 3.0
@@ -82,7 +82,7 @@ def test_sensitivity_of_the_design_is_that_of_the_closed_loop(page_machine):
     assert high.value == pytest.approx(max(peak for peak, _ in peak_beyond(system)), rel=1e-3)
 
 
-def test_damping_across_a_node_is_a_reason(tmp_path):
+def test_a_node_between_sensor_and_magnet_is_a_shortfall(tmp_path):
     """Sensors beyond the node of the first bending mode: its shape has another sign there than at the magnet."""
     text = drawing_of_the_page() + supports_of(ACROSS)
     made = new_machine(tmp_path / "across", text, 12000.0 * RPM)
@@ -114,7 +114,7 @@ def test_expander_at_42000_rpm_reaches_zone_a_with_assumed_damping(tmp_path):
 
 
 @pytest.mark.slow
-def test_expander_at_42000_rpm_without_damping_gets_the_reason(tmp_path):
+def test_low_damping_of_the_expander_at_42000_rpm_is_a_shortfall(tmp_path):
     """A tenth of a per cent of damping in its high modes: the design levitates, and the cause of its zone is named."""
     made = new_machine(tmp_path / "bare", expander(damping=True), 42000.0 * RPM)
     assert made.design.loop.is_stable
@@ -122,7 +122,7 @@ def test_expander_at_42000_rpm_without_damping_gets_the_reason(tmp_path):
 
 
 @pytest.mark.parametrize(("factor", "motion"), [(-0.3, "drift"), (1.0, "")])
-def test_a_bearing_softer_than_nothing_drifts_away(page_machine, factor, motion):
+def test_a_bearing_of_negative_stiffness_drifts_away(page_machine, factor, motion):
     """A closed bearing of negative stiffness: its pole is real, so no vibration has it."""
     pid, speed = page_machine.design.pid, 12000.0 * RPM
     changed = Pid({name: factor * k for name, k in pid.k_b.items()}, pid.c_b, pid.derivative_time)
@@ -158,7 +158,7 @@ class PeaksOverSpeed:
         return Peak(low, "left.x", 100.0, self.Omega), Peak(3.0 - ((self.Omega - 300.0) / 1000.0) ** 2)
 
 
-def test_values_of_a_design_are_the_worst_between_its_speeds_too(monkeypatch):
+def test_values_of_a_design_are_the_worst_between_grid_speeds(monkeypatch):
     """Of 0, 400, 800, 1000 and 1050 rad/s none is within 190 of the worst."""
     monkeypatch.setattr("amb_assessment.first_design.loop_search.LoopSearch", PeaksOverSpeed)
     loop = levitation_of(LoopOfOneVibration(), 1000.0, Pid({}, {}, 1e-5), (0.1, 0.02, 0.002))
@@ -169,5 +169,5 @@ def test_values_of_a_design_are_the_worst_between_its_speeds_too(monkeypatch):
     assert loop.is_stable
 
 
-def test_wanted_damping_is_at_most_half_the_rotors_own(page_machine):
+def test_wanted_damping_is_at_most_half_of_the_rotors_damping(page_machine):
     assert wanted_ratios(page_machine.sizes.rotor) == (0.1, 0.02, pytest.approx(0.0015))

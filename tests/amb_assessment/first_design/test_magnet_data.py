@@ -82,7 +82,7 @@ def test_one_sided_drive_raises_both_constants():
         ({"bias": 1e-3}, ("gap", "clearance")),
     ],
 )
-def test_gap_and_bias_that_do_not_fit_are_refused(known, facts):
+def test_inconsistent_gap_and_bias_are_refused(known, facts):
     with raises_naming(ValueError, *facts):
         points_of(**known)
 
@@ -95,7 +95,7 @@ def test_written_machine_has_the_constants_of_the_data_sheet(bench):
         assert values[f"{bearing}.k_s_y"] == pytest.approx(8e5, rel=1e-4)
 
 
-def test_a_rotor_that_nothing_surrounds_levitates_and_has_no_landing(bench):
+def test_a_rotor_without_retainers_levitates_and_has_no_landing(bench):
     written = {path.name for path in bench.folder.iterdir()}
     assert written == {"README.md", "rotor.toml", "levitation.toml", "runup.toml", "machine.toml"}
     assert "landing" not in (bench.folder / "README.md").read_text()

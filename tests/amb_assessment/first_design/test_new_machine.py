@@ -96,7 +96,7 @@ def expander(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", MACHINES)
-def test_magnets_carry_the_weight_with_force_to_spare(tmp_path, name):
+def test_magnets_carry_the_weight_with_a_margin(tmp_path, name):
     sizes = sizes_of(tmp_path, name)
     assert math.sqrt(2.0) * sum(sizes.loads.values()) == pytest.approx(9.81 * MACHINES[name][0], rel=1e-4)
     for bearing, point in operating_points(sizes).items():
@@ -113,7 +113,7 @@ def test_bearings_share_the_weight_by_the_levers_of_statics(tmp_path):
     assert centre == pytest.approx(0.7 * 0.6 + 0.3 * 0.45 * 1.2, rel=1e-4)
 
 
-def test_the_rotor_file_has_the_mass_that_was_asked_for(pump):
+def test_the_rotor_file_has_the_requested_mass(pump):
     body = rigid_body(load_rotor(pump.folder / "rotor.toml"))
     assert body.mass == pytest.approx(60.0, rel=1e-4)
 
@@ -133,7 +133,7 @@ def test_bandwidth_and_signal_chain_of_a_new_machine_are_in_its_file(pump):
     assert {"chain.noise", "chain.adc", "chain.delay", "chain.sensitivity"} <= {*parameters["rolac_controller"]}
 
 
-def test_a_new_machine_levitates_with_room_to_its_retainers(pump):
+def test_a_new_machine_levitates_clear_of_its_retainers(pump):
     """No vibration of its loop grows, and a run of the scenario agrees: orbits stay within a sixth of the clearance."""
     assert pump.design.loop.is_stable
     assert pump.design.loop.zone in "AB"
@@ -166,7 +166,7 @@ def test_unbalance_peaks_at_the_critical_speeds_of_the_sampled_loop(pump):
     assert half.critical_speeds[0].amplitude == pytest.approx(0.5 * response.critical_speeds[0].amplitude)
 
 
-def test_a_drawing_gets_magnets_in_its_own_bearings_and_levitates(expander):
+def test_magnets_are_placed_in_the_bearings_of_a_drawing(expander):
     """Its own names, places and clearances stay; a run holds the unbalance within a tenth of the clearance."""
     rotor = load_rotor(expander.folder / "rotor.toml")
     assert (expander.folder / "rotor.toml").read_text() == DRAWING
@@ -180,7 +180,7 @@ def test_a_drawing_gets_magnets_in_its_own_bearings_and_levitates(expander):
     assert 0.0 < max(result.summary.orbit_largest.values()) < 0.1e3 * expander.sizes.clearance
 
 
-def test_damping_that_a_drawing_does_not_tell_is_assumed_and_said(tmp_path):
+def test_damping_missing_in_a_drawing_is_assumed_and_reported(tmp_path):
     """Without it sampled control drives the high bending modes of many a rotor; damping that is given stays."""
     lines = DRAWING.split("\n")
     begin = lines.index("[damping]")
@@ -193,7 +193,7 @@ def test_damping_that_a_drawing_does_not_tell_is_assumed_and_said(tmp_path):
     assert load_rotor(tmp_path / "made/rotor.toml").damping.ratios(3).tolist() == [0.003, 0.005, 0.01]
 
 
-def test_the_scenarios_of_a_drawing_act_on_its_own_parts(expander):
+def test_the_scenarios_of_a_drawing_act_on_its_parts(expander):
     inputs = {name: load_scenario(str(expander.folder / f"{name}.toml")) for name in SCENARIOS}
     assert inputs["levitation"].inputs["rotor_contact"]["turbine.u"]
     assert inputs["sensor_loss"].event[0].set["rolac_controller"] == {"north_east.fault_dead": True}
@@ -212,7 +212,7 @@ LACKING = {"sensors": "a sensor", "bodies": "a plane of unbalance"}
 
 
 @pytest.mark.parametrize("key", LACKING)
-def test_a_drawing_without_a_part_is_told_what_its_file_needs(tmp_path, key):
+def test_error_names_the_part_that_a_drawing_lacks(tmp_path, key):
     drawing = tomllib.loads(EXPANDER.read_text(encoding="utf-8"))
     del drawing[key]
     with pytest.raises(ValueError, match=f"rotor 'expander' has not {LACKING[key]}; its file needs"):
@@ -220,7 +220,7 @@ def test_a_drawing_without_a_part_is_told_what_its_file_needs(tmp_path, key):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_rotor_that_no_gains_hold_is_told_its_vibration(tmp_path):
+def test_a_rotor_that_no_pid_holds_is_refused_with_its_unstable_mode(tmp_path):
     """A shaft without damping whose sensors are beyond nodes of its bending modes: no gains of a PID hold it."""
     text = shaft_of("pump")[0].replace("modal = [0.003, 0.005, 0.01]", "modal = 0.0")
     places = "".join(f'[[bearings]]\nname = "{b}"\nz = {z}\nstiffness = 1e6\n' for b, z in (("a", 0.1), ("b", 1.1)))
@@ -252,19 +252,19 @@ def test_a_new_machine_lands_and_is_lifted_off_again(tmp_path, name):
         ((60.0, 1.2, 100.0), (0.9, 0.2), ("bearings", "0.9 m, 0.2 m")),
     ],
 )
-def test_numbers_of_which_no_machine_can_be_made_are_refused(tmp_path, given, bearings, facts):
+def test_values_of_which_no_machine_can_be_made_are_refused(tmp_path, given, bearings, facts):
     with raises_naming(ValueError, *facts):
         new_machine(tmp_path / "fan", plain_shaft("fan", *given), given[2], bearings)
 
 
-def test_a_folder_that_exists_is_left_alone(tmp_path):
+def test_an_existing_folder_is_not_overwritten(tmp_path):
     with pytest.raises(ValueError, match="exists"):
         new_machine(tmp_path, *shaft_of("pump"))
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("given", ["0.2 m", "0.2m 0.5 m, 0.9 m"])
-def test_bearings_are_two_positions(tmp_path, given):
+def test_bearings_that_are_not_two_positions_are_refused(tmp_path, given):
     requested = ("new", str(tmp_path / "fan"), "--mass", "60 kg", "--length", "1.2 m", "--speed", "200 Hz")
     assert "two positions" in CliRunner().invoke(main, [*requested, "--bearings", given]).stderr
 
@@ -284,7 +284,7 @@ def test_the_machine_to_assess_lands_in_the_retainers_of_its_landing(pump):
         (("--rotor", "expandor"), ("'expandor'", "turbo_expander")),
     ],
 )
-def test_what_does_not_go_with_a_rotor_file_is_refused(tmp_path, given, facts):
+def test_options_that_conflict_with_a_rotor_file_are_refused(tmp_path, given, facts):
     requested = ("new", str(tmp_path / "fan"), "--rotor", str(EXPANDER), "--speed", "15000 rpm", *given)
     done = CliRunner().invoke(main, requested)
     assert done.exit_code == 2, done.stderr
@@ -303,7 +303,7 @@ def test_a_name_that_a_file_cannot_hold_is_refused(name, tmp_path):
 
 
 @pytest.mark.parametrize("machine", ["pump", "expander"])
-def test_first_designs_bear_a_sample_of_delay(machine, request):
+def test_first_designs_tolerate_a_sample_of_delay(machine, request):
     """The demands of the scenario come a sample late, and all vibrations of the sampled loop decay with that."""
     made = request.getfixturevalue(machine)
     assert load_scenario(str(made.folder / "levitation.toml")).parameters["rolac_controller"]["chain.delay"] is True

@@ -21,7 +21,7 @@ OF_MB1, OF_BOTH = ["mb1.x", "mb1.y"], ["mb1.x", "mb1.y", "mb2.x", "mb2.y"]
 
 
 @pytest.mark.parametrize(("share", "saturating"), [(0.99, []), (1.01, OF_MB1), (6.0, OF_BOTH)])
-def test_unbalance_beyond_the_coils_is_a_reason(share, saturating):
+def test_unbalance_that_saturates_the_coils_is_a_shortfall(share, saturating):
     """F_1 = u Omega^2 (z_2 - z_d)/(z_2 - z_1), F_2 = u Omega^2 - F_1, |i| = (K_b + K_s)/(K_i K_b) |F|."""
     levers = {"mb1": (Z_MB2 - Z_DISC) / (Z_MB2 - Z_MB1), "mb2": (Z_MB1 - Z_DISC) / (Z_MB2 - Z_MB1)}
     u = share * BIAS * K_I * K_B / (K_B + K_S) / (levers["mb1"] * SLOW**2)
@@ -33,7 +33,7 @@ def test_unbalance_beyond_the_coils_is_a_reason(share, saturating):
         assert_names(reason, axis, f"{demand:.3g} A", "4.43 A", "1 rpm")
 
 
-def test_bearings_softer_than_their_magnets_require_are_a_reason():
+def test_bearings_softer_than_their_magnets_require_are_a_shortfall():
     """Three bearings with 0.58, 0.72 and 0.53 of their K_s, of which 0.7 is wanted."""
     k_s = {"top": 5e6, "mid": 7e6, "low": 6e6}
     shares = {"top": 0.58, "mid": 0.72, "low": 0.53}

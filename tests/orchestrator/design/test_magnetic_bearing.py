@@ -32,12 +32,12 @@ def test_parameters_are_those_of_the_table_with_changes():
         (lambda: linearisation(RIG, 0.0, [0.0, 5.0]), ("i_c", "5 A", ">= -5.57 A", "<= 4.43 A")),
     ],
 )
-def test_refusals_name_value_and_limit(refused, facts):
+def test_errors_name_value_and_limit(refused, facts):
     with raises_naming(ValueError, *facts):
         refused()
 
 
-def test_linearisation_is_what_the_running_model_does():
+def test_linearisation_agrees_with_the_model():
     """Force and gradient of the FMU, and its differences over the control current."""
     x, i_c = np.meshgrid([-4e-4, 0.0, 2e-4], [-3.0, 0.0, 0.7, 3.0])
     result = linearisation(RIG, x, i_c)

@@ -29,7 +29,7 @@ def table(receptance):
     return made.updated(62.83, 3.0 * receptance, order=2)
 
 
-def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
+def test_a_written_table_is_read_back_to_the_last_bit(table, tmp_path):
     table.write(tmp_path / "new" / "table.toml")
     result = read_table(tmp_path / "new" / "table.toml", "rig", LOOP, loop_parameters(LOOP))
     for name in ("rotor", "sensors", "axes", "parameters"):
@@ -40,7 +40,7 @@ def test_what_is_written_is_read_to_the_last_bit(table, tmp_path):
     assert [p.name for p in (tmp_path / "new").iterdir()] == ["table.toml"]
 
 
-def test_response_of_an_inner_loop_is_kept_beside_its_receptance(table, receptance, tmp_path):
+def test_response_of_an_inner_loop_is_stored_with_its_receptance(table, receptance, tmp_path):
     C = np.arange(32.0).reshape(4, 8) * (1.0 - 2.0j)
     table.updated(31.4, receptance, inner=C).write(tmp_path / "table.toml")
     result = read_table(tmp_path / "table.toml")
@@ -55,13 +55,13 @@ def test_response_of_an_inner_loop_is_kept_beside_its_receptance(table, receptan
 
 @settings(deadline=None)
 @given(name=st.text(st.characters(exclude_categories=["Cs"])))
-def test_any_name_of_a_rotor_survives(name, tmp_path_factory):
+def test_any_name_of_a_rotor_is_preserved(name, tmp_path_factory):
     path = tmp_path_factory.mktemp("named") / "table.toml"
     empty_table(name, LOOP).write(path)
     assert read_table(path, name).rotor == name
 
 
-def test_new_receptance_replaces_that_of_its_speed_alone(table, receptance):
+def test_new_receptance_replaces_only_that_of_its_speed(table, receptance):
     changed = table.updated(62.9, 7.0 * receptance)
     assert [(e.order, e.speed) for e in changed.entries] == [(1, 31.4), (1, 62.9), (1, 157.0), (2, 62.83)]
     np.testing.assert_array_equal(changed.entries[1].receptance, 7.0 * receptance)
@@ -86,7 +86,7 @@ def test_h_of_a_controller_is_linear_between_speeds_and_constant_beyond(table, r
         np.testing.assert_allclose(H, expected, rtol=1e-12)
 
 
-def test_constants_of_one_harmonic_are_those_of_pack(receptance):
+def test_constants_of_a_single_harmonic_are_those_of_pack(receptance):
     speeds, receptances = [50.0, 100.0], [receptance, 1j * receptance]
     table = empty_table("rig", LOOP)
     for speed, r in zip(speeds, receptances, strict=True):
@@ -105,7 +105,7 @@ def test_speed_that_is_not_positive_is_refused(table, receptance, speed):
         table.updated(speed, receptance)
 
 
-def test_singular_receptance_is_not_taken(table, receptance):
+def test_singular_receptance_is_not_stored(table, receptance):
     receptance[:, 3] = receptance[:, 2]
     with raises_naming(ValueError, "condition number"):
         table.updated(50.0, receptance)
@@ -136,13 +136,13 @@ def test_table_of_another_rotor_is_refused(table, tmp_path):
 
 
 @pytest.mark.parametrize(("name", "value"), [("mb1.k_b_x", 2e6), ("chain.preset", 1.0), ("sample_time", 5e-4)])
-def test_table_of_another_loop_is_refused_with_what_differs(table, tmp_path, name, value):
+def test_table_of_another_loop_is_refused_with_the_difference(table, tmp_path, name, value):
     table.write(tmp_path / "table.toml")
     with raises_naming(ValueError, f"{name}", f"{value:g}", "again"):
         read_table(tmp_path / "table.toml", parameters=loop_parameters(LOOP, {name: value}))
 
 
-def test_loop_holds_what_a_receptance_depends_on_and_no_more():
+def test_loop_holds_exactly_the_parameters_of_a_receptance():
     assert {"sample_time", "mb2.c_b_y", "chain.delay", "chain.cutoff", "s3.scale", "plane4.offset"} < set(
         loop_parameters(LOOP)
     )
@@ -188,7 +188,7 @@ def edit(old, new):
         ),
     ],
 )
-def test_file_that_is_no_table_is_refused_with_its_place(table, tmp_path, change, facts):
+def test_file_that_is_no_table_is_refused_with_its_fault(table, tmp_path, change, facts):
     path = tmp_path / "table.toml"
     table.write(path)
     path.write_text(change(path.read_text().replace('"sample_time"', "sample_time")))

@@ -27,13 +27,13 @@ def own_polar_inertia(rotor):
 
 
 @pytest.mark.parametrize("name", packaged_rotors())
-def test_spin_inertia_is_the_sum_of_the_parts_own_polar_inertias(name):
+def test_spin_inertia_is_the_sum_of_the_polar_inertias_of_the_parts(name):
     rotor = load_rotor(name)
     _, planes = plant_structure(rotor)
     assert planes.polar_inertia == pytest.approx(own_polar_inertia(rotor), rel=1e-12)
 
 
-def test_rig_reads_each_bearing_in_the_plane_at_it():
+def test_rig_measures_each_bearing_in_its_plane():
     loop = control_loop(load_rotor())
     assert [tuple(axis) for axis in loop.axes] == [
         *(("mb1", "x", "s5"), ("mb1", "y", "s6"), ("mb2", "x", "s3"), ("mb2", "y", "s4"))
@@ -71,7 +71,7 @@ def test_both_models_of_a_machine_run_with_its_names():
     assert magnets["mb2.f_x"] < 0.0 == magnets["mb3.f_x"]
 
 
-def test_table_of_other_sensors_is_refused(tmp_path):
+def test_table_of_different_sensors_is_refused(tmp_path):
     rng = np.random.default_rng(3)
     loop, rig = control_loop(machine()), control_loop()
     table = empty_table("machine", loop).updated(100.0, rng.normal(size=(6, 6)) + 1j * rng.normal(size=(6, 6)))
