@@ -1,4 +1,4 @@
-"""What all tests share: subprocesses, and what is built once per test run and shared by the workers of pytest-xdist."""
+"""Fixtures of all tests: subprocesses, and builds made once per test run and shared by the workers of pytest-xdist."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def create_once(shared_folder: Path) -> Callable[..., Path]:
-    """`create_once(name, fill)`: folder of that name, filled by the first worker that asks; the others wait for it."""
+    """`create_once(name, fill)`: folder of that name, filled by the first worker that requests it; the others wait."""
 
     def create(name: str, fill: Callable[[Path], object]) -> Path:
         folder = shared_folder / "once" / name
@@ -126,7 +126,7 @@ def hostile(fmu_from_c: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.fixture(scope="session")
 def unpack(create_once: Callable[..., Path]) -> Callable[[Path], Path]:
-    """`unpack(fmu)`: the folder of an extracted FMU that lies in a folder of its own, once per test run."""
+    """`unpack(fmu)`: the folder of an extracted FMU, extracted once per test run."""
     return lambda fmu: create_once(f"{fmu.parent.name}-extracted", zipfile.ZipFile(fmu).extractall)
 
 
@@ -149,7 +149,7 @@ def cache(shared_folder: Path) -> Iterator[Path]:
 
 @pytest.fixture(scope="session")
 def run_python(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Any]:
-    """`run_python(what, timeout=180, cwd=None, **arguments)` in a Python process of its own.
+    """`run_python(what, timeout=180, cwd=None, **arguments)` in a separate Python process.
 
     `what` is a function, which must import what it needs in its body and is called with `arguments`, or the text
     of a program. The function's return value, or what the program assigns to `result`, comes back through JSON

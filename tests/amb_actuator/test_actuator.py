@@ -60,7 +60,7 @@ def differing(one, other):
 @axes
 @pytest.mark.parametrize("causality", ["parameter", "input"])
 def test_an_axis_depends_on_its_own_variables_alone(bearing, b, a, causality):
-    """Each parameter and input of an axis moves some output of that axis in some mode, and none of another."""
+    """Each parameter and input of an axis changes some output of that axis in some mode, and none of another axis."""
     modes = [
         {"force_law": law, "amplifier": amplifier, "mean_current": mean, f"{b}.i_{a}": i_c, f"{b}.{a}": 2e-4}
         for law, amplifier, mean in ((0, 0, 0), (MEASURED, 0, 0), (NONLINEAR, DYNAMIC, 1))

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.gate
 
 R, L, V, BAND = 0.365, 0.0732, 150.0, 1400.0
 OMEGA = 2 * math.pi * BAND
-SMALLEST_LIMITED = (V - R * 5.57) / (L * OMEGA)  # a step of the command that asks for just V (A), 0.23 A
+SMALLEST_LIMITED = (V - R * 5.57) / (L * OMEGA)  # a step of the command that requires just V (A), 0.23 A
 RIG = axis_parameters()
 
 
@@ -104,7 +104,7 @@ def test_voltage_leaves_its_limit_when_the_regulator_demands_less(dynamic):
 
 
 def test_either_coil_pair_at_the_limit_raises_the_flag(dynamic):
-    """Falling, the lower pair asks for more: L omega d + R I_b against L omega d - R (I_s + I_b)."""
+    """For a falling command the lower pair requires more: L omega d + R I_b against L omega d - R (I_s + I_b)."""
     lower_only = -(0.5 * (V - R * 4.43) + 0.5 * (V + R * 5.57)) / (L * OMEGA)
     names = ("mb1.v_upper_x", "mb1.v_lower_x", "mb1.voltage_limited_x")
     for demand, flag in ((0.9 * lower_only, 0.0), (lower_only, 1.0)):
@@ -129,11 +129,9 @@ def clipped_regulator(target):
 @pytest.mark.parametrize("h", [5e-5, 1e-3, 6e-3, 0.5])
 def test_one_step_agrees_with_an_eighth_order_integration(start, target, h):
     result = regulated_response(RIG, start, target, h)
-    available = solve_ivp(
-        clipped_regulator(target), (0, h), [start, 0.0], "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-4
-    )
-    assert result.current == pytest.approx(available.y[0, -1], abs=1e-8)
-    assert result.mean == pytest.approx(available.y[1, -1] / h, abs=1e-8)
+    exact = solve_ivp(clipped_regulator(target), (0, h), [start, 0.0], "DOP853", rtol=1e-11, atol=1e-13, max_step=1e-4)
+    assert result.current == pytest.approx(exact.y[0, -1], abs=1e-8)
+    assert result.mean == pytest.approx(exact.y[1, -1] / h, abs=1e-8)
 
 
 inside = st.floats(0.0, 10.0)
@@ -190,7 +188,7 @@ def test_any_amplifier_stays_between_start_and_command(p, start, target, h):
 
 @pytest.mark.parametrize("slower", [1.0, 0.5])
 def test_slow_regulator_holds_the_current_of_the_voltage_limit(slower):
-    """L omega <= R. The voltage asked for is V, up to rounding either way."""
+    """L omega <= R. The required voltage is V, up to rounding either way."""
     for v in np.linspace(1.0, 9.0, 200):
         p = axis_parameters(resistance=2 * math.pi, inductance=1.0, bandwidth=slower, voltage_limit=v)
         result = regulated_response(p, v / p.resistance, v / p.resistance, 1e-3)

@@ -19,15 +19,15 @@ def test_every_bearing_of_any_number_acts_as_a_single_one(count):
     """The same current at every axis gives the force of a bearing alone, to the last bit."""
     names = [f"bearing{k}" for k in range(count)]
     many, alone = actuator(*names), actuator("b")
-    for item, its_names in ((many, names), (alone, ["b"])):
-        item["force_law"], item["amplifier"] = 2.0, 1.0
+    for actuators, its_names in ((many, names), (alone, ["b"])):
+        actuators["force_law"], actuators["amplifier"] = 2.0, 1.0
         for name in its_names:
-            item[f"{name}.i_x"], item[f"{name}.y"] = 1.5, 1e-4
-        item.initialise()
+            actuators[f"{name}.i_x"], actuators[f"{name}.y"] = 1.5, 1e-4
+        actuators.initialise()
         for n in range(5):
             for name in its_names:
-                item[f"{name}.i_x"] = -2.0
-            item.step(n * H, H)
+                actuators[f"{name}.i_x"] = -2.0
+            actuators.step(n * H, H)
     for name in names:
         for output in ("f_x", "f_y", "k_xx", "i_upper_x", "v_lower_y"):
             assert many[f"{name}.{output}"] == alone[f"b.{output}"]

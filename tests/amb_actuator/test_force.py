@@ -1,4 +1,4 @@
-"""The force laws: the thesis's constants, what the laws have in common, and their gradients.
+"""The force laws: the thesis's constants, properties shared by all laws, and their gradients.
 
 The reference is (2.6) as it stands in the thesis, written down here once more.
 """
@@ -97,9 +97,9 @@ def test_force_is_odd_where_both_coil_pairs_are_alike(law, x, c):
     """Without static current, mirroring displacement and coils turns the force round and keeps the gradient."""
     c = Coils(max(c.upper, -4.43), min(c.lower, 4.43), c.upper_turns, c.lower_turns)
     mirrored = Coils(-c.lower, -c.upper, c.lower_turns, c.upper_turns)
-    present, back = force(law, SYMMETRIC, x, c), force(law, SYMMETRIC, -x, mirrored)
-    assert back[0] == pytest.approx(-present[0], rel=1e-9, abs=1e-6)
-    assert back[1] == pytest.approx(present[1], rel=1e-9, abs=1e-3)
+    forward, mirror_image = force(law, SYMMETRIC, x, c), force(law, SYMMETRIC, -x, mirrored)
+    assert mirror_image[0] == pytest.approx(-forward[0], rel=1e-9, abs=1e-6)
+    assert mirror_image[1] == pytest.approx(forward[1], rel=1e-9, abs=1e-3)
 
 
 @given(laws, displacements, coils, st.sampled_from([RIG, IRON_FREE, SYMMETRIC, axis_parameters(knee_width=1.0)]))

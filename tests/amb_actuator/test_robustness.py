@@ -1,4 +1,4 @@
-"""Whatever is given, the answer is finite outputs or one sentence that says what is wrong."""
+"""Any input gives finite outputs or a fault with one message."""
 
 import math
 

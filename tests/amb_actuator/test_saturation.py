@@ -1,4 +1,4 @@
-"""Flux saturation: how B_sat and 1700 N belong together, and what the knee does."""
+"""Flux saturation: B_sat for 1700 N, and the shape of the knee."""
 
 import math
 

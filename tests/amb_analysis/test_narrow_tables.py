@@ -1,4 +1,4 @@
-"""Tables whose entries are closer than the speeds of a diagram: what is between these speeds counts."""
+"""Tables whose entries are closer than the speeds of a diagram: values between these speeds count."""
 
 from dataclasses import replace
 

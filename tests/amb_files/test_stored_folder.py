@@ -1,4 +1,4 @@
-"""What is kept is whole, or made anew."""
+"""Cached folders are complete, or rebuilt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""TOML checked against a declared form: each mistake is one line with its key, value and what is allowed."""
+"""TOML checked against a declared class: each error is one line with key, value and allowed range."""
 
 from __future__ import annotations
 

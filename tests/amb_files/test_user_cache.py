@@ -1,4 +1,4 @@
-"""A cache that others could write to is not used: it holds machine code."""
+"""A cache writable by other users is not used, because it holds machine code."""
 
 from __future__ import annotations
 

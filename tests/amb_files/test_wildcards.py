@@ -1,4 +1,4 @@
-"""Names with characters that stand for others, and indices that do not."""
+"""Names with wildcards, and indices in brackets, which are none."""
 
 import pytest
 

@@ -84,7 +84,7 @@ def page_file(create_once: Callable[..., Path]) -> Path:
 
 @pytest.fixture
 def open_rig(chromium: Any, page_file: Path) -> Iterator[Callable[..., Rig]]:
-    """`open_rig(address, **context)`: a page in a window of its own, without any error at the end."""
+    """`open_rig(address, **context)`: a page in a new window, which must end without an error."""
     opened: list[tuple[Any, Rig]] = []
 
     def make(address: str | None = None, **options: Any) -> Rig:

@@ -1,4 +1,4 @@
-"""Modules joined to one script do what they did apart; what the joiner does not read it refuses."""
+"""Modules joined to one script behave as before; unsupported syntax is refused."""
 
 from __future__ import annotations
 

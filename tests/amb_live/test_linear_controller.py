@@ -1,4 +1,4 @@
-"""The live rig carries a linear controller, and its gains change by hand while it runs."""
+"""The live rig with a linear controller whose gains change by hand during a run."""
 
 from __future__ import annotations
 

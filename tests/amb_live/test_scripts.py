@@ -1,4 +1,4 @@
-"""The scripts of the page pass their own tests, their types are right, and their linter has nothing to say."""
+"""The scripts of the page pass their unit tests, type checks and linter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sessions of the live rig: what is set, refused, taken back, saved and linked."""
+"""Sessions of the live rig: changes, refusals, rewinding, saved scenarios and links."""
 
 from __future__ import annotations
 
@@ -57,10 +57,10 @@ def test_a_refused_value_leaves_no_trace(session):
 
 def test_rewinding_repeats_a_run_through_contact(session):
     plain = session("fig4_9", WATCHED, run(0.3))
-    present = session("fig4_9", WATCHED, run(0.3), {"type": "rewind", "time": 0.1237}, run(0.3))
+    rewound = session("fig4_9", WATCHED, run(0.3), {"type": "rewind", "time": 0.1237}, run(0.3))
     assert plain.column(CONTACT)[: round(0.1237 * 4000)].max() == 0
     assert plain.column(CONTACT).max() > 0
-    np.testing.assert_array_equal(present.rows, plain.rows)
+    np.testing.assert_array_equal(rewound.rows, plain.rows)
 
 
 def test_rewinding_discards_or_keeps_later_changes(session):

@@ -1,4 +1,4 @@
-"""Sweeps whose client is killed: those that go on equal those that were not disturbed."""
+"""Sweeps whose client is killed: a resumed sweep equals an undisturbed one."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def moments(is_long: bool, first_seed: int) -> list[tuple[int, float]]:
 
 
 def client(folder: Path, scenario: str, *where: str) -> subprocess.Popen[str]:
-    """Start the command in a process of its own."""
+    """Start the command in a separate process."""
     options = ["--vary", f"Omega={VARY['Omega']}", "--until", str(UNTIL), "--no-plots", *where, "-o", str(folder)]
     return subprocess.Popen(
         [*COMMAND, "sweep", scenario, *options], stderr=subprocess.PIPE, text=True, start_new_session=True
@@ -80,7 +80,7 @@ def test_a_sweep_resumes_after_its_client_was_killed(undisturbed, cluster, scena
 
 
 def go_on(scenario: str, folder: Path, scheduler: str, expected, moment: tuple[int, float]) -> None:
-    """Go on with a sweep, and check that it runs what is missing alone and equals the undisturbed one."""
+    """Resume a sweep, and check that it runs only the missing points and equals the undisturbed one."""
     before, seen = landed(folder), []
     swept = amb_cosim.sweep(
         scenario, VARY, output=folder, until=UNTIL, scheduler=scheduler, progress=lambda done, *_: seen.append(done)

@@ -1,4 +1,4 @@
-"""Whether outcomes hang on a hair: what is varied of a machine, and what is told of it."""
+"""Robustness of outcomes: the parameters of a machine that are varied, and the verdict."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def row(changed, outcome):
     return RobustnessRow(changed, outcome, "", None, {}, {})
 
 
-def of(scenario, **settings):
+def variations_of(scenario, **settings):
     """The variations of a scenario by 1 %, with a table that nobody reads."""
     planned = plan_run(load_scenario(scenario), settings)
     return planned, variations(planned, settings, 0.01, lambda: TABLE)
@@ -38,7 +38,7 @@ def test_verdict_names_what_flips_the_outcome():
 
 def test_machine_without_controller_varies_its_passive_bearings():
     """A rotor in springs and dampers has K_b and C_b in the plant; what it does not have is named."""
-    planned, result = of("nelson_mcvaugh_rub")
+    planned, result = variations_of("nelson_mcvaugh_rub")
     values = planned.plan.all_parameters(planned.interfaces)["rotor_contact"]
     settings = {item.name: item.settings for item in result.made}
     stiffer = settings["K_b + 1 %"]
@@ -50,13 +50,13 @@ def test_machine_without_controller_varies_its_passive_bearings():
 
 
 def test_unbalance_set_by_the_user_is_varied():
-    _, result = of("nelson_mcvaugh_rub", **{"rotor_contact.disc.u": "1 g.m"})
+    _, result = variations_of("nelson_mcvaugh_rub", **{"rotor_contact.disc.u": "1 g.m"})
     settings = {item.name: item.settings for item in result.made}
     assert settings["unbalance - 1 %"]["rotor_contact.disc.u"] == pytest.approx(0.99e-3)
 
 
 def test_direct_gains_are_varied_if_the_controller_uses_them():
-    _, result = of("compressor_levitated", **{"rolac_controller.pid.direct": True})
+    _, result = variations_of("compressor_levitated", **{"rolac_controller.pid.direct": True})
     names = {item.name for item in result.made}
     assert {"k_p + 1 %", "k_d - 1 %"} <= names
     assert not {"K_b + 1 %", "C_b - 1 %"} & names
@@ -64,20 +64,20 @@ def test_direct_gains_are_varied_if_the_controller_uses_them():
 
 def test_h_is_identified_if_the_run_uses_a_table_that_it_does_not_make():
     with_h, without = (
-        {item.name: item.settings for item in of(scenario)[1].made} for scenario in ("fig5_6", "fig5_6_pid")
+        {item.name: item.settings for item in variations_of(scenario)[1].made} for scenario in ("fig5_6", "fig5_6_pid")
     )
     assert with_h["identified H"] == {"receptances": TABLE}, "the table itself, not a file of it"
     assert "alpha + 1 %" in with_h
     assert not {"identified H", "alpha + 1 %"} & without.keys()
-    assert of("fig6_13")[1].left_out["identified H"] == "the run identifies H itself"
+    assert variations_of("fig6_13")[1].left_out["identified H"] == "the run identifies H itself"
 
 
 def test_h_of_a_run_up_is_identified_every_hertz_of_it():
-    planned, _ = of("run_up_rolac")
+    planned, _ = variations_of("run_up_rolac")
     speeds = identification_speeds(planned)
     assert speeds[-1] == pytest.approx(max(speed for _, speed in planned.profile))
     assert max(b - a for a, b in pairwise(speeds)) < 7.0
-    assert len(identification_speeds(of("fig5_6")[0])) == 1
+    assert len(identification_speeds(variations_of("fig5_6")[0])) == 1
 
 
 @pytest.mark.slow

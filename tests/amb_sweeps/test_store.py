@@ -1,4 +1,4 @@
-"""Stores of sweeps: what is damaged is told and never read as numbers; what is not a sweep's is left as it is."""
+"""Stores of sweeps: damage is reported and never read as numbers; foreign files are left untouched."""
 
 from __future__ import annotations
 

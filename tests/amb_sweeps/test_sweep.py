@@ -1,4 +1,4 @@
-"""Sweeps on a local cluster: what they keep, how they go on, and what they do with points that fail."""
+"""Sweeps on a local cluster: stored data, resumption, and points that fail."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ def test_a_sweep_resumes_with_the_missing_points(undisturbed, sweep, tmp_path):
 
     with pytest.raises(KeyboardInterrupt):
         sweep(tmp_path, progress=stop)
-    present = open_sweep(tmp_path)
-    before = present["seconds"].values[present["outcome"].values != ""]
+    interrupted = open_sweep(tmp_path)
+    before = interrupted["seconds"].values[interrupted["outcome"].values != ""]
     assert 3 <= len(before) < 9
     seen.clear()
     sweep(tmp_path, progress=lambda done, total, dashboard: seen.append(done))

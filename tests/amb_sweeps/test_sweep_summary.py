@@ -1,4 +1,4 @@
-"""What a sweep tells in lines, and the distribution of its peak force over the phase of an event."""
+"""The printed summary of a sweep, and the distribution of its peak force over the phase of an event."""
 
 from __future__ import annotations
 

@@ -48,11 +48,11 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
     fresh = [data_of(run_planned(case)) for case in cases]
     instances = InstancePool()
     try:
-        retained = [data_of(run_planned(case, RunOptions(instances=instances))) for case in cases]
+        reset = [data_of(run_planned(case, RunOptions(instances=instances))) for case in cases]
     finally:
         instances.close()
-    for item, other in zip(fresh, retained, strict=True):
-        assert_equal(item, other)
+    for from_new, from_reset in zip(fresh, reset, strict=True):
+        assert_equal(from_new, from_reset)
 
 
 def test_instances_are_new_after_a_run_that_failed():

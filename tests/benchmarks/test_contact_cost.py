@@ -1,4 +1,4 @@
-"""Comparison of contact laws: errors behave as theory says, results are printed and drawn. No cost is asserted."""
+"""Comparison of contact laws: errors follow theory, results are printed and drawn. No cost is asserted."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Controllers of blocks in a file: each block against its formula, coordinates, speeds, and what is refused."""
+"""Controllers made of blocks in a file: each block against its formula, coordinates, speeds, and errors."""
 
 import math
 

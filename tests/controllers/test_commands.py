@@ -89,7 +89,7 @@ def test_bad_input_ends_with_one_message(command, arguments, facts):
 
 
 def test_memory_of_a_bode_plot_does_not_grow_with_its_frequencies():
-    """A law of 600 states asked for 3.2 GiB: a matrix for each frequency."""
+    """With a matrix for each frequency a law of 600 states required 3.2 GiB."""
     n, points = 100, 400
     law = Law(np.diag(np.linspace(0.1, 0.9, n)), np.ones((n, 1)), np.ones((1, n)), np.zeros((1, 1)))
     tracemalloc.start()

@@ -20,29 +20,29 @@ def compare(examples):
 
 
 @pytest.fixture(scope="module")
-def found(compare):
+def margins_and_runs(compare):
     return {name: compare.compared(controller) for name, controller in compare.controllers().items()}
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_examples_levitate_the_compressor_through_an_unbalance_step(found, name):
-    run = found[name][1]
+def test_examples_levitate_the_compressor_through_an_unbalance_step(margins_and_runs, name):
+    run = margins_and_runs[name][1]
     assert run.outcome.failure is None
     assert run.summary.recovery == "prevented"
     assert run.summary.first_contact is None
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_examples_are_in_zone_a_computed_and_measured(found, name):
-    margins = found[name][0]
+def test_examples_are_in_zone_a_computed_and_measured(margins_and_runs, name):
+    margins = margins_and_runs[name][0]
     for axis in margins.axes.values():
         assert axis.zone == "A"
         assert axis.largest_difference < 1e-3
     assert all(disk.least > 0.4 for disk in margins.disk_margins.values())
 
 
-def test_designed_controllers_have_larger_disk_margins_than_the_pid(found):
-    least = {name: margins.disk_margins["currents"].least for name, (margins, _) in found.items()}
+def test_designed_controllers_have_larger_disk_margins_than_the_pid(margins_and_runs):
+    least = {name: margins.disk_margins["currents"].least for name, (margins, _) in margins_and_runs.items()}
     assert least["lead with two notches"] > 1.8 * least["PID"]
     assert least["LQG"] > 1.6 * least["PID"]
     assert least["H-infinity"] > 1.3 * least["PID"]
@@ -55,8 +55,8 @@ def test_h_infinity_law_attains_its_stated_norm(compare):
 
     controller, norm = h_infinity()
     machine = ["rotor_contact", "amb_actuator"]
-    demands, displayed = [f"amb_actuator.{name}" for name in DEMANDS], [f"rotor_contact.{a}" for a in compare.AXES]
-    plant = amb_cosim.linearise("compressor_levitated", inputs=demands, outputs=displayed, components=machine)
+    demands, displacements = [f"amb_actuator.{name}" for name in DEMANDS], [f"rotor_contact.{a}" for a in compare.AXES]
+    plant = amb_cosim.linearise("compressor_levitated", inputs=demands, outputs=displacements, components=machine)
     T = controller.sample_time
     plant = control.sample_system(plant, T, "zoh")
     (law,) = controller.laws.values()

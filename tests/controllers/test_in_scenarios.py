@@ -1,4 +1,4 @@
-"""A controller made in Python stands for an FMU in scenarios and systems, without a file."""
+"""A controller made in Python replaces an FMU in scenarios and systems, without a file."""
 
 import pickle
 
@@ -26,7 +26,7 @@ def scenario():
 
 
 def fmu_of(scenario, controller):
-    """Archive of the FMU that stands for the scenario's controller."""
+    """Return the archive of the FMU that implements the scenario's controller."""
     changed = scenario.changed(fmu={"rolac_controller": controller})
     return assemble_scenario(changed).fmus["rolac_controller"].path.read_bytes()
 

@@ -1,4 +1,4 @@
-"""What is wrong with a law, its names or its file is told in one sentence that names it."""
+"""Errors in a law, its signal names or its file: one message that names the fault."""
 
 import ast
 import sys

@@ -1,4 +1,4 @@
-"""The cache of built and unpacked FMUs has a bound, and removes nothing but its own."""
+"""The cache of built and unpacked FMUs has a size limit, and removes only its entries."""
 
 from __future__ import annotations
 
@@ -81,12 +81,12 @@ def test_the_cache_is_measured_once_an_hour(filled, monkeypatch):
 
 
 def test_the_command_shows_and_clears(filled, runner):
-    displayed = runner("cache").stdout
-    assert [line.split()[-1].partition("-")[0] for line in displayed.splitlines()[:-1]] == [
+    listed = runner("cache").stdout
+    assert [line.split()[-1].partition("-")[0] for line in listed.splitlines()[:-1]] == [
         "engines",
         *(f"model{k}" for k in range(4)),
     ]
-    assert f"5 in {filled}" in displayed
+    assert f"5 in {filled}" in listed
     assert runner("cache", "--clear").stdout.startswith("removed 5 in")
     assert names(filled) == ["mine", "notes.txt"]
 

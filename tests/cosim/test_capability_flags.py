@@ -1,4 +1,4 @@
-"""Capability flags of FMI that change nothing here, and what an FMU gets whatever they say."""
+"""Capability flags of FMI that have no effect, and functions that every FMU receives."""
 
 from __future__ import annotations
 

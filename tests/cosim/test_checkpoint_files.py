@@ -1,4 +1,4 @@
-"""Files of checkpoints: what they hold comes back, and any other file is refused in one sentence."""
+"""Checkpoint files: they are loaded without loss, and any other file is refused with one message."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def test_a_run_from_a_foreign_file_ends_with_code_2_and_one_message(file, tmp_pa
 
 @pytest.mark.parametrize("of_python", [False, True])
 def test_error_names_the_changed_value_of_a_rotor(tmp_path, of_python):
-    """One body has 0.8 kg in place of 0.9 kg; the rest, a comment included, is as it was."""
+    """A body has 0.8 kg instead of 0.9 kg; the rest, including a comment, is unchanged."""
 
     def run(name, mass, **options):
         (tmp_path / name).write_text(text.replace("mass = 0.9", f"mass = {mass}"), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The compiled loop beside the plain one, on components whose C functions are a few lines of Python."""
+"""The compiled loop compared with the plain one, on components whose C functions are a few lines of Python."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def schedules():
 
 
 class Run(NamedTuple):
-    """Recorded points and values by name, calls of the components, last values, what was raised, last point."""
+    """Recorded points and values by name, calls of the components, last values, exception, last point."""
 
     points: list
     series: dict
@@ -152,7 +152,7 @@ def test_signals_that_are_only_recorded_are_fetched_at_recorded_points(coupling,
 
 
 def fetches(trace, name):
-    """The references that a component was asked for after each of its steps."""
+    """Return the references read from a component after each of its steps."""
     result = []
     for call in trace:
         if call[0] == name and call[1] == "step":

@@ -1,4 +1,4 @@
-"""The FMU adapter with the actuator FMU, in a process of its own; the cache of FMUs."""
+"""The FMU adapter with the actuator FMU, in a separate process; the cache of FMUs."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ def actuator():
 @pytest.mark.parametrize("flavour", FLAVOURS)
 def test_a_refused_step_carries_status_and_log_of_its_own_component(run_python, flavour):
     folder = fmus.ensure_built("amb_actuator", flavour).folder
-    status, said, more = run_python(PREPARE.format(folder=str(folder)) + REFUSED)
+    status, log_text, more = run_python(PREPARE.format(folder=str(folder)) + REFUSED)
     assert status == "Error"
-    assert_names(said, "fmi2DoStep", "Error", "0.25 s", "mb1.x", "0.002 m")
-    assert more == "", "an instance that failed is freed without further words"
+    assert_names(log_text, "fmi2DoStep", "Error", "0.25 s", "mb1.x", "0.002 m")
+    assert more == "", "a failed instance is freed without further messages"
 
 
 def test_the_interface_has_units_limits_and_dependencies(actuator):
@@ -91,7 +91,7 @@ def test_a_log_keeps_all_errors_and_so_many_warnings():
     log = Log()
     for status in (WARNING, ERROR):
         for _ in range(MOST_WARNINGS + 5):
-            log.add(status, "said")
+            log.add(status, "text")
     statuses = [status for status, _ in log.messages]
     assert statuses.count(WARNING) == MOST_WARNINGS
     assert statuses.count(ERROR) == MOST_WARNINGS + 5

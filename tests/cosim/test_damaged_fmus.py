@@ -1,4 +1,4 @@
-"""Damaged FMUs are refused with one message before anything of them is loaded, and damaged caches are made anew."""
+"""Damaged FMUs are refused with one message before any part is loaded, and damaged caches are rebuilt."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DESCRIPTION = "modelDescription.xml"
 
 
 @pytest.fixture
-def whole(foreign_fmus) -> Path:
+def valid_fmu(foreign_fmus) -> Path:
     return foreign_fmus / "Mass.fmu"
 
 
@@ -58,10 +58,10 @@ def cut(data: bytearray) -> None:
     (packed_in_an_unknown_way, ("compression",)),
     (cut, ("zip archive",)),
 ])  # fmt: skip
-def test_a_damaged_archive_is_refused(whole, tmp_path, damage, facts):
+def test_a_damaged_archive_is_refused(valid_fmu, tmp_path, damage, facts):
     path = tmp_path / "mass.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in sorted(entries(whole).items(), key=lambda entry: entry[0] != DESCRIPTION):
+        for name, content in sorted(entries(valid_fmu).items(), key=lambda entry: entry[0] != DESCRIPTION):
             archive.writestr(name, content)
     assembled(path)
     data = bytearray(path.read_bytes())
@@ -71,10 +71,10 @@ def test_a_damaged_archive_is_refused(whole, tmp_path, damage, facts):
         assembled(path)
 
 
-def test_an_archive_of_excessive_unpacked_size_is_refused(whole, tmp_path):
+def test_an_archive_of_excessive_unpacked_size_is_refused(valid_fmu, tmp_path):
     path = tmp_path / "mass.fmu"
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        for name, content in entries(whole).items():
+        for name, content in entries(valid_fmu).items():
             archive.writestr(name, content)
         with archive.open("resources/zeros", "w") as zeros:
             for _ in range(300):
@@ -83,15 +83,15 @@ def test_an_archive_of_excessive_unpacked_size_is_refused(whole, tmp_path):
         assembled(path)
 
 
-def test_an_entry_outside_of_the_archive_is_refused(whole, tmp_path):
-    path = write_archive(tmp_path / "mass.fmu", archive_of(entries(whole) | {"../elsewhere": b""}))
+def test_an_entry_outside_of_the_archive_is_refused(valid_fmu, tmp_path):
+    path = write_archive(tmp_path / "mass.fmu", archive_of(entries(valid_fmu) | {"../elsewhere": b""}))
     with raises_naming(ValueError, "../elsewhere"):
         assembled(path)
 
 
-def test_entries_that_occur_twice_are_read_if_they_are_equal(whole, tmp_path):
+def test_entries_that_occur_twice_are_read_if_they_are_equal(valid_fmu, tmp_path):
     """As those in `extra` of Roberts.fmu, one of the Reference-FMUs."""
-    path = write_archive(tmp_path / "mass.fmu", archive_of(entries(whole) | {"extra/note": b"same"}))
+    path = write_archive(tmp_path / "mass.fmu", archive_of(entries(valid_fmu) | {"extra/note": b"same"}))
     for content, added in ((b"same", "read"), (b"other", "refused")):
         with zipfile.ZipFile(path, "a") as archive, pytest.warns(UserWarning, match="Duplicate name"):
             archive.writestr("extra/note", content)
@@ -111,8 +111,8 @@ def test_entries_that_occur_twice_are_read_if_they_are_equal(whole, tmp_path):
     ({DESCRIPTION: lambda content: content.replace(b'Identifier="', b'Identifier="../')}, ("name in C",)),
 ])  # fmt: skip
 @pytest.mark.skipif(fmpy.system != "linux", reason="the checks of libraries are of those of Linux")
-def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_path, changes, facts):
-    content = entries(whole)
+def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(valid_fmu, tmp_path, changes, facts):
+    content = entries(valid_fmu)
     for name, change in changes.items():
         before = content.pop(name)
         if change is not None:
@@ -125,10 +125,10 @@ def test_an_fmu_with_damaged_content_is_refused_before_it_is_loaded(whole, tmp_p
 
 
 @pytest.mark.parametrize("damage", slow_but_first(["changed", "cut", "missing", "no archive"]))
-def test_a_damaged_entry_of_the_cache_is_rebuilt(tmp_path, monkeypatch, whole, damage):
+def test_a_damaged_entry_of_the_cache_is_rebuilt(tmp_path, monkeypatch, valid_fmu, damage):
     """The FMU of flavour python, which is made without a compiler."""
     monkeypatch.setattr("platformdirs.user_cache_path", lambda name, *_, **__: tmp_path / name)
-    values = (lambda: fmus.ensure_built("amb_actuator", "python"), lambda: fmus.provide(str(whole)))
+    values = (lambda: fmus.ensure_built("amb_actuator", "python"), lambda: fmus.provide(str(valid_fmu)))
     for get in values[: 1 if damage == "no archive" else 2]:
         fmu = get()
         file = fmu.path if damage == "no archive" else fmu.folder / DESCRIPTION

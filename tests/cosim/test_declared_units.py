@@ -1,4 +1,4 @@
-"""Units that an FMU declares are units, whatever they are called; values may be in any of them."""
+"""Units that an FMU declares are valid under any name; values may be in any of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FMUs that end a run by themselves, within a step: a record, and what `verify` compares, ends at that time.
+"""FMUs that end a run by themselves, within a step: the record and the comparison of `verify` end at that time.
 
 FMI 2.0 has values at fmi2LastSuccessfulTime after fmi2Discard with fmi2Terminated, FMI 3.0 at lastSuccessfulTime.
 """

@@ -18,7 +18,7 @@ UNTIL = "0.15"
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Environment in which the example is an installed distribution of its own."""
+    """Return an environment in which the example is installed as a separate distribution."""
     site = tmp_path_factory.mktemp("site")
     shutil.copytree(EXAMPLE / "lag_sensor", site / "lag_sensor", ignore=shutil.ignore_patterns("__pycache__"))
     project = tomllib.loads((EXAMPLE / "pyproject.toml").read_text(encoding="utf-8"))["project"]

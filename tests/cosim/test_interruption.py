@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: exit codes, what is kept, what is left behind."""
+"""Ctrl-C and SIGTERM: exit codes, saved records, and no leftover processes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FMUs in a process of their own: the same data, and a crash or a hang of theirs is one message and exit code 1."""
+"""FMUs in a separate process: the same data, and a crash or a hang ends with one message and exit code 1."""
 
 from __future__ import annotations
 
@@ -146,8 +146,10 @@ def test_the_first_run_of_an_fmu_from_elsewhere_warns(run_python, system):
 
         os.environ["XDG_CACHE_HOME"] = os.environ["TMPDIR"]
         program = f"import amb_cosim; amb_cosim.simulate({path!r})"
-        said = [subprocess.run([sys.executable, "-c", program], stderr=subprocess.PIPE, text=True) for _ in range(2)]
-        return [process.stderr for process in said]
+        processes = [
+            subprocess.run([sys.executable, "-c", program], stderr=subprocess.PIPE, text=True) for _ in range(2)
+        ]
+        return [process.stderr for process in processes]
 
     first, second = run_python(warnings, path=str(system(GOOD)))
     assert_names(first, "Unruly.fmu", "first time", "permissions")

@@ -20,7 +20,7 @@ START = np.array([1.0, 0.5])
 
 
 class Lag:
-    """x' = a x + b u with u held, solved exactly; y = x. It counts what it is asked to do."""
+    """x' = a x + b u with u held, solved exactly; y = x. It counts its calls."""
 
     every = 1
 

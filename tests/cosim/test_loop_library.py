@@ -1,4 +1,4 @@
-"""Where the compiled loop comes from, and what runs where there is none."""
+"""Source of the compiled loop, and the plain loop if none is available."""
 
 from __future__ import annotations
 

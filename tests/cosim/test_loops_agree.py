@@ -1,4 +1,4 @@
-"""Converted units, texts and FMUs in processes of their own, in both loops, in every order, isolated or not.
+"""Unit conversions, strings and isolated FMUs, in both loops and in every order.
 
 Speed y in m/s is 0.5 m/s2 t after n steps of h = 0.1 s; the second FMU gets it in mm/s, plus 2 mm/s, and integrates:
 

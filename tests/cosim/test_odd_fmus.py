@@ -1,4 +1,4 @@
-"""FMUs that answer what FMI does not have, leave processes behind, or crash as they are ended."""
+"""FMUs that return undefined statuses, leave processes behind, or crash when they are terminated."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""FMUs that cannot share a process with others: each runs in a process of its own."""
+"""FMUs that cannot share a process with others: each runs in a separate one."""
 
 from __future__ import annotations
 

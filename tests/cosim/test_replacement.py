@@ -1,4 +1,4 @@
-"""What a system asks of an FMU that takes the place of another, and what an overlay takes away."""
+"""Requirements of a system on an FMU that replaces another, and removals by an overlay."""
 
 import pytest
 from interfaces import of_reals
@@ -39,7 +39,7 @@ SYSTEM = System(
 )
 
 
-def swapped(**interfaces):
+def replaced_system(**interfaces):
     """The expanded system with other interfaces, and what they lack."""
     system = SYSTEM
     for name in interfaces:
@@ -50,17 +50,17 @@ def swapped(**interfaces):
 
 
 def test_a_replacement_may_lack_inputs_but_no_connected_output():
-    system, missing = swapped(control=of_reals([], ["mb1.i", "mb2.i"]))
+    system, missing = replaced_system(control=of_reals([], ["mb1.i", "mb2.i"]))
     assert not missing
     assert not [link for link in system.connections if link.target.startswith("control.")]
     assert system.signal("Omega").targets == ("rotor.Omega",)
 
 
 def test_all_missing_variables_are_listed_at_once():
-    _, missing = swapped(control=of_reals(["mb1.x"], []), magnet=of_reals([], ["mb1.f"]))
+    _, missing = replaced_system(control=of_reals(["mb1.x"], []), magnet=of_reals([], ["mb1.f"]))
     (line,) = missing
     assert_names(line, "magnet", "magnet.fmu", "outputs mb2.f")
-    _, missing = swapped(control=of_reals(["mb1.x"], []), rotor=of_reals(["mb1.f"], ["mb2.x"]))
+    _, missing = replaced_system(control=of_reals(["mb1.x"], []), rotor=of_reals(["mb1.f"], ["mb2.x"]))
     control, rotor, signal = missing
     assert_names(control, "control", "control.fmu", "outputs mb1.i, mb2.i")
     assert_names(rotor, "rotor", "rotor.fmu", "outputs mb1.x")
@@ -69,20 +69,20 @@ def test_all_missing_variables_are_listed_at_once():
 
 def test_an_optional_group_of_connections_is_complete_or_omitted():
     forces = ["mb1.f", "mb2.f"]
-    system, missing = swapped(magnet=of_reals(["mb1.i", "mb2.i"], forces))
+    system, missing = replaced_system(magnet=of_reals(["mb1.i", "mb2.i"], forces))
     assert not missing
     assert not [link for link in system.connections if link.option]
-    _, missing = swapped(magnet=of_reals(["mb1.i", "mb2.i"], [*forces, "mb1.k", "mb1.ref", "mb2.k"]))
+    _, missing = replaced_system(magnet=of_reals(["mb1.i", "mb2.i"], [*forces, "mb1.k", "mb1.ref", "mb2.k"]))
     (line,) = missing
     assert_names(line, "magnet", "magnet.fmu", "outputs mb2.ref")
-    _, missing = swapped(rotor=of_reals(["Omega", *forces, "mb1.k", "mb2.k"], ["mb1.x", "mb2.x"]))
+    _, missing = replaced_system(rotor=of_reals(["Omega", *forces, "mb1.k", "mb2.k"], ["mb1.x", "mb2.x"]))
     (line,) = missing
     assert_names(line, "rotor", "rotor.fmu", "inputs mb1.ref, mb2.ref")
 
 
 def test_unconnected_inputs_and_dropped_values_are_reported():
     control = of_reals(["mb1.x", "mb1x"], ["mb1.i", "mb2.i"])
-    system, _ = swapped(control=control)
+    system, _ = replaced_system(control=control)
     dropped, unfed = notices(system, FIRST | {"control": control}, ["Omega"], ["control.gain", "control.k_?"])
     assert_names(dropped, "control", "control.fmu", "gain, k_?")
     assert_names(unfed, "control", "mb1x", "start values")

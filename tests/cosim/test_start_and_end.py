@@ -1,4 +1,4 @@
-"""What FMUs are told of the start and the end of a run, and the values with which it begins."""
+"""Start and stop time that FMUs receive, and the values with which a run begins."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is comp
 
 @pytest.fixture(params=slow_but_first([2, 3]), ids="FMI {}".format)
 def run(request, fmu_from_c, tmp_path):
-    """`run(experiment, components, **options)`: a run of FMUs that show what they are told, one after the other."""
+    """`run(experiment, components, **options)`: a run of FMUs in series whose outputs are their arguments."""
 
     def simulate(experiment, components="one", more="", flags=None, slow=None, default="", **options):
         fmu = informed_fmu(fmu_from_c, tmp_path, request.param, default, **(flags or {}))
@@ -154,7 +154,7 @@ def test_an_end_before_the_start_is_refused(run):
 def test_a_state_after_a_shortened_step_cannot_be_continued(run):
     text = 'communication_step = "0.6 s"\nstop_time = "1 s"\ninputs = { "one.u" = 1.0 }'
     whole = run(text, save_at=["0.6 s", "1 s"])
-    assert whole.dataset["one.stop"].values[0] == -1.0  # a saved state may go on
+    assert whole.dataset["one.stop"].values[0] == -1.0  # a saved state may be continued
     longer = run(text.replace("1 s", "2 s"), start=whole.checkpoint("0.6 s"))
     np.testing.assert_allclose(longer.dataset["one.y"], longer.dataset["time"])
     with raises_naming(ValueError, "checkpoint", "end"):

@@ -9,7 +9,7 @@ import numpy as np
 from amb_cosim.cosim.system.stopping import Condition, StopObserver, Stopped
 
 
-def met(values, *conditions, start=0):
+def first_met(values, *conditions, start=0):
     """Index and point at which the first of the conditions (side, limit, first, hold) is met by the values, or None."""
     observer = StopObserver(
         [Condition("x", side == "above", limit, first, hold, "") for side, limit, first, hold in conditions],
@@ -24,33 +24,33 @@ def met(values, *conditions, start=0):
 
 
 def test_a_limit_itself_is_neither_above_nor_below():
-    assert met([1.0, 1.0], ("above", 1.0, 0, 0)) is None
-    assert met([1.0, 1.0], ("below", 1.0, 0, 0)) is None
-    assert met([1.0, np.nextafter(1.0, 2.0)], ("above", 1.0, 0, 0)) == (0, 1)
-    assert met([1.0, np.nextafter(1.0, 0.0)], ("below", 1.0, 0, 0)) == (0, 1)
+    assert first_met([1.0, 1.0], ("above", 1.0, 0, 0)) is None
+    assert first_met([1.0, 1.0], ("below", 1.0, 0, 0)) is None
+    assert first_met([1.0, np.nextafter(1.0, 2.0)], ("above", 1.0, 0, 0)) == (0, 1)
+    assert first_met([1.0, np.nextafter(1.0, 0.0)], ("below", 1.0, 0, 0)) == (0, 1)
 
 
 def test_negative_limits_are_not_mirrored():
-    assert met([-3.0, -1.0, 5.0], ("above", -2.0, 0, 0)) == (0, 1)
-    assert met([-1.0, 5.0, -3.0], ("below", -2.0, 0, 0)) == (0, 2)
+    assert first_met([-3.0, -1.0, 5.0], ("above", -2.0, 0, 0)) == (0, 1)
+    assert first_met([-1.0, 5.0, -3.0], ("below", -2.0, 0, 0)) == (0, 2)
 
 
 def test_an_interruption_restarts_the_hold_time():
-    assert met([2, 2, 2, 0, 2, 2, 2, 2, 2], ("above", 1.0, 0, 3)) == (0, 7)
-    assert met([2, 2, 2, 0, 2, 2, 2], ("above", 1.0, 0, 3)) is None
+    assert first_met([2, 2, 2, 0, 2, 2, 2, 2, 2], ("above", 1.0, 0, 3)) == (0, 7)
+    assert first_met([2, 2, 2, 0, 2, 2, 2], ("above", 1.0, 0, 3)) is None
 
 
 def test_points_before_the_first_do_not_count_for_the_hold():
-    assert met([2.0] * 20, ("above", 1.0, 5, 3)) == (0, 8)
-    assert met([2.0] * 30, ("above", 1.0, 0, 3), start=-10) == (0, 3)
-    assert met([0, 0, 0, 0, 0, 0, 2, 2, 2, 2], ("above", 1.0, 5, 3)) == (0, 9)
+    assert first_met([2.0] * 20, ("above", 1.0, 5, 3)) == (0, 8)
+    assert first_met([2.0] * 30, ("above", 1.0, 0, 3), start=-10) == (0, 3)
+    assert first_met([0, 0, 0, 0, 0, 0, 2, 2, 2, 2], ("above", 1.0, 5, 3)) == (0, 9)
 
 
 def test_nan_exceeds_no_limit():
-    assert met([math.nan] * 3, ("above", 1.0, 0, 0), ("below", 1.0, 0, 0)) is None
-    assert met([2.0, math.nan, 2.0, 2.0], ("above", 1.0, 0, 1)) == (0, 3)
+    assert first_met([math.nan] * 3, ("above", 1.0, 0, 0), ("below", 1.0, 0, 0)) is None
+    assert first_met([2.0, math.nan, 2.0, 2.0], ("above", 1.0, 0, 1)) == (0, 3)
 
 
 def test_the_first_of_several_met_conditions_ends_the_run():
-    assert met([0.0, 3.0, -3.0], ("below", -2.0, 0, 0), ("above", 2.0, 0, 0)) == (1, 1)
-    assert met([3.0], ("above", 2.0, 0, 0), ("above", 1.0, 0, 0)) == (0, 0)
+    assert first_met([0.0, 3.0, -3.0], ("below", -2.0, 0, 0), ("above", 2.0, 0, 0)) == (1, 1)
+    assert first_met([3.0], ("above", 2.0, 0, 0), ("above", 1.0, 0, 0)) == (0, 0)

@@ -45,11 +45,11 @@ SYSTEM = System(
 )
 
 
-def linked(source: str, target: str) -> tuple[Connection, ...]:
+def with_source(source: str, target: str) -> tuple[Connection, ...]:
     return (*(c for c in SYSTEM.connections if c.target != target), Connection(source, target))
 
 
-def more(source: str, target: str) -> tuple[Connection, ...]:
+def with_connection(source: str, target: str) -> tuple[Connection, ...]:
     return (*SYSTEM.connections, Connection(source, target))
 
 
@@ -65,17 +65,17 @@ def test_equal_units_may_have_different_names():
 @pytest.mark.parametrize(
     ("changes", "facts"),
     [
-        ({"connections": linked("stator.x", "magnet.x")}, ("'stator'", "magnet, rotor", "magnet.x")),
-        ({"connections": linked("rotor.xm", "magnet.x")}, ("rotor", "'xm'", "did you mean xmm", "magnet.x")),
-        ({"connections": linked("rotor.f", "magnet.x")}, ("rotor.f", "an input", "output", "x, xmm")),
-        ({"connections": more("rotor.x", "rotor.mass")}, ("rotor.mass", "a parameter", "input")),
-        ({"connections": linked("rotor.state", "magnet.x")}, ("rotor.state", "Integer", "magnet.x", "Real")),
-        ({"connections": linked("rotor.x", "rotor.f")}, ("rotor.x", "in m", "rotor.f", "in N")),
-        ({"connections": linked("rotor.xmm", "magnet.x")}, ("rotor.xmm", "in mm", "magnet.x", "in metre")),
+        ({"connections": with_source("stator.x", "magnet.x")}, ("'stator'", "magnet, rotor", "magnet.x")),
+        ({"connections": with_source("rotor.xm", "magnet.x")}, ("rotor", "'xm'", "did you mean xmm", "magnet.x")),
+        ({"connections": with_source("rotor.f", "magnet.x")}, ("rotor.f", "an input", "output", "x, xmm")),
+        ({"connections": with_connection("rotor.x", "rotor.mass")}, ("rotor.mass", "a parameter", "input")),
+        ({"connections": with_source("rotor.state", "magnet.x")}, ("rotor.state", "Integer", "magnet.x", "Real")),
+        ({"connections": with_source("rotor.x", "rotor.f")}, ("rotor.x", "in m", "rotor.f", "in N")),
+        ({"connections": with_source("rotor.xmm", "magnet.x")}, ("rotor.xmm", "in mm", "magnet.x", "in metre")),
         ({"signals": signal("magnet.speed")}, ("rotor.Omega", "rad/s", "magnet.speed", "Hz")),
-        ({"connections": more("rotor.plain", "magnet.x")}, ("magnet.x", "twice", "rotor.x", "rotor.plain")),
+        ({"connections": with_connection("rotor.plain", "magnet.x")}, ("magnet.x", "twice", "rotor.x", "rotor.plain")),
         ({"signals": signal("rotor.f")}, ("rotor.f", "twice", "magnet.f", "signal Omega")),
-        ({"connections": linked("magnet.f", "rotor.f")[1:]}, ("magnet.x", "must be connected", "rotor.x")),
+        ({"connections": with_source("magnet.f", "rotor.f")[1:]}, ("magnet.x", "must be connected", "rotor.x")),
     ],
 )
 def test_an_error_names_both_ends_and_the_alternatives(changes, facts):
@@ -84,7 +84,7 @@ def test_an_error_names_both_ends_and_the_alternatives(changes, facts):
 
 
 def test_a_port_without_a_unit_connects_to_any():
-    replace(SYSTEM, connections=linked("rotor.plain", "magnet.x")).check(INTERFACES)
+    replace(SYSTEM, connections=with_source("rotor.plain", "magnet.x")).check(INTERFACES)
 
 
 def test_a_component_name_must_be_unique():

@@ -1,4 +1,4 @@
-"""`verify` calls equal only what it has compared with results of the FMU: inputs, texts and held values are none."""
+"""`verify` reports equality only for compared results of the FMU: inputs and held values do not count."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_outputs_that_cannot_be_compared_are_listed(texts_fmu):
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize(("columns", "cell"), [("y,said", "1004.0,{}"), ("said", "{}")])
 def test_texts_are_compared_at_every_time(texts_fmu, version, columns, cell):
-    """The output `said` is the text that the FMU was given, here its start value."""
+    """The output `said` is the string that the FMU received, here its start value."""
     rows = [cell.format(text) for text in ("none", "none", "none")]
     item = texts_fmu(columns, rows, version)
     assert (item.is_equal, item.n_values) == (True, 3 + 3 * ("y" in columns))

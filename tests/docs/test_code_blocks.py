@@ -29,7 +29,7 @@ FAST = ("README", "run_any_fmus")
 GATE = ("first_run", "own_scenario")
 NEEDING = [(page, block) for page in PAGES for block in blocks_of(page) if block.needs]
 
-# What blocks need, and whether it is here; what is None cannot be had in a test.
+# Requirements of blocks, and whether they are met; None marks those that a test cannot provide.
 NEEDS = {
     "a clone": None,  # installs packages; tests/cosim/test_fourth_fmu.py has the example
     "a cluster": None,  # tests/amb_sweeps/test_killed_sweeps.py has scheduler and workers on one host

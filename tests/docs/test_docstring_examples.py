@@ -1,4 +1,4 @@
-"""Examples in docstrings run, and print what they say."""
+"""Examples in docstrings run, and print their stated output."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_a_docstring_example_prints_its_stated_output(name, tmp_path, monkeypatc
     tests = doctest.DocTestFinder().find(import_module(name), name)
     assert sum(len(test.examples) for test in tests) > 0
     runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
-    said: list[str] = []
+    printed: list[str] = []
     for test in tests:
-        runner.run(test, out=said.append)
-    assert runner.failures == 0, "".join(said)
+        runner.run(test, out=printed.append)
+    assert runner.failures == 0, "".join(printed)

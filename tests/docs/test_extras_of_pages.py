@@ -1,4 +1,4 @@
-"""What the README installs is what its pages and the commands on them need."""
+"""The README installs every extra that its pages and commands require."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ def installed() -> set[str]:
 
 def test_the_readme_installs_every_extra_that_a_command_requires():
     folders = ("orchestrator", "applications", "libraries", "fmus", "packs")
-    requested = named(
+    required = named(
         r'require_extra\(\s*"(\w+)"', [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
     )
-    assert requested >= {"native", "report", "sweep"}
-    assert requested <= installed()
+    assert required >= {"native", "report", "sweep"}
+    assert required <= installed()
 
 
 def test_the_readme_installs_every_extra_that_a_page_names():

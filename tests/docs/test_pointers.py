@@ -41,14 +41,14 @@ def _exists(name: str) -> bool:
     parts = name.split(".")
     for length in range(len(parts), 0, -1):
         try:
-            item = import_module(".".join(parts[:length]))
+            target = import_module(".".join(parts[:length]))
         except ImportError:
             continue
         for attribute in parts[length:]:
-            if attribute in getattr(item, "__annotations__", {}):
+            if attribute in getattr(target, "__annotations__", {}):
                 return True
-            item = getattr(item, attribute, None)
-        return item is not None
+            target = getattr(target, attribute, None)
+        return target is not None
     return False
 
 

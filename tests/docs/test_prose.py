@@ -88,7 +88,7 @@ PACKAGES = [
 
 
 def faults(passage: Passage) -> list[str]:
-    """Return what is not plain in a passage, with the sentence."""
+    """Return the faults of style in a passage, each with its sentence."""
     result = []
     for sentence in passage.sentences:
         is_sentence = passage.kind == "p" and sentence.endswith(".")

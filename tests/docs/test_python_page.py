@@ -45,9 +45,9 @@ def _rows(shown):
 
 def test_each_parameter_has_the_type_and_default_of_its_signature(documented):
     rows, wrong = 0, []
-    for path, (item, displayed) in documented.items():
-        declared = inspect.signature(item).parameters
-        for row in _rows(displayed):
+    for path, (function, documentation) in documented.items():
+        declared = inspect.signature(function).parameters
+        for row in _rows(documentation):
             rows += 1
             local = declared[row.name]
             required = local.default is local.empty and local.kind not in (local.VAR_POSITIONAL, local.VAR_KEYWORD)

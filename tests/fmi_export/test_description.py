@@ -35,14 +35,14 @@ def test_fmpy_finds_no_problem(fmu):
     assert validate_fmu(str(fmu)) == []
 
 
-@pytest.mark.parametrize(("epoch", "told"), [("1700000000", "2023-11-14T22:13:20Z"), (None, None)])
-def test_an_fmu_states_its_author_and_the_time_of_source_date_epoch(monkeypatch, epoch, told):
-    """SOURCE_DATE_EPOCH is the time of what is built, so that the same commit makes the same bytes."""
+@pytest.mark.parametrize(("epoch", "time"), [("1700000000", "2023-11-14T22:13:20Z"), (None, None)])
+def test_an_fmu_states_its_author_and_the_time_of_source_date_epoch(monkeypatch, epoch, time):
+    """SOURCE_DATE_EPOCH sets the build time, so that the same commit gives the same bytes."""
     monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
     if epoch:
         monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
     for describe in (model_description(ACTUATOR, "", "", ""), model_description3(ACTUATOR, "", "", "")):
-        assert (describe.get("author"), describe.get("generationDateAndTime")) == ("The amb-cosim authors", told)
+        assert (describe.get("author"), describe.get("generationDateAndTime")) == ("The amb-cosim authors", time)
 
 
 def test_different_constants_give_a_different_guid(model):

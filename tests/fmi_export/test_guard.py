@@ -94,18 +94,18 @@ def raise_in_python(folder: str, method: str, text: str) -> list:
 
 @pytest.mark.parametrize(("text", "reason"), [("100 % wrong", "100 % wrong"), ("", "ArithmeticError()")])
 def test_an_exception_in_a_kernel_is_a_fault_of_its_instance_alone(fmu, run_python, text, reason):
-    *steps, said, other = run_python(raise_in_python, folder=fmu, method="step", text=text)
+    *steps, logged, other = run_python(raise_in_python, folder=fmu, method="step", text=text)
     assert steps == [[3, reason, 998, 0, 0, 0]] * 2, "a reset leads out of it"
-    assert said == [3, "logStatusError", f"at t = 0 s: {reason}".replace("%", "%%")]
+    assert logged == [3, "logStatusError", f"at t = 0 s: {reason}".replace("%", "%%")]
     assert other == 0
 
 
 def test_an_uncaught_exception_is_the_reason_of_all_later_errors(fmu, run_python):
-    first, second, said = run_python(raise_in_python, folder=fmu, method="do_step", text="lost")
+    first, second, logged = run_python(raise_in_python, folder=fmu, method="do_step", text="lost")
     reason = "ArithmeticError('lost')"
     assert first == [3, reason, 998, 0, 0, 3], "Python is not called any more"
     assert second[0] == 3
-    assert said == [3, "logStatusError", f"at t = 0 s: {reason}"]
+    assert logged == [3, "logStatusError", f"at t = 0 s: {reason}"]
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Hosts without Python that load an FMU of flavour python: it brings its Python, or says why it cannot."""
+"""Hosts without Python that load an FMU of flavour python: it starts Python, or logs why it cannot."""
 
 import os
 import platform
@@ -80,7 +80,7 @@ def host(compiled):
 
 
 @pytest.fixture
-def spoilt(fmu, tmp_path):
+def fmu_copy(fmu, tmp_path):
     """A copy of the FMU for changes."""
     return shutil.copytree(fmu, tmp_path / "fmu")
 
@@ -122,37 +122,37 @@ def refusal(*command: object, **environment: str) -> str:
     return log
 
 
-def test_without_python_no_instance_is_made_and_the_reason_is_logged(spoilt, host, compiled, tmp_path):
+def test_without_python_no_instance_is_made_and_the_reason_is_logged(fmu_copy, host, compiled, tmp_path):
     (tmp_path / "fake.c").write_text("int nothing;\n")
     (tmp_path / "fake").mkdir()
     shutil.move(compiled(tmp_path / "fake.c", "-shared", "-fPIC"), tmp_path / "fake" / "libpython3.40.so.1.0")
-    (spoilt / "resources" / "python.txt").write_text("/nowhere/libpython.so\n/nowhere/python")
-    text = refusal(host, *binary_of(spoilt), LD_LIBRARY_PATH=str(tmp_path / "fake"))
+    (fmu_copy / "resources" / "python.txt").write_text("/nowhere/libpython.so\n/nowhere/python")
+    text = refusal(host, *binary_of(fmu_copy), LD_LIBRARY_PATH=str(tmp_path / "fake"))
     assert_names(text, "Python", "/nowhere/libpython.so")
     assert "LD_LIBRARY_PATH" in text
     assert "flavour native" in text
 
 
-def test_a_python_without_numpy_is_named_as_the_reason(spoilt, host, tmp_path):
+def test_a_python_without_numpy_is_named_as_the_reason(fmu_copy, host, tmp_path):
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", tmp_path / "bare"], check=True)
     program = tmp_path / "bare" / "bin" / "python"
-    (spoilt / "resources" / "python.txt").write_text(f"{LIBPYTHON}\n{program}")
-    assert "No module named 'numpy'" in refusal(host, *binary_of(spoilt))
+    (fmu_copy / "resources" / "python.txt").write_text(f"{LIBPYTHON}\n{program}")
+    assert "No module named 'numpy'" in refusal(host, *binary_of(fmu_copy))
 
 
-def test_a_missing_library_of_pythonfmu_is_named_as_the_reason(spoilt, host):
-    library = spoilt / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
+def test_a_missing_library_of_pythonfmu_is_named_as_the_reason(fmu_copy, host):
+    library = fmu_copy / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
     library.unlink()
-    text = refusal(host, *binary_of(spoilt))
+    text = refusal(host, *binary_of(fmu_copy))
     assert_names(text, "PythonFMU's library")
     assert str(library) in text
 
 
-def test_a_wrong_library_in_place_of_pythonfmu_is_named_as_the_reason(spoilt, host, compiled, tmp_path):
+def test_a_wrong_library_in_place_of_pythonfmu_is_named_as_the_reason(fmu_copy, host, compiled, tmp_path):
     (tmp_path / "other.c").write_text("int fmi2Instantiate;\n")
-    library = spoilt / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
+    library = fmu_copy / "binaries" / host_platform() / "probe_lag_pythonfmu.so"
     shutil.copy(compiled(tmp_path / "other.c", "-shared", "-fPIC"), library)
-    text = refusal(host, *binary_of(spoilt))
+    text = refusal(host, *binary_of(fmu_copy))
     assert_names(text, str(library), "PythonFMU")
 
 
@@ -164,11 +164,11 @@ def test_a_folder_whose_name_is_not_utf_8_is_named_as_the_reason(fmu, host, tmp_
     assert_names(text, "PythonFMU", "UTF-8")
 
 
-def test_without_a_recorded_python_an_fmu_uses_another(spoilt, host):
-    (spoilt / "resources" / "python.txt").unlink()
+def test_without_a_recorded_python_an_fmu_uses_another(fmu_copy, host):
+    (fmu_copy / "resources" / "python.txt").unlink()
     where = {"LD_LIBRARY_PATH": str(Path(LIBPYTHON).parent), "PYTHONPATH": sysconfig.get_path("purelib")}
     program = ["new 0", "setup 0 0", "enter 0", "exit 0", "free 0"]
-    answers, log = without_python([host], *binary_of(spoilt), program=program, PYTHONHOME=sys.base_prefix, **where)
+    answers, log = without_python([host], *binary_of(fmu_copy), program=program, PYTHONHOME=sys.base_prefix, **where)
     assert answers == [["0"]] * 5, log
 
 

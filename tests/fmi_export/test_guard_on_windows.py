@@ -1,4 +1,4 @@
-"""The guard as a library for Windows, under wine, where there is no Python: what it refuses before it needs one."""
+"""The guard as a library for Windows, under wine without Python: errors before and at the start of Python."""
 
 import os
 import shutil

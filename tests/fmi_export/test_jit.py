@@ -32,7 +32,7 @@ def host(folder: str) -> list:
 
 
 def write(folder: Path, package: str, value: float) -> Path:
-    """Write what is new of a package, a kernel in which calls another; return its folder."""
+    """Write the changed files of a package, in which one kernel calls another; return its folder."""
     (folder / package).mkdir(exist_ok=True)
     texts = {"__init__.py": "", "caller.py": CALLER.format(package=package), "callee.py": CALLEE.format(value)}
     for name, text in texts.items():

@@ -64,11 +64,11 @@ def memory_of(numbers):
 
 @kernel
 def store(numbers, i):
-    """Write through views that nothing reads afterwards, at places that are known when it runs."""
+    """Write through views that are not read afterwards, at indices known only at run time."""
     memory_of(numbers).numbers[i] = 1.0
-    item = memory_of(numbers).items[0]
+    part = memory_of(numbers).items[0]
     for k in range(2):
-        item.b[k] = complex(k, i)
+        part.b[k] = complex(k, i)
 
 
 def test_values_stored_through_returned_views_reach_the_array():

@@ -1,4 +1,4 @@
-"""Records that kernels see in place of flat arrays."""
+"""Records, the views of flat arrays in kernels."""
 
 from __future__ import annotations
 

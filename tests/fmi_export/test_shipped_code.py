@@ -1,4 +1,4 @@
-"""Which code an FMU contains, and which it runs: the installed package, its own copy, or none at all."""
+"""The code that an FMU contains, and the code that it runs: the installed package, its copy, or none."""
 
 import ast
 import json
@@ -199,9 +199,9 @@ def test_an_fmu_is_built_the_same_in_a_process_that_runs_it(build_fmu, lag, run_
         from fmi_export.building.python_fmu import build_python_fmu
 
         built = build_python_fmu(MODEL, np.zeros(1), Path(folder))
-        item = [running.step(0), sys.modules["pythonfmu"].__file__, str(built)]
+        answer = [running.step(0), sys.modules["pythonfmu"].__file__, str(built)]
         running.close()
-        return item
+        return answer
 
     path = build_fmu(lag)
     status, pythonfmu, built = run_python(host, path=path, folder=tmp_path)

@@ -34,7 +34,7 @@ def extracted(assembled: Callable[..., Path], unpack: Callable[[Path], Path]) ->
 
 @pytest.fixture(scope="session")
 def native_lag(create_once: Callable[..., Path], lag: Model) -> Path:
-    """A native FMU of a first-order lag, to stand beside."""
+    """A native FMU of a first-order lag, for comparison."""
     import numpy as np
 
     from fmi_export.building.native.package import build_native_fmu

@@ -1,4 +1,4 @@
-"""The assembled FMU does what the orchestrator does with three: to the last bit, in any host, at any step."""
+"""The assembled FMU equals the three FMUs under the orchestrator to the last bit, in any host, at any step."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ def short(**changes: Any) -> PlannedRun:
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_assembled_fmu_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callable[..., Path]) -> None:
     planned = plan_run(load_scenario(name).changed(**SIMULATED))
-    three, item = separate(planned), in_one(planned, assembled(name))
-    assert three.outcome.status == item.outcome.status == "completed"
-    result = series(three)
-    assert differing(series(item), result) == []
+    of_three, of_one = separate(planned), in_one(planned, assembled(name))
+    assert of_three.outcome.status == of_one.outcome.status == "completed"
+    result = series(of_three)
+    assert differing(series(of_one), result) == []
     assert {0.0, 2.0} <= set(result["rotor_contact.contact_state"])
-    assert three.warnings.keys() == {"rolac_controller", "amb_actuator", "rotor_contact"}
-    warnings = [
-        text.replace(": ", f": {component}.", 1) for component, texts in three.warnings.items() for text in texts
+    assert of_three.warnings.keys() == {"rolac_controller", "amb_actuator", "rotor_contact"}
+    expected = [
+        text.replace(": ", f": {component}.", 1) for component, texts in of_three.warnings.items() for text in texts
     ]
-    assert sorted(item.warnings[RIG]) == sorted(warnings)
+    assert sorted(of_one.warnings[RIG]) == sorted(expected)
 
 
 @pytest.mark.parametrize("step", [25.0, 125.0])
@@ -145,10 +145,10 @@ def test_a_step_across_samples_is_split_at_them(extracted: Callable[..., Path]) 
         touched = touched or long.slave.get("rotor_contact.contact_state") != [0]
     for a, b in pairwise(marks):
         assert fine.step(a, b - a) == 0
-    item, other = long.read(), fine.read()
+    coarse_outputs, fine_outputs = long.read(), fine.read()
     assert touched
     for name in ("rotor_contact.mb1.x", "rotor_contact.mb2.y", "rolac_controller.mb1.i_x", "amb_actuator.mb1.f_x"):
-        assert item[name] == pytest.approx(other[name], rel=1e-6), name
+        assert coarse_outputs[name] == pytest.approx(fine_outputs[name], rel=1e-6), name
 
 
 def test_the_speed_rises_within_a_long_step(extracted: Callable[..., Path]) -> None:
@@ -160,9 +160,9 @@ def test_the_speed_rises_within_a_long_step(extracted: Callable[..., Path]) -> N
     for k in range(4):
         long.set({"Omega": 260.0 + slope * k * n * T})
         assert long.step(k * n * T, n * T) == 0
-    item, other = fine.read(), long.read()
+    fine_outputs, coarse_outputs = fine.read(), long.read()
     for name in ("rotor_contact.speed", "rotor_contact.theta", "rotor_contact.mb1.x", "rolac_controller.mb1.i_x"):
-        assert item[name] == pytest.approx(other[name], rel=1e-9), name
+        assert fine_outputs[name] == pytest.approx(coarse_outputs[name], rel=1e-9), name
 
 
 def test_a_serialised_state_continues_the_run(extracted: Callable[..., Path]) -> None:
@@ -181,5 +181,5 @@ def test_a_serialised_state_continues_the_run(extracted: Callable[..., Path]) ->
 
 def test_a_rotor_of_another_size_is_equal(assembled: Callable[..., Path]) -> None:
     planned = plan_run(load_scenario("compressor_levitated").changed(settle_cycles=0, end_cycle=2))
-    three, item = separate(planned), in_one(planned, assembled("compressor_levitated"))
-    assert differing(series(item), series(three)) == []
+    of_three, of_one = separate(planned), in_one(planned, assembled("compressor_levitated"))
+    assert differing(series(of_one), series(of_three)) == []

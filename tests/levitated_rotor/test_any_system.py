@@ -77,9 +77,9 @@ def test_assembled_fmu_equals_the_orchestrator_to_the_last_bit(
 ) -> None:
     planned, fmu = built(coupling, every)
     assert fmu.name == "two_magnets.fmu"
-    three, item = separate(planned), in_one(planned, fmu)
-    assert item.outcome.status == three.outcome.status == "completed"
-    result = series(three)
-    assert differing(series(item), result) == []
+    of_three, of_one = separate(planned), in_one(planned, fmu)
+    assert of_one.outcome.status == of_three.outcome.status == "completed"
+    result = series(of_three)
+    assert differing(series(of_one), result) == []
     assert result["shaft.contact_state"].max() > 0
     assert len(set(result["right.mb2.f_x"])) > 100

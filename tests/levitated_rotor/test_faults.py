@@ -36,11 +36,13 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 def test_a_fault_has_the_time_and_message_of_the_orchestrator(case: Any, assembled: Callable[..., Path]) -> None:
     planned, file = case
-    three, item = separate(planned).outcome, in_one(planned, assembled(file)).outcome
-    assert three.status == item.status == "failed"
-    assert three.component in ("amb_actuator", "rolac_controller")
-    assert item.time == three.time
-    assert item.reason == three.reason.replace(": ", f": {three.component}: ", 2).replace(f"{three.component}: ", "", 1)
+    of_three, of_one = separate(planned).outcome, in_one(planned, assembled(file)).outcome
+    assert of_three.status == of_one.status == "failed"
+    assert of_three.component in ("amb_actuator", "rolac_controller")
+    assert of_one.time == of_three.time
+    assert of_one.reason == of_three.reason.replace(": ", f": {of_three.component}: ", 2).replace(
+        f"{of_three.component}: ", "", 1
+    )
 
 
 @pytest.mark.parametrize("samples", [1, 5, 0.7])
@@ -48,19 +50,19 @@ def test_fault_in_a_long_step_has_the_value_at_the_sample(
     case: Any, samples: float, assembled: Callable[..., Path], extracted: Callable[..., Path]
 ) -> None:
     planned, file = case
-    three = separate(planned).outcome
+    of_three = separate(planned).outcome
     host, k = Host(extracted(file)).begin(), 0
     while host.step(k * samples * T, samples * T) == 0:
         before, k = host.read(), k + 1
-    message = three.reason.partition(": at t = ")[2].partition(": ")[2]
-    said = host.slave.reason()
+    message = of_three.reason.partition(": at t = ")[2].partition(": ")[2]
+    reason = host.slave.reason()
     if samples != 0.7:
-        assert f"{three.component}: {message}" in said
-    assert f"{three.component}: " in said
-    assert k * samples * T == pytest.approx(three.time, abs=1.01 * max(samples, 1.0) * T)
+        assert f"{of_three.component}: {message}" in reason
+    assert f"{of_three.component}: " in reason
+    assert k * samples * T == pytest.approx(of_three.time, abs=1.01 * max(samples, 1.0) * T)
     assert host.read() == before, "outputs keep their last good values"
     (code,) = host.slave.get("fault_code")
-    assert 200 < code < 300 if three.component == "amb_actuator" else 1000 <= code < 100_000
+    assert 200 < code < 300 if of_three.component == "amb_actuator" else 1000 <= code < 100_000
 
 
 def test_a_fault_of_a_part_at_the_start_is_reported(

@@ -1,4 +1,4 @@
-"""What the assembly shows of its parts, and what can be assembled."""
+"""The interface of an assembled FMU, and systems that can be assembled."""
 
 from dataclasses import replace
 

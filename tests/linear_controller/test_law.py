@@ -32,7 +32,7 @@ def controller(law, *arguments, **options):
 )
 def test_samples_agree_with_python_control(seed, n_states, n_demands, n_signals, method):
     law = random_law(seed, n_states, n_demands, n_signals)
-    if method == "impulse":  # a law with an impulse of its own has none when it is sampled
+    if method == "impulse":  # the impulse-invariant method has no direct feedthrough
         law = control.ss(law.A, law.B, law.C, 0.0 * law.D)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -67,7 +67,7 @@ def test_step_response_of_an_integrator_is_a_ramp():
 
 @pytest.mark.parametrize("n_groups", [1, 3])
 def test_states_are_shown_in_the_order_of_the_law(n_groups):
-    """Groups of states that know nothing of each other, mixed: the blocks put them in another order."""
+    """Interleaved groups of uncoupled states: the blocks are stored in another order."""
     rng = np.random.default_rng(3)
     n = 4 * n_groups
     mix = rng.permutation(n)

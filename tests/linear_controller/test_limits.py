@@ -1,4 +1,4 @@
-"""Limited demands, and what integrators learn of it; switching on, resetting; delays."""
+"""Limited demands and anti-windup; switching on, resetting; delays."""
 
 import control
 import numpy as np
@@ -17,12 +17,12 @@ PI = control.ss(control.tf([100.0, 5e4], [1.0, 0.0]))  # 100 + 5e4/s
 PID = control.ss(control.tf([100.0, 5e4], [1.0, 0.0]) + control.tf([0.2, 0.0], [2e-4, 1.0]))
 
 
-def one(law, **options):
+def single_axis(law, **options):
     return linear_controller(law, ["y"], ["u"], T, **options)
 
 
 def test_demand_stays_within_its_limits_and_is_flagged():
-    bench = Bench(one(1e3, limits=(-5.0, 3.0)))
+    bench = Bench(single_axis(1e3, limits=(-5.0, 3.0)))
     for signal, expected in ((0.1, 3.0), (-0.1, -5.0), (0.001, 1.0)):
         assert bench.step([signal])[0] == expected
         assert bench.instance["demand_limited"] == (abs(signal) > 0.01)
@@ -31,11 +31,11 @@ def test_demand_stays_within_its_limits_and_is_flagged():
 @pytest.mark.parametrize("law", [PI, PID])
 def test_integrator_does_not_wind_up_while_the_demand_is_limited(law):
     """After a second at the limit the demand leaves it within twice slow_time of the sign's change, not a second."""
-    bench = Bench(one(law, limits=(-1.0, 1.0), slow_time=0.01))
+    bench = Bench(single_axis(law, limits=(-1.0, 1.0), slow_time=0.01))
     bench.run(np.full((10_000, 1), 0.05))
     after = bench.run(np.full((200, 1), -0.002))[:, 0]
     assert after[-1] < 0.9
-    free = Bench(one(law))
+    free = Bench(single_axis(law))
     free.run(np.full((10_000, 1), 0.05))
     assert free.run(np.full((200, 1), -0.002))[-1, 0] > 1000.0, "without limits the integral is what it is"
 
@@ -81,13 +81,13 @@ def test_rest_states_are_fixed_points_of_the_law(seed):
 
 
 def test_a_law_that_is_off_demands_its_offset_and_feedforward():
-    bench = Bench(one(PI, offsets=0.5), enable=0)
+    bench = Bench(single_axis(PI, offsets=0.5), enable=0)
     assert bench.step([0.01])[0] == 0.5
     assert bench.step([0.01], u__feedforward=-0.2)[0] == pytest.approx(0.3)
 
 
 def test_switching_on_is_bumpless_and_the_law_takes_over():
-    bench, always = Bench(one(PID, offsets=0.5), enable=0), Bench(one(PID))
+    bench, always = Bench(single_axis(PID, offsets=0.5), enable=0), Bench(single_axis(PID))
     before = bench.run(np.full((100, 1), 0.01))
     first = bench.step([0.01], enable=1)
     assert first[0] == pytest.approx(before[-1, 0], abs=1e-14)
@@ -98,14 +98,14 @@ def test_switching_on_is_bumpless_and_the_law_takes_over():
 
 
 def test_without_a_transfer_time_the_law_acts_at_once():
-    bench = Bench(one(100.0), enable=0, transfer_time=0)
+    bench = Bench(single_axis(100.0), enable=0, transfer_time=0)
     bench.step([0.01])
     assert bench.step([0.01], enable=1)[0] == pytest.approx(1.0)
 
 
 def test_a_law_switched_on_has_its_full_gain_from_the_first_sample():
     """What fades is the jump alone: a change of the signal has the whole gain at once."""
-    bench = Bench(one(100.0), enable=0)
+    bench = Bench(single_axis(100.0), enable=0)
     bench.step([0.01])
     first = bench.step([0.01], enable=1)[0]
     jump = first - 1.0
@@ -131,7 +131,7 @@ def test_a_delayed_demand_is_its_mean_over_the_step(delay, parts, seed):
     """Each communication step shows the mean over it of u at its sample's instant plus the delay."""
     rng, count = np.random.default_rng(seed), 45
     values = rng.uniform(-0.1, 0.1, size=count)
-    bench = Bench(one(1.0), signals=[values[0]], delay=delay)
+    bench = Bench(single_axis(1.0), signals=[values[0]], delay=delay)
     whole = int(delay)
     for n in range(count * parts):
         k = n // parts
@@ -145,12 +145,12 @@ def test_a_delayed_demand_is_its_mean_over_the_step(delay, parts, seed):
 
 def test_delay_of_the_chain_adds_a_sample():
     rng = np.random.default_rng(4).uniform(-0.1, 0.1, size=(20, 1))
-    late = Bench(one(1.0), signals=rng[0], delay=2, chain__preset=2, chain__delay=1).run(rng)
+    late = Bench(single_axis(1.0), signals=rng[0], delay=2, chain__preset=2, chain__delay=1).run(rng)
     np.testing.assert_array_equal(late[3:], rng[:-3])
 
 
 def test_dac_shows_levels_within_its_range():
-    bench = Bench(one(1e3), chain__preset=2, chain__dac=1, chain__dac_bits=8, chain__dac_range=10.0)
+    bench = Bench(single_axis(1e3), chain__preset=2, chain__dac=1, chain__dac_bits=8, chain__dac_range=10.0)
     step = 0.5 * 20.0 / 256.0
     result = bench.run(np.linspace(-0.1, 0.1, 41)[:, None])[:, 0]
     np.testing.assert_allclose(result / step, np.round(result / step), atol=1e-9)
@@ -158,17 +158,17 @@ def test_dac_shows_levels_within_its_range():
 
 
 def test_crossed_limits_are_refused_by_name():
-    bench = Bench(one(1.0))
+    bench = Bench(single_axis(1.0))
     with raises_naming(Fault, "u.lower", "2 A", "u.upper", "1 A"):
         bench.step([0.0], u__lower=2.0, u__upper=1.0)
 
 
 def test_step_longer_than_a_sample_is_refused():
-    bench = Bench(one(1.0))
+    bench = Bench(single_axis(1.0))
     with raises_naming(Fault, "step size = 0.00015 s", "sample_time = 0.0001 s"):
         bench.instance.step(0.0, 1.5 * T)
 
 
 def test_sample_time_is_that_of_the_matrices():
     with raises_naming(Fault, "sample_time", "0.0002 s"):
-        Bench(one(1.0), sample_time=2e-4)
+        Bench(single_axis(1.0), sample_time=2e-4)

@@ -21,10 +21,10 @@ def bench(**values):
 )
 @pytest.mark.parametrize("sensor", range(3))
 def test_a_sensor_fault_affects_its_signal_alone(sensor, fault, value, expected):
-    """A dead sensor shows 0, a stuck one what it showed, one with an offset so much more."""
-    item = bench()
-    item.step(Y)
-    result = item.step(3.0 * Y, **{f"{NAMES[sensor].replace('.', '__')}__fault_{fault}": value})
+    """A dead sensor reads 0, a stuck one its last value, and one with an offset adds it."""
+    sensors = bench()
+    sensors.step(Y)
+    result = sensors.step(3.0 * Y, **{f"{NAMES[sensor].replace('.', '__')}__fault_{fault}": value})
     factor, added = expected
     retained = Y[sensor] if fault == "stuck" else 0.0
     np.testing.assert_allclose(result[sensor], factor * 3.0 * Y[sensor] + added + retained, rtol=1e-12, atol=1e-18)
@@ -36,9 +36,9 @@ def test_scale_multiplies_a_signal():
 
 
 def test_adc_flags_a_signal_beyond_its_range():
-    item = bench(chain__preset=2, chain__adc=1)
-    item.step(Y)
-    assert item.instance["adc_limited"] == 0.0
-    result = item.step([2e-3, 0.0, 0.0])
-    assert item.instance["adc_limited"] == 1.0
+    sensors = bench(chain__preset=2, chain__adc=1)
+    sensors.step(Y)
+    assert sensors.instance["adc_limited"] == 0.0
+    result = sensors.step([2e-3, 0.0, 0.0])
+    assert sensors.instance["adc_limited"] == 1.0
     assert result[0] == pytest.approx(1.25e-3, rel=1e-4)

@@ -28,15 +28,15 @@ START = {
 }
 
 
-def named(values):
+def keywords_of(values):
     return {name.replace(".", "__"): value for name, value in values.items()}
 
 
-def both(fmu, model, constants, start):
+def fmu_and_core(fmu, model, constants, start):
     """An instance of an FMU, whose folder or library is given, and a core, initialised with the same values."""
     core = initialised(model, constants, start)
     library = Library(fmu) if isinstance(fmu, Path) else fmu
-    return library.instantiate().begin(**named(start)), core
+    return library.instantiate().begin(**keywords_of(start)), core
 
 
 def largest_difference(native, core, steps, change, moving=0.4):
@@ -50,7 +50,7 @@ def largest_difference(native, core, steps, change, moving=0.4):
         values = change(n)
         for name, value in values.items():
             core[name] = value
-        assert native.set(**named(values)) == 0
+        assert native.set(**keywords_of(values)) == 0
         core.step(n * H, H)
         assert native.step(n) == 0, native.log
         ours[n], theirs[n] = native.get(*outputs), core.outputs
@@ -61,7 +61,7 @@ def largest_difference(native, core, steps, change, moving=0.4):
 
 def test_native_lag_equals_the_core_to_the_last_bit(library, lag):
     rng = np.random.default_rng(2006)
-    native, core = both(library, lag, np.zeros(1), {"gain": 3.0, "offset": -2})
+    native, core = fmu_and_core(library, lag, np.zeros(1), {"gain": 3.0, "offset": -2})
     difference, _ = largest_difference(
         native, core, 200, lambda n: {"u": float(rng.uniform(-4, 4)), "hold": float(rng.integers(2))}
     )
@@ -76,7 +76,7 @@ def test_a_machine_of_another_size_runs_on_the_same_engine(unpacked, plant, plan
     assert library.read_bytes() == of_rig.read_bytes()
     pushed = {f"impeller{k}.f_x": 2.5e4 for k in range(1, 13)}
     values = held(3) | pushed | {"Omega": 150.0, "impeller5.u": 2e-3, "seal2.mu": 0.2, "rb3.law": 3, "rb3.c_c": 1e4}
-    native, core = both(folder, model, constants, values)
+    native, core = fmu_and_core(folder, model, constants, values)
     difference, record = largest_difference(native, core, 200, lambda n: {"impeller9.f_y": 1e3 * np.sin(0.3 * n)})
     assert difference == 0.0
     names = [v.name for v in model.interface.of("output")]
@@ -100,7 +100,7 @@ def test_a_machine_with_seals_agrees_in_a_run_up_through_its_table(unpacked, exa
     """Before its first speed, between the others and beyond the last; touching, and free again."""
     model, constants = plant_data.plant(machine(seals=seals()))
     values = held(3) | {"Omega": 50.0, "impeller5.u": 2e-3, "seal2.mu": 0.2, "solver.exact_motion": exact}
-    native, core = both(unpacked(model, constants), model, constants, values | {"gravity": 9.81})
+    native, core = fmu_and_core(unpacked(model, constants), model, constants, values | {"gravity": 9.81})
     steps, faster = 120, 2500.0
 
     def change(n):
@@ -121,7 +121,7 @@ def test_the_controller_agrees_at_steps_within_a_sample(unpacked):
     from amb_cosim.cosim.fmu.fmus import model_source
 
     model, constants = model_source("rolac_controller")
-    native, core = both(unpacked(model, constants), model, constants, START["rolac_controller"])
+    native, core = fmu_and_core(unpacked(model, constants), model, constants, START["rolac_controller"])
     outputs = [v.name for v in model.interface.of("output")]
     h, rng = 0.3 * H, np.random.default_rng(7)
     settings = 1e-5 * rng.standard_normal((60, 8))

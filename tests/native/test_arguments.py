@@ -129,9 +129,9 @@ def test_a_wrong_status_query_is_discarded(library2):
 def test_unsupported_optional_functions_are_refused_without_harm(library2):
     with library2.instantiate() as fmu:
         fmu.begin()
-        item, value = byref(c_uint(0)), byref(c_double())
-        assert fmu.call("SetRealInputDerivatives", item, c_size_t(1), byref(c_int(1)), value) == ERROR
-        assert fmu.call("GetRealOutputDerivatives", item, c_size_t(1), byref(c_int(1)), value) == ERROR
+        reference, value = byref(c_uint(0)), byref(c_double())
+        assert fmu.call("SetRealInputDerivatives", reference, c_size_t(1), byref(c_int(1)), value) == ERROR
+        assert fmu.call("GetRealOutputDerivatives", reference, c_size_t(1), byref(c_int(1)), value) == ERROR
         assert fmu.call("CancelStep") == ERROR
         for function in ("GetStatus", "GetRealStatus", "GetIntegerStatus", "GetBooleanStatus", "GetStringStatus"):
             assert fmu.call(function, 0, byref(c_double())) == DISCARD

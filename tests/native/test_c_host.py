@@ -213,7 +213,7 @@ def test_a_failed_allocation_for_the_data_is_an_error(host, unpacked, lag, faili
 # Other platforms -------------------------------------------------------------------------------------------------
 
 
-def other(unpacked, model, constants, platform):
+def for_platform(unpacked, model, constants, platform):
     return binary_of(unpacked(model, constants, ["all"]), platform)
 
 
@@ -233,7 +233,7 @@ def test_the_windows_library_runs_under_wine(
 ):
     host = build_host(cc, PLATFORMS["win64"][1][0], tmp_path / "host.exe")
     for model, constants, program in ((lag, np.zeros(1), lag_program), (plant, plant_constants, plant_program)):
-        library, guid, resources = other(unpacked, model, constants, "win64")
+        library, guid, resources = for_platform(unpacked, model, constants, "win64")
         resources = resources.replace("file:///", "file:///Z:/")
         answers, _ = run([*wine, host], library, guid, resources, program=program.lines)
         program.check(answers, tolerance=1e-9)
@@ -251,7 +251,7 @@ def test_the_arm_library_runs_under_qemu(
         pytest.skip("needs qemu-aarch64 and the C library of aarch64 (Debian: qemu-user, libc6-arm64-cross)")
     host = build_host(cc, PLATFORMS["aarch64-linux"][1][0], tmp_path / "host")
     for model, constants, program in ((lag, np.zeros(1), lag_program), (plant, plant_constants, plant_program)):
-        fmu = other(unpacked, model, constants, "aarch64-linux")
+        fmu = for_platform(unpacked, model, constants, "aarch64-linux")
         answers, _ = run(["qemu-aarch64", "-L", root, host], *fmu, program=program.lines)
         program.check(answers, tolerance=1e-9)
 
@@ -259,7 +259,7 @@ def test_the_arm_library_runs_under_qemu(
 @pytest.mark.slow
 @pytest.mark.host("a host in C under wine", "wine", platform="Windows x86_64", fmus="a probe", what="finds its data")
 def test_the_windows_library_finds_its_data_in_every_form_of_location(wine, cc, unpacked, lag, tmp_path):
-    library, guid, _ = other(unpacked, lag, np.zeros(1), "win64")
+    library, guid, _ = for_platform(unpacked, lag, np.zeros(1), "win64")
     place = tmp_path / "a b" / "Größe" / "resources"
     shutil.copytree(unpacked(lag, np.zeros(1), ["all"]) / "resources", place)
     encoded = place.as_uri().removeprefix("file://")

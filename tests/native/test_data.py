@@ -28,14 +28,14 @@ def content(unpacked, lag):
     return (unpacked(lag) / "resources" / "model.bin").read_bytes()
 
 
-def given(library, content, guid=None):
+def instance_with(library, content, guid=None):
     """An instance with data in memory."""
     location = "data:;base64," + base64.b64encode(content).decode()
     return library.instantiate(guid=guid or library.guid, resources=location)
 
 
 def refusal(library, content):
-    fmu = given(library, content)
+    fmu = instance_with(library, content)
     assert fmu.pointer is None
     (message,) = fmu.log
     return message[2]
@@ -80,16 +80,16 @@ def test_a_flipped_bit_in_any_byte_is_noticed(library, content):
         for at in range(begin, end):
             damaged = bytearray(content)
             damaged[at] ^= 1 << (at % 8)
-            said = refusal(library, bytes(damaged))
-            assert_names(said, "build the FMU")
+            message = refusal(library, bytes(damaged))
+            assert_names(message, "build the FMU")
             if name not in ("magic", "version", "counts"):
-                assert_names(said, "checksum")
+                assert_names(message, "checksum")
 
 
 def test_truncated_data_are_refused_at_any_length(library, content):
     for size in {0, 1, HEADER.size - 1, HEADER.size, HEADER.size + 1, *range(200, len(content), 97), len(content) - 1}:
-        said = refusal(library, content[:size])
-        assert_names(said, "no data" if size < HEADER.size else f"{size} bytes")
+        message = refusal(library, content[:size])
+        assert_names(message, "no data" if size < HEADER.size else f"{size} bytes")
     assert_names(refusal(library, content + b"\0"), f"{len(content) + 1} bytes", f"{len(content)}")
 
 
@@ -108,8 +108,8 @@ def test_data_for_another_engine_are_refused(library, content, lag):
 @pytest.mark.parametrize("count", range(10))
 def test_impossible_sizes_with_a_right_checksum_are_refused(library, content, count, wild):
     begin = sections(content)["counts"][0] + 8 * count
-    said = refusal(library, sealed(content[:begin] + struct.pack("<Q", wild) + content[begin + 8 :]))
-    assert_names(said, "damaged", "sizes")
+    message = refusal(library, sealed(content[:begin] + struct.pack("<Q", wild) + content[begin + 8 :]))
+    assert_names(message, "damaged", "sizes")
 
 
 @pytest.mark.parametrize(
@@ -134,8 +134,8 @@ def test_impossible_sizes_with_a_right_checksum_are_refused(library, content, co
 def test_dangling_references_with_a_right_checksum_are_refused(library, content, section, offset, wrong):
     begin, end = sections(content)[section]
     at = (end if offset < 0 else begin) + offset
-    said = refusal(library, sealed(content[:at] + wrong + content[at + len(wrong) :]))
-    assert_names(said, "damaged", "references")
+    message = refusal(library, sealed(content[:at] + wrong + content[at + len(wrong) :]))
+    assert_names(message, "damaged", "references")
 
 
 def test_any_tables_with_a_right_checksum_are_survived(library, content):
@@ -146,7 +146,7 @@ def test_any_tables_with_a_right_checksum_are_survived(library, content):
         wild = bytearray(content)
         for _ in range(draw.randint(1, 4)):
             wild[draw.randrange(begin, end)] = draw.randrange(128)
-        with given(library, sealed(bytes(wild))) as fmu:
+        with instance_with(library, sealed(bytes(wild))) as fmu:
             if fmu.pointer:
                 lived += 1
                 fmu.set(u=11.0)
@@ -157,7 +157,7 @@ def test_any_tables_with_a_right_checksum_are_survived(library, content):
 
 
 def test_one_engine_runs_other_constants_and_another_interface(library, lag):
-    """In one process, in turns: kernels see the data of their own instance."""
+    """In one process, interleaved: kernels receive the data of their instance."""
     from raw import ERROR, OK
 
     names = {"u": "voltage", "y": "response"}
@@ -177,7 +177,7 @@ def test_one_engine_runs_other_constants_and_another_interface(library, lag):
     assert engine_key([other]) == engine_key([lag])
     data = model_data(other, np.array([3.0, 1.0]), "{other}", engine_key([other]))
     cores = Instance(lag, np.zeros(1)), Instance(other, np.array([3.0, 1.0]))
-    with library.instantiate() as ours, given(library, data, "{other}") as theirs:
+    with library.instantiate() as ours, instance_with(library, data, "{other}") as theirs:
         for fmu, core in ((ours, cores[0]), (theirs, cores[1])):
             fmu.begin()
             core.initialise()
@@ -189,17 +189,20 @@ def test_one_engine_runs_other_constants_and_another_interface(library, lag):
                 core.step(n * 250e-6, 250e-6)
                 assert fmu.get("y", "level", "steps") == core.outputs[:3].tolist()
         assert cores[1].outputs[0] > cores[0].outputs[0]
-        for fmu, said in ((ours, "u = 11 V is not allowed; it must be >= -10 and <= 10 V"), (theirs, "level = 22 V")):
+        for fmu, message in (
+            (ours, "u = 11 V is not allowed; it must be >= -10 and <= 10 V"),
+            (theirs, "level = 22 V"),
+        ):
             fmu.set(u=11.0)
             assert fmu.step(5) == ERROR
-            assert said in fmu.log[-1][2]
+            assert message in fmu.log[-1][2]
 
 
 def test_a_state_is_restored_only_by_instances_with_the_same_data(library, lag):
     from raw import ERROR, OK
 
     data = model_data(lag, np.ones(1), "{other}", engine_key([lag]))
-    with library.instantiate() as ours, library.instantiate() as same, given(library, data, "{other}") as other:
+    with library.instantiate() as ours, library.instantiate() as same, instance_with(library, data, "{other}") as other:
         text = ours.begin().serialise(ours.save())
         assert same.begin().deserialise(text)[0] == OK
         assert other.begin().deserialise(text)[0] == ERROR

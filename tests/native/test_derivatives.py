@@ -1,4 +1,4 @@
-"""Directional and adjoint derivatives of outputs by inputs over a step, against what is known of the models."""
+"""Directional and adjoint derivatives of outputs by inputs over a step, against the equations of the models."""
 
 import math
 from ctypes import c_double, c_size_t, c_uint
@@ -51,12 +51,12 @@ def test_derivative_of_a_lag_is_that_of_its_equation(library):
 
 def test_a_derivative_request_changes_no_later_bit(library):
     results = []
-    for asks in (False, True):
+    for requests_derivative in (False, True):
         with library.instantiate() as fmu:
             fmu.begin(u=2.0)
             for n in range(4):
                 fmu.step(n)
-                if asks:
+                if requests_derivative:
                     assert derivative(fmu, ["y"], ["u"], [1.0])[0] == OK
             results.append(fmu.get("y", "level") + fmu.get("steps"))
     assert results[0] == results[1]
@@ -113,14 +113,14 @@ def test_differences_at_a_bound_of_an_input_are_one_sided(library):
         np.testing.assert_allclose(result, [3.0 * SHARE, 2.0], rtol=1e-10)
 
 
-def made(name):
+def model_and_constants(name):
     return (ACTUATOR, ACTUATOR_CONSTANTS) if name == "amb_actuator" else model_source(name)
 
 
 @pytest.mark.parametrize("name", slow_but_first(["amb_actuator", "rolac_controller", "rotor_contact"]))
 def test_outputs_have_derivatives_by_all_inputs_except_at_kinks(unpacked, name):
     """A clearance bends where the journal is in its centre, and the angle jumps where it turns backward from zero."""
-    model, constants = made(name)
+    model, constants = model_and_constants(name)
     inputs, outputs = ([v.name for v in model.interface.of(kind) if v.type == "Real"] for kind in ("input", "output"))
     with Library(unpacked(model, constants)).instantiate() as fmu:
         fmu.begin()
@@ -135,7 +135,7 @@ def test_outputs_have_derivatives_by_all_inputs_except_at_kinks(unpacked, name):
 
 
 def test_outputs_have_derivatives_by_stiffnesses_of_moving_bearings(unpacked):
-    """A step with another stiffness is computed in another way: 1e-6 off, whatever the change, which is no kink."""
+    """A step with another stiffness is computed by another method: 1e-6 off for any change, which is no kink."""
     model, constants = model_source("rotor_contact")
     inputs, outputs = ([v.name for v in model.interface.of(kind) if v.type == "Real"] for kind in ("input", "output"))
     stiffnesses = [name for name in inputs if name.endswith((".k_xx", ".k_yy"))]

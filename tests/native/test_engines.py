@@ -1,4 +1,4 @@
-"""Engines: what they depend on, and where a build finds them; the wheel that ships them."""
+"""Engines: their dependencies, where a build looks for them, and the wheel that ships them."""
 
 from __future__ import annotations
 
@@ -98,9 +98,9 @@ def test_a_build_with_a_shipped_engine_needs_no_compiler(lag, native, run_python
 
 
 def test_without_engine_and_compiler_the_build_says_what_to_install(run_python, tmp_path):
-    said = run_python(without_compilers, folder=tmp_path, shipped=tmp_path / "nothing")
-    assert_names(said, "probe_lag", host_platform(), "flavour python", "numba, ziglang", "pip install")
-    assert said.endswith("[native]'")
+    message = run_python(without_compilers, folder=tmp_path, shipped=tmp_path / "nothing")
+    assert_names(message, "probe_lag", host_platform(), "flavour python", "numba, ziglang", "pip install")
+    assert message.endswith("[native]'")
 
 
 # The wheel ---------------------------------------------------------------------------------------------------------
@@ -108,7 +108,7 @@ def test_without_engine_and_compiler_the_build_says_what_to_install(run_python, 
 
 @pytest.fixture
 def hook(empty, monkeypatch):
-    """`hook(platforms)`: what hatchling is told about a wheel, and the files added, for a value of the variable."""
+    """`hook(platforms)`: build data of a wheel for hatchling, and the added files, for a value of the variable."""
     pytest.importorskip("hatchling")
     monkeypatch.syspath_prepend(str(ROOT))
     monkeypatch.setattr(sys, "path", list(sys.path))

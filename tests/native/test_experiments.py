@@ -1,4 +1,4 @@
-"""FMUs carry an experiment with reference results, as FMI-LS-REF lays it out, and `verify` runs and compares it."""
+"""FMUs carry an experiment with reference results in the layout of FMI-LS-REF, and `verify` runs and compares it."""
 
 import csv
 import zipfile
@@ -76,7 +76,7 @@ def test_references_equal_the_core(native, moving):
 
 
 def test_a_model_without_valid_start_values_carries_no_experiment(lag, native):
-    native(lag)  # its engine is at hand
+    native(lag)  # builds its engine
     assert experiment_files(lag, np.zeros(1))
     assert experiment_files(with_starts(lag, {"u": 5.0}), np.zeros(1)) == {}
     assert experiment_files(replace(lag, name="no_engine"), np.zeros(1)) == {}

@@ -90,7 +90,7 @@ def test_a_warning_is_logged_once_until_the_instance_is_reset(library, lag):
     core.step(0.0, H)
     ((at, sentence),) = core.model.interface.warnings.items()
     warning = f"{core.model.interface.variables[at].name}: {filled(sentence, core.__getitem__)}"
-    said = (WARNING, "logStatusWarning", library.escaped(f"at t = 0.0005 s: {warning}"))
+    logged = (WARNING, "logStatusWarning", library.escaped(f"at t = 0.0005 s: {warning}"))
     with library.instantiate() as fmu:
         for _ in range(2):
             fmu.begin()
@@ -99,7 +99,7 @@ def test_a_warning_is_logged_once_until_the_instance_is_reset(library, lag):
                 fmu.set(u=u)
                 statuses += [fmu.step(n), *fmu.get("high")]
             assert statuses == [OK, 0, OK, 1, OK, 0, OK, 1]
-            assert fmu.log == [said]
+            assert fmu.log == [logged]
             fmu.log.clear()
             fmu.call("Reset")
 

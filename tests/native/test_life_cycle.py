@@ -22,7 +22,7 @@ ALLOWED = {
     **dict.fromkeys(("SetReal", "SetInteger", "SetBoolean"), SETTABLE),
     **dict.fromkeys(("GetFMUstate", "SetFMUstate", "FreeFMUstate", "SerializedFMUstateSize"), ANY),
 }
-# A status may be asked for in the error state too, which the standard leaves out: with logging off it is where a host
+# A status may be requested in the error state too, which the standard leaves out: with logging off it is where a host
 # finds the reason.
 ALLOWED2 = {
     "SetupExperiment": [0],
@@ -85,7 +85,7 @@ def test_an_fmi_3_call_is_allowed_only_in_the_states_of_the_standard(library_of,
 
 
 def check_states(library, function, state, allowed):
-    """Check that a call in a state is answered with OK if that is allowed, and refused if not."""
+    """Check that a call in a state returns OK if it is allowed, and an error if not."""
     with library.instantiate() as fmu:
         bring_to(fmu, state)
         saved = fmu.save()
@@ -95,9 +95,9 @@ def check_states(library, function, state, allowed):
             assert (status, fmu.log) == (OK, [])
         else:
             assert status == ERROR
-            said = fmu.log[0][2]
-            assert_names(said, f"{library.function(function)}", f"'{library.states[state]}'")
-            assert all(f"'{library.states[item]}'" in said for item in allowed)
+            message = fmu.log[0][2]
+            assert_names(message, f"{library.function(function)}", f"'{library.states[state]}'")
+            assert all(f"'{library.states[name]}'" in message for name in allowed)
             assert fmu.transfer("Get", next(iter(library.kinds)), [], []) == OK, (
                 "outputs can be read in the error state"
             )
@@ -151,17 +151,17 @@ def test_two_interleaved_instances_run_as_each_alone(library):
             fmu.begin(gain=2.0)
             return [(fmu.set(u=sign * n), fmu.step(n), *fmu.get("y", "level", "steps")) for n in range(4)]
 
-    with library.instantiate(b"one") as item, library.instantiate(b"two") as two:
-        item.begin(gain=2.0)
+    with library.instantiate(b"one") as one, library.instantiate(b"two") as two:
+        one.begin(gain=2.0)
         two.begin(gain=2.0)
         rows = [], []
         for n in range(4):
-            for fmu, sign, run in ((item, 1, rows[0]), (two, -1, rows[1])):
+            for fmu, sign, run in ((one, 1, rows[0]), (two, -1, rows[1])):
                 run.append((fmu.set(u=sign * n), fmu.step(n), *fmu.get("y", "level", "steps")))
         assert list(rows) == [alone(1), alone(-1)]
-        item.set(u=5.0)
-        assert (item.step(4), two.step(4)) == (ERROR, OK)
-        assert (len(item.log), len(two.log)) == (1, 0), "each instance has its own logger"
+        one.set(u=5.0)
+        assert (one.step(4), two.step(4)) == (ERROR, OK)
+        assert (len(one.log), len(two.log)) == (1, 0), "each instance has its own logger"
 
 
 def test_a_run_after_reset_has_the_start_values_and_repeats_itself(library):
@@ -217,17 +217,17 @@ def test_a_step_beyond_the_stop_time_is_refused_and_the_run_can_end(library):
         assert [fmu.step(n) for n in range(4)] == [OK] * 4
         before = fmu.get("y", "steps")
         assert fmu.step(4) == ERROR
-        said = "at t = 0.001 s: a step of 0.00025 s would end after the stop time of the experiment, 0.001 s"
-        assert fmu.log == [(ERROR, "logStatusError", said)]
+        message = "at t = 0.001 s: a step of 0.00025 s would end after the stop time of the experiment, 0.001 s"
+        assert fmu.log == [(ERROR, "logStatusError", message)]
         if library.version == 2:
-            assert fmu.reason() == said
+            assert fmu.reason() == message
         assert (fmu.get("y", "steps", "fault_code"), fmu.last_time()) == ([*before, 0], 1e-3)
         assert fmu.call("Terminate") == OK
 
 
 @pytest.mark.parametrize(("steps", "h"), [(1000, 1e-3), (100_000, 1e-5), (3, 1.0 / 3.0)])
 def test_a_host_that_sums_its_steps_reaches_the_stop_time(library, steps, h):
-    """With a last step of what is left, be it 1e-17 s or 1e-12 s more than what should be left."""
+    """With a last step of the remaining time, which may be 1e-17 s or exceed the exact value by 1e-12 s."""
     stop = 100.0 + steps * h
     with library.instantiate() as fmu:
         fmu.enter(100.0, stop)

@@ -38,7 +38,7 @@ def test_a_wrong_log_category_is_refused_and_nothing_else_changes(library, categ
 
 
 @pytest.mark.parametrize(
-    ("switched", "heard"),
+    ("switched", "is_logged"),
     [
         ([(True, ())], (True, True)),
         ([(False, ())], (False, False)),
@@ -53,7 +53,7 @@ def test_a_wrong_log_category_is_refused_and_nothing_else_changes(library, categ
         ([(True, (b"logStatusWarning",)), (True, (b"logStatusFatal",))], (False, True)),
     ],
 )
-def test_warnings_are_logged_by_category_and_errors_always(library, switched, heard):
+def test_warnings_are_logged_by_category_and_errors_always(library, switched, is_logged):
     with library.instantiate() as fmu:
         fmu.begin()
         assert [fmu.debug(on, *names) for on, names in switched] == [OK] * len(switched)
@@ -61,7 +61,7 @@ def test_warnings_are_logged_by_category_and_errors_always(library, switched, he
         fmu.step(0)
         fmu.set(u=5.0)
         fmu.step(1)
-        warned = ["logStatusWarning"] * heard[library.version - 2]
+        warned = ["logStatusWarning"] * is_logged[library.version - 2]
         assert [category for _, category, _ in fmu.log] == [*warned, "logStatusError"]
 
 
@@ -78,5 +78,5 @@ def test_without_logging_only_a_fault_is_in_the_log(library2):
         fmu.set(u=5.0)
         assert fmu.step(1) == ERROR
         assert [(status, category) for status, category, _ in fmu.log] == [(ERROR, "logStatusError")]
-        assert fmu.reason() == "u = 5 V is 100 % too much (%s %n)", "a host that asks is told too"
+        assert fmu.reason() == "u = 5 V is 100 % too much (%s %n)", "a host can also request it"
         assert fmu.get("fault_code") == [1]

@@ -136,17 +136,17 @@ def test_a_state_is_allocated_if_the_host_left_its_pointer_unset(library):
 def test_any_number_of_states_coexists(library):
     with library.instantiate() as fmu:
         fmu.begin(u=1.0)
-        saved, displayed = [], []
+        saved, outputs = [], []
         for n in range(40):
             fmu.step(n)
             saved.append(fmu.save())
-            displayed.append(fmu.get("y"))
+            outputs.append(fmu.get("y"))
         for n in (3, 20, 11):
             fmu.call("FreeFMUstate", byref(saved[n]))
         for n in sorted({*range(40)} - {3, 11, 20}, reverse=True):
             assert fmu.restore(saved[n]) == OK
-            assert (fmu.get("y"), fmu.last_time()) == (displayed[n], n * 250e-6 + 250e-6)
-        assert len(set(map(tuple, displayed))) == 40
+            assert (fmu.get("y"), fmu.last_time()) == (outputs[n], n * 250e-6 + 250e-6)
+        assert len(set(map(tuple, outputs))) == 40
 
 
 def test_too_small_a_buffer_for_the_bytes_is_refused(library):

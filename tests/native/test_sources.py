@@ -179,16 +179,16 @@ def on_processor(emulator, target, platform):
     ],
 )
 def test_on_other_processors_the_c_code_gives_the_numbers_of_this_one(with_sources, lag, tmp_path, emulator, target):
-    """RISC-V has a multiplication with addition, and rounds, where told, as this machine does; two have 32 bits."""
+    """RISC-V has a fused multiply-add; disabled by a flag, it rounds as this machine does. Two targets have 32 bits."""
     folder = with_sources(lag, np.zeros(1), 2)
     zig = (sys.executable, "-m", "ziglang", "cc", "-target", target)
-    present = linked_statically(zig, folder, tmp_path / "there")
-    here = linked_statically(("gcc",), folder, tmp_path / "here")
+    emulated = linked_statically(zig, folder, tmp_path / "there")
+    native = linked_statically(("gcc",), folder, tmp_path / "here")
     root = ElementTree.parse(folder / "modelDescription.xml").getroot()
     names = [v.get("name") for v in root.iterfind("ModelVariables/*")]
     values = [root.get("guid"), (folder / "resources").as_uri(), names.index("u"), names.index("y"), 200]
     rows = []
-    for program in ([emulator, present], [here]):
+    for program in ([emulator, emulated], [native]):
         rows.append(np.array([float.fromhex(line) for line in run_program(*program, *values).stdout.splitlines()]))
     np.testing.assert_allclose(rows[0], rows[1], rtol=1e-14)
     assert np.ptp(rows[0]) > 0.01

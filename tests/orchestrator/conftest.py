@@ -25,13 +25,13 @@ PLACES = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2", "eb1", "eb2"),
 
 @pytest.fixture
 def cosim(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
-    """Run `amb-cosim` in a process of its own, in an empty folder, so that Python FMUs of two runs do not meet."""
+    """Run `amb-cosim` in a separate process and an empty folder, so that two runs do not share Python FMUs."""
 
     return lambda *arguments: run_command(*arguments, cwd=tmp_path, code=None)
 
 
 def make_run(end: float = 20, **attributes) -> xr.Dataset:
-    """Return a run whose figures are known.
+    """Return a run whose key values are known.
 
     Orbits of 0.1 and 0.2 mm, 0.5 and 0.6 mm from the step at cycle 5 to its removal at 10, 0.3 and 0.4 mm after.
     Contact: RB1 in cycles 6 to 7, both in 7 to 7.5, RB2 in 11 to 12.
@@ -115,7 +115,7 @@ def without() -> Callable[..., xr.Dataset]:
 
 @pytest.fixture
 def runner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """`runner(*arguments)`: result of the command line, in a folder of its own."""
+    """`runner(*arguments)`: result of the command line, in a separate folder."""
     monkeypatch.chdir(tmp_path)
 
     def call(*arguments: str) -> Result:

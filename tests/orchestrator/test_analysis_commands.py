@@ -1,4 +1,4 @@
-"""Commands that analyse a rotor: what they print and write, and what they say about bad input."""
+"""Commands that analyse a rotor: their output, files, and messages for bad input."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_critical_speeds_are_on_the_synchronous_line(runner, tmp_path):
 
 @pytest.mark.parametrize("added", ["", "[mesh]\naccuracy = 1e-2\n", '[[sensors]]\nname = "eye"\nz = 0.1\n'])
 def test_node_of_an_unbalance_counts_nodes_of_the_file(tmp_path, added):
-    """Node 3 of four lies at 0.6 m, whatever nodes `z` and [mesh] add."""
+    """Node 3 of four is at 0.6 m, regardless of the nodes that `z` and [mesh] add."""
     (tmp_path / "pump.toml").write_text(f"{UNSTABLE}{added}")
     response = studies.unbalance_response(str(tmp_path / "pump.toml"), unbalance="1 g.m", node=3, up_to="100 rad/s")
     assert (response.z, list(response.unbalances)) == (0.6, ["z = 0.6 m"])

@@ -1,4 +1,4 @@
-"""The command line: what it says about bad input, and what it leaves behind."""
+"""The command line: messages for bad input, and files that it writes."""
 
 import io
 import json

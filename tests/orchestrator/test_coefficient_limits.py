@@ -1,4 +1,4 @@
-"""Studies mark what rests on coefficients beyond a table or of one whirl frequency, and growth, but no rounding."""
+"""Studies mark results from coefficients beyond a table or of one whirl frequency, and growth beyond rounding."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runs side by side: table and differences, signals, figures, files, and what the command refuses."""
+"""Comparison of runs: table of differences, signals, figures, files, and errors of the command."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The study of convergence: what it varies, how it measures contact, and what it says of runs that are known."""
+"""The convergence study: the parameters that it varies, its measure of contact, and its verdict on synthetic runs."""
 
 import pytest
 

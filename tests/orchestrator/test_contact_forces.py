@@ -1,4 +1,4 @@
-"""What is read of a machine whose retainers are not in its bearings, and of forces between samples."""
+"""Contact of a machine whose retainers are not in its bearings, and forces between samples."""
 
 import json
 from types import SimpleNamespace

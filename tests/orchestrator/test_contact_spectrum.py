@@ -1,4 +1,4 @@
-"""Share of the contact force's power beyond the reduction, of signals for which it is known."""
+"""Share of the contact force's power beyond the band of the reduction, for signals with a closed form."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""A Python without the packages of extras: a plain run works, and a command that needs one says what to install."""
+"""Python without the packages of extras: a plain run works, and errors of other commands name what to install."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ def without_extras(arguments: list[str]) -> tuple[object, str]:
     hide("SALib", "bokeh", "dask", "distributed", "narwhals", "plotly", "zarr", "ziglang")
     from amb_cosim.commands.cli import main
 
-    said = io.StringIO()
-    with contextlib.redirect_stderr(said):
+    errors = io.StringIO()
+    with contextlib.redirect_stderr(errors):
         try:
             main(arguments)
         except SystemExit as end:
-            return end.code, said.getvalue()
+            return end.code, errors.getvalue()
 
 
 def test_a_plain_run_needs_no_extra(run_python, tmp_path):
     amb_cosim.run("fig4_9", until=0.01)  # which may compile what an installed package has with it
-    code, said = run_python(without_extras, cwd=tmp_path, arguments=["run", "fig4_9", "--until", "0.05"])
-    assert code == 0, said
+    code, errors = run_python(without_extras, cwd=tmp_path, arguments=["run", "fig4_9", "--until", "0.05"])
+    assert code == 0, errors
     assert (tmp_path / "results" / "fig4_9" / "orbits.png").is_file()
 
 

@@ -1,4 +1,4 @@
-"""Each command and study is described in a line that `--help` shows whole."""
+"""Each command and study has a description that `--help` shows in full."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Identification on the command line, and the table that it leaves: what is kept, what is refused, what it becomes."""
+"""Identification on the command line: the table that it writes, tables that it refuses, and their use in a run."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def test_an_identified_table_is_used_by_a_run(cosim, tmp_path):
 
 
 def test_computed_receptance_is_compared_with_nothing() -> None:
-    """Its difference from the model that it is of would be zero, whatever is wrong with the model."""
+    """Its difference from the model from which it is computed is zero even if the model is wrong."""
     found = studies.identify("9000 rpm", scenario="compressor_levitated", computed=True, progress=False)
     (result,), (table,) = found.results, found.text()
     assert isinstance(table, Table)

@@ -1,4 +1,4 @@
-"""JSON of typed results: keys with units, arrays, complex numbers, and what is left out."""
+"""JSON of typed results: keys with units, arrays, complex numbers, and omitted fields."""
 
 from __future__ import annotations
 

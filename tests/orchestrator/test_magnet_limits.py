@@ -28,7 +28,7 @@ def with_magnets(run: xr.Dataset, force: float, total: bool = True) -> xr.Datase
 
 @pytest.mark.parametrize("total", [True, False])
 def test_largest_force_is_that_of_a_saturated_coil_pair(synthetic, total):
-    """The iron carries less than the largest current asks; a force without its static part is less by the weight."""
+    """Saturated iron limits the force below that of the largest current; excess force is lower by the static load."""
     p = axis_parameters("mb1", "x")
     low, high = force_limits(with_magnets(synthetic(), 100.0, total), "mb1.x")
     largest, static = pull(p, 100.0, p.gap).force, 0.0 if total else static_pull(p)

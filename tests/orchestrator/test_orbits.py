@@ -1,4 +1,4 @@
-"""What a summary says of orbits whose record is thinned."""
+"""Orbits in a summary of a thinned record."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Campbell diagrams: what is written does not collide, and damping lies in its zones."""
+"""Campbell diagrams: labels do not overlap, and damping lies in its zones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures of a synthetic run: which are drawn, and what they show."""
+"""Figures of a synthetic run: which are drawn, and their content."""
 
 import json
 
@@ -28,9 +28,9 @@ def drawn(dataset, folder):
     "left_out", slow_but_first([("disturbance_cycle", "relief_cycle"), (), ("relief_cycle",), ("disturbance_cycle",)])
 )
 def test_every_figure_is_drawn_from_the_data_set_alone(synthetic, without, tmp_path, left_out):
-    requested = json.dumps([*USUAL, "whirl", "energy"])
-    dataset = without(synthetic(plot_figures=requested), *left_out)
-    assert drawn(dataset, tmp_path) == json.loads(requested)
+    figures = json.dumps([*USUAL, "whirl", "energy"])
+    dataset = without(synthetic(plot_figures=figures), *left_out)
+    assert drawn(dataset, tmp_path) == json.loads(figures)
 
 
 def test_a_run_that_rolls_shows_its_whirl(synthetic, tmp_path):

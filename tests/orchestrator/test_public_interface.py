@@ -1,4 +1,4 @@
-"""The package as it is used from Python, and the command line as a thin layer over it."""
+"""The Python interface of the package, and the command line as a thin layer over it."""
 
 from __future__ import annotations
 

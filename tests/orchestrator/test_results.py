@@ -1,4 +1,4 @@
-"""Figures of a synthetic run for which they are known."""
+"""Key values of a synthetic run whose exact values are known."""
 
 import itertools
 import json
@@ -16,7 +16,7 @@ def figures_of(dataset):
     return summarise(dataset).as_dict()
 
 
-def put(dataset, name, cycles, value):
+def set_within(dataset, name, cycles, value):
     """Set a variable of the plant within cycles [begin, end)."""
     within = (dataset["cycle"].values >= cycles[0]) & (dataset["cycle"].values < cycles[1])
     dataset[f"rotor_contact.{name}"] = dataset[f"rotor_contact.{name}"].where(~within, value)
@@ -79,15 +79,15 @@ def test_a_rotor_that_never_touched_counts_as_recovered(synthetic):
 def free_of_contact(dataset, begin=0.0, end=np.inf):
     """The run without what it touches within cycles [begin, end)."""
     for name in ("contact_state", "rb1.mode", "rb2.mode", "rb1.impulse", "rb2.impulse"):
-        put(dataset, name, (begin, end), 0)
+        set_within(dataset, name, (begin, end), 0)
     return dataset
 
 
 def test_without_contact_after_the_step_the_outcome_is_prevented(synthetic):
     assert contact_history.recovery(free_of_contact(synthetic())) == "prevented"
-    earlier = put(free_of_contact(synthetic()), "contact_state", (4.0, 4.2), 1)
+    earlier = set_within(free_of_contact(synthetic()), "contact_state", (4.0, 4.2), 1)
     assert contact_history.recovery(earlier) == "prevented", "contact before the step is not due to it"
-    later = put(free_of_contact(synthetic()), "contact_state", (5.01, 5.2), 1)
+    later = set_within(free_of_contact(synthetic()), "contact_state", (5.01, 5.2), 1)
     assert contact_history.recovery(later) == "recovered"
 
 
@@ -248,8 +248,8 @@ def test_turns_are_counted_from_cycle_0(synthetic):
 def rolling(dataset, site, cycles, turns):
     """Let a site roll within cycles [begin, end) through some turns of backward whirl."""
     span = (cycles[1] - cycles[0]) * dataset.attrs["period_s"]
-    put(dataset, f"{site}.whirl_speed", cycles, -2 * np.pi * turns / span)
-    return put(dataset, f"{site}.mode", cycles, 2)
+    set_within(dataset, f"{site}.whirl_speed", cycles, -2 * np.pi * turns / span)
+    return set_within(dataset, f"{site}.mode", cycles, 2)
 
 
 def test_rolling_counts_from_the_first_turn_without_a_break(synthetic):
@@ -307,8 +307,8 @@ def test_whirl_at_the_end_is_that_of_sites_in_contact(synthetic):
 
 
 def test_bushes_are_listed_only_after_contact(synthetic):
-    dataset = put(synthetic(), "eb2.f_n", (19.0, 19.1), 250.0)
-    put(dataset, "eb2.mode", (19.0, 19.1), 1)
+    dataset = set_within(synthetic(), "eb2.f_n", (19.0, 19.1), 250.0)
+    set_within(dataset, "eb2.mode", (19.0, 19.1), 1)
     figures = figures_of(dataset)
     assert figures["peak_contact_force_N"] == {"rb1": 1234.5, "rb2": 700.0, "eb2": 250.0}
     assert figures["peak_impulse_Ns"] == {"rb1": 2.5, "rb2": 1.5, "eb2": 0.0}
@@ -341,7 +341,7 @@ def test_energies_are_counted_from_cycle_0(synthetic):
 
 
 def test_error_of_the_balance_is_printed_beside_the_heat(synthetic):
-    """1 J of 27 J of heat, whatever spins: a rotor of 1 MJ would hide it."""
+    """1 J of 27 J of heat, regardless of the spin energy, 1 MJ of which would hide it."""
     dataset = ledger(synthetic())
     dataset["rotor_contact.energy.kinetic"] = dataset["rotor_contact.energy.kinetic"] + 1e6
     summary = summarise(dataset)
@@ -360,7 +360,9 @@ def test_run_without_heat_has_no_error_of_the_balance_beside_it(synthetic):
 
 def test_energy_error_is_the_largest_of_the_run(synthetic):
     dataset = ledger(synthetic())
-    assert figures_of(put(dataset, "energy.balance", (3.0, 3.01), 5.0))["energy_J"]["balance"] == pytest.approx(8.0)
+    assert figures_of(set_within(dataset, "energy.balance", (3.0, 3.01), 5.0))["energy_J"]["balance"] == pytest.approx(
+        8.0
+    )
 
 
 def test_energies_without_a_record_are_none(synthetic):

@@ -1,4 +1,4 @@
-"""The studies of the synchronous control: receptance, test force, H, recovery; what they find, write and refuse."""
+"""Studies of synchronous control: receptance, test force, H and recovery; their results, files and errors."""
 
 from __future__ import annotations
 
@@ -78,11 +78,11 @@ def test_full_step_with_the_exact_h_leaves_no_force(inverse):
 
 def test_h_of_the_table_is_exact_only_at_its_speeds(inverse):
     speeds, errors = inverse.speeds, inverse.tables["thesis"]
-    available = np.isin(speeds, inverse.table)
+    in_table = np.isin(speeds, inverse.table)
     between = (speeds < 35.0) & (np.abs(speeds - inverse.table[:, None]).min(axis=0) > 0.01)
-    assert available.sum() == 12
+    assert in_table.sum() == 12
     for values in (errors.relative_error, errors.left_by_a_step):
-        assert values[available].max() < 1e-10
+        assert values[in_table].max() < 1e-10
         assert values[between].min() > 1e-5
 
 

@@ -1,4 +1,4 @@
-"""`amb-cosim rotor`: files from ROSS, and what a rotor file holds."""
+"""`amb-cosim rotor`: import from ROSS, and the content of rotor files."""
 
 import json
 import math
@@ -80,7 +80,7 @@ def test_printed_nodes_are_those_of_the_file(rotor, tmp_path):
 
 
 def test_inertias_are_those_of_the_parts():
-    """Discs and cores by hand, and the shaft as a slender rod with a small radius."""
+    """Discs and cores summed by hand, and the shaft as a slender rod with a small radius."""
     rig, result = load_rotor(), studies.layout()
     shaft = rig.mass - sum(body.mass for body in rig.bodies)
     z = rig.shaft.nodes

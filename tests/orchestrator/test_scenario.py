@@ -1,4 +1,4 @@
-"""Scenario files: units, times, and what is said about mistakes in them."""
+"""Scenario files: units, times, and error messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units of figures: asked for, or by the size of what is shown; and figures of pages as data."""
+"""Display units of figures, chosen by the user or by the size of the values; figures of pages as data."""
 
 import json
 import math
@@ -36,14 +36,14 @@ def test_chosen_display_units_apply_until_the_block_ends():
     assert length_unit(1e-6).name == "um"
 
 
-@pytest.mark.parametrize(("text", "told"), [("rpm,Hz", "one unit of speed"), ("furlong", "one of rad/s, Hz, rpm")])
-def test_unknown_and_conflicting_display_units_are_refused(text, told):
-    with pytest.raises(ValueError, match=told):
+@pytest.mark.parametrize(("text", "expected"), [("rpm,Hz", "one unit of speed"), ("furlong", "one of rad/s, Hz, rpm")])
+def test_unknown_and_conflicting_display_units_are_refused(text, expected):
+    with pytest.raises(ValueError, match=expected):
         parse_units(text)
 
 
 @pytest.mark.parametrize(
-    ("label", "told", "factor"),
+    ("label", "expected", "factor"),
     [
         ("speed (1/min)", "speed (Hz)", 1.0 / 60.0),
         ("N", "kN", 1e-3),
@@ -52,9 +52,9 @@ def test_unknown_and_conflicting_display_units_are_refused(text, told):
         ("r / C_r", "r / C_r", 1.0),
     ],
 )
-def test_an_axis_of_a_page_has_the_chosen_unit(label, told, factor):
+def test_an_axis_of_a_page_has_the_chosen_unit(label, expected, factor):
     with amb_cosim.units("Hz", "kN"):
-        assert relabelled(label, "speed", "force", "length") == (told, pytest.approx(factor))
+        assert relabelled(label, "speed", "force", "length") == (expected, pytest.approx(factor))
 
 
 @given(st.lists(st.floats(-1.0, 1.0), max_size=12), st.floats(0.0, 0.5))

@@ -30,7 +30,7 @@ def test_unbalance_is_compared_with_the_clearance_of_each_place():
 
 
 def test_axis_has_the_currents_and_the_clearance_of_its_machine():
-    """Each axis has its own static current, and moves as far as the retainer of its own bearing."""
+    """Each axis has its static current, and moves within the clearance of its bearing's retainer."""
     changes = {"amb_actuator.mb2.static_current_y": "2 A", "rotor_contact.td2.clearance": "0.1 mm"}
     first = studies.linearisation(COMPRESSOR, set=changes)
     other = studies.linearisation(COMPRESSOR, axis="mb2.y", set=changes)
@@ -84,7 +84,7 @@ def test_peaks_of_a_machine_do_not_depend_on_the_range():
 
 
 def test_an_undamped_peak_is_reported_as_unbounded():
-    """Stiff bearings without damping: the tables say so in place of a number that rounding makes."""
+    """Stiff bearings without damping: the tables print this and not a value that is due to rounding."""
     result = studies.unbalance_response(machine().on_equal_bearings(2e7, 0.0), unbalance="1 g.m")
     assert any(not item.is_bounded for item in result.critical_speeds)
     assert_names(str(result), "no bound", "nothing damps the motion")

@@ -37,7 +37,7 @@ def has_data(data: dict[str, Any]) -> bool:
 
 OF_A_ROTOR = ("campbell", "modes", "tables", "unbalance_response")
 OF_THE_RIG = is_of("bath_rig_thesis")
-# Command, part of what it prints, and what is true of its data.
+# Command, part of its output, and conditions on its data.
 STUDIES = [
     *((f"{name} --rotor pump.toml", "", is_of("pump")) for name in OF_A_ROTOR),
     ("receptance", "", OF_THE_RIG),

@@ -1,4 +1,4 @@
-"""Touchdown summaries of a synthetic fall for which they are known."""
+"""Touchdown summaries of a synthetic fall whose exact values are known."""
 
 import json
 from dataclasses import replace
@@ -17,14 +17,14 @@ from tests.support.messages import assert_names
 
 
 @pytest.fixture(scope="module")
-def found():
+def fall_summary():
     return touchdown(fall())
 
 
-def test_the_fall_begins_when_an_amplifier_is_switched_off(found):
-    assert found.release == pytest.approx(RELEASE)
-    assert found.drop == pytest.approx({"mb1": 0.75, "mb2": 0.75}, rel=1e-6)
-    assert found.orbit == pytest.approx({"mb1": 0.75, "mb2": 0.75}, rel=1e-6)
+def test_the_fall_begins_when_an_amplifier_is_switched_off(fall_summary):
+    assert fall_summary.release == pytest.approx(RELEASE)
+    assert fall_summary.drop == pytest.approx({"mb1": 0.75, "mb2": 0.75}, rel=1e-6)
+    assert fall_summary.orbit == pytest.approx({"mb1": 0.75, "mb2": 0.75}, rel=1e-6)
 
 
 def test_without_a_switch_the_fall_begins_with_contact():
@@ -32,21 +32,21 @@ def test_without_a_switch_the_fall_begins_with_contact():
     assert begun.release == pytest.approx(LANDED, abs=1.5 * H)
 
 
-def test_the_first_five_impacts_are_listed_in_order(found):
-    assert [(hit.site, hit.impulse) for hit in found.first_impacts] == [
+def test_the_first_five_impacts_are_listed_in_order(fall_summary):
+    assert [(hit.site, hit.impulse) for hit in fall_summary.first_impacts] == [
         ("rb1", 3.0),
         ("rb2", 2.0),
         ("rb1", 1.0),
         ("rb2", 0.5),
         ("rb2", 0.5),
     ]
-    assert found.first_impacts[0].after == pytest.approx(LANDED - RELEASE, abs=1.5 * H)
+    assert fall_summary.first_impacts[0].after == pytest.approx(LANDED - RELEASE, abs=1.5 * H)
 
 
-def test_rounding_of_a_lasting_contact_is_no_impact(found):
+def test_rounding_of_a_lasting_contact_is_no_impact(fall_summary):
     rounding = fall()["rotor_contact.rb1.impulse"].values.copy()
     rounding[(rounding == 0.0) & (fall()["rotor_contact.rb1.mode"].values > 0)] = 7e-15
-    assert touchdown(fall(**{"rb1.impulse": rounding})).first_impacts == found.first_impacts
+    assert touchdown(fall(**{"rb1.impulse": rounding})).first_impacts == fall_summary.first_impacts
 
 
 def test_a_rotor_without_contact_at_the_end_is_not_at_rest():
@@ -63,9 +63,9 @@ def test_a_rotor_without_contact_at_the_end_is_not_at_rest():
     assert result.free_after == pytest.approx(2.0 - RELEASE, abs=2 * H)
 
 
-def test_backward_whirl_is_negative_and_rest_does_not_count(found):
-    assert found.retainers["rb1"].whirl == "backward"
-    assert found.retainers["rb1"].whirl_speed == pytest.approx(WHIRL)
+def test_backward_whirl_is_negative_and_rest_does_not_count(fall_summary):
+    assert fall_summary.retainers["rb1"].whirl == "backward"
+    assert fall_summary.retainers["rb1"].whirl_speed == pytest.approx(WHIRL)
 
 
 def test_rocking_at_the_bottom_is_no_whirl():
@@ -76,7 +76,7 @@ def test_rocking_at_the_bottom_is_no_whirl():
 
 
 def test_free_orbit_after_a_short_contact_is_no_whirl():
-    """The orbit goes on at 25 rad/s for the rest of the run, of which 5 ms are in contact."""
+    """The orbit continues at 25 rad/s for the rest of the run, of which 5 ms are in contact."""
     dataset = fall()
     time = dataset["time"].values
     mode = np.where((time > LANDED) & (time < LANDED + 5e-3), SLIDING, 0)
@@ -85,15 +85,15 @@ def test_free_orbit_after_a_short_contact_is_no_whirl():
     assert (result.whirl, result.whirl_speed) == ("none", None)
 
 
-def test_times_in_each_mode_add_up_to_the_time_from_the_release(found):
-    rb1, rb2 = found.retainers["rb1"], found.retainers["rb2"]
+def test_times_in_each_mode_add_up_to_the_time_from_the_release(fall_summary):
+    rb1, rb2 = fall_summary.retainers["rb1"], fall_summary.retainers["rb2"]
     assert (rb1.free, rb1.sliding, rb1.rolling) == pytest.approx((0.1, 1.0, 1.8), abs=2 * H)
     assert (rb2.free, rb2.sliding, rb2.rolling) == pytest.approx((0.15, 0.95, 1.8), abs=2 * H)
     assert rb1.free + rb1.sliding + rb1.rolling == pytest.approx(END - RELEASE)
 
 
-def test_impulse_and_heat_are_those_of_each_retainer(found):
-    rb1, rb2 = found.retainers["rb1"], found.retainers["rb2"]
+def test_impulse_and_heat_are_those_of_each_retainer(fall_summary):
+    rb1, rb2 = fall_summary.retainers["rb1"], fall_summary.retainers["rb2"]
     assert rb1.impulse == pytest.approx(4.0 + 450.0 * 2.8, abs=450.0 * 2 * H)
     assert rb2.impulse == pytest.approx(4.5 + 450.0 * 2.75, abs=450.0 * 2 * H)
     assert rb1.friction == pytest.approx(200.0, abs=1.0)
@@ -101,8 +101,8 @@ def test_impulse_and_heat_are_those_of_each_retainer(found):
     assert (rb1.temperature, rb2.temperature) == (None, 300.0)
 
 
-def test_a_race_is_at_speed_at_95_percent_of_its_largest(found):
-    assert found.retainers["rb1"].race_spin_up == pytest.approx(0.19, abs=2 * H)
+def test_a_race_is_at_speed_at_95_percent_of_its_largest(fall_summary):
+    assert fall_summary.retainers["rb1"].race_spin_up == pytest.approx(0.19, abs=2 * H)
     still = touchdown(fall(**{"rb1.race_speed": np.zeros(fall().sizes["time"])}))
     assert still.retainers["rb1"].race_spin_up is None
 
@@ -132,7 +132,7 @@ def rocked(amplitude, **options):
     ],
 )
 def test_a_rotor_that_swings_at_the_bottom_without_growing_rocks(amplitude, degrees):
-    """In the last quarter of the 2.9 s after the release; what was before does not matter."""
+    """In the last quarter of the 2.9 s after the release; earlier motion does not matter."""
     dataset = rocked(amplitude)
     result = touchdown(dataset)
     assert (result.rest_after, result.rocks_within) == (None, pytest.approx(degrees, rel=0.03))
@@ -152,9 +152,9 @@ def test_a_growing_swing_or_one_beyond_90_degrees_is_no_rocking(amplitude):
     assert touchdown(rocked(amplitude)).rocks_within is None
 
 
-def test_a_rotor_at_rest_or_without_gravity_does_not_rock(found):
-    assert found.rest_after is not None
-    assert found.rocks_within is None
+def test_a_rotor_at_rest_or_without_gravity_does_not_rock(fall_summary):
+    assert fall_summary.rest_after is not None
+    assert fall_summary.rocks_within is None
     assert touchdown(rocked(lambda t: np.full(len(t), 0.8), gravity=0.0)).rocks_within is None
 
 
@@ -168,9 +168,9 @@ def test_rocking_needs_five_periods_of_the_pendulum_in_a_quarter():
         assert (swing == pytest.approx(0.7, rel=0.01)) if rocks else swing is None
 
 
-def test_the_rotor_rests_when_its_whirl_has_ended(found):
-    assert found.rest_after == pytest.approx(WHIRLED - RELEASE, abs=2 * H)
-    assert found.standstill_after == pytest.approx(0.99 * 2.0, abs=2 * H)
+def test_the_rotor_rests_when_its_whirl_has_ended(fall_summary):
+    assert fall_summary.rest_after == pytest.approx(WHIRLED - RELEASE, abs=2 * H)
+    assert fall_summary.standstill_after == pytest.approx(0.99 * 2.0, abs=2 * H)
 
 
 def test_a_rotor_that_moves_at_the_end_is_not_at_rest():
@@ -187,11 +187,11 @@ def test_summary_of_a_touchdown_tolerates_missing_signals(name):
     table(summary, whole=True)
 
 
-def test_upright_rotor_touches_down_when_its_magnets_are_switched_off(found):
-    """All but the fall is as with gravity; nothing falls, so that the orbit stands in its place."""
+def test_upright_rotor_touches_down_when_its_magnets_are_switched_off(fall_summary):
+    """All values but the drop are as with gravity; without a drop the table has the orbit."""
     upright = fall(gravity=0.0)
     result = touchdown(upright)
-    assert result == replace(found, drop={"mb1": None, "mb2": None})
+    assert result == replace(fall_summary, drop={"mb1": None, "mb2": None})
     rows = dict(zip(*(column.cells for column in table(summarise(upright), whole=True).columns[:2]), strict=True))
     assert "drop" not in rows
     assert_names(str(rows["orbit after it"]), "MB1", "0.75 mm")

@@ -1,4 +1,4 @@
-"""The verdict on a run: its word, its sentence and what decides it, for each ending."""
+"""The verdict on a run: outcome, sentence and cause, for each ending."""
 
 import json
 from io import StringIO
@@ -44,7 +44,7 @@ def growing(dataset):
     return dataset
 
 
-def ended(dataset, *outcome):
+def with_outcome(dataset, *outcome):
     return dataset.assign_attrs(completed=0, outcome=json.dumps(outcome))
 
 
@@ -64,8 +64,8 @@ CASES = {
     "levitated": (lambda run: free_of_contact(run()), "the rotor does not touch after the step"),
     "rolled": (lambda run: rolling(run()), "the rotor rolls on RB1 (backward whirl, 1571 rad/s) at the end"),
     "unstable": (lambda run: growing(free_of_contact(run())), "its orbit grows, or its amplifiers stay"),
-    "failed": (lambda run: ended(run(), "failed", 0.31, "west", "no bits"), "west at t = 0.31 s: no bits"),
-    "interrupted": (lambda run: ended(run(), "interrupted", 0.31), "by the user at t = 0.31 s"),
+    "failed": (lambda run: with_outcome(run(), "failed", 0.31, "west", "no bits"), "west at t = 0.31 s: no bits"),
+    "interrupted": (lambda run: with_outcome(run(), "interrupted", 0.31), "by the user at t = 0.31 s"),
 }
 
 

@@ -20,7 +20,7 @@ PORTS = {
 }
 
 
-def found(log=(), values=(), **samples):
+def warning_records(log=(), values=(), **samples):
     recorded = {f"{name}.cut": np.isin(TIMES, true).astype(float) for name, true in samples.items()} | dict(values)
     return of_component("actuator", {port.name: port for port in PORTS.values()}, log, -2.0, TIMES, recorded)
 
@@ -31,11 +31,11 @@ def logged(name, time):
 
 
 def test_a_flag_that_was_never_true_gives_no_warning():
-    assert found(mb1=[], mb2=[]) == []
+    assert warning_records(mb1=[], mb2=[]) == []
 
 
 def test_a_warning_lasts_from_its_first_to_its_last_sample():
-    (warned,) = found([logged("mb1", 1.25)], mb1=[2.0, 3.0, 6.0], mb2=[])
+    (warned,) = warning_records([logged("mb1", 1.25)], mb1=[2.0, 3.0, 6.0], mb2=[])
     assert (warned.component, warned.variable) == ("actuator", "mb1.cut")
     assert warned.sentence == "the current is cut to 10 A"
     assert (warned.first, warned.last, warned.share) == (1.25, 6.0, 3 / 8)
@@ -47,18 +47,18 @@ def test_a_warning_lasts_from_its_first_to_its_last_sample():
 def test_a_recorded_value_in_a_warning_has_its_range_while_it_was_true(true, expected):
     """At the time of the log it was 10; before and after, when nothing was cut, it was 99."""
     limits = np.select([TIMES == 2.0, TIMES == 3.0, TIMES == 6.0], [9.0, 8.0, 13.0], 99.0)
-    (warned,) = found([logged("mb1", 1.25)], {"mb1.limit": limits}, mb1=true)
+    (warned,) = warning_records([logged("mb1", 1.25)], {"mb1.limit": limits}, mb1=true)
     assert warned.sentence == f"the current is cut to {expected} A"
 
 
 def test_an_unrecorded_warning_is_taken_from_the_log():
-    (warned,) = found([logged("mb1", 1.25)])
+    (warned,) = warning_records([logged("mb1", 1.25)])
     assert (warned.first, warned.last, warned.share) == (1.25, None, None)
     assert sentences([warned]) == ["the current is cut to 10 A (mb1.cut; first at 1.25 s)"]
 
 
 def test_a_warning_without_a_log_is_taken_from_the_samples():
-    (warned,) = found(mb1=[2.0, 3.0])
+    (warned,) = warning_records(mb1=[2.0, 3.0])
     assert (warned.sentence, warned.first, warned.last) == ("the current is cut to mb1.limit A", 2.0, 3.0)
 
 
@@ -73,19 +73,19 @@ def test_a_warning_without_a_log_is_taken_from_the_samples():
     ],
 )
 def test_time_span_of_a_warning_includes_settling(log, samples, expected):
-    warned = found([logged("mb1", time) for time in log], mb1=samples)
+    warned = warning_records([logged("mb1", time) for time in log], mb1=samples)
     assert sentences(warned) == [f"the current is cut to 10 A (mb1.cut; {expected})"]
 
 
 def test_equal_warnings_of_several_variables_are_one_line():
-    warned = found([logged("mb1", 1.0), logged("mb2", 3.0)], mb1=[1.0], mb2=[3.0, 4.0])
+    warned = warning_records([logged("mb1", 1.0), logged("mb2", 3.0)], mb1=[1.0], mb2=[3.0, 4.0])
     assert len(warned) == 2
     expected = "the current is cut to 10 A (mb1.cut, mb2.cut; from 1 s to 4 s, up to 25 % of the time)"
     assert sentences(warned) == [expected]
 
 
 def test_an_undeclared_warning_of_an_fmu_is_passed_on_once():
-    warned = found(["the table is old", "the table is old"])
+    warned = warning_records(["the table is old", "the table is old"])
     assert sentences(warned) == ["the table is old (actuator)"]
 
 
@@ -168,21 +168,21 @@ def beside_another_user_of_fmpy(path: str) -> list:
 
 
 def test_a_run_receives_messages_after_another_logger_of_fmpy(run_python, tmp_path):
-    """The other logger is no more; an FMU that called it would crash."""
+    """The other logger no longer exists; an FMU that called it would crash."""
     path = tmp_path / "magnets.toml"
     path.write_text(SYSTEM.replace("RECORDED", '"*.f_x"'), encoding="utf-8")
     assert run_python(beside_another_user_of_fmpy, path=str(path)) == [3, 3]
 
 
 @pytest.mark.parametrize(
-    ("sample_time", "allowed", "told", "facts"),
+    ("sample_time", "allowed", "step", "facts"),
     [
         (250e-6, 50e-6, 51e-6, ("50 us", "controller's sample time")),
         (100e-6, 20e-6, 25e-6, ("20 us", "controller's sample time")),
         (None, 50e-6, 51e-6, ("50 us", "250 us")),
     ],
 )
-def test_a_jacobi_step_beyond_a_fifth_of_the_sample_time_warns(sample_time, allowed, told, facts):
+def test_a_jacobi_step_beyond_a_fifth_of_the_sample_time_warns(sample_time, allowed, step, facts):
     assert coupling_warning("jacobi", allowed, 0.0, sample_time) is None
-    assert coupling_warning("gauss_seidel", told, 0.0, sample_time) is None
-    assert_names(coupling_warning("jacobi", told, 0.0, sample_time), *facts)
+    assert coupling_warning("gauss_seidel", step, 0.0, sample_time) is None
+    assert_names(coupling_warning("jacobi", step, 0.0, sample_time), *facts)

@@ -42,13 +42,13 @@ def test_invalid_scenarios_and_sweeps_are_skipped_naming_their_pack(site):
     (scenarios / "folder.toml").mkdir()
     (site / "broken" / "pack.toml").write_text("description = 1\n", encoding="utf-8")
     (site / "broken" / "sweeps" / "odd_sweep.toml").write_text("axes = 3\n", encoding="utf-8")
-    displayed, warned = command(site, "list")
-    warned = warned.replace(str(site), "")
-    assert "fig4_9" in displayed
-    assert "did you mean" not in warned
+    listed, warnings = command(site, "list")
+    warnings = warnings.replace(str(site), "")
+    assert "fig4_9" in listed
+    assert "did you mean" not in warnings
     for name in (*ODD, "loop", "folder", "odd_sweep", "pack.toml"):
-        assert_names(next(line for line in warned.splitlines() if name in line), name)
-    for line in warned.splitlines():
+        assert_names(next(line for line in warnings.splitlines() if name in line), name)
+    for line in warnings.splitlines():
         assert line.startswith("warning: pack broken: ")
 
 

@@ -1,4 +1,4 @@
-"""What is known to be missed is told as missed: the whole report against a review's list."""
+"""Known misses are reported as missed: the whole report against the list of a review."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ def test_no_verdict_is_better_than_that_of_the_review(judged, key):
 @pytest.mark.slow
 @pytest.mark.parametrize("key", KNOWN["beside"])
 def test_results_of_other_models_are_listed(judged, key):
-    available, beside = KNOWN["beside"][key], dict(judged[key].beside)
-    assert available["how"] in beside
+    expected, beside = KNOWN["beside"][key], dict(judged[key].beside)
+    assert expected["how"] in beside
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The pack of the how-to page, installed: it is listed, runs, and has its statements judged."""
+"""The installed pack of the how-to page: its list, runs, and verdicts on its statements."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ def amb_cosim(project):
 def test_the_commands_of_the_page_run(amb_cosim, project):
     (block,) = [block for block in BLOCKS if block.needs == "the pack installed"]
     printed = {line: amb_cosim(line.removeprefix("amb-cosim ")) for line in block.code.splitlines()}
-    listed, run, displayed, report = printed.values()
+    listed, run, rotor_table, report = printed.values()
     assert "my_pump" in listed
     assert "pump_rub" in listed
     assert "fig4_9" in listed
     assert "recovered" in run
-    assert "impeller" in displayed
+    assert "impeller" in rotor_table
     assert "   1 reproduced\n" in report
     assert "   1 within a stated limit" in report
     data = json.loads((project / "report" / "report.json").read_text(encoding="utf-8"))

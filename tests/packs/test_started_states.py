@@ -1,4 +1,4 @@
-"""Co-simulations of the thesis's rig that begin in a steady rub: they stay, or leave as the eigenvalue says."""
+"""Co-simulations of the thesis's rig started in a steady rub: they stay, or leave at the rate of the eigenvalue."""
 
 import numpy as np
 import pytest

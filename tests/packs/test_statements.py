@@ -75,8 +75,8 @@ def test_forces_are_judged_on_the_converged_rig(statements):
     forces = [s for s in statements.statement if s.quantity == "peak_force"]
     assert forces
     for s in forces:
-        present, here = statements.sources[s.converged], statements.sources[s.source]
-        assert (present.scenario, present.rotor_file) == (here.scenario, "bath_rig")
+        converged, thesis = statements.sources[s.converged], statements.sources[s.source]
+        assert (converged.scenario, converged.rotor_file) == (thesis.scenario, "bath_rig")
 
 
 def test_an_unknown_selection_is_refused(statements):

@@ -47,8 +47,8 @@ def receptance_on_springs(springs, Omega, sites):
     """Forward receptance (m/N) of the sites to contact forces and to a force on D1, without the controller."""
     (rotor,), _ = parts_in_contact(springs.at(Omega), ["rotor_contact"])
     forces = [*(contact_pair(site) for site in sites), ("rotor_contact.d1.f_x", "rotor_contact.d1.f_y")]
-    displayed = [f"rotor_contact.{site}.{axis}" for site in sites for axis in "xy"]
-    H = frequency_response(rotor.selected(flat(forces), displayed).law, 1j * Omega)
+    displacements = [f"rotor_contact.{site}.{axis}" for site in sites for axis in "xy"]
+    H = frequency_response(rotor.selected(flat(forces), displacements).law, 1j * Omega)
     return 0.5 * (H[0::2, 0::2] + H[1::2, 1::2] + 1j * (H[1::2, 0::2] - H[0::2, 1::2]))
 
 
@@ -177,7 +177,7 @@ def test_runs_that_roll_have_the_computed_frequency_and_forces(case):
 def test_relieved_rotor_keeps_whirling_in_contact_at_its_frequency():
     """140 rad/s, 40 g m for ten turns, then 5: no synchronous state, but a whirl in both retainers at 145.4 rad/s.
 
-    At its frequency, which is within the band that the study tells, the run has the computed forces to 2 %.
+    At its frequency, which is within the band that the study reports, the run has the computed forces to 2 %.
     """
     events = tuple(
         {"role": role, "cycle": cycle, "set": {"rotor_contact": {"d1.u": u}}}

@@ -1,4 +1,4 @@
-"""What packs keep of the robustness of their outcomes: complete, right, and told wherever an outcome is."""
+"""Stored robustness of the outcomes of packs: complete, correct, and stated with each outcome."""
 
 import re
 from pathlib import Path
@@ -47,7 +47,7 @@ def test_scenarios_and_pages_call_exactly_the_fragile_runs_fragile(cases):
             assert all("fragile" in row for row in rows)
 
 
-def ended(outcome, summary):
+def outcome_words(outcome, summary):
     """The words for how a run ended, and the sites that it touched."""
     touched = {site for site, force in summary.peak_contact_force.items() if force > 0.0}
     return {summary.recovery or outcome.status, *(["rolling"] if summary.rolling_from is not None else []), *touched}
@@ -56,7 +56,7 @@ def ended(outcome, summary):
 @pytest.mark.parametrize("name", [*IN_GATE, *(pytest.param(name, marks=pytest.mark.slow) for name in LATER)])
 def test_a_run_ends_as_its_pack_states_and_balances_its_energy(cases, name):
     result = amb_cosim.run(cases[name].scenario, set=cases[name].settings, progress=False)
-    assert ended(result.outcome, result.summary) == {*re.findall(r"\w+", stored_outcomes()[name].outcome)} - {
+    assert outcome_words(result.outcome, result.summary) == {*re.findall(r"\w+", stored_outcomes()[name].outcome)} - {
         "touching"
     }
     limit = 1e-5 if name.startswith("fig4_20") else 1e-4 if name.endswith("planes13") else 1e-6

@@ -1,4 +1,4 @@
-"""Runs Siconos, and lets the tests of this folder import what is beside them."""
+"""Runs Siconos, and lets the tests of this folder import modules beside them."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ sys.path.insert(0, str(HERE))
 
 @pytest.fixture(scope="session")
 def siconos(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., dict[str, np.ndarray]]:
-    """`siconos(scheme, timeout=60, **given)`: a scheme of `siconos_rotor` in a process of its own."""
+    """`siconos(scheme, timeout=60, **given)`: a scheme of `siconos_rotor` in a separate process."""
     siconos_rotor = str(files("benchmarks") / "siconos_rotor.py")
     python = find_python_with("siconos.kernel")  # Debian's package is for the system's Python alone
     if python is None:
         pytest.skip("no python3 on the PATH has Siconos (Debian: apt install python3-siconos)")
 
-    # What numpy here is told to leave out (tools/arithmetic), an older one may not know, and says so.
+    # Processor features that numpy disables here (tools/arithmetic) may be unknown to an older one, which then warns.
     environment = {name: value for name, value in ENVIRONMENT.items() if name != "NPY_DISABLE_CPU_FEATURES"}
 
     def run(scheme: str, timeout: float = 60.0, **given) -> dict[str, np.ndarray]:
@@ -35,9 +35,9 @@ def siconos(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., dict[str,
         process = subprocess.run(
             command, cwd=folder, env=environment, capture_output=True, text=True, timeout=timeout, check=False
         )
-        said = process.stdout[-4000:] + process.stderr[-4000:]
-        assert process.returncode == 0, f"the process ended with {process.returncode}:\n{said}"
-        assert not said, f"a solver that fails only says so:\n{said}"
+        printed = process.stdout[-4000:] + process.stderr[-4000:]
+        assert process.returncode == 0, f"the process ended with {process.returncode}:\n{printed}"
+        assert not printed, f"a solver that fails only says so:\n{printed}"
         with np.load(folder / "answer.npz") as answer:
             return dict(answer)
 

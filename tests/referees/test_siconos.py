@@ -99,7 +99,7 @@ def test_impacts_at_several_sites_at_once(count: int, mu: float, siconos: Sicono
     np.testing.assert_allclose(blows, impulse[:, :, 0], atol=2e-6)
     struck = np.bincount(np.sum(np.array(blows) > 0.0, axis=1), minlength=count + 1)
     assert struck[0] == 0
-    assert np.all(struck[1:] > 0)  # every number of sites takes part, and some let go
+    assert np.all(struck[1:] > 0)  # every number of sites is struck, and some separate
 
 
 # Forces at an instant, from a step of 1 ns: curvature and acceleration change them by some 1e-6 in that time.

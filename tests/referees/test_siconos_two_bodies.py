@@ -21,7 +21,7 @@ START = np.array([0.05, 0.0, -0.02, 0.01, SPIN, 0.0])  # velocities (m/s) of the
 TO_RELATIVE = np.block([[np.eye(2), np.eye(2)], [np.zeros((2, 2)), np.eye(2)]])
 
 
-def given(model: TwoBodies) -> dict[str, np.ndarray]:
+def siconos_data(model: TwoBodies) -> dict[str, np.ndarray]:
     """The two bodies for Siconos, in coordinates s and r_h."""
     S = TO_RELATIVE
     spring = [model.support_stiffness] * 2 + list(model.mount_stiffness)
@@ -45,7 +45,7 @@ def test_frictionless_bodies_move_as_in_siconos(e: float, siconos: Siconos) -> N
     """Bounces that end leave 1e-8 m, since each code cuts off the last of them in its own way."""
     model = replace(MOUNTED, restitution=e)
     h, points = 1e-3, 40
-    answer = siconos("from_event_to_event", h=h, points=points, tolerance=1e-9, **given(model))
+    answer = siconos("from_event_to_event", h=h, points=points, tolerance=1e-9, **siconos_data(model))
     times = h * np.arange(1, points + 1)
     bounces = e > 0.0
     by_substeps, exact = (plant_of(model, np.zeros(6), START, **{"solver.exact_motion": k}) for k in (0.0, 1.0))
@@ -70,7 +70,7 @@ def test_bodies_with_friction_move_as_in_siconos(mu: float, siconos: Siconos) ->
     difference = []
     for every in (500, 2000):
         h = span / points / every
-        answer = siconos("time_stepping", h=h, every=every, points=points, **given(model))
+        answer = siconos("time_stepping", h=h, every=every, points=points, **siconos_data(model))
         difference.append(np.abs(motion.q[:, :4] - answer["q"] @ TO_RELATIVE.T).max())
     assert difference[-1] < 4e-6
     assert difference[-1] < 0.35 * difference[0]

@@ -125,7 +125,7 @@ def test_rotor_angle_is_speed_times_time(endured):
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is watched in /proc")
 @pytest.mark.parametrize("endured", CASES, indirect=True)
 def test_memory_does_not_grow_with_the_steps(endured):
-    """Less than a byte for four steps, and some of it is what was recorded."""
+    """Less than a byte for four steps, including the record."""
     sizes = [size for share, size in endured.memory if 0.2 < share < 0.999]
     assert sizes[-1] - sizes[0] < 0.25 * STEPS
 

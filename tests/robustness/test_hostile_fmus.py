@@ -1,4 +1,4 @@
-"""FMUs that crash, hang, fork, speak or close what is not theirs, at any of their calls."""
+"""FMUs that crash, hang, fork, print or close foreign files, at any of their calls."""
 
 import sys
 import time
@@ -34,7 +34,7 @@ def system(hostile, tmp_path):
 def test_any_behaviour_of_an_fmu_gives_an_outcome_or_a_message(
     system, hostile, monkeypatch, chance, first_seed, rounds
 ):
-    """No hang, no process left, and what was recorded before the FMU was ended is kept."""
+    """No hang, no leftover process, and the record up to the end of the FMU is kept."""
     monkeypatch.setattr(isolation, "LONGEST_SILENCE", 10.0)  # in which a process starts, too
     monkeypatch.setattr(isolation, "CLOSE_TIME", 2.0)
     outcomes = set()
@@ -46,13 +46,13 @@ def test_any_behaviour_of_an_fmu_gives_an_outcome_or_a_message(
         begin = time.monotonic()
         try:
             result = amb_cosim.simulate(system(version, coupling))
-            ended, said = result.outcome.status, result.outcome.reason
+            outcome, reason = result.outcome.status, result.outcome.reason
         except (FmuError, StartFailed, ProcessFailed) as error:
-            ended, said = type(error).__name__, str(error)
-        outcomes.add(ended)
-        assert "\n" not in said, message
-        assert ended == "completed" or deed not in HARMLESS, f"{message}: {said}"
-        if ended == "completed" and deed not in ("nan", "inf"):
+            outcome, reason = type(error).__name__, str(error)
+        outcomes.add(outcome)
+        assert "\n" not in reason, message
+        assert outcome == "completed" or deed not in HARMLESS, f"{message}: {reason}"
+        if outcome == "completed" and deed not in ("nan", "inf"):
             assert result.dataset["one.y"].values[1:].tolist() == [n * 1e-3 + 1e-3 for n in range(STEPS)], message
         assert time.monotonic() < begin + LONGEST, message
         end = time.monotonic() + 10.0
@@ -71,11 +71,11 @@ def test_the_campaign_reaches_every_call(system, hostile, monkeypatch):
         try:
             result = amb_cosim.simulate(system(3, "gauss_seidel"))
         except ProcessFailed:
-            ends.append("ended")
+            ends.append("outcome")
             continue
         ends.append("warned" if "one" in result.dataset.attrs["warnings"] else "completed")
         if ends[-1] == "completed":
             break
     assert ends[-3:] == ["warned", "warned", "completed"], "Terminate, FreeInstance, and none is left"
-    assert set(ends[:-3]) == {"ended"}
+    assert set(ends[:-3]) == {"outcome"}
     assert len(ends) <= CALLS + 1

@@ -57,12 +57,12 @@ def duration(folder):
 
 
 def moments(chance, rounds):
-    """A random moment in each of so many equal parts of a run, as a share of its processor time."""
+    """Return a random time in each of `rounds` equal parts of a run, as a share of its CPU time."""
     return [(k + chance.random()) / rounds for k in range(rounds)]
 
 
 def handles_signals(process):
-    """Whether the process has handlers of its own for SIGTERM; before that it is Python that starts."""
+    """Whether the process handles SIGTERM itself; before that, Python is starting."""
     status = of_process(process.pid, "status")
     if not status:
         return True

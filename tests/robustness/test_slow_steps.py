@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM in a run whose steps have become slow: a contact that is nearly too stiff to follow."""
+"""Ctrl-C and SIGTERM in a run with slow steps: a contact that is nearly too stiff to integrate."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
 LONGEST = 1.0  # s of the processor's time from a signal to the end of the process
 
 RUN = ("simulate", "stiff.toml", "-o", "out")
-# Thirty seconds without contact take a moment, and the loop asks Python seldom. Then a step takes some 10 ms.
+# Thirty seconds without contact take a moment, and the loop rarely returns to Python. Then a step takes about 10 ms.
 STIFF = """
 base = "passive"
 [parameters.rotor_contact]

@@ -47,7 +47,7 @@ def unbalance_response() -> Complex:
 
 @pytest.fixture
 def optimum(receptance: Complex, unbalance_response: Complex) -> Complex:
-    """Least-squares optimum of the forces on that plant, by a solver that knows nothing of H."""
+    """Return the least-squares optimum of the forces on that plant, by a solver without H."""
     return np.linalg.lstsq(receptance, -unbalance_response, rcond=None)[0]
 
 

@@ -1,4 +1,4 @@
-"""Contact: its sources, its share of a revolution, and the adaptation that takes it into account."""
+"""Contact: its detection, its share of a revolution, and contact-aware adaptation."""
 
 import math
 
@@ -138,7 +138,7 @@ def rubbing_case(bench, speed_of, aware):
 
 
 def test_rolac_pumps_its_force_while_a_supercritical_journal_rubs(bench, speed_of):
-    """Its force grows far beyond the unbalance force, 4 kN, that it should cancel, and the rub goes on."""
+    """Its force grows far beyond the unbalance force, 4 kN, that it should cancel, and the rub continues."""
     rotor, trace = rubbing_case(bench, speed_of, 0.0)
     assert rotor.rubs
     assert trace[-1, 0] > 5.0 * 4000.0

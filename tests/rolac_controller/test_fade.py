@@ -1,4 +1,4 @@
-"""ROLAC's force fades where it was cut off before: when ROLAC is switched off, and when it leaves the PID alone."""
+"""ROLAC's force fades, without a step, when ROLAC is switched off or becomes inactive."""
 
 import math
 from functools import partial
@@ -52,7 +52,7 @@ LOSSES = [
 
 @pytest.mark.parametrize(("lose", "status"), LOSSES, ids=[lose.__name__ for lose, _ in LOSSES])
 def test_force_changes_by_no_more_than_rate_times_sample(running, lose, status):
-    """Beyond the turning of the rotor, which goes on whether its mark jumps or not."""
+    """Apart from the rotation with the rotor, which continues even if its mark jumps."""
     b = running()
     lose(b)
     jump = 2.0 if lose is turn_the_mark else 0.0

@@ -1,4 +1,4 @@
-"""Identification inside the controller: what it finds, how long it takes, when it gives up, what it leaves."""
+"""Identification inside the controller: receptance, duration, failures, and the stored table."""
 
 import math
 
@@ -199,8 +199,8 @@ def test_rolac_uses_the_identified_table(tested):
 def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, discrete_plant):
     plant = discrete_plant()
     z = np.exp(1j * SPEED * FAST)
-    available = plant.c @ np.linalg.solve(z * np.eye(12) - plant.a, plant.b.astype(complex))
-    b, plant = tested(pack([SPEED], [1.2 * available]), plant=plant, rolac__alpha=1.0)
+    exact = plant.c @ np.linalg.solve(z * np.eye(12) - plant.a, plant.b.astype(complex))
+    b, plant = tested(pack([SPEED], [1.2 * exact]), plant=plant, rolac__alpha=1.0)
     b["rolac_enable"] = 1.0
     plant.run(b, 10 * SAMPLES)
     b["identify"] = 1.0
@@ -215,9 +215,9 @@ def test_forces_of_rolac_are_constant_and_do_not_enter_the_receptance(tested, di
         plant.run(b, 2)
     plant.run(b, 1)
     assert b["identification_state"] == DONE
-    np.testing.assert_allclose(b.receptance(), available, rtol=1e-6, atol=1e-13)
+    np.testing.assert_allclose(b.receptance(), exact, rtol=1e-6, atol=1e-13)
     assert b["rolac_status"] == ADAPTING
-    assert b["table_rows"] == 1.0  # in place of the one it was built with
+    assert b["table_rows"] == 1.0  # it replaces the initial row
 
 
 def test_identification_waits_for_a_valid_window(bench, discrete_plant):

@@ -101,7 +101,7 @@ def test_equations_without_a_solution_change_nothing(bench):
 
 
 def beneath_an_inner_loop(bench, rotor, mode, known=True, seconds=2.5):
-    """The same without a PID, on top of a controller of its own, u = -(K0 q + K1 (q - q_before)): its whole force."""
+    """Without a PID, on top of another controller, u = -(K0 q + K1 (q - q_before)): its whole force vanishes."""
     K0, K1 = np.zeros((4, 8)), np.zeros((4, 8))
     for k, (local, far) in enumerate(zip((4, 5, 2, 3), (6, 7, 0, 1), strict=True)):
         K0[k, local], K0[k, far], K1[k, local] = 2.7e6, 3e5, 5e3 / H

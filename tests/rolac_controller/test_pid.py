@@ -1,4 +1,4 @@
-"""PID: signs, equivalence with a spring and a damper, limits, start, setpoint, what the DAC makes of it."""
+"""PID: signs, equivalence with a spring and a damper, limits, start, setpoint, DAC levels."""
 
 import numpy as np
 import pytest

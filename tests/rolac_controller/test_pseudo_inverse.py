@@ -37,7 +37,7 @@ def test_h_and_condition_number_agree_with_numpy(seed, size, spread):
 
 
 def test_small_singular_values_keep_their_digits():
-    """Rotations, unlike a product R^H R, lose nothing where columns are of very different size."""
+    """Rotations, unlike a product R^H R, lose no digits if columns differ greatly in size."""
     rng = np.random.default_rng(3)
     r = (rng.normal(size=(8, 4)) + 1j * rng.normal(size=(8, 4))) * [1.0, 1e-5, 1e-9, 1e-12]
     h, condition = inverted(r)

@@ -41,7 +41,7 @@ def rows(table):
     return [(row.order, row.speed) for row in table.keys[: int(table.n_rows[0])]]
 
 
-def put(table, order, speed, r=1.0, h=1.0):
+def store_uniform(table, order, speed, r=1.0, h=1.0):
     """Store matrices of equal elements."""
     return store(table, order, speed, np.full((8, 4), r, dtype=complex), np.full((4, 8), h, dtype=complex))
 
@@ -86,7 +86,7 @@ def test_receptances_are_sorted_by_speed_whatever_their_order(entries):
     """The last one within 0.5 % of a speed counts; rows stay ascending and keep what belongs to them."""
     table = loaded(NO_TABLE)
     for number, (order, speed) in enumerate(entries):
-        assert put(table, float(order), speed, number + 0.5, -number)
+        assert store_uniform(table, float(order), speed, number + 0.5, -number)
     result = rows(table)
     assert result == sorted(set(result))
     for k, (order, speed) in enumerate(result):
@@ -100,17 +100,17 @@ def test_receptances_are_sorted_by_speed_whatever_their_order(entries):
 
 def test_receptance_at_a_speed_of_the_table_replaces_its_nearest(receptance):
     table = loaded(pack([100.0, 100.3, 200.0], [receptance] * 3))
-    put(table, 1.0, 100.4)
+    store_uniform(table, 1.0, 100.4)
     assert rows(table) == [(1.0, 100.0), (1.0, 100.4), (1.0, 200.0)]
 
 
 def test_full_table_takes_replacements_only():
     table = loaded(NO_TABLE)
     for k in range(SPARE_ROWS):
-        assert put(table, 1.0, 10.0 * (k + 1))
+        assert store_uniform(table, 1.0, 10.0 * (k + 1))
     before = [part.copy() for part in table]
-    assert not put(table, 1.0, 5.0)
+    assert not store_uniform(table, 1.0, 5.0)
     for part, old in zip(table, before, strict=True):
         np.testing.assert_array_equal(part, old)
     assert table.n_rows[0] == SPARE_ROWS
-    assert put(table, 1.0, 10.0)
+    assert store_uniform(table, 1.0, 10.0)

@@ -1,4 +1,4 @@
-"""When the controller samples, whatever the communication step."""
+"""Sampling instants of the controller, for any communication step."""
 
 from fractions import Fraction
 

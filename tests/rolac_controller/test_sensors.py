@@ -113,7 +113,7 @@ def test_sensors_beside_their_planes_read_a_bent_shaft_to_third_order(power):
     ("fault", "value", "shown"), [("dead", 1.0, lambda x: 0.0), ("stuck", 1.0, lambda x: x), ("offset", 2e-5, None)]
 )
 def test_fault_affects_one_sensor_until_it_recovers(fault, value, shown, sensor):
-    """A dead sensor shows 0, a stuck one what it showed, one with an offset so much more."""
+    """A dead sensor reads 0, a stuck one its last value, and one with an offset adds it."""
     chain, name = Chain(), f"s{sensor + 1}__fault_{fault}"
     chain.read(X)
     chain.set(**{name: value})

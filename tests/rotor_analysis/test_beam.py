@@ -1,4 +1,4 @@
-"""Beam elements against closed forms and against what every beam must obey."""
+"""Beam elements against closed forms and against properties of every beam."""
 
 import math
 

@@ -102,8 +102,8 @@ def test_tracks_do_not_depend_on_the_step_in_speed():
     bearings = tuple(replace(b, stiffness=k) for b, k in zip(rotor.bearings, tensors, strict=True))
     model = supported_rotor(replace(rotor, bodies=bodies, bearings=bearings)).model
     fine, at_once = (track_modes(model, np.linspace(0.0, 2000.0, n), 8) for n in (101, 2))
-    for item, other in zip(fine, at_once, strict=True):
-        assert item[-1].eigenvalue == pytest.approx(other[-1].eigenvalue, rel=1e-8)
+    for fine_track, coarse_track in zip(fine, at_once, strict=True):
+        assert fine_track[-1].eigenvalue == pytest.approx(coarse_track[-1].eigenvalue, rel=1e-8)
 
 
 def test_modal_assurance_separates_whirl_senses_despite_size_and_phase():

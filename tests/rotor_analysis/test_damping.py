@@ -115,7 +115,7 @@ def test_share_that_rotates_is_taken_from_the_fixed_frame():
 
 @pytest.mark.parametrize("method", METHODS)
 def test_coordinates_of_every_reduction_come_in_pairs_x_and_y(method):
-    """Turning all pairs by a right angle leaves a rotor that is the same in all directions as it is."""
+    """Rotating all pairs by a right angle leaves an isotropic rotor unchanged."""
     model = reduced_rotor(replace(FREE, reduction=METHODS[method], damping=Damping(mass=1.0, modal=0.01))).model
     J = turned(model.size)
     for matrix in (model.M, model.C, model.R, model.G, model.K):

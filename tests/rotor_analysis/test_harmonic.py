@@ -15,7 +15,7 @@ OMEGAS = 2 * np.pi * np.linspace(5.0, 2000.0, 60)
 SPEED = 1000.0
 
 
-def at(rotor, node, axis=0):
+def row_at(rotor, node, axis=0):
     row = np.zeros((1, 2 * len(rotor.shaft.nodes)))
     row[0, 2 * (node - 1) + axis] = 1.0
     return row
@@ -27,7 +27,7 @@ def test_every_place_moves_as_in_the_full_model(held):
     bearings = (*rotor.bearings, *rotor.seals) if held else ()
     n, node = len(rotor.shaft.nodes), rotor.bodies[0].node
     model = harmonic_model(rotor, [node], OMEGAS[-1], bearings)
-    result = model.response(OMEGAS, SPEED, at(rotor, node).T, np.eye(2 * n), None)
+    result = model.response(OMEGAS, SPEED, row_at(rotor, node).T, np.eye(2 * n), None)
     full = with_bearings(assemble(rotor), bearings).at(SPEED)
     rows = full.rows(tuple(range(1, n + 1)))
     force = np.eye(full.size)[:, [full.translations[node][0]]]
@@ -57,7 +57,7 @@ def test_a_free_rotor_below_its_modes_moves_as_a_rigid_body():
     z = np.array(rotor.shaft.nodes)
     omega = np.array([2 * np.pi * 1.0])
     model = harmonic_model(rotor, [1], 2 * np.pi * 500.0, ())
-    ends = [model.response(omega, 0.0, at(rotor, node).T, np.eye(2 * n), None)[0, ::2, 0] for node in (1, n)]
+    ends = [model.response(omega, 0.0, row_at(rotor, node).T, np.eye(2 * n), None)[0, ::2, 0] for node in (1, n)]
     # the sum of the forces through the centre of mass accelerates the whole mass: x = -f/(m omega^2)
     full = assemble(rotor)
     x = [full.translations[k + 1][0] for k in range(n)]
@@ -81,7 +81,7 @@ def test_a_force_of_a_bearing_that_pulls_back_stiffens():
         local[2 * (node - 1), 2 * (node - 1)] = -(spring + 1j * omega * damper)
         return local
 
-    place = at(rotor, node)
+    place = row_at(rotor, node)
     alone = model.response(OMEGAS, 0.0, place.T, place, None)[:, 0, 0]
     closed = model.response(OMEGAS, 0.0, place.T, place, forces)[:, 0, 0]
     np.testing.assert_allclose(1.0 / closed, 1.0 / alone + spring + 1j * OMEGAS * damper, rtol=1e-9)

@@ -1,4 +1,4 @@
-"""Meshes that refine themselves until the first modes are as accurate as asked for."""
+"""Meshes refined until the first modes have the required accuracy."""
 
 from itertools import pairwise
 
@@ -70,7 +70,7 @@ def test_first_modes_are_as_accurate_as_stated(held, mass_matrix, accuracy):
 
 @pytest.mark.parametrize("stiffness", [1.0, 1e-3, 1e-9])
 def test_soft_bearings_need_no_finer_mesh(stiffness):
-    """Motions that hardly bend the rotor leave nothing but rounding of its stiffness, which no mesh takes away."""
+    """Motions that hardly bend the rotor have only the rounding error of its stiffness, which no mesh removes."""
     soft, stiff = (
         stepped(
             "consistent", *(Bearing(name, z=z, stiffness=((k, 0.0), (0.0, k))) for name, z in (("a", 0.1), ("b", 1.2)))

@@ -119,10 +119,10 @@ def test_coinciding_modes_at_rest_are_separated_into_circles():
 
 def test_reversed_spin_exchanges_forward_and_backward():
     model = supported_rotor(load_rotor()).model
-    item, other = modes(model, 145.0, 8), modes(model, -145.0, 8)
-    np.testing.assert_allclose([m.eigenvalue for m in item], [m.eigenvalue for m in other], rtol=1e-8)
+    with_spin, with_reversed_spin = modes(model, 145.0, 8), modes(model, -145.0, 8)
+    np.testing.assert_allclose([m.eigenvalue for m in with_spin], [m.eigenvalue for m in with_reversed_spin], rtol=1e-8)
     exchanged = {"forward": "backward", "backward": "forward"}
-    assert [mode.whirl for mode in other] == [exchanged[mode.whirl] for mode in item]
+    assert [mode.whirl for mode in with_reversed_spin] == [exchanged[mode.whirl] for mode in with_spin]
 
 
 def test_overdamped_motion_has_real_eigenvalues_and_no_frequency():

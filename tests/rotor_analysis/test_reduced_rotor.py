@@ -1,4 +1,4 @@
-"""The plant's model of any rotor: reduced as its file says, accurate as it says, with planes where they are needed."""
+"""The plant's model of any rotor: reduced by the method and to the accuracy of its file, with the required planes."""
 
 from dataclasses import replace
 
@@ -91,7 +91,7 @@ def test_unreduced_rotor_is_the_full_model():
 
 
 def test_frequencies_converge_from_above_with_more_free_modes():
-    """Rayleigh and Ritz: from above, lower with every mode, and exact with all of them."""
+    """Rayleigh-Ritz: bounds from above, lower with every added mode, and exact with all of them."""
     exact = natural_frequencies(RIG, 6)
     previous = np.inf
     for modes in (0, 1, 2, 4, 8, 24):

@@ -1,4 +1,4 @@
-"""Condensation to the master planes: what must be exact, what must be close, what is refused."""
+"""Condensation to the master planes: exact properties, accuracy, and errors."""
 
 from dataclasses import replace
 

@@ -117,7 +117,7 @@ def test_invalid_arguments_are_refused_by_name(call, facts):
 
 
 def test_undamped_rotor_at_its_critical_speed_has_no_steady_state():
-    item, zero = np.eye(2), np.zeros((2, 2))
-    mass = Matrices(item, zero, zero, zero, 9.0 * item, {1: (0, 1)})
+    eye, zero = np.eye(2), np.zeros((2, 2))
+    mass = Matrices(eye, zero, zero, zero, 9.0 * eye, {1: (0, 1)})
     with raises_naming(ValueError, "Omega", "3.0 rad/s", "critical speed"):
         unbalance_response(SupportedRotor(load_rotor(), mass, unreduced(mass)), {1: 1.0}, np.array([3.0]), (1,))

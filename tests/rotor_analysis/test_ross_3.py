@@ -97,7 +97,7 @@ def test_modes_with_imported_magnets_and_controller_match_ross(tmp_path, monkeyp
 
 
 def test_a_magnet_whose_table_was_changed_needs_a_frequency(tmp_path):
-    """ROSS reads coefficients as they are saved, whatever the magnet's data beside them say."""
+    """ROSS reads the saved coefficients, regardless of the magnet's data beside them."""
     saved = (FOLDER / "magnets.toml").read_text()
     (tmp_path / "changed.toml").write_text(saved.replace("ki_pid = 0", "ki_pid = 1e5", 1))
     with raises_naming(ValueError, "--frequency", "magnet0"):

@@ -1,4 +1,4 @@
-"""Rotors that ROSS saved: the imported ones have ROSS's frequencies, damping and response; what cannot be is named.
+"""Rotors saved by ROSS: imported ones have ROSS's frequencies, damping and response; errors name what is unsupported.
 
 `python tools/ross/ross_rotors.py` renews the files and ROSS's numbers.
 """

@@ -1,4 +1,4 @@
-"""Rotor files: what is wrong in them is named with file, key, value and what is allowed."""
+"""Rotor files: errors name file, key, value and allowed range."""
 
 import pytest
 

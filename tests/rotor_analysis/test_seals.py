@@ -1,4 +1,4 @@
-"""Seals and passive bearings: signs of cross coupling and mass in closed form, and what of them is refused."""
+"""Seals and passive bearings: signs of cross coupling and mass in closed form, and unsupported coefficients."""
 
 from dataclasses import replace
 

@@ -70,8 +70,10 @@ def test_reversed_cone_is_its_mirror_image():
     elements = Element(0.2, (0.08, 0.04), (0.03, 0.01), MATERIAL), Element(0.2, (0.04, 0.08), (0.01, 0.03), MATERIAL)
     mirror = np.array([[0, 0, 1, 0], [0, 0, 0, -1], [1, 0, 0, 0], [0, -1, 0, 0]], dtype=float)
     for matrix in (beam.stiffness, beam.consistent_translational_mass, beam.consistent_rotary_inertia):
-        present, back = map(matrix, elements)
-        np.testing.assert_allclose(mirror.T @ back @ mirror, present, rtol=1e-12, atol=1e-9 * np.max(np.abs(present)))
+        forward, backward = map(matrix, elements)
+        np.testing.assert_allclose(
+            mirror.T @ backward @ mirror, forward, rtol=1e-12, atol=1e-9 * np.max(np.abs(forward))
+        )
 
 
 @pytest.mark.parametrize("theory", ["rayleigh", "timoshenko"])

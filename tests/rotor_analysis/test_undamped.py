@@ -11,7 +11,7 @@ from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import supported_rotor
 
 
-def held(stiffness):
+def disc_on_springs(stiffness):
     return disc_between(Bearing("a", 1, tensor(stiffness)), Bearing("b", 3, tensor(stiffness)))
 
 
@@ -19,7 +19,7 @@ def held(stiffness):
 def test_soft_bearings_carry_a_rigid_disc_or_let_it_diverge(stiffness):
     """k_2 = 2 k over the mass, and k L^2 / 2 over the inertia: both negative on negative stiffness."""
     expected = np.sign(stiffness) * np.sqrt(np.abs([2.0 * stiffness / MASS, 0.5 * stiffness * L**2 / I_D]))
-    result = natural_frequencies(held(stiffness), 2)
+    result = natural_frequencies(disc_on_springs(stiffness), 2)
     np.testing.assert_allclose(np.sort(np.abs(result)), np.sort(np.abs(expected)), rtol=2e-3)
     np.testing.assert_array_equal(np.sign(result), np.sign(expected))
 
@@ -40,4 +40,4 @@ def test_frequencies_are_those_of_the_full_problem_without_damping():
 def test_bearing_over_speed_has_the_stiffness_of_its_lowest_speed():
     table = tuple(AtSpeed(speed, tensor(k)) for speed, k in ((0.0, 1e3), (100.0, 9e3)))
     rotor = disc_between(Bearing("a", 1, at_speed=table), Bearing("b", 3, at_speed=table))
-    np.testing.assert_allclose(natural_frequencies(rotor, 2), natural_frequencies(held(1e3), 2))
+    np.testing.assert_allclose(natural_frequencies(rotor, 2), natural_frequencies(disc_on_springs(1e3), 2))

@@ -11,7 +11,7 @@ from rotor_contact.enumerations import NEWTON, NODAL
 REFERENCE = {"solver.max_substep": H / 100.0, "solver.tolerance": 1.0, "solver.exact_motion": 0.0}
 
 
-def through(Omega, before, during, turns, values):
+def rub_history(Omega, before, during, turns, values):
     """Forces at both retainers and displacement of both bearings: settled, unbalance added on D1, and on."""
     x = plant(BEARINGS | values | {"Omega": Omega, "d1.u": before, "initial.orbit": 1.0})
     run(x, 100)
@@ -31,7 +31,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_peak_force_and_settled_orbit_are_right_to_a_thousandth(case):
     Omega, before, during, turns, values = CASES[case]
-    result, reference = (through(Omega, before, during, turns, values | v) for v in ({}, REFERENCE))
+    result, reference = (rub_history(Omega, before, during, turns, values | v) for v in ({}, REFERENCE))
     peak, expected = (record[:, :2].max(axis=0) for record in (result, reference))
     assert np.all(expected[0] > 500.0)
     np.testing.assert_allclose(peak, expected, rtol=1e-3)

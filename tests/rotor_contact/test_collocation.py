@@ -1,4 +1,4 @@
-"""Contact by collocation: against Runge-Kutta substeps, its order, energies, and the steps that it leaves to these."""
+"""Contact by collocation: agreement with Runge-Kutta substeps, order, energies, and steps that it rejects."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The energy balance: kinetic + strain + heat is what the inputs have put in, whatever happens."""
+"""The energy balance: kinetic + strain energy + heat is the work of the inputs, in any contact."""
 
 import math
 

@@ -136,7 +136,7 @@ def test_a_path_that_leaves_a_housing_that_moves_may_touch_it():
 
 
 def slowing(r, v, Omega=0.02, Omega_dot=-160.0):
-    """A substep in which the first journal slides, hardly pressed on: 1e-2 N on 10 kg are not enough to move it."""
+    """A substep in which the first journal slides under a small normal force: 1e-2 N on 10 kg hardly move it."""
     w = flying(r, v, pressed, modes=(SLIDING, FREE))
     w = w._replace(motion=w.motion._replace(Omega=Omega, Omega_dot=Omega_dot))
     w.sites["slip_sign"][0] = 1.0
@@ -189,7 +189,7 @@ def test_substeps_are_halved_only_as_often_as_the_tolerance_requires():
 
 
 def test_more_bounces_in_a_step_than_can_be_followed_are_a_fault():
-    """Beyond fifty events a step goes on in a two hundredth of itself, in which a journal may get far beyond."""
+    """Beyond fifty events a step continues in two-hundredths, in which a journal may penetrate deeply."""
     bouncing = BEARINGS | both("rb.restitution", 0.9) | {"Omega": 260.0, "d1.u": 0.04, "d4.u": 0.04}
     with raises_naming(Fault, "contact events"):
         plant(bouncing).step(0.0, 0.2)
@@ -206,7 +206,7 @@ def needlessly_stiff(masters, **values):
 
 
 def test_fault_of_stiff_modes_advises_shorter_substeps_or_fewer_modes():
-    """The integration of its fastest mode is unstable; either cure lets the rotor run."""
+    """The integration of its fastest mode is unstable; either remedy stabilises it."""
     long = {"solver.max_substep": 1e-4}
     x = needlessly_stiff(tuple(range(1, 22)), **long)
     start = x.model.interface["solver.max_substep"].start

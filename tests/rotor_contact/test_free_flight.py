@@ -1,4 +1,4 @@
-"""Free flight at constant speed by its exact solution: an independent integration, energies, and when it is left."""
+"""Exact free flight at constant speed: an independent integration, energies, and when it ends."""
 
 import numpy as np
 import pytest

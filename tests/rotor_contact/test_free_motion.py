@@ -1,4 +1,4 @@
-"""Motion without contact: an independent integration, order of convergence, signs of what acts on the rotor."""
+"""Motion without contact: an independent integration, order of convergence, signs of forces and unbalance."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from free_motion import ROTOR, START, START_VELOCITY, UNBALANCE, WIDE, exact_mot
 from rotor_cases import BEARINGS, H, OnePlane, both, head, masters, place, plant, rigid_rotor, run
 
 
-def moved(Omega, steps, h=H, **values):
+def free_rotor(Omega, steps, h=H, **values):
     x = plant(WIDE | BEARINGS | UNBALANCE | {"Omega": Omega} | {k.replace("__", "."): v for k, v in values.items()})
     place(x, START, START_VELOCITY)
     run(x, steps, h=h)
@@ -18,7 +18,7 @@ def test_integration_is_of_fourth_order_in_the_substep():
     r, _ = exact_motion(300.0, steps * 1e-3)
     fixed = {"solver__exact_motion": 0.0, "solver__tolerance": 1.0}
     errors = [
-        np.max(np.abs(masters(moved(300.0, steps, 1e-3, solver__max_substep=1e-3 / parts, **fixed))[0] - r))
+        np.max(np.abs(masters(free_rotor(300.0, steps, 1e-3, solver__max_substep=1e-3 / parts, **fixed))[0] - r))
         for parts in (4, 8, 16)
     ]
     order = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
@@ -28,7 +28,7 @@ def test_integration_is_of_fourth_order_in_the_substep():
 
 def test_force_with_gradient_is_a_spring_about_its_reference():
     """F + k (x - x_ref) with k = -1e6 and F = 0 at x_ref = 0 is the passive bearing."""
-    spring = moved(150.0, 200)
+    spring = free_rotor(150.0, 200)
     values = WIDE | UNBALANCE | {"Omega": 150.0} | both("mb.c_b", 5000.0)
     for k in (1, 2):
         for axis, reference in (("x", 2e-5), ("y", -1e-5)):

@@ -86,7 +86,7 @@ def stuck_under_load(value, mu, static=0.0, mode=2):
 
 @pytest.mark.parametrize(("mu", "static", "mode"), [(0.2, 0.0, 2), (0.1, 0.2, 2), (0.0, 0.2, 1), (0.0, 0.2, 2)])
 def test_stuck_journal_sticks_up_to_the_limit_of_its_friction(mu, static, mode):
-    """That of sliding, or of static friction where it is larger; also if it is said to slide at first."""
+    """Limit of sliding friction, or of static friction if that is larger; also if the initial mode is sliding."""
     x = stuck_under_load(160.0, mu, static, mode)
     record = run(x, 20, [*FORCES, "rb1.mode"])
     np.testing.assert_allclose(record[:, [0, 2]], 900.0, rtol=1e-9)

@@ -206,10 +206,10 @@ def test_rolling_journal_obeys_coulombs_law_in_an_impact_elsewhere():
     mu, static, Omega = 0.1, 0.3, 50.0
     outcomes = set()
     for seed in range(60):
-        angle, present = np.random.default_rng(seed).uniform(0.0, 2 * math.pi, 2)
-        w, contact, q, v = touching(seed, angle, present, mu, 0.0, Omega, (0,), static)
+        angle, rolling_angle = np.random.default_rng(seed).uniform(0.0, 2 * math.pi, 2)
+        w, contact, q, v = touching(seed, angle, rolling_angle, mu, 0.0, Omega, (0,), static)
         rolls = contact[1]
-        normal = np.array([math.cos(present), math.sin(present)])
+        normal = np.array([math.cos(rolling_angle), math.sin(rolling_angle)])
         q[rolls.row : rolls.row + 2] = CLEARANCE * normal
         v[rolls.row : rolls.row + 2] = -Omega * rolls.journal_radius * np.array([-normal[1], normal[0]])
         rolls.mode = ROLLING

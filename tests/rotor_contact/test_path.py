@@ -163,7 +163,7 @@ def test_share_before_touch_ends_just_before_contact(site):
 
 
 def test_a_journal_that_lifts_off_slowly_is_clear_a_short_piece_later(site):
-    """It would have to be integrated for as long as it is within what a whole step leaves in doubt."""
+    """Otherwise it would be integrated for as long as the bound over a whole step cannot exclude contact."""
     h, inwards = H / 32, 1.0
 
     def at(t):

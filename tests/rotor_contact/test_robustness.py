@@ -1,4 +1,4 @@
-"""Whatever is given: finite numbers, or a refusal that says why. And rotors that are not the rig."""
+"""Any input gives finite outputs or a fault with its reason; and rotors other than the rig."""
 
 import math
 from dataclasses import replace
@@ -43,7 +43,7 @@ def values_of(causality, scale):
 
 
 def survives(values, steps):
-    """Step; True if it went through. A fault must say something and leave the last outputs, all finite."""
+    """Step; return True on success. A fault must have a message and keep the last outputs, all finite."""
     x = Instance(MODEL, CONSTANTS)
     for name, value in values.items():
         x[name] = value

@@ -58,9 +58,9 @@ def matrices(rotor, Omega):
         bearings=tuple(replace(b, stiffness=turned(2e6, 0.0), damping=turned(600.0, 0.0)) for b in rotor.bearings),
     )
     model = supported_plant(held).model.at(Omega)
-    zero, item = np.zeros_like(model.M), np.eye(model.size)
+    zero, eye = np.zeros_like(model.M), np.eye(model.size)
     return np.block(
-        [[zero, item], [-np.linalg.solve(model.M, model.K), -np.linalg.solve(model.M, model.C + Omega * model.G)]]
+        [[zero, eye], [-np.linalg.solve(model.M, model.K), -np.linalg.solve(model.M, model.C + Omega * model.G)]]
     )
 
 

@@ -1,4 +1,4 @@
-"""Damping of the shaft: decay in closed form, the exact solution, energies, and what turns with the shaft."""
+"""Damping of the shaft: decay in closed form, the exact solution, energies, and the rotating share."""
 
 import math
 from dataclasses import replace

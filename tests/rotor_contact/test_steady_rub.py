@@ -1,4 +1,4 @@
-"""A steady synchronous rub on a spring: where it is, and when friction makes it bounce.
+"""A steady synchronous rub on a spring: its radius, and when friction makes it bounce.
 
 A mass m in springs k and dampers c that whirls with the spin, pressed against a ring of stiffness k_c by its unbalance,
 is at rest in axes that turn with Omega, at the radius R with the penetration d = R - C_r:
@@ -73,7 +73,7 @@ def rubbing(c, mu, begin, seconds):
     return radius[:, 0]
 
 
-def beside(c, mu, offset):
+def start_beside(c, mu, offset):
     """A start that is off the steady rub along n by a share of the penetration."""
     R, phase = steady(c, mu, unbalance(c))
     r = (R + offset * (R - C_R)) * np.exp(1j * phase)
@@ -82,7 +82,7 @@ def beside(c, mu, offset):
 
 @pytest.mark.parametrize(("c", "mu"), [(2000.0, 0.1), (500.0, 0.02), (500.0, 0.3), (100.0, 0.2)])
 def test_small_bounces_grow_or_decay_with_friction_and_damping(c, mu):
-    R, begin = beside(c, mu, 1e-3)
+    R, begin = start_beside(c, mu, 1e-3)
     expected, seconds = growth(c, mu, R), 0.06
     bounce = np.abs(rubbing(c, mu, begin, seconds) - R)
     early, late = (bounce[part].max() for part in np.array_split(np.arange(len(bounce)), 3)[::2])
@@ -91,12 +91,12 @@ def test_small_bounces_grow_or_decay_with_friction_and_damping(c, mu):
 
 
 def test_with_enough_damping_the_rub_is_steady_at_its_closed_form():
-    R, begin = beside(2000.0, 0.1, 0.3)
+    R, begin = start_beside(2000.0, 0.1, 0.3)
     assert rubbing(2000.0, 0.1, begin, 0.2)[-100:] == pytest.approx(R, rel=1e-6)
 
 
 def integrated(c, mu, begin, seconds):
-    """Radius over time of the same mass by an eighth-order method that knows nothing of the plant."""
+    """Radius over time of the same mass, by an eighth-order integration independent of the plant."""
     u = unbalance(c)
 
     def rate(t, y):
@@ -117,10 +117,10 @@ def integrated(c, mu, begin, seconds):
 @pytest.mark.slow
 def test_rub_with_friction_keeps_bouncing_inside_the_steady_radius():
     c, mu, seconds = 500.0, 0.12, 0.6  # with 100 N s/m and 0.2 the bounces end in backward whirl
-    R, begin = beside(c, mu, 0.3)
-    here, present = rubbing(c, mu, begin, seconds), integrated(c, mu, begin, seconds)
-    np.testing.assert_allclose(here[:400], present[:400], atol=1e-3 * (R - C_R))
-    settled = slice(len(here) // 2, None)
-    assert np.ptp(here[settled]) > 0.1 * (R - C_R)
-    assert here[settled].mean() < R
-    assert here[settled].mean() == pytest.approx(present[settled].mean(), rel=0.01)
+    R, begin = start_beside(c, mu, 0.3)
+    simulated, integrated_radius = rubbing(c, mu, begin, seconds), integrated(c, mu, begin, seconds)
+    np.testing.assert_allclose(simulated[:400], integrated_radius[:400], atol=1e-3 * (R - C_R))
+    settled = slice(len(simulated) // 2, None)
+    assert np.ptp(simulated[settled]) > 0.1 * (R - C_R)
+    assert simulated[settled].mean() < R
+    assert simulated[settled].mean() == pytest.approx(integrated_radius[settled].mean(), rel=0.01)

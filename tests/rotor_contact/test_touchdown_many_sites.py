@@ -79,7 +79,7 @@ def loads(theta, q, v, pressed):
     return Q
 
 
-def put(values, instant, modes, pressed):
+def plant_at(values, instant, modes, pressed):
     """The plant at this instant; sites slide in the direction of their slip."""
     theta, q, v, normals = instant
     values = {"Omega": v[SPIN], "d1.u": UNBALANCE, "spin.free": 1.0, "spin.inertia": INERTIA,
@@ -153,7 +153,7 @@ def test_forces_at_several_sites_are_coupled_through_all_bodies(resting, rolling
     forces = np.linalg.solve(A @ Minv @ directions, b - A @ Minv @ loads(theta, q, v, pressed))
 
     modes = [FREE if s not in resting else ROLLING if s in rolling else SLIDING for s in SITES]
-    rotor = put({f"{site}.mu": value for site, value in mu.items()}, instant, modes, pressed)
+    rotor = plant_at({f"{site}.mu": value for site, value in mu.items()}, instant, modes, pressed)
     rotor.step(0.0, 1e-10)
     assert [rotor[f"{site}.mode"] for site in SITES] == modes
     np.testing.assert_allclose([rotor[name] for name in names], forces, rtol=1e-7, atol=2.0)
@@ -180,7 +180,7 @@ def test_impacts_at_several_sites_conserve_the_momentum_of_all_bodies(struck, mu
     assert np.all(impulses > 0.0)
     after = v + Minv @ directions @ impulses
 
-    rotor = put({f"{s}.mu": mu for s in SITES} | {f"{s}.restitution": e for s in SITES}, instant, FREE, [0j] * 4)
+    rotor = plant_at({f"{s}.mu": mu for s in SITES} | {f"{s}.restitution": e for s in SITES}, instant, FREE, [0j] * 4)
     rotor.step(0.0, moment)
     np.testing.assert_allclose([rotor[f"{site}.impulse"] for site in struck], impulses, rtol=1e-6)
     np.testing.assert_allclose(state(rotor)[SIZE : 2 * SIZE], after, atol=1e-6)

@@ -1,4 +1,4 @@
-"""A run whose quantities are known, and statements about it."""
+"""A synthetic run with known quantities, and statements about it."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ def test_a_failed_run_is_reported_and_the_others_continue(report):
 
 
 def test_a_force_is_judged_on_the_converged_model(report):
-    """The rotor's modes beyond those of six planes take part in a blow: another force, in a column of its own."""
+    """The rotor's modes beyond those of six planes take part in an impact: a different force, in a separate column."""
     force = next(item for item in report.judged if item.statement.key == "fig4_9.force")
     assert force.converged_is_met is False
     assert abs(force.converged / force.ours - 1.0) > 0.002
@@ -90,12 +90,12 @@ def test_a_force_is_judged_on_the_converged_model(report):
 
 
 def test_an_outcome_is_listed_with_its_robustness(few, report):
-    """Texts and truth values are outcomes; a number has tolerances of its own."""
+    """Texts and booleans are outcomes; a number has a tolerance."""
     fragile = StoredOutcome(outcome="recovered", flips={"K_b + 1 %": "trapped"})
-    available = {"run": fragile, "inputs": fragile}
-    again = [judged(item.statement, few, report.answers, available) for item in report.judged]
-    robustness = {item.statement.key: item.robustness for item in again if item.robustness}
-    assert robustness == {"fig4_9.site": "fragile (K_b + 1 %: trapped)"}
+    robustness = {"run": fragile, "inputs": fragile}
+    again = [judged(item.statement, few, report.answers, robustness) for item in report.judged]
+    reported = {item.statement.key: item.robustness for item in again if item.robustness}
+    assert reported == {"fig4_9.site": "fragile (K_b + 1 %: trapped)"}
     assert "ragile (K_b + 1 %: trapped)" in markdown(Report(few, tuple(again), report.answers))
 
 
@@ -106,26 +106,26 @@ def test_stored_answers_are_reused(few, folder, report, monkeypatch):
 
 
 def test_an_answer_to_other_code_is_not_used(few, folder, report, monkeypatch):
-    requested = []
+    simulated = []
     monkeypatch.setattr("source_check.evaluation.code_digest", lambda: "other code")
-    monkeypatch.setattr(sources, "simulate_in_processes", lambda _, jobs, *__, **___: requested.extend(jobs))
+    monkeypatch.setattr(sources, "simulate_in_processes", lambda _, jobs, *__, **___: simulated.extend(jobs))
     assess(few, folder)
-    assert {job.name for job in requested} == {"run", "finer", "broken", "inputs"}
+    assert {job.name for job in simulated} == {"run", "finer", "broken", "inputs"}
 
 
 def test_a_truncated_answer_is_recomputed(few, folder, report, monkeypatch):
-    requested = []
+    simulated = []
     file = folder / "sources" / "inputs.json"
     text = file.read_text(encoding="utf-8")
     file.write_text(text[: len(text) // 2], encoding="utf-8")
 
     def work(_, jobs, *__, **___):
-        requested.extend(job.name for job in jobs)
+        simulated.extend(job.name for job in jobs)
         file.write_text(text, encoding="utf-8")
 
     monkeypatch.setattr(sources, "simulate_in_processes", work)
     assess(few, folder)
-    assert requested == ["inputs"]
+    assert simulated == ["inputs"]
 
 
 def test_the_page_shows_every_statement_and_needs_no_network(report):

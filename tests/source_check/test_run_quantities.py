@@ -1,4 +1,4 @@
-"""Quantities of a run, against a run for which they are known."""
+"""Quantities of a run, against a synthetic run with known values."""
 
 import pytest
 
@@ -60,9 +60,9 @@ def test_a_text_matches_the_synthetic_run(known_run, name, text):
 
 def up_to(run, cycle, **attributes):
     """Return a run as if it had ended in a cycle, with other attributes."""
-    displayed = run["cycle"].values < cycle
+    is_before = run["cycle"].values < cycle
     variables, coordinates = (
-        {name: Samples(item.values[displayed], item.attrs) for name, item in of.items()}
+        {name: Samples(samples.values[is_before], samples.attrs) for name, samples in of.items()}
         for of in (run.variables, run.coordinates)
     )
     return SignalTable(variables, coordinates, run.attrs | attributes)

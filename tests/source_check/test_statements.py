@@ -1,4 +1,4 @@
-"""The form of statements: what is wrong is refused."""
+"""The format of statements: invalid ones are refused."""
 
 import pytest
 

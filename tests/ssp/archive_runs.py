@@ -1,4 +1,4 @@
-"""Runs an SSP archive with other tools. Each function is run in a process of its own."""
+"""Runs an SSP archive with other tools. Each function is run in a separate process."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def with_libcosim(archive: str, recorded: list[str], steps: int) -> dict[str, li
 
 
 def ends_in_libcosim(archive: str, steps: int) -> dict[str, bool]:
-    """Return whether libcosim takes so many steps, and whether it tells an error then."""
+    """Return whether libcosim takes so many steps, and whether it then reports an error."""
     from libcosimpy.CosimEnums import CosimExecutionState
     from libcosimpy.CosimExecution import CosimExecution
 

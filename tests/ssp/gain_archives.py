@@ -1,4 +1,4 @@
-"""Archives of FMUs whose output is k times their input, with units of their own."""
+"""Archives of FMUs whose output is k times their input, each with its units."""
 
 from __future__ import annotations
 

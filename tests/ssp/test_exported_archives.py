@@ -270,7 +270,7 @@ def test_libcosim_ends_with_an_error_at_a_fault(run_python, archive):
 
 
 @pytest.mark.slow
-@in_host("ecos", "SSP archive", "it goes on through a fault, which fault_code tells")
+@in_host("ecos", "SSP archive", "it continues through a fault, which fault_code reports")
 def test_ecos_continues_through_a_fault_reported_by_fault_code(run_python, archive):
     path, codes = archive("leaving", LEAVING, integers=True), "amb_actuator.fault_code"
     theirs = run_python(archive_runs.with_ecos, archive=str(path), recorded=[codes], steps=2000, step_size=250e-6)[

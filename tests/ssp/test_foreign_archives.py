@@ -1,4 +1,4 @@
-"""Archives that this package did not write: what is taken of them, and what is refused with a reason."""
+"""Archives of other tools: supported content, and content refused with a reason."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def test_a_foreign_archive_runs(archive):
 
 
 def test_a_changed_experiment_keeps_the_initial_values_of_the_archive(archive):
-    """A connected input, as is the force, has no first value of its own."""
+    """A connected input, such as the force, has no initial value."""
     path = archive(structure(), {"left.ssv": value_set({"start": 0.01, "push": 2.0, "force": 9.0})})
     assert load_ssp(path, STEP)[1].inputs == {"left.push": 2.0}
     for inputs, push in (({}, 2.0), ({"left.push": 3.0}, 3.0)):

@@ -1,4 +1,4 @@
-"""The same assessment for a rotor with three bearings and a gland and for the rig, each by its own names."""
+"""The assessment of a rotor with three bearings and a gland, with the names of its parts."""
 
 import json
 import re

@@ -41,13 +41,13 @@ def test_weightless_expander_levitates_on_its_own_magnets() -> None:
     assert not [w for w in run.summary.warnings if "magnets" in w]
 
 
-@pytest.mark.parametrize(("factor", "told"), [(1.4, False), (0.7, False), (1.6, True), (0.6, True)])
-def test_constants_far_from_those_of_the_magnets_warn(factor: float, told: bool) -> None:
+@pytest.mark.parametrize(("factor", "warns"), [(1.4, False), (0.7, False), (1.6, True), (0.6, True)])
+def test_constants_far_from_those_of_the_magnets_warn(factor: float, warns: bool) -> None:
     own = plan_run(WEIGHTLESS, LINEAR).plan.parameters["rolac_controller"]["north.k_s_x"]
     given = LINEAR | {"rolac_controller.north.k_s_x": factor * own}
     warnings = amb_cosim.run(WEIGHTLESS, set=given, until="1 ms", progress=False).summary.warnings
     both = f"rolac_controller.north.k_s_x = {factor * own:.4g} N/m, by the magnet {own:.4g} N/m"
-    assert any(both in warning for warning in warnings) == told
+    assert any(both in warning for warning in warnings) == warns
 
 
 def test_measured_constants_of_another_machine_warn() -> None:

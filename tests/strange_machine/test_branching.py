@@ -1,4 +1,4 @@
-"""Points of a sweep of the expander that share what comes before an event."""
+"""Points of a sweep of the expander that share the run before an event."""
 
 import numpy as np
 import pytest
@@ -25,10 +25,10 @@ def run(vary, order, labels, **options):
     results = {n: runner.run(n, design.settings(n)) for n in order}
     runner.close()
     shared = {n: result.metrics.get("shared", 0.0) for n, result in results.items()}
-    outcomes = {
+    endings = {
         n: (r.outcome, r.reason, str({k: v for k, v in r.metrics.items() if k != "shared"})) for n, r in results.items()
     }
-    return outcomes, shared
+    return endings, shared
 
 
 @pytest.mark.parametrize("vary", list(DESIGNS.values()), ids=list(DESIGNS))
@@ -76,11 +76,11 @@ def test_stored_records_are_complete_and_equal():
             with xr.open_dataset(io.BytesIO(record), engine="h5netcdf") as dataset:
                 records.append(dataset.load())
         runner.close()
-    for item, other in zip(records[:2], records[2:], strict=True):
-        assert set(item.variables) == set(other.variables)
-        for name in item.variables:
-            np.testing.assert_array_equal(item[name].values, other[name].values)
-        assert item.attrs["warnings"] == other.attrs["warnings"]
+    for alone, sharing in zip(records[:2], records[2:], strict=True):
+        assert set(alone.variables) == set(sharing.variables)
+        for name in alone.variables:
+            np.testing.assert_array_equal(alone[name].values, sharing[name].values)
+        assert alone.attrs["warnings"] == sharing.attrs["warnings"]
 
 
 def test_branching_order_varies_the_latest_event_fastest():

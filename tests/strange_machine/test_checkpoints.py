@@ -1,4 +1,4 @@
-"""Runs of the expander that go on from a saved state, and what such a state is refused for."""
+"""Runs of the expander continued from a saved state, and states that are refused."""
 
 import signal
 import subprocess
@@ -19,7 +19,7 @@ SHORT = Scenario.load(RUB).changed(end_cycle=12)
 
 
 def assert_same(found, expected):
-    """The same signals to the last bit, and all that is said of them but the time that it took."""
+    """Check that signals and summary are the same to the last bit, apart from the wall-clock time."""
     assert list(found.dataset.variables) == list(expected.dataset.variables)
     for name, samples in expected.dataset.variables.items():
         assert found.dataset[name].values.tobytes() == samples.values.tobytes(), name
@@ -82,23 +82,23 @@ def without_power(cycle):
 def test_run_continues_into_a_loss_of_power(saved):
     """A past without stators has a future without; a rotor that reaches none moves as if it could."""
     future = without_power(8)
-    item = amb_cosim.run(future, start=saved.checkpoint(WITHIN_CONTACT))
-    whole = amb_cosim.run(future).dataset
-    assert "rotor_contact.stator_north.x" in whole
-    assert "rotor_contact.stator_north.x" not in item.dataset
-    for name in item.dataset.variables:
-        assert item.dataset[name].values.tobytes() == whole[name].values.tobytes(), name
-    (warning,) = (w.sentence for w in warnings_of(item.dataset) if "stators" in w.sentence)
+    continued = amb_cosim.run(future, start=saved.checkpoint(WITHIN_CONTACT))
+    uninterrupted = amb_cosim.run(future).dataset
+    assert "rotor_contact.stator_north.x" in uninterrupted
+    assert "rotor_contact.stator_north.x" not in continued.dataset
+    for name in continued.dataset.variables:
+        assert continued.dataset[name].values.tobytes() == uninterrupted[name].values.tobytes(), name
+    (warning,) = (w.sentence for w in warnings_of(continued.dataset) if "stators" in w.sentence)
     assert_names(warning, "0.024 s", "north", "south")
 
 
 def test_run_continues_without_a_planned_loss_of_power():
     """The stators of the past stay, though no amplifier is switched off any more."""
     state = amb_cosim.run(without_power(8), save_at=[WITHIN_CONTACT], until=0.03).checkpoint(WITHIN_CONTACT)
-    item, powered = amb_cosim.run(SHORT, start=state).dataset, amb_cosim.run(SHORT).dataset
-    assert "rotor_contact.stator_north.x" in item
+    continued, powered = amb_cosim.run(SHORT, start=state).dataset, amb_cosim.run(SHORT).dataset
+    assert "rotor_contact.stator_north.x" in continued
     for name in powered.variables:
-        assert item[name].values.tobytes() == powered[name].values.tobytes(), name
+        assert continued[name].values.tobytes() == powered[name].values.tobytes(), name
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_a_time_without_a_state_is_refused(saved):
 
 
 def test_isolated_fmus_save_their_state(saved, plain):
-    """An FMU that is given as a file runs there, and its state says so: it is of another FMU then."""
+    """States saved in separate processes equal those of a run in this process."""
     first = amb_cosim.run(SHORT, save_at=[WITHIN_CONTACT], isolated=True)
     assert first.checkpoint().states == saved.checkpoint(WITHIN_CONTACT).states
     assert_same(amb_cosim.run(SHORT, start=first.checkpoint(), isolated=True), plain)
@@ -142,11 +142,11 @@ CYCLES_FOR_A_KILL = 500  # more than go by in a tenth of a second
 def killed_runs(folder, cycles, moments, autosave):
     """Run a long rub, killed at moments (s) after its next automatic checkpoint, where negative after its start.
 
-    Return what each process said.
+    Return the standard error of each process.
     """
     (folder / "long.toml").write_text(LONG.format(rub=RUB, cycles=cycles))
     command = [*COMMAND, "run", "long.toml", "--no-plots", "-o", "out", "--autosave", str(autosave)]
-    file, errors = folder / "out" / "autosave.npz", []
+    file, stderr_of_runs = folder / "out" / "autosave.npz", []
     for moment in [*moments, None]:
         before = file.stat().st_mtime_ns if file.exists() else 0
         process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -155,9 +155,9 @@ def killed_runs(folder, cycles, moments, autosave):
                 time.sleep(0.005)
             time.sleep(abs(moment))
             process.kill()
-        errors.append(process.communicate(timeout=600)[1])
-        assert process.returncode == (0 if moment is None else -signal.SIGKILL), errors[-1]
-    return errors
+        stderr_of_runs.append(process.communicate(timeout=600)[1])
+        assert process.returncode == (0 if moment is None else -signal.SIGKILL), stderr_of_runs[-1]
+    return stderr_of_runs
 
 
 @pytest.mark.slow
@@ -166,11 +166,11 @@ def test_a_killed_run_resumes_with_the_same_bits(tmp_path, kills, first_seed):
     """Checkpoints come so fast that many a kill comes while one is written; every third comes while a run begins."""
     random = np.random.default_rng(first_seed)
     moments = [-random.random() if k % 3 == 2 else 0.1 * random.random() for k in range(kills)]
-    errors = killed_runs(tmp_path, CYCLES_FOR_A_KILL * (kills + 1), moments, 0.02)
-    continued = ["the run continues from" in text for text in errors]
-    assert not continued[0]
-    assert all(continued[k] for k, moment in enumerate([*moments, 0.0]) if k and moment >= 0.0), errors
-    assert not any("starts from the beginning" in text for text in errors), errors
+    stderr_of_runs = killed_runs(tmp_path, CYCLES_FOR_A_KILL * (kills + 1), moments, 0.02)
+    has_continued = ["the run continues from" in errors for errors in stderr_of_runs]
+    assert not has_continued[0]
+    assert all(has_continued[k] for k, moment in enumerate([*moments, 0.0]) if k and moment >= 0.0), stderr_of_runs
+    assert not any("starts from the beginning" in errors for errors in stderr_of_runs), stderr_of_runs
     (tmp_path / "whole").mkdir()
     assert "goes on" not in killed_runs(tmp_path / "whole", CYCLES_FOR_A_KILL * (kills + 1), [], 0)[0]
     result, whole = (amb_cosim.Result.load(folder / "out").dataset for folder in (tmp_path, tmp_path / "whole"))

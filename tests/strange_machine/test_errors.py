@@ -1,4 +1,4 @@
-"""Bad input for a machine without a name of the rig's: one sentence with the value and what is allowed."""
+"""Bad input for a machine with names unlike the rig's: one message with value and allowed range."""
 
 import re
 import shlex

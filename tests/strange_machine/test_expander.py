@@ -1,4 +1,4 @@
-"""The expander is unlike the rig of the packs, and does what its scenarios say."""
+"""The expander, a machine unlike the rig of the packs, in its scenarios."""
 
 import numpy as np
 import pytest

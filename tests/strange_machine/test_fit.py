@@ -41,13 +41,13 @@ def with_noise(curves, seed, noise=0.03):
     return Measurement(tuple(replace(curve, values=noisy(curve.values)) for curve in curves))
 
 
-def held(result):
+def contain_truth(result):
     return [p.lower <= true <= p.upper for p, true in zip(result.fit.parameters.values(), TRUE.values(), strict=True)]
 
 
 def test_the_fit_returns_the_rotor_that_was_measured(exact, tmp_path):
     result = studies.fit(ROTOR, measured=with_noise(exact, 0), free=FREE)
-    assert held(result) == [True, True]
+    assert contain_truth(result) == [True, True]
     assert result.fit.rms_after == pytest.approx(0.03, rel=0.2)
     assert result.fit.rms_before > 3.0 * result.fit.rms_after
     assert all(abs(mode.percent) < 0.1 for mode in result.after.modes)
@@ -65,7 +65,7 @@ def test_the_fit_returns_the_rotor_that_was_measured(exact, tmp_path):
 @pytest.mark.slow
 def test_intervals_hold_the_true_parameters_in_nine_of_ten_seeds(exact, is_long):
     seeds = range(100 if is_long else 30)
-    results = np.array([held(studies.fit(ROTOR, measured=with_noise(exact, s), free=FREE)) for s in seeds])
+    results = np.array([contain_truth(studies.fit(ROTOR, measured=with_noise(exact, s), free=FREE)) for s in seeds])
     print(results.mean(axis=0))
     assert (results.mean(axis=0) >= 0.9).all()
 

@@ -32,7 +32,7 @@ def run_with(base, fmus, folder, **changes):
 
 
 def assert_same(result, expected):
-    """Data are the same to the last bit, and so is all that is said of them."""
+    """Data and summary are the same to the last bit."""
     assert result.outcome == expected.outcome
     xr.testing.assert_identical(result.dataset.drop_attrs(deep=False), expected.dataset.drop_attrs(deep=False))
 

@@ -1,4 +1,4 @@
-"""Events and first values of inputs that another FMU in the place of a component lacks: an error, or told first."""
+"""Events and initial values of inputs that a replaced FMU lacks: an error, or the first warning."""
 
 from __future__ import annotations
 

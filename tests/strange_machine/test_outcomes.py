@@ -1,4 +1,4 @@
-"""What is said of a loop that diverges, of a run without an event, and of a rotor that is caught again."""
+"""Outcomes of a diverging loop, of a run without an event, and of a rotor that relevitates."""
 
 from __future__ import annotations
 
@@ -148,7 +148,7 @@ def test_largest_orbit_of_a_later_time_has_no_notice(radius, role):
     assert not notices_of_start(orbit(radius, **role))
 
 
-def moved(z: np.ndarray) -> xr.Dataset:
+def orbit_of_motion(z: np.ndarray) -> xr.Dataset:
     """Return 20 turns of a free rotor with the motion x + j y (m)."""
     return orbit(z * np.exp(-40j * np.pi * T))
 
@@ -160,7 +160,7 @@ def test_rotor_that_drifts_on_a_straight_line_is_not_unstable(way, phase, turns)
     """A free rotor moves uniformly and whirls about its line; a damped or steady orbit of 10 um adds no growth."""
     line = way * T * np.exp(1j * phase)
     for amplitude in (0.0, 1e-5, 1e-5 * np.exp(-3.0 * T)):
-        assert recovery(moved(line + amplitude * np.exp(2j * np.pi * turns * T + 1j))) is None
+        assert recovery(orbit_of_motion(line + amplitude * np.exp(2j * np.pi * turns * T + 1j))) is None
 
 
 STEADY = 1e-5 * np.exp(40j * np.pi * T)  # synchronous orbit
@@ -173,7 +173,7 @@ PHASES = np.arange(12) * np.pi / 6.0
 def test_exponential_growth_is_unstable_with_drift_and_orbit(rate, frequency, others):
     """Of a real pole, too; the drift is three amplitudes long, the orbit ten amplitudes large."""
     vibration = 1e-6 * np.exp((rate + 2j * np.pi * frequency) * T)
-    assert recovery(moved(vibration + others)) == "unstable"
+    assert recovery(orbit_of_motion(vibration + others)) == "unstable"
 
 
 @pytest.mark.parametrize("rate", [0.4, 1.0, 3.0])
@@ -183,7 +183,7 @@ def test_growth_along_a_line_is_unstable_at_every_phase(rate, periods, others):
     """x = exp(sigma t) cos(omega t + phi): the mean square of a third of the time depends on the phase."""
     for phase in PHASES:
         vibration = 1e-6 * np.exp(rate * T) * np.cos(2.0 * np.pi * periods * T + phase)
-        assert recovery(moved(vibration + others)) == "unstable"
+        assert recovery(orbit_of_motion(vibration + others)) == "unstable"
 
 
 @pytest.mark.parametrize("rate", [-3.0, -0.4, 0.0])
@@ -192,7 +192,7 @@ def test_vibration_that_does_not_grow_is_stable_at_every_phase(rate, periods):
     """Slow vibrations and beats with the orbit, whose mean square rises within the time at some phases."""
     for phase in PHASES:
         vibration = 1e-5 * np.exp(rate * T) * np.cos(2.0 * np.pi * periods * T + phase)
-        assert recovery(moved(vibration + STEADY)) is None
+        assert recovery(orbit_of_motion(vibration + STEADY)) is None
 
 
 @pytest.mark.parametrize("noise", [1e-9, 1e-8, 1e-7, 1e-6])
@@ -201,10 +201,10 @@ def test_noise_neither_grows_nor_hides_growth(noise):
     random = np.random.default_rng(7)
     for motion in (STEADY, STEADY + 3e-6j * T, STEADY * (2.0 - np.exp(-3.0 * T))):
         noisy = motion + noise * (random.standard_normal(len(T)) + 1j * random.standard_normal(len(T)))
-        assert recovery(moved(noisy)) is None
+        assert recovery(orbit_of_motion(noisy)) is None
         for phase in PHASES:
             vibration = 1e-6 * np.exp(3.0 * T) * np.cos(8.0 * np.pi * T + phase)
-            assert recovery(moved(noisy + vibration)) == "unstable"
+            assert recovery(orbit_of_motion(noisy + vibration)) == "unstable"
 
 
 @pytest.mark.parametrize("change", [1e-4, 2e-3, 9e-3])
@@ -220,7 +220,7 @@ def test_synchronous_orbit_at_a_speed_that_varies_a_little_is_steady(change):
 def test_growth_is_evaluated_after_the_last_change():
     grown = np.where(T < 0.5, 1e-6 * np.exp(8.0 * T), 1e-6 * np.exp(4.0))
     assert recovery(orbit(grown, last_change_cycle=10.0)) is None
-    assert recovery(orbit(1e-6 * np.exp(T), last_change_cycle=16.0)) is None, "four turns are too few to tell"
+    assert recovery(orbit(1e-6 * np.exp(T), last_change_cycle=16.0)) is None, "four turns are too few to decide"
 
 
 def test_an_orbit_that_grows_with_the_speed_is_not_unstable():

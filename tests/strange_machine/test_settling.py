@@ -1,4 +1,4 @@
-"""The settled motion of the expander is solved for, and is what settling leads to."""
+"""The settled motion of the expander is computed directly, and equals that of simulated settling."""
 
 import json
 
@@ -96,5 +96,5 @@ def test_settling_is_simulated_if_it_cannot_be_computed():
 
 def test_both_loops_start_from_the_same_settled_motion(solved):
     plain = amb_cosim.run(SOLVED, loop="plain", until=0.005)
-    displayed = orbits(plain)
-    assert np.array_equal(displayed, orbits(solved)[:, : displayed.shape[1]])
+    plain_orbits = orbits(plain)
+    assert np.array_equal(plain_orbits, orbits(solved)[:, : plain_orbits.shape[1]])

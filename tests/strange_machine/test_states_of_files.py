@@ -13,15 +13,15 @@ from tests.support.messages import raises_naming
 
 def assert_shared_past_changes_nothing(scenario: Scenario, step: str) -> None:
     """Fail if two sizes of a step at `step` end otherwise, to the last bit, where they share their past."""
-    outcomes = []
+    endings = []
     for labels in ((), ("step",)):
         runner = Runner(Task(scenario, labels=labels))
         results = [runner.run(n, {step: size}) for n, size in enumerate(("90 g.mm", "110 g.mm"))]
         runner.close()
         shared = [result.metrics.pop("shared", 0.0) for result in results]
-        outcomes.append([(r.outcome, r.reason, str(r.metrics)) for r in results])
-    assert outcomes[0] == outcomes[1]
-    assert outcomes[0][0] != outcomes[0][1], "the points differ"
+        endings.append([(r.outcome, r.reason, str(r.metrics)) for r in results])
+    assert endings[0] == endings[1]
+    assert endings[0][0] != endings[0][1], "the points differ"
     assert shared[0] == 0.0 < shared[1]
 
 
@@ -31,16 +31,16 @@ PLACE = "rotor_contact.labyrinth.x"
 
 
 @pytest.fixture(scope="module")
-def made():
+def actuator_fmu():
     """The FMU of the actuators."""
     return plan_run(SHORT).fmus["amb_actuator"].path
 
 
 @pytest.fixture(scope="module")
-def in_memory(made, tmp_path_factory):
+def in_memory(actuator_fmu, tmp_path_factory):
     """The scenario with that FMU as one that does not say that it serialises."""
     file, flag = tmp_path_factory.mktemp("memory") / "Actuator.fmu", 'canSerializeFMUstate="{}"'
-    with_text(made, file, "modelDescription.xml", flag.format("true"), flag.format("false"))
+    with_text(actuator_fmu, file, "modelDescription.xml", flag.format("true"), flag.format("false"))
     return SHORT.changed(fmu={"amb_actuator": str(file)})
 
 
@@ -49,8 +49,8 @@ def plain(in_memory):
     return amb_cosim.run(in_memory, isolated=False)
 
 
-def test_a_foreign_fmu_that_serialises_continues_with_the_same_bits(made, plain, tmp_path):
-    scenario = SHORT.changed(fmu={"amb_actuator": str(made)})
+def test_a_foreign_fmu_that_serialises_continues_with_the_same_bits(actuator_fmu, plain, tmp_path):
+    scenario = SHORT.changed(fmu={"amb_actuator": str(actuator_fmu)})
     state = amb_cosim.run(scenario, isolated=False, save_at=["cycle 5"]).checkpoint().save(tmp_path / "rub.npz")
     result = amb_cosim.run(scenario, isolated=False, start=state)
     for name, samples in plain.signals.variables.items():

@@ -45,7 +45,7 @@ def expander():
 
 
 def test_receptances_of_the_loop_agree_with_a_co_simulation(expander):
-    """Amplitude and phase at all sites, to 4e-4; what is left is the magnets' square law."""
+    """Amplitude and phase at all sites, to 4e-4; the rest is due to the magnets' square law."""
     run = amb_cosim.run(STEADY, set=HEAVY, progress=False).dataset
     period = 2.0 * np.pi / expander.Omega
     turns = (run["time"].values >= period - 1e-9) & (run["time"].values < 3.0 * period - 1e-9)
@@ -109,7 +109,7 @@ def test_runs_started_in_dry_backward_whirl_follow_its_eigenvalue():
             turns = run[f"rotor_contact.{site}.whirl_speed"].values[1]
             assert abs(away[0]) < 3e-3
             assert turns == pytest.approx(whirl.frequency, rel=2e-3)
-            if whirl.growth < 10.0:  # 1/s: hardly anything in 0.08 s
+            if whirl.growth < 10.0:  # 1/s: negligible growth in 0.08 s
                 assert np.abs(away).max() < 0.01
             else:
                 first, last = (int(np.argmax(np.abs(away) > size)) for size in (2e-3, 1e-2))

@@ -32,8 +32,8 @@ def point() -> PointResult:
 
 def test_contact_at_seal_and_turbine_is_counted(point, rub):
     at_sites = {site: point.metrics[f"{PEAK}.{site}"] for site in ("catch_n", "catch_s", "labyrinth", "shroud")}
-    forces = {site: force for site, force in at_sites.items() if force > 0.0}
-    assert forces == pytest.approx({s: f for s, f in rub.summary.peak_contact_force.items() if f}, rel=1e-12)
+    touched = {site: force for site, force in at_sites.items() if force > 0.0}
+    assert touched == pytest.approx({s: f for s, f in rub.summary.peak_contact_force.items() if f}, rel=1e-12)
     assert point.metrics[PEAK] == at_sites["labyrinth"] == max(at_sites.values())
 
 
@@ -50,12 +50,12 @@ def filled(folder, vary, results) -> Sweep:
     return Sweep(folder, design)
 
 
-def at(labyrinth: float, catch: float) -> dict[str, float]:
+def peaks_at(labyrinth: float, catch: float) -> dict[str, float]:
     return {f"{PEAK}.catch_n": catch, f"{PEAK}.labyrinth": labyrinth, PEAK: max(labyrinth, catch)}
 
 
 def test_the_summary_names_the_site_of_the_largest_force(tmp_path):
-    swept = filled(tmp_path, {"a.x": "1:3:3"}, [at(3.0, 4.0), at(9.0, 4.0), at(2.0, 5.0)])
+    swept = filled(tmp_path, {"a.x": "1:3:3"}, [peaks_at(3.0, 4.0), peaks_at(9.0, 4.0), peaks_at(2.0, 5.0)])
     assert swept.summary == "3 runs, 3 recovered; peak contact force up to 9 N at LABYRINTH, with x = 2"
 
 
@@ -80,7 +80,7 @@ def test_error_of_a_script_without_a_main_guard_requires_it(tmp_path):
 
 
 def test_the_summary_begins_with_runs_that_failed(tmp_path):
-    first = filled(tmp_path, {"a.x": "1:3:3"}, [at(3.0, 4.0), None, at(2.0, 5.0)]).summary.splitlines()[0]
+    first = filled(tmp_path, {"a.x": "1:3:3"}, [peaks_at(3.0, 4.0), None, peaks_at(2.0, 5.0)]).summary.splitlines()[0]
     assert first.startswith("3 runs, 1 failed, 2 recovered; peak contact force, unknown for aborted runs, up to 5 N")
 
 
@@ -95,7 +95,7 @@ def legend_texts(figure) -> list[str]:
 
 
 def test_a_map_has_a_cross_where_a_run_failed(tmp_path):
-    results = [None if k in (2, 5) else at(1.0 + k, 0.0) for k in range(6)]
+    results = [None if k in (2, 5) else peaks_at(1.0 + k, 0.0) for k in range(6)]
     swept = filled(tmp_path, {"a.x": "1:2:2", "a.y": "10:30:3"}, results)
     figure = draw_map(swept, swept.dataset, PEAK)
     assert sorted(crosses(figure)) == [(1.0, 30.0), (2.0, 30.0)]
@@ -103,14 +103,14 @@ def test_a_map_has_a_cross_where_a_run_failed(tmp_path):
 
 
 def test_a_map_over_one_axis_has_its_crosses_above_all_values(tmp_path):
-    swept = filled(tmp_path, {"a.x": "1:3:3"}, [at(3.0, 4.0), None, at(2.0, 5.0)])
+    swept = filled(tmp_path, {"a.x": "1:3:3"}, [peaks_at(3.0, 4.0), None, peaks_at(2.0, 5.0)])
     assert crosses(draw_map(swept, swept.dataset, PEAK)) == [(2.0, 1.0)]
 
 
 def test_a_failed_run_is_the_worst_of_its_phase(tmp_path):
     """Of five runs at each phase one, then three fail: the extreme, and then the median too, are beyond all."""
     forces = np.arange(1.0, 6.0)
-    results = [at(force, 0.0) for force in forces]
+    results = [peaks_at(force, 0.0) for force in forces]
     results += [None, *results[1:], None, None, None, *results[3:]]
     swept = filled(tmp_path, {"step.cycle": "5:5.5:3", "a.x": "1:5:5"}, results)
     result = distribution(swept.dataset, "step.cycle")

@@ -1,4 +1,4 @@
-"""What a run says of contact does not depend on how often it records."""
+"""Key values of contact do not depend on the recording interval."""
 
 import dataclasses
 

@@ -20,22 +20,22 @@ FILE = LEVITATION.parent / "machine.toml"
 AXIAL = ["axial", "axial_margins"]
 
 
-def changed(**changes):
+def machine_with(**changes):
     """The strange machine with other data of its thrust bearing."""
     file = load_machine(FILE)
     data = file.thrust_bearing.model_dump(exclude_none=True) | changes
     return file.model_copy(update={"thrust_bearing": ThrustBearing(**data)})
 
 
-def measured(result):
+def quantities(result):
     return {item.measured.quantity: item.measured for item in result.findings}
 
 
 def test_a_missing_controller_or_part_is_refused_before_any_analysis():
     with raises_naming(ValueError, "controller file"):
-        assess(changed(controller="nowhere.toml"), only=["axial"])
+        assess(machine_with(controller="nowhere.toml"), only=["axial"])
     with raises_naming(ValueError, "'blowr'", "blower"):
-        assess(changed(at="blowr"), only=["axial"])
+        assess(machine_with(at="blowr"), only=["axial"])
 
 
 def test_a_machine_without_thrust_bearing_has_no_axial_part():
@@ -54,7 +54,7 @@ def test_the_axial_axis_is_judged_like_the_radial_ones():
     assert not result.missed
     judged = {item.criterion.key for item in result.findings if item.criterion is not None}
     assert {"sensitivity_zone", "sensitivity_at_acceptance", "stable", "axial_load", "axial_capacity"} <= judged
-    found = measured(result)
+    found = quantities(result)
     assert found["axial_load"].value == pytest.approx(100.0 * 40.0 / 250.0)
     assert found["sensitivity_varied"].value > found["sensitivity_peak"].value > 1.0
     assert found["decrement_varied"].value < found["decrement_anywhere"].value
@@ -63,7 +63,7 @@ def test_the_axial_axis_is_judged_like_the_radial_ones():
 def test_peak_of_the_sensitivity_is_that_of_the_loop_at_its_load():
     """Of `AxialLoop`, which tests/thrust_bearings compares with python-control; K_s is that under 40 N of 250 N."""
     file = load_machine(FILE)
-    result = measured(assess(file, only=["axial_margins"]))["sensitivity_peak"]
+    result = quantities(assess(file, only=["axial_margins"]))["sensitivity_peak"]
     mass, k_s, omega_b, T = 3.908928636, 5e5 * (1.0 + (40.0 / 250.0) ** 2), 2.0 * math.pi * 1500.0, 50e-6
     law = linear_controller(FILE.parent / "axial.toml").state_space()
     plant = AxialPlant(mass, 100.0, k_s, omega_b, file.thrust_bearing.lag(T))
@@ -76,7 +76,7 @@ def falling(tmp_path):
     """The strange machine with a thrust bearing whose magnets push the rotor away."""
     text = (FILE.parent / "axial.toml").read_text(encoding="utf-8").replace("gain = -1.0", "gain = 1.0")
     (tmp_path / "axial.toml").write_text(text, encoding="utf-8")
-    return changed(controller=str(tmp_path / "axial.toml"))
+    return machine_with(controller=str(tmp_path / "axial.toml"))
 
 
 def test_an_axial_gain_of_the_wrong_sign_is_missed_and_has_no_margins(falling):
@@ -84,7 +84,7 @@ def test_an_axial_gain_of_the_wrong_sign_is_missed_and_has_no_margins(falling):
     assert {item.criterion.key for item in result.missed} >= {"stable"}
     assert set(result.unanswered) == {"axial_margins"}
     assert_names(result.unanswered["axial_margins"], "axial loop", "not stable", "drift")
-    assert "sensitivity_peak" not in measured(result)
+    assert "sensitivity_peak" not in quantities(result)
     assert json.loads(json.dumps(result.as_dict(), allow_nan=False))
 
 
@@ -96,7 +96,7 @@ def test_an_unstable_axial_loop_leaves_lateral_parts_unanswered(falling):
 
 def test_an_axial_corner_that_is_not_stable_misses_its_sensitivity():
     """With half of K_i the gain returns K_i k_p = 0.63 N/um, and the magnets pull by 1.4 times 0.51 N/um."""
-    file = changed()
+    file = machine_with()
     weak = file.model_copy(update={"tolerances": file.tolerances.model_copy(update={"k_s": 0.4, "k_i": 0.5})})
     found = {item.criterion.key: item for item in assess(weak, only=["axial_margins"]).findings if item.criterion}
     for key in ("stable_with_tolerances", "sensitivity_with_tolerances"):
@@ -106,10 +106,10 @@ def test_an_axial_corner_that_is_not_stable_misses_its_sensitivity():
 
 
 def test_a_thrust_beyond_the_capacity_is_missed_and_has_no_loop():
-    result = assess(changed(thrust=["0 N", "300 N"]), only=[*AXIAL, "unbalance"])
+    result = assess(machine_with(thrust=["0 N", "300 N"]), only=[*AXIAL, "unbalance"])
     assert [item.criterion.key for item in result.missed] == ["axial_load"]
     assert result.missed[0].verdict is Judgement.MISSED
-    assert measured(result)["axial_load"].value == pytest.approx(120.0)
+    assert quantities(result)["axial_load"].value == pytest.approx(120.0)
     (part,) = (part for part in result.parts if part.key == "axial")
     assert_names(part.answer.notes[0], "-300 N", "no loop")
     assert [row[0] for row in part.answer.tables[0].rows] == ["0"]
@@ -119,15 +119,15 @@ def test_a_thrust_beyond_the_capacity_is_missed_and_has_no_loop():
 
 def test_a_thrust_of_either_sign_is_judged_without_load_too():
     """At its rest position the bearing has the least negative stiffness."""
-    (part,) = assess(changed(thrust=["-100 N", "150 N"]), only=["axial"]).parts
+    (part,) = assess(machine_with(thrust=["-100 N", "150 N"]), only=["axial"]).parts
     rows = [[float(text) for text in row[:4]] for row in part.answer.tables[0].rows]
     assert [row[0] for row in rows] == [100.0, -150.0, 0.0]
     assert min(rows, key=lambda row: row[2])[0] == 0.0
 
 
 def test_a_vertical_machine_carries_its_weight_along_the_shaft():
-    file = changed(thrust=0.0).model_copy(update={"tilt": "90 deg"})
-    found = measured(assess(file, only=AXIAL))
+    file = machine_with(thrust=0.0).model_copy(update={"tilt": "90 deg"})
+    found = quantities(assess(file, only=AXIAL))
     assert found["axial_load"].value == pytest.approx(100.0 * 3.908928636 * 9.81 / 250.0, rel=1e-6)
     assert "under 38.3" in found["sensitivity_peak"].where  # upwards, along z
     assert axial.NAME in found["axial_load"].where

@@ -1,4 +1,4 @@
-"""What is asked for and cannot be done as asked is told, and nothing is that does not count."""
+"""Warnings of settings and demands without effect, and of no others."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SHORT = Scenario.load(LEVITATION).changed(event=[], end_cycle=2, settle_cycles=1
 
 
 @pytest.mark.parametrize(
-    ("settings", "told"),
+    ("settings", "expected"),
     [
         (
             {"chain.delay": True},
@@ -26,12 +26,12 @@ SHORT = Scenario.load(LEVITATION).changed(event=[], end_cycle=2, settle_cycles=1
         ({}, None),
     ],
 )
-def test_an_ineffective_switch_of_the_chain_is_the_first_warning(settings, told):
+def test_an_ineffective_switch_of_the_chain_is_the_first_warning(settings, expected):
     chosen = {f"rolac_controller.{name}": value for name, value in settings.items()}
     warnings = amb_cosim.run(SHORT, set=chosen).summary.warnings
     idle = [warning for warning in warnings if "changes nothing" in warning]
-    assert idle == ([] if told is None else warnings[:1])
-    assert told is None or warnings[0].startswith(told)
+    assert idle == ([] if expected is None else warnings[:1])
+    assert expected is None or warnings[0].startswith(expected)
 
 
 def limited(warnings: list[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Traps of an expander whose loop is unstable: the study names the instability, and no reason that is not one."""
+"""Traps of an expander whose loop is unstable: the study names the instability first."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_unstable_loop_is_reported_first_with_growth_and_frequency(unstable: con
 
 
 def test_growth_of_the_loop_is_that_of_its_poles_at_rest(unstable: contact_traps.Traps) -> None:
-    """The fastest pole of the sampled loop in axes that stand still; it is not quite the same in all directions."""
+    """The fastest pole of the sampled loop at rest; it is not quite the same in all directions."""
     loop = amb_cosim.linearise(LEVITATION, set=UNDAMPED)
     s = np.log(loop.poles()[np.argmax(np.abs(loop.poles()))]) / loop.dt
     assert unstable.loop_growth == pytest.approx(s.real, rel=1e-3)

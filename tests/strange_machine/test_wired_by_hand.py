@@ -45,7 +45,7 @@ class Component:
 
 
 def wired_by_hand(files, wires, names, h, steps, folder):
-    """Controller, actuator, plant in turn; nothing is set but what is connected."""
+    """Controller, actuator and plant in turn; only connected inputs are set."""
     fmus = {path.stem: Component(path, folder) for path in files}
 
     def feed(target):

@@ -18,7 +18,7 @@ class Absences:
 
     def __init__(self, file: Path) -> None:
         self.allowed: dict[str, str] = tomllib.loads(file.read_text(encoding="utf-8"))
-        self.told: list[str] = []
+        self.lines: list[str] = []
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Sort the reasons, and let the run fail for one that is not on the list."""
@@ -26,12 +26,12 @@ class Absences:
         reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in reporter.stats.get("skipped", []))
         for reason, count in sorted(reasons.items()):
             why = next((why for start, why in self.allowed.items() if reason.startswith(start)), None)
-            self.told.append(f"{count} x {reason} ({why or 'NOT ALLOWED'})")
+            self.lines.append(f"{count} x {reason} ({why or 'NOT ALLOWED'})")
             if why is None and session.exitstatus == pytest.ExitCode.OK:
                 session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Print the reasons, each once."""
         terminalreporter.section("skipped")
-        for line in self.told:
+        for line in self.lines:
             terminalreporter.line(line)

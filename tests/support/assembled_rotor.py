@@ -1,4 +1,4 @@
-"""The assembled FMU in place of the three components of a scenario, under two hosts."""
+"""The assembled FMU instead of the three components of a scenario, under two hosts."""
 
 from __future__ import annotations
 

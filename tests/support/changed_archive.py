@@ -24,7 +24,7 @@ def changed_archive(
 
 
 def with_text(source: Path, target: Path, entry: str, old: str, new: str) -> Path:
-    """Write `target`, in an entry of which `new` stands where `old` stood first."""
+    """Write `target`, with the first `old` in one entry replaced by `new`."""
     with zipfile.ZipFile(source) as archive:
         text = archive.read(entry).decode()
     assert old in text, old

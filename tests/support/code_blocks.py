@@ -37,7 +37,7 @@ class Block(NamedTuple):
 
     @property
     def file_name(self) -> str | None:
-        """The name of the file that the block is, if it says so."""
+        """Return the name of the file that the block contains, if it states one."""
         result = FILE_NAME.match(self.code)
         return result[1] if result else None
 

@@ -1,4 +1,4 @@
-"""Programs, and the command line, in a process of their own."""
+"""Programs, and the command line, in separate processes."""
 
 from __future__ import annotations
 

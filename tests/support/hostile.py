@@ -1,4 +1,4 @@
-"""An FMU that does at one of its calls what no FMU should; `hostile.c` has the deeds."""
+"""An FMU that misbehaves at one of its calls; see `hostile.c`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from waiting import of_process
 from tests.support.c_fmus import ANY_STEP, INPUT, OUTPUT, described
 
 SOURCE = Path(__file__).parent / "hostile.c"
-HARMLESS = ("nothing", "fork", "fork_away", "daemon", "eat", "deaf", "latin", "inf")  # after which the run goes on
+HARMLESS = ("nothing", "fork", "fork_away", "daemon", "eat", "deaf", "latin", "inf")  # after which the run continues
 DEEDS = (
     *HARMLESS, "segv", "abort", "leave", "kill", "overflow", "hang", "speak", "close", "term", "free_twice", "error",
     "fatal", "discard", "nan", "minus_one", "ninety_nine",
@@ -48,7 +48,7 @@ class Hostility:
             self._set(f"HOSTILE_{name}", str(value))
 
     def processes(self) -> set[int]:
-        """Numbers of the processes that were started since it was said what FMUs will do."""
+        """Return the numbers of the processes started since the last call of `will`."""
         return {process for process in _processes() if self._mark in of_process(process, "environ")}
 
     def hangs(self) -> bool:

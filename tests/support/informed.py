@@ -1,4 +1,4 @@
-"""An FMU that shows what its host tells it: start, stop, steps, inputs; see `informed.c`."""
+"""An FMU whose outputs are the arguments of its host: start, stop, steps, inputs; see `informed.c`."""
 
 from __future__ import annotations
 

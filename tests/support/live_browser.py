@@ -1,4 +1,4 @@
-"""A page of the live rig in a browser, and what one does with it."""
+"""A page of the live rig in a browser, and the actions of a user."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PATIENCE = 60_000  # ms
 
 @dataclass(frozen=True)
 class Rig:
-    """A page of the live rig; `problems` are what its console said of errors."""
+    """A page of the live rig; `problems` are the errors and warnings of its console."""
 
     page: Any
     problems: list[str]

@@ -68,7 +68,7 @@ def observed_dependencies(
 ) -> dict[str, set[str]]:
     """For each output the parameters and inputs that change its initial value, from any of some base points, `scenes`.
 
-    At every base point other values of all of them are tried, one after the other.
+    At every base point, other values of each of them are tried in turn.
     """
     table, instance = model.interface, Instance(model, constants)
     knowns, outputs = table.variables[: table.n_parameters + table.n_inputs], table.of("output")
@@ -88,14 +88,14 @@ def observed_dependencies(
             instance[name] = value
         before = initial_outputs()
         for i, v in enumerate(knowns if before is not None else ()):
-            present = instance.values[i]
+            original = instance.values[i]
             for _ in range(2):
-                instance.values[i] = another_value(v, present, rng)
+                instance.values[i] = another_value(v, original, rng)
                 after = initial_outputs()
                 if after is not None:
                     rounding = np.maximum(tolerance, 1e-9 * np.maximum(np.abs(before), np.abs(after)))
                     changed[:, i] |= np.abs(after - before) > rounding
-            instance.values[i] = present
+            instance.values[i] = original
     return {
         v.name: {known.name for known, change in zip(knowns, row, strict=True) if change}
         for v, row in zip(outputs, changed, strict=True)

@@ -22,8 +22,8 @@ def verified_with(fmu: Path, path: Path, files: Mapping[str, str]) -> Verified:
     with zipfile.ZipFile(path, "a") as archive:
         for name, text in {"fmi-ls-manifest.xml": f"<m>{related}</m>", **files}.items():
             archive.writestr(f"{FOLDER}/{name}", text)
-    (item,) = amb_cosim.verify(path)
-    return item
+    (verified,) = amb_cosim.verify(path)
+    return verified
 
 
 def table(columns: str, rows: list[object]) -> str:

@@ -83,7 +83,7 @@ def symmetric_rotor():
 
 
 def plant(values=None, rotor=None):
-    """An initialised plant with the given variables; it has no end bushes unless they are asked for."""
+    """An initialised plant with the given variables; end bushes are disabled by default."""
     return initialised(*plant_data.plant(rotor), {"eb1.enabled": 0.0, "eb2.enabled": 0.0} | (values or {}))
 
 

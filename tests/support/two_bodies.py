@@ -1,4 +1,4 @@
-"""An independent model of touchdown: a journal in its retainer, both of them bodies in the plane, and what spins.
+"""An independent model of touchdown: a journal in its retainer, both bodies in the plane, and their spin.
 
 Coordinates are generalised, q = (x, y, x_h, y_h, theta, phi): journal, housing, angle of the rotor, angle of the race.
 Contact forces are Lagrange multipliers of the gap and of the slip, N on the row (n, -n, 0, 0) and T on the row
@@ -139,7 +139,7 @@ MOUNTED = TwoBodies(
 
 @dataclass
 class Motion:
-    """What `follow` returns: rows at the times asked for, and every impact with its time and impulse."""
+    """Result of `follow`: rows at the requested times, and every impact with its time and impulse."""
 
     q: np.ndarray
     v: np.ndarray

@@ -40,7 +40,7 @@ def is_running(process: int) -> bool:
 
 
 def processor_time(process: int) -> float:
-    """Return the processor time (s) of a process and of those that it has waited for, whatever else is running."""
+    """Return the CPU time (s) of a process and of the children that it has waited for."""
     fields = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
 

@@ -104,7 +104,7 @@ def called_kernels() -> list[str]:
 
 
 def compile_kernels(folder: Path, model: str, called: list[str]) -> None:
-    """Compile the kernels of a model, and tell that this is done or cannot be: its tests show what is wrong."""
+    """Compile the kernels of a model, and signal completion even on failure, which its tests then show."""
     subprocess.run([sys.executable, str(HERE / "compile_kernels.py"), model, *called], check=False)
     (folder / model).touch()
 

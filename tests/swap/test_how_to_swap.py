@@ -1,4 +1,4 @@
-"""The pages on a controller of one's own and on swapping a component: their files and commands do what they say."""
+"""The pages on a user's controller and on replacing a component: their files and commands work as stated."""
 
 import json
 import shlex
@@ -47,8 +47,8 @@ def test_missing_variables_are_reported_as_on_the_page(folder, tmp_path):
     (tmp_path / "my_rig.toml").write_text((folder / "my_rig.toml").read_text(encoding="utf-8"), encoding="utf-8")
     execute("pythonfmu build -f pd_controller.py", tmp_path)
     done = execute(command_for("my_rig.toml"), tmp_path, code=2)
-    said = [line for line in done.stderr.strip().splitlines() if "runs here for the first time" not in line]
-    assert said == [MESSAGES[1]]
+    messages = [line for line in done.stderr.strip().splitlines() if "runs here for the first time" not in line]
+    assert messages == [MESSAGES[1]]
 
 
 def test_a_system_file_connects_an_fmu_with_other_names(folder, tmp_path):

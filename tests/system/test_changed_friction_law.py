@@ -1,4 +1,4 @@
-"""A friction law that is changed in a copy of the plant, as the page says, is the law of runs and of steady rub."""
+"""A friction law changed in a copy of the plant, as on the page, applies in runs and in steady rub."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""The rotor angle at cycle 0 is the stated one, whatever the step and however it is written."""
+"""The rotor angle at cycle 0 is the stated one, for any step in any notation."""
 
 import math
 

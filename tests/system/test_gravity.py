@@ -75,9 +75,9 @@ def test_controller_constants_of_a_system_file_take_precedence(tmp_path):
     """Also if they are written as in the file that it is based on."""
     (tmp_path / "own.toml").write_text('base = "levitated"\n[parameters.rolac_controller]\n"mb1.k_s_?" = "2e6 N/m"\n')
     scenario = levitated(parameters={"amb_actuator": {"force_law": 0}}, system=str(tmp_path / "own.toml"))
-    available = plan_run(scenario).plan.parameters["rolac_controller"]
-    assert available["mb1.k_s_x"] == 2e6
-    assert available["mb2.k_s_x"] != 2e6
+    parameters = plan_run(scenario).plan.parameters["rolac_controller"]
+    assert parameters["mb1.k_s_x"] == 2e6
+    assert parameters["mb2.k_s_x"] != 2e6
 
 
 def test_parameters_of_the_scenario_take_precedence():

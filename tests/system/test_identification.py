@@ -15,7 +15,7 @@ RIG = "rolac_controller.chain.preset=1"
 
 
 def identified(frequencies: list[float], settings: list[str], rotor: str | None = None) -> list[dict[str, Any]]:
-    """Deviations of the identified R from two models; a process of its own keeps its FMUs apart."""
+    """Return deviations of the identified R from two models, computed in a separate process."""
     import math
 
     import numpy as np

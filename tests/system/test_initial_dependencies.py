@@ -1,4 +1,4 @@
-"""The initial unknowns depend on what they are declared to depend on, and on nothing else."""
+"""The initial unknowns depend on exactly their declared dependencies."""
 
 from graphlib import TopologicalSorter
 from xml.etree import ElementTree
@@ -20,12 +20,12 @@ from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor_file import load_rotor
 
 
-def some(names, table, rng, share=0.5):
+def random_values(names, table, rng, share=0.5):
     """Random values for some of the variables called so."""
     return {name: random_value(table[name], rng) for name in names if rng.random() < share}
 
 
-def named(table, *ends):
+def names_ending(table, *ends):
     """Names of the parameters and inputs that end so."""
     return [v.name for v in table.variables if v.causality != "output" and v.name.endswith(ends)]
 
@@ -33,22 +33,26 @@ def named(table, *ends):
 def scenes_of_plant(model, rng, count):
     """Rotors on their orbit: at rest or turning, deflected or whirling, free, touching or beyond what can touch."""
     table = model.interface
-    bodies = named(table, ".housing_mass", ".race_inertia", ".enabled", ".law")
-    friction = named(table, ".mu", ".mu_static")
-    loads = named(table, ".f_x", ".f_y", ".k_xx", ".k_yy", "x_ref", "y_ref")
+    bodies = names_ending(table, ".housing_mass", ".race_inertia", ".enabled", ".law")
+    friction = names_ending(table, ".mu", ".mu_static")
+    loads = names_ending(table, ".f_x", ".f_y", ".k_xx", ".k_yy", "x_ref", "y_ref")
     for k in range(count):
         scene = {
             "initial.orbit": float(k % 8 > 0),
             "Omega": rng.choice([0.0, 0.0, 10.0, -60.0, 200.0]),
             "gravity": 9.81,
         }
-        scene |= {name: 10.0 ** rng.uniform(5.5, 7) for name in named(table, ".k_b")}
-        scene |= {name: 10.0 ** rng.uniform(2, 4) for name in named(table, ".c_b")}
-        scene |= {name: 10.0 ** rng.uniform(-4, -1.5) for name in named(table, ".u") if rng.random() < 0.5}
-        scene |= {name: 10.0 ** rng.uniform(-5.5, -3) for name in named(table, ".clearance")}
-        scene |= some(bodies, table, rng, 0.2) | some(friction, table, rng, 0.7) | some(loads, table, rng, 0.4)
-        scene |= some(named(table, ".phi"), table, rng)
-        scene |= {name: 10.0 ** rng.uniform(-2, 2) for name in named(table, ".stribeck_velocity") if k % 2}
+        scene |= {name: 10.0 ** rng.uniform(5.5, 7) for name in names_ending(table, ".k_b")}
+        scene |= {name: 10.0 ** rng.uniform(2, 4) for name in names_ending(table, ".c_b")}
+        scene |= {name: 10.0 ** rng.uniform(-4, -1.5) for name in names_ending(table, ".u") if rng.random() < 0.5}
+        scene |= {name: 10.0 ** rng.uniform(-5.5, -3) for name in names_ending(table, ".clearance")}
+        scene |= (
+            random_values(bodies, table, rng, 0.2)
+            | random_values(friction, table, rng, 0.7)
+            | random_values(loads, table, rng, 0.4)
+        )
+        scene |= random_values(names_ending(table, ".phi"), table, rng)
+        scene |= {name: 10.0 ** rng.uniform(-2, 2) for name in names_ending(table, ".stribeck_velocity") if k % 2}
         if k % 3 == 0:
             scene |= {"spin.free": 1.0, "drive.torque": rng.uniform(-100, 100), "drive.torque_limit": 100.0}
         yield scene
@@ -57,36 +61,39 @@ def scenes_of_plant(model, rng, count):
 def scenes_of_actuator(model, rng, count):
     """Currents within and beyond their limits, in and off the centre, healthy and not."""
     table = model.interface
-    demands = [*named(table, ".i_x", ".i_y"), *(v.name for v in table.of("input") if "command_voltage" in v.name)]
+    demands = [
+        *names_ending(table, ".i_x", ".i_y"),
+        *(v.name for v in table.of("input") if "command_voltage" in v.name),
+    ]
     faults = [v.name for v in table.of("input") if "coil_loss" in v.name or "amplifier_off" in v.name]
     limits = [v.name for v in table.of("parameter") if "voltage_limit" in v.name]  # 2 V is what the bias takes
     for _ in range(count):
         scene = {"force_law": float(rng.integers(3)), "amplifier": float(rng.integers(2))}
-        scene |= some(["total_force"], table, rng) | some(faults, table, rng, 0.1)
+        scene |= random_values(["total_force"], table, rng) | random_values(faults, table, rng, 0.1)
         scene |= {name: 1.0 for name in faults if "coil_loss" in name and rng.random() < 0.05}
         scene |= {name: rng.uniform(2.1, 4.0) for name in limits} | {name: rng.uniform(-6, 6) for name in demands}
-        yield scene | {name: rng.uniform(-1e-3, 1e-3) for name in named(table, ".x", ".y")}
+        yield scene | {name: rng.uniform(-1e-3, 1e-3) for name in names_ending(table, ".x", ".y")}
 
 
 def scenes_of_controller(model, rng, count):
-    """One sensor beside the others that shows so much that currents or the converters reach their limits."""
+    """Yield scenes with one sensor reading so large that currents or converters reach their limits."""
     table = model.interface
     measured = [v.name for v in table.of("input") if v.field.startswith("displacements")]
     switches = ["chain.preset", "chain.adc", "chain.dac", "pid.direct"]
     for k in range(count):
-        displayed = measured[k % len(measured)]
+        displaced = measured[k % len(measured)]
         scene = {"rolac_enable": float(k % 2), "Omega": rng.uniform(0, 200), "chain.preset": float(k // 8 % 3)}
-        scene |= {name: rng.normal(scale=1e-6) for name in measured} | some(switches, table, rng, 0.3)
-        scene |= {name: rng.uniform(-0.3, 0.3) for name in named(table, ".offset") if rng.random() < 0.5}
+        scene |= {name: rng.normal(scale=1e-6) for name in measured} | random_values(switches, table, rng, 0.3)
+        scene |= {name: rng.uniform(-0.3, 0.3) for name in names_ending(table, ".offset") if rng.random() < 0.5}
         if k % 3:
-            scene[displayed] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
+            scene[displaced] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
         else:
-            scene[f"{displayed}.fault_offset"] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
+            scene[f"{displaced}.fault_offset"] = rng.uniform(0.5e-3, 2e-3) * rng.choice([-1.0, 1.0])
         yield scene
 
 
 def controller_with_a_short_table(rotor):
-    """The controller of a rotor, with two rows in place of ninety, which every start copies."""
+    """The controller of a rotor, with two table rows instead of ninety, which every start copies."""
     model, _ = controller(rotor)
     loop = control_loop(rotor)
     R = np.random.default_rng(1).normal(size=(2, *loop.shape)) + 0j
@@ -132,7 +139,7 @@ def described(tmp_path_factory):
 
 @pytest.mark.parametrize("name", ["levitated", "levitated_free_spin", "passive"])
 def test_no_loop_closes_at_the_initialisation(name, described):
-    """Each output can be read once what it depends on is set, whatever order that takes."""
+    """The outputs can be ordered so that each is read after its dependencies are set."""
     interfaces = {component: interface for component, (interface, _) in described.items()}
     system = load_system(name)
     wired = expand(system, {c.name: interfaces[c.name] for c in system.components})
@@ -140,8 +147,8 @@ def test_no_loop_closes_at_the_initialisation(name, described):
     graph = {}
     for component in system.components:
         for unknown in described[component.name][1]:
-            fed = (source.get(f"{component.name}.{available.name}") for available in unknown.dependencies)
-            graph[f"{component.name}.{unknown.variable.name}"] = {output for output in fed if output}
+            sources = (source.get(f"{component.name}.{dependency.name}") for dependency in unknown.dependencies)
+            graph[f"{component.name}.{unknown.variable.name}"] = {output for output in sources if output}
     assert name == "passive" or {"rotor_contact.mb1.x", "rolac_controller.mb1.i_x"} <= graph["amb_actuator.mb1.f_x"]
     order = list(TopologicalSorter(graph).static_order())  # a loop is a CycleError
     assert set(order) == set(graph)

@@ -148,8 +148,8 @@ def test_fmutool_and_fmpy_report_no_fault_in_the_fmu(name: str, flavour: Any, tm
     assert validate_fmu(str(fmu)) == []
     command = [sys.executable, "-m", "fmu_manipulation_toolbox.cli.fmutool", "-input", str(fmu), "-check"]
     check = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
-    said = check.stdout + check.stderr
-    assert check.returncode == 0, said
-    assert "compliant with FMI-2.0" in said, said
-    assert "No semantic error" in said, said
-    assert not re.search(r"\b(ERROR|WARNING)\b", said), said
+    printed = check.stdout + check.stderr
+    assert check.returncode == 0, printed
+    assert "compliant with FMI-2.0" in printed, printed
+    assert "No semantic error" in printed, printed
+    assert not re.search(r"\b(ERROR|WARNING)\b", printed), printed

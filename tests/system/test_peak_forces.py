@@ -1,4 +1,4 @@
-"""The peak force that a run tells does not depend on its communication step; nor do the numbers on pages on memory."""
+"""The peak force of a run does not depend on its communication step; pages state the forces of runs."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""The release command: what it says, checks and writes is the same each time."""
+"""The release command: reproducible notes, checks and archives."""
 
 import os
 import subprocess
@@ -31,9 +31,9 @@ def test_notes_are_those_of_the_version_or_unreleased(release):
 
 
 def test_the_changelog_has_notes_for_the_next_release(release):
-    said = release.notes((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), "next")
-    assert "\n## " not in said
-    assert said.count("\n- ") > 1
+    notes = release.notes((ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), "next")
+    assert "\n## " not in notes
+    assert notes.count("\n- ") > 1
 
 
 def test_an_archive_of_a_folder_depends_on_its_content_alone(release, tmp_path):

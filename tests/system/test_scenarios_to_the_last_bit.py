@@ -1,4 +1,4 @@
-"""All scenarios of the packs, of both flavours: continued they are what they are alone."""
+"""All scenarios of the packs, in both flavours: a continued run equals an uninterrupted one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The scenarios of touchdown end as they say: what falls, where it comes to rest, what whirls, and what recovers."""
+"""Touchdown scenarios have their stated outcomes: fall, rest, whirl and recovery."""
 
 from __future__ import annotations
 

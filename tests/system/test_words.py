@@ -1,4 +1,4 @@
-"""Words that say nothing about rotors, contact, control or FMI are rare in names, comments and docstrings."""
+"""Vague words are rare in names, comments and docstrings."""
 
 import re
 from pathlib import Path

@@ -93,8 +93,8 @@ def test_fraction_of_a_sample_is_a_hold_of_finer_steps(delay):
             k = K_A @ k + K_B[:, 0] * x[0]
             demands.append(u)
             ours = law.step_matrix @ ours
-        acting = (step - shift) // fine  # the newest demand that acts
-        x = A @ x + B[:, 0] * demands[200 + acting]
+        newest = (step - shift) // fine  # the newest demand that acts
+        x = A @ x + B[:, 0] * demands[200 + newest]
 
 
 def test_uncontrolled_bearing_diverges_faster_with_more_k_s():

@@ -29,7 +29,7 @@ def gain(k, time=None):
 
 
 def test_connected_parts_are_their_feedback():
-    """The sum that arrives at the mass is 1/(1 - k G) of what is injected there."""
+    """The total force on the mass is 1/(1 - k G) of the injected force."""
     whole = connected([part(MASS, "mass"), part(gain(-30.0), "spring")], {"mass.u": "spring.y", "spring.u": "mass.y"})
     G = control.ss(MASS.A, MASS.B, MASS.C, MASS.D)
     for s in (0.0, 3j, 20j + 1.0):
@@ -109,7 +109,7 @@ def test_disk_margin_of_one_loop_agrees_with_python_control():
 
 
 def test_disk_margin_does_not_depend_on_the_units_of_the_loops():
-    """Two loops that are coupled one way have the least margin of both, however large the coupling."""
+    """Two loops coupled in one direction have the smaller of both margins, for any coupling."""
     S = np.array([[0.5 + 1.0j, 1e4], [0.0, 2.0 - 0.5j]])[:, :, None]
     expected = 1.0 / max(abs(0.5 + 1.0j - 0.5), abs(2.0 - 0.5j - 0.5))
     assert disk_margin(S)[0] == pytest.approx(expected, rel=1e-3)

@@ -53,8 +53,8 @@ def plant():
 def derivatives(plant, unknowns, knowns):
     """J, shape (unknowns, knowns), a direction for each column."""
     slave, references = plant
-    requested = [references[name] for name in unknowns]
-    return np.array([slave.getDirectionalDerivative(requested, [references[name]], [1.0]) for name in knowns]).T
+    outputs = [references[name] for name in unknowns]
+    return np.array([slave.getDirectionalDerivative(outputs, [references[name]], [1.0]) for name in knowns]).T
 
 
 def test_derivatives_of_the_plant_are_its_linear_model_over_a_step(plant):
@@ -71,7 +71,7 @@ def test_derivatives_of_the_plant_are_its_linear_model_over_a_step(plant):
 
 
 def test_no_derivative_exists_where_contact_begins(plant):
-    """A blow that takes the journal to its retainer at the end of a step: what is harder rebounds."""
+    """An impulse that takes the journal to its retainer at the end of a step; with a larger one it rebounds."""
     slave, references = plant
     start, push, touching = slave.getFMUstate(), references["mb1.f_x"], references["contact_state"]
     low, high = 0.0, 1e8  # N

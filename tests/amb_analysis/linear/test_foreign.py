@@ -1,4 +1,4 @@
-"""FMUs of other makers: by their directional derivatives where these tell how they step, else by differences."""
+"""Foreign FMUs: linearised by directional derivatives if these determine a step, else by differences."""
 
 from __future__ import annotations
 

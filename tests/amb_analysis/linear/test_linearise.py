@@ -1,4 +1,4 @@
-"""The linear model of a compressor's loop against its co-simulation, and what a linear model is asked for."""
+"""The linear model of a compressor's loop against its co-simulation, and the arguments of `linearise`."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def fitted_poles(motion, order, rows=60):
 
 
 def test_poles_of_the_model_are_those_of_the_free_decay(compressor):
-    """All that are slow enough to be seen, to 1e-9 of their s = ln(z)/T, where 1e-6 was asked for."""
+    """All poles slow enough to be visible, to 1e-9 of their s = ln(z)/T, where 1e-6 is required."""
     model = model_of(compressor, FORCES, SHOWN)
     seen = np.array([pole for pole in model.poles() if abs(pole) > 0.9])
     assert len(seen) == 28
@@ -67,7 +67,7 @@ def test_poles_of_the_model_are_those_of_the_free_decay(compressor):
 
 
 def test_positive_force_and_current_move_the_rotor_towards_positive(compressor):
-    """Signs: what is injected in x of a bearing pushes its journal to +x, before the loop answers."""
+    """Signs: a signal injected in x of a bearing pushes its journal to +x, before the loop responds."""
     for name in ("rotor_contact.mb1.f_x", "amb_actuator.mb1.i_x"):
         model = model_of(compressor, [name], ["rotor_contact.mb1.x"])
         assert (model.C @ model.B)[0, 0] > 0.0

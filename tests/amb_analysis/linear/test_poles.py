@@ -86,8 +86,8 @@ def test_crossing_poles_are_followed_by_slope_and_sense_of_whirl():
 
 def test_a_pole_that_disappears_ends_its_track():
     both = Vibrations(np.array([10j - 0.1, 30j - 0.1]), np.array([1.0, 1.0]), STABLE)
-    item = Vibrations(both.poles[:1], both.senses[:1], STABLE)
-    assert followed([both, both, item, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]
+    single = Vibrations(both.poles[:1], both.senses[:1], STABLE)
+    assert followed([both, both, single, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]
 
 
 class DampedLeastBetweenSpeeds:

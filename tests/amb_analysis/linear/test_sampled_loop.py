@@ -1,4 +1,4 @@
-"""The model of the sampled loop: its parts in closed form. The whole is held against identification elsewhere."""
+"""The model of the sampled loop: its parts in closed form; other tests compare the whole with identification."""
 
 import math
 

@@ -16,21 +16,21 @@ from amb_cosim.scenario.scenario import as_scenario
 C = np.array([CLEARANCE])
 
 
-def about(Omega, N, mu, slope=0.0):
+def small_motion(Omega, N, mu, slope=0.0):
     return Dynamics(jeffcott(Omega), C, np.array([mu]), np.array([slope])).about((0,), np.array([N]), np.zeros(1))
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 @pytest.mark.parametrize("N", [0.0, 5.0, 40.0])
 def test_journal_swings_on_its_circle_with_the_closed_forms_rates(mu, N):
-    """On the circle b alone is free; Coriolis presses, and friction takes its share of that:
+    """On the circle only b is free; the Coriolis force presses, and friction is proportional to that:
 
     m b'' + (d + 2 mu m Omega) b' + (k - m Omega^2 + mu d Omega + (1 + mu^2) N/c) b = 0.
     """
     Omega = 1.5 * OWN
     spring = STIFFNESS - MASS * Omega**2 + mu * DAMPING * Omega + (1.0 + mu**2) * N / CLEARANCE
     expected = np.roots([MASS, DAMPING + 2.0 * mu * MASS * Omega, spring])
-    small = about(Omega, N, mu)
+    small = small_motion(Omega, N, mu)
     np.testing.assert_allclose(small.growth, expected.real.max(), rtol=1e-8)
     assert small.is_stable == (spring > 0.0)
     if expected[0].imag:
@@ -46,7 +46,7 @@ def test_friction_that_falls_with_slip_drives_the_swing_on_the_circle(slope):
     Omega, N, mu = 1.5 * OWN, 8000.0, 0.3
     spring = STIFFNESS - MASS * Omega**2 + mu * DAMPING * Omega + (1.0 + mu**2) * N / CLEARANCE
     damping = DAMPING + 2.0 * mu * MASS * Omega + slope * N
-    small = about(Omega, N, mu, slope)
+    small = small_motion(Omega, N, mu, slope)
     assert small.growth == pytest.approx(np.roots([MASS, damping, spring]).real.max(), rel=1e-8)
     assert small.is_stable == (damping > 0.0)
 
@@ -72,7 +72,7 @@ def test_of_two_contact_states_the_one_with_more_force_is_stable(mu):
     result = states_of((0,), at.R, np.array([mu]), C, at.P * u * Omega**2)
     assert len(result.points) == 2
     assert abs(at.P[0, 0] * u * Omega**2) < CLEARANCE
-    assert [about(Omega, N, mu).is_stable for N in np.sort(result.N[:, 0])] == [False, True]
+    assert [small_motion(Omega, N, mu).is_stable for N in np.sort(result.N[:, 0])] == [False, True]
 
 
 def test_free_rotor_has_its_own_eigenvalues():

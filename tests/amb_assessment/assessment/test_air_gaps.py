@@ -23,7 +23,7 @@ AIR_GAPS = ("air gap of amb_a", "air gap of amb_b")
 
 
 def blower(folder, clearance, in_planes=False):
-    """The blower with other retainers, in planes of their own or in those of the magnets."""
+    """The blower with other retainers, in separate planes or in those of the magnets."""
     shutil.copytree(BLOWER, folder, dirs_exist_ok=True)
     rotor = folder / "rotor.toml"
     text = (BLOWER / "rotor.toml").read_text(encoding="utf-8")
@@ -59,7 +59,7 @@ def test_the_nearest_stop_is_the_one_with_the_largest_used_share(tmp_path):
 
 
 def test_vibration_is_the_orbit_over_the_air_gap_that_is_nearer(tmp_path):
-    """With retainers of 2 mm the magnets of 0.4 mm decide at both bearings, with the orbits of a run of its own."""
+    """With retainers of 2 mm the magnets of 0.4 mm decide at both bearings, with the orbits of a separate run."""
     subject = blower(tmp_path, "2e-3")
     items = {item.where: item for item in vibration.answer(subject).measured}
     assert {where.split(" at ")[0] for where in items} == set(AIR_GAPS)

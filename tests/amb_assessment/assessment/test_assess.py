@@ -46,10 +46,10 @@ def test_unbalance_of_each_mode_has_its_place_and_sums_to_the_whole(compressor):
 
 def test_curves_of_decrement_and_frequency_of_a_mode_share_a_label(compressor):
     (part,) = (part for part in compressor.parts if part.key == "closed_loop")
-    frequency, damping = ([item for item in of.curves if item.style == "lines"] for of in part.answer.panels)
-    assert [item.name for item in damping] == [item.name for item in frequency[: len(damping)]]
-    for item in frequency:
-        assert float(item.name.split(" Hz ")[0]) == pytest.approx(item.y[-1], abs=0.5)
+    frequency, damping = ([curve for curve in of.curves if curve.style == "lines"] for of in part.answer.panels)
+    assert [curve.name for curve in damping] == [curve.name for curve in frequency[: len(damping)]]
+    for curve in frequency:
+        assert float(curve.name.split(" Hz ")[0]) == pytest.approx(curve.y[-1], abs=0.5)
 
 
 def test_linear_response_bounds_vibration_in_co_simulation(compressor):

@@ -1,4 +1,4 @@
-"""The number of threads of linear algebra changes no bit of what runs begin with: constants, currents, unbalance."""
+"""The number of BLAS threads changes no bit of the constants, currents and unbalance with which runs begin."""
 
 from pathlib import Path
 

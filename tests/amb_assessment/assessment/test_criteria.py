@@ -1,4 +1,4 @@
-"""Criteria are data: formulas, zones, sources; a wrong one says what is wrong."""
+"""Criteria as data: formulas, zones, sources, and errors that name the fault."""
 
 import math
 
@@ -112,12 +112,12 @@ def test_a_zone_ends_below_its_limit():
 
 
 @pytest.mark.parametrize(
-    ("value", "told"), [(100.04, "100.04 %"), (104.0, "104 %"), (99.99, "99.99 %"), (99.999, "100 %")]
+    ("value", "printed"), [(100.04, "100.04 %"), (104.0, "104 %"), (99.99, "99.99 %"), (99.999, "100 %")]
 )
-def test_a_value_that_misses_its_limit_is_not_rounded_to_it(value, told):
+def test_a_value_that_misses_its_limit_is_not_rounded_to_it(value, printed):
     """100 % (at most 100 %) would say that it is met; a value that meets it may be rounded to it."""
     (result,) = judge([Quantity("q", "here", value, "%")], [Criterion(**ABOUT, unit="%", limit="100")], {})
-    assert (result.verdict is Judgement.MISSED, result.value_text) == (value > 100.0, told)
+    assert (result.verdict is Judgement.MISSED, result.value_text) == (value > 100.0, printed)
 
 
 def test_a_quantity_in_another_unit_is_not_judged():

@@ -1,4 +1,4 @@
-"""A machine file says what is wrong with it, and what it refers to is relative to it."""
+"""Machine files: errors name the fault, and paths are relative to the file."""
 
 import math
 from pathlib import Path
@@ -178,10 +178,10 @@ def test_differential_drive_keeps_k_i_whatever_the_load():
     assert static_current_for(50.0, loaded, 2) == pytest.approx(2.0 * shift, rel=1e-6)
 
 
-@pytest.mark.parametrize(("given", "told"), [(22.0, False), (14.0, False), (22e3, True), (0.022, True)])
-def test_an_inductance_far_from_that_of_the_gap_warns_of_its_unit(given, told):
+@pytest.mark.parametrize(("given", "warns"), [(22.0, False), (14.0, False), (22e3, True), (0.022, True)])
+def test_an_inductance_far_from_that_of_the_gap_warns_of_its_unit(given, warns):
     result = inductance_doubt("left.x", given, 14.0)
-    assert [("inductance_x = " in line, "check its unit" in line) for line in result] == [(True, True)] * told
+    assert [("inductance_x = " in line, "check its unit" in line) for line in result] == [(True, True)] * warns
 
 
 @pytest.mark.parametrize("name", sorted(packaged_machines()))
@@ -193,6 +193,6 @@ def test_packaged_magnets_have_about_the_inductance_of_their_gap(name):
 
 
 def test_damping_is_judged_up_to_the_trip_speed_at_least():
-    """Below it nothing may vibrate, so that the least decrement would be met."""
+    """Below it no mode might be excited, so that the least decrement would be met."""
     with raises_naming(ValueError, "up_to", "1", "rad/s", "trip"):
         MachineFile(rotor="compressor", speed={"minimum": 100.0, "maximum": 200.0}, up_to="1 rad/s")

@@ -1,4 +1,4 @@
-"""The page as PDF: what a browser prints, and no half of a file where it fails."""
+"""The page as PDF: a browser prints it, and no partial file remains if it fails."""
 
 import sys
 

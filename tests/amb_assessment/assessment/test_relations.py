@@ -1,4 +1,4 @@
-"""What must not change a verdict: mirror, mesh, units, samples, speed range, twice the unbalance; and what must."""
+"""Changes without effect on a verdict (mirror, mesh, units, samples, speed range), and changes with a known effect."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ J = 0.5  # kg m^2
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_constant_friction_torque_stops_the_spin_after_j_omega_over_m(sense):
-    """J Omega' = -M: t = J Omega/M, of either sense of rotation; what was at the beginning does not count."""
+    """J Omega' = -M: t = J Omega/M, for either sense of rotation; the start of the run does not count."""
     speeds = 400.0 - 8.0 * TIMES
     speeds[:20] += 5.0
     on = coast_down(TIMES, sense * speeds, J, 0.0)
@@ -22,7 +22,7 @@ def test_constant_friction_torque_stops_the_spin_after_j_omega_over_m(sense):
 
 
 def test_gas_and_friction_share_the_energy_of_the_spin():
-    """J Omega' = -M - d Omega, integrated to standstill; the heat at the retainers is what the gas does not take."""
+    """J Omega' = -M - d Omega, integrated to standstill; the retainers take the heat that the gas does not."""
     M, d = 4.0, 0.1
 
     def still(t, y):

@@ -194,7 +194,7 @@ def test_speeds_below_the_operating_range_are_judged(expander):
 
 
 def test_a_low_gain_between_two_entries_of_a_table_is_judged(tmp_path):
-    """A law with 0.3 of its gain at 5,100 1/min alone, between two speeds of the grid, lets the rotor go there."""
+    """A law with 0.3 of its gain only at 5,100 1/min, between two speeds of the grid, loses the rotor there."""
     speeds = '[["0 rpm", -1.0], ["5000 rpm", -1.0], ["5100 rpm", -0.3], ["5200 rpm", -1.0], ["30000 rpm", -1.0]]'
     text = (BLOWER / "controller.toml").read_text(encoding="utf-8")
     (tmp_path / "scheduled.toml").write_text(text.replace("gain = -1\n", f"gain = {speeds}\n", 1), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Unbalance in runs and responses: all of it is placed, and the worst speed and fault decide, not those of a list."""
+"""Unbalance in runs and responses: its placement, and the worst speed and fault between those of a list."""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ ACROSS = ((0.216, 0.33, 0.156), (0.984, 0.87, 1.044))  # sensors beyond the node
 
 
 def expander(damping):
-    """The packaged expander with two overhung wheels, with its damping, or with what is assumed without any."""
+    """The packaged expander with two overhung wheels, with its own or with the assumed damping."""
     text = rotor_path("turbo_expander").read_text(encoding="utf-8")
     return text if damping else text.replace("[damping]\nmodal = 0.001\nrotating = 1.0\n", "")
 

@@ -1,4 +1,4 @@
-"""A machine whose magnets are those of a data sheet: their constants, under load too, and a rotor on a bench."""
+"""Machines with magnets from a data sheet: their constants, also under load, and a rotor on a test bench."""
 
 import math
 import tomllib

@@ -1,4 +1,4 @@
-"""A first design of a machine: its sizes, its files, and that it levitates, lands and is lifted off again."""
+"""First designs of machines: dimensions and files, levitation, landing and relevitation."""
 
 import math
 import tomllib

@@ -1,4 +1,4 @@
-"""Hides installed packages from a process, so that only what later joins `sys.path` is found."""
+"""Hides installed packages from a process, so that they are imported only from later entries of `sys.path`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from types import ModuleType
 def hide(*names: str) -> None:
     """Packages called `names` are no longer found on the present `sys.path`."""
     assert not set(names) & set(sys.modules), "loaded already"
-    present = list(sys.path)
+    searched = list(sys.path)
 
     class Finder:
         invalidate_caches = PathFinder.invalidate_caches
@@ -22,7 +22,7 @@ def hide(*names: str) -> None:
             name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
         ) -> ModuleSpec | None:
             if path is None and name in names:
-                path = [entry for entry in sys.path if entry not in present]
+                path = [entry for entry in sys.path if entry not in searched]
             return PathFinder.find_spec(name, path, target)
 
     sys.meta_path[sys.meta_path.index(PathFinder)] = Finder  # type: ignore[call-overload]

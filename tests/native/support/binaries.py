@@ -11,7 +11,7 @@ lief.logging.disable()
 
 @dataclass
 class Binary:
-    """The processor, names that are exported and imported, libraries, and the versions that are asked of those."""
+    """Processor, exported and imported names, libraries, and the required versions of these."""
 
     processor: str
     exports: set[str]

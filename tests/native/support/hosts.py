@@ -1,4 +1,4 @@
-"""The host in C: what it is given of an FMU, and what it answers to a program."""
+"""The host in C: its arguments for an FMU, and its answers to a program."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Answers = tuple[list[list[str]], str]  # the words of each line, and the log
 
 
 def binary_of(folder: Path, platform: str | None = None) -> tuple[Path, str, str]:
-    """Return library, guid and location of the resources of an extracted FMU, for this machine if nothing is said."""
+    """Return library, guid and location of the resources of an extracted FMU, by default for this machine."""
     from fmi_export.building.native.compiler import PLATFORMS, host_platform
 
     where = platform or host_platform()

@@ -144,7 +144,7 @@ class Slave:
         return self.call("SetDebugLogging", on, c_size_t(len(categories)), chosen)
 
     def reason(self) -> str:
-        """Why the last call was refused, as the FMU tells a host that asks."""
+        """Return why the last call was refused, as the FMU reports it on request."""
         text = c_char_p(b"nothing")
         assert self.call("GetStringStatus", 1, byref(text)) == OK
         return (text.value or b"").decode()
@@ -175,7 +175,7 @@ class Slave:
         return values
 
     def transfer(self, way: str, kind: str, references: Sequence[int] | None, values: list[Any] | None) -> int:
-        """Set or get values of a kind; what is got replaces the content of `values`. None is NULL with one thing."""
+        """Set or get values of a kind; values that are read replace those in `values`. None is NULL of length 1."""
         count, n_values = (1 if settings is None else len(settings) for settings in (references, values))
         wanted = None if references is None else (c_uint32 * max(count, 1))(*references)
         number = self.library.kinds[kind]

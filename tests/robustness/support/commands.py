@@ -1,4 +1,4 @@
-"""Runs command lines of `amb-cosim`, each in a process of its own with a time limit."""
+"""Runs command lines of `amb-cosim`, each in a separate process with a time limit."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-TIME = 3.0  # s after which a command is asked to end; a busy machine may need more
+TIME = 3.0  # s after which a command is stopped; a busy machine may need more
 GRACE = 60.0  # s that it then has: an FMU of flavour python compiles its kernels first, and cannot be stopped in that
 
 
 @dataclass(frozen=True)
 class Ended:
-    """How a command ended: exit code, or minus the number of a signal; `stopped` is whether it was asked to end.
+    """How a command ended: exit code, or minus the number of a signal; `stopped`: it was sent a signal.
 
     `duration` is in s.
     """
@@ -84,9 +84,9 @@ def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes], time
             time.sleep(0.002)
     duration = time.monotonic() - begin
     written = sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
-    said = [path.read_text(encoding="utf-8", errors="replace") if path.is_file() else "" for path in (output, errors)]
+    texts = [path.read_text(encoding="utf-8", errors="replace") if path.is_file() else "" for path in (output, errors)]
     new = tuple(name for name in written if name not in files or (folder / name).read_bytes() != files[name])
-    return Ended(os.waitstatus_to_exitcode(status), stopped, duration, said[0], said[1], new)
+    return Ended(os.waitstatus_to_exitcode(status), stopped, duration, texts[0], texts[1], new)
 
 
 def _code_of(arguments: Sequence[str]) -> int:

@@ -194,7 +194,7 @@ def argument_of(parameter: click.Parameter, chance: random.Random) -> str:
 
 
 def command_line(group: click.Group, chance: random.Random) -> list[str]:
-    """A command with arguments and options of its own, now and then with those of none."""
+    """Return a command with its arguments and options, at times with invalid ones."""
     words, command = chance.choice(list(commands_of(group)))
     line = list(words)
     for parameter in command.params:

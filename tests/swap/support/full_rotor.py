@@ -1,4 +1,4 @@
-"""The whole finite-element model of the rig's rotor, as a plain PythonFMU slave; nothing to touch, constant speed.
+"""The full finite-element model of the rig's rotor, as a plain PythonFMU slave; no contact, constant speed.
 
 State z = (q, q', c, s) with the spin c = cos theta, s = sin theta, held forces f and the unbalances u on the discs:
 
@@ -54,9 +54,9 @@ class FullRotor(Fmi2Slave):
         self.state[-2] = 1.0
 
     def do_step(self, current_time, step_size):
-        available = (self.values["Omega"], step_size, *(self.values[name] for name in self.unbalances))
-        if self.propagator is None or self.propagator[0] != available:
-            self.propagator = available, self._propagator(step_size)
+        arguments = (self.values["Omega"], step_size, *(self.values[name] for name in self.unbalances))
+        if self.propagator is None or self.propagator[0] != arguments:
+            self.propagator = arguments, self._propagator(step_size)
         forces = [self.values[name] for name in self.forces]
         self.state = self.propagator[1] @ np.concatenate([self.state, forces])
         self.values["theta"] = self.values["Omega"] * (current_time + step_size)
