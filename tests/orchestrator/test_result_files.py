@@ -1,4 +1,4 @@
-"""Files of results: what is read is what was written, and damage is found."""
+"""Result files: they are read back without loss, and damage is detected."""
 
 import json
 import random
@@ -11,16 +11,6 @@ from slow import slow_but_first
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.cosim.run.dataset import load, save
 from amb_cosim.results.result import Result
-from amb_cosim.results.summary import summarise
-
-
-def test_netcdf_round_trip_keeps_data_and_key_values(synthetic, tmp_path):
-    dataset = synthetic()
-    save(dataset, tmp_path / "result.nc")
-    again = load(tmp_path / "result.nc")
-    xr.testing.assert_identical(again, dataset)
-    assert summarise(again).as_dict() == summarise(dataset).as_dict()
-    assert [p.name for p in tmp_path.iterdir()] == ["result.nc"]
 
 
 @pytest.mark.slow

@@ -13,10 +13,6 @@ from tests.support.messages import raises_naming
 THESIS = json.loads((Path(__file__).parents[2] / "reference" / "thesis.json").read_text(encoding="utf-8"))
 
 
-def test_h_is_the_negative_left_inverse_of_the_receptance(receptance):
-    np.testing.assert_allclose(inverse_receptance(receptance) @ receptance, -np.eye(4), atol=1e-12)
-
-
 def test_h_solves_the_normal_equations(receptance):
     adjoint = receptance.conj().T
     expected = -np.linalg.solve(adjoint @ receptance, adjoint)
