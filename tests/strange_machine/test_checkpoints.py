@@ -172,7 +172,7 @@ def test_a_killed_run_resumes_with_the_same_bits(tmp_path, kills, first_seed):
     assert all(has_continued[k] for k, moment in enumerate([*moments, 0.0]) if k and moment >= 0.0), stderr_of_runs
     assert not any("starts from the beginning" in errors for errors in stderr_of_runs), stderr_of_runs
     (tmp_path / "whole").mkdir()
-    assert "goes on" not in killed_runs(tmp_path / "whole", CYCLES_FOR_A_KILL * (kills + 1), [], 0)[0]
+    assert "the run continues from" not in killed_runs(tmp_path / "whole", CYCLES_FOR_A_KILL * (kills + 1), [], 0)[0]
     result, whole = (amb_cosim.Result.load(folder / "out").dataset for folder in (tmp_path, tmp_path / "whole"))
     assert result.sizes == whole.sizes
     assert all(result[name].values.tobytes() == whole[name].values.tobytes() for name in whole)
