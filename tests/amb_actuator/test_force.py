@@ -135,7 +135,7 @@ def test_healthy_linear_laws_are_2_7_to_the_last_bit(x, i_c):
 
 @given(coils)
 def test_linear_law_has_the_static_pull_of_the_remaining_turns(c):
-    """At the centre: exact in the bias that is lost, linear in the control current (its square is left out)."""
+    """At the centre: exact in the lost bias, linear in the control current (its square is neglected)."""
     a, b = 5.57, 4.43
     k = current_stiffness(magnet_of(*TABLE_2_2)) / (2 * (a + b))
     n_u, n_l = c.upper_turns**2, c.lower_turns**2

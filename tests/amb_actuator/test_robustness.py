@@ -39,7 +39,7 @@ lengths = st.floats(1e-9, 10.0)
 
 
 def drive(parameters, inputs, lengths):
-    """Code of the fault that ended a case, or None. Outputs are checked all the time, and what the fault says."""
+    """Return the code of the fault that ended a case, or None; check all outputs and the message of the fault."""
     made = Instance(ACTUATOR, ACTUATOR_CONSTANTS)
 
     def put(values):

@@ -72,7 +72,7 @@ def test_poles_are_unstable_where_a_seal_drives_whirl_between_two_speeds(driven_
 
 
 def test_critical_speeds_of_the_loop_do_not_depend_on_the_range():
-    """A crossing is that of the loop, whose frequency of rotation and of vibration are equal there."""
+    """At a crossing the frequencies of rotation and of vibration of the loop are equal."""
     near, far = (
         [c.speed for c in studies.poles(COMPRESSOR, up_to=up_to, count=2, flavour="python").critical_speeds]
         for up_to in (330.0, 1100.0)

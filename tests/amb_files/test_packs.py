@@ -1,4 +1,4 @@
-"""Packs are found by entry points; a broken one is left out with a warning."""
+"""Packs are registered by entry points; a broken one is skipped with a warning."""
 
 import sys
 from importlib.metadata import EntryPoint

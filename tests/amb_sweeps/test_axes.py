@@ -1,4 +1,4 @@
-"""What a sweep varies, and the points that this makes."""
+"""Axes of a sweep, and the points that they span."""
 
 from __future__ import annotations
 

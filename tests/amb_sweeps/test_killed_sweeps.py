@@ -48,7 +48,7 @@ def undisturbed(small, cluster, tmp_path_factory):
 
 @pytest.fixture
 def moments(is_long: bool, first_seed: int) -> list[tuple[int, float]]:
-    """When a process is killed: a number of points in each of so many equal parts, and a delay (s)."""
+    """Return kill times: a number of points in each of `n` equal parts, and a delay (s)."""
     chance, n = random.Random(first_seed), 30 if is_long else 3
     return [(int(0.8 * POINTS * (k + chance.random()) / n), chance.uniform(0.0, 0.1)) for k in range(n)]
 

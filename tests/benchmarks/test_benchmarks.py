@@ -75,7 +75,7 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 
 
 def compared_with_baseline(scenario: str, until: str | None = None) -> dict[str, Any]:
-    """Return what differs between co-simulation and baseline, and what the run of a text or of a name contains."""
+    """Return the differences between co-simulation and baseline, and the data of the run of a text or a name."""
     from amb_cosim.cosim.run.options import RunOptions
     from amb_cosim.scenario.plan_run import plan_run
     from amb_cosim.scenario.scenario import load_scenario, parse_scenario

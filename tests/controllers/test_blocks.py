@@ -193,7 +193,7 @@ def deepest(controller, speed):
 
 
 def test_notch_follows_its_frequency_over_speed(tmp_path):
-    """At the points, between them, and beyond them, where the nearest holds."""
+    """At the speeds of the table, between them, and beyond them, where the nearest applies."""
     controller = linear_controller(written(tmp_path, content(NOTCH, prewarp=True)))
     assert list(controller.laws) == [0.0, 1000.0]
     for speed, expected in {0.0: 300.0, 500.0: 315.0, 1000.0: 330.0, 2000.0: 330.0}.items():

@@ -72,7 +72,7 @@ def test_h_infinity_law_attains_its_stated_norm(compare):
 
 
 def test_cross_feedback_reduces_the_gyroscopic_splitting(compare):
-    """Forward and backward tilting near 54 Hz, whose damping ratio is 0.69; without speed nothing is coupled."""
+    """Forward and backward tilting near 54 Hz, whose damping ratio is 0.69; at rest nothing is coupled."""
 
     def tilting(controller):
         result = studies.poles("compressor_levitated", controller=controller, up_to="9000 rpm", count=4)

@@ -200,7 +200,7 @@ def test_reading_a_mat_file_takes_no_more_memory_than_is_allowed(tmp_path, monke
 
 
 def test_the_reason_for_a_damaged_file_is_short(tmp_path):
-    """A wrong length of a name in an archive makes zipfile print so much of the file as a name."""
+    """With a wrong name length in an archive, zipfile prints that much of the file as a name."""
     path = tmp_path / "law.npz"
     np.savez(path, A=np.zeros((40, 40)), B=0.0, C=0.0, D=0.0)
     content = bytearray(path.read_bytes())

@@ -1,4 +1,4 @@
-"""A system of FMUs that are not this project's: two instances of one, wired by different names."""
+"""A system of foreign FMUs: two instances of a mass and a spring, connected by different names."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def system_file(foreign_fmus: Path, tmp_path: Path) -> Path:
 
 
 def run(path: Path, experiment: str = "", **settings: object) -> tuple[Outcome, xr.Dataset]:
-    """Outcome and data of a run by the compiled loop, which are those of the plain one."""
+    """Return outcome and data of a run by the compiled loop, after comparison with the plain one."""
     path.write_text(path.read_text(encoding="utf-8") + experiment, encoding="utf-8")
     compiled, plain = (amb_cosim.simulate(path, set=settings, loop=loop) for loop in ("compiled", "plain"))
     xr.testing.assert_equal(compiled.dataset, plain.dataset)

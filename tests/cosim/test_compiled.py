@@ -63,7 +63,7 @@ RECORDED = ("speed", "slope", "count", "a.0", "a.1", "a.2", "a.3", "c.3", "b.1")
 
 
 def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, keep=0, decimation=1, stops=()):
-    """The run of the plain loop and of the compiled one."""
+    """Return the runs of the plain and the compiled loop."""
     results = []
     for run in ("plain", "compiled"):
         trace, components = machines(every, answers)
@@ -267,7 +267,7 @@ def test_wall_time_starts_at_point_0():
 @pytest.mark.slow  # measures time
 @pytest.mark.skipif(sys.platform == "win32", reason="needs usleep")
 def test_other_threads_run_while_the_loop_does():
-    """The step is the C library's `usleep`, whose argument is the instance: no Python gets in during a block."""
+    """The step is the C library's `usleep`, whose argument is the instance: no Python runs during a block."""
     sleeper = CComponent("sleeper")
     entries = EntryPoints(3000, cast(CDLL(None).usleep, c_void_p).value, (), ())
     sleeper.entry_points = lambda: entries

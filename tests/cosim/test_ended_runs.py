@@ -63,7 +63,7 @@ def test_a_deviation_in_the_last_values_is_reported(verified, version):
 
 @pytest.mark.parametrize("kind", slow_but_first([1, 2]))
 def test_an_end_without_a_time_is_at_the_last_complete_step(verified, kind):
-    """The FMU has no answer, or 0 s, which is before the step that began at 0.2 s."""
+    """The FMU states no time, or 0 s, which is before the step that began at 0.2 s."""
     late = verified(2, AT_STEPS + "0.25,0.25,over\n", kind)
     assert not late.is_equal
     assert_names(late, "ended", "0.2 s", "0.25 s")

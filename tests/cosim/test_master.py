@@ -18,7 +18,7 @@ from tests.support.messages import assert_names, raises_naming
 
 
 class Block:
-    """A component y = output(x, u) with x' advanced by `advance`; it logs what happens to it."""
+    """A component y = output(x, u) with x' advanced by `advance`; it logs its calls."""
 
     def __init__(
         self,

@@ -109,7 +109,7 @@ def test_a_process_started_by_an_fmu_ends_with_the_run(run, hostile, monkeypatch
 
 @pytest.mark.parametrize("loop", ["compiled", "plain"])
 def test_an_fmu_that_returns_fatal_in_a_step_is_not_called_again(run, loop):
-    """It aborts at any further call, even at those that end it, as FMI allows none."""
+    """It aborts at any further call, including terminate and free, since FMI allows none."""
     result = run("fatal", loop=loop)
     assert (result.outcome.status, result.outcome.time) == ("failed", 0.005)
     assert "DoStep answered Fatal" in result.outcome.reason

@@ -40,7 +40,7 @@ SYSTEM = System(
 
 
 def replaced_system(**interfaces):
-    """The expanded system with other interfaces, and what they lack."""
+    """Return the expanded system with replaced interfaces, and the ports that they lack."""
     system = SYSTEM
     for name in interfaces:
         system = system.with_fmu(name, f"folder/{name}.fmu")

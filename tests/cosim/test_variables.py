@@ -164,7 +164,7 @@ def test_a_text_cannot_change_during_a_run(run, tmp_path):
     ],
 )
 def test_a_sample_time_not_in_seconds_sets_no_rate(fmu_from_c, tmp_path, declared, is_rate):
-    """The FMU takes no other steps than those of its rate, if it has one: every second step of 1 ms."""
+    """The FMU accepts only steps of its rate, if it has one: every second step of 1 ms."""
     text = DESCRIPTIONS[2].replace(' canHandleVariableCommunicationStepSize="true"', "")
     text = text.replace("<TypeDefinitions>", f"<UnitDefinitions>{UNITS}</UnitDefinitions><TypeDefinitions>")
     parameter = '<ScalarVariable name="sample_time" valueReference="8" causality="parameter" variability="fixed">'
@@ -187,7 +187,7 @@ def test_a_name_with_brackets_is_a_variable_and_no_pattern(fmu_from_c, tmp_path)
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_fault_code_of_a_foreign_fmu_is_an_ordinary_output(run, version):
-    """The FMU gives 1 there, as it would for a fault of an FMU of this project."""
+    """The output is 1, which would be a fault in an FMU of this project."""
     assert set(run(version)["one.fault_code"].values) == {1}
 
 

@@ -1,4 +1,4 @@
-"""The code of the pages runs, in an empty folder but for the files that a page takes for granted."""
+"""The code of the pages runs, in a folder with only the files that a page presupposes."""
 
 from __future__ import annotations
 

@@ -54,13 +54,13 @@ def _exists(name: str) -> bool:
 
 def test_source_files_named_in_texts_exist():
     ends = {"/" + file.relative_to(ROOT).as_posix() for file in _files()}
-    result = [(file, path) for file, path in _pointers(PATH) if path.endswith(CODE)]
-    assert len(result) > 20
-    assert [(file, path) for file, path in result if not any(end.endswith("/" + path) for end in ends)] == []
+    pointers = [(file, path) for file, path in _pointers(PATH) if path.endswith(CODE)]
+    assert len(pointers) > 20
+    assert [(file, path) for file, path in pointers if not any(end.endswith("/" + path) for end in ends)] == []
 
 
 def test_dotted_names_in_texts_exist():
-    result = {(file, name) for file, name in _pointers(NAME) if name not in FORMS}
-    assert len(result) > 50
-    exists = {name: _exists(name) for name in {name for _, name in result}}
-    assert sorted((file, name) for file, name in result if not exists[name]) == []
+    pointers = {(file, name) for file, name in _pointers(NAME) if name not in FORMS}
+    assert len(pointers) > 50
+    exists = {name: _exists(name) for name in {name for _, name in pointers}}
+    assert sorted((file, name) for file, name in pointers if not exists[name]) == []

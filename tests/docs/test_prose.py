@@ -107,8 +107,8 @@ def allowed(page: str, fault: str) -> bool:
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_page_is_written_plainly(page):
-    result = [f"line {passage.line}: {fault}" for passage in passages_of(page) for fault in faults(passage)]
-    assert "\n".join(fault for fault in result if not allowed(name_of(page), fault)) == ""
+    reported = [f"line {passage.line}: {fault}" for passage in passages_of(page) for fault in faults(passage)]
+    assert "\n".join(fault for fault in reported if not allowed(name_of(page), fault)) == ""
 
 
 def translated(passage: Passage) -> list[str]:
@@ -124,13 +124,13 @@ def translated(passage: Passage) -> list[str]:
 @pytest.mark.parametrize("package", PACKAGES, ids=name_of)
 def test_docstrings_and_messages_are_written_plainly(package):
     sources = sorted(package.rglob("*.py")) if package.is_dir() else [package]
-    result = [
+    reported = [
         f"{name_of(source)}, {fault}"
         for source in sources
         for passage in passages_of_source(source)
         for fault in translated(passage)
     ]
-    assert "\n".join(result) == ""
+    assert "\n".join(reported) == ""
 
 
 def test_faults_of_docstrings_and_messages_are_refused(tmp_path):
@@ -147,8 +147,8 @@ def test_faults_of_docstrings_and_messages_are_refused(tmp_path):
 def test_every_exception_is_needed(style_faults):
     for entry in RULES.get("allowed", []):
         assert entry["reason"]
-        result = [fault for passage in passages_of(ROOT / entry["page"]) for fault in faults(passage)]
-        assert any(entry["text"] in fault for fault in [*result, *style_faults[0][entry["page"]]]), entry["text"]
+        reported = [fault for passage in passages_of(ROOT / entry["page"]) for fault in faults(passage)]
+        assert any(entry["text"] in fault for fault in [*reported, *style_faults[0][entry["page"]]]), entry["text"]
 
 
 @pytest.mark.parametrize("sentence", RULES["refused"])

@@ -1,4 +1,4 @@
-"""What several processes need at the same time, one of them compiles."""
+"""Of several processes that need the same code, one compiles it."""
 
 from __future__ import annotations
 

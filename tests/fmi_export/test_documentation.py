@@ -1,4 +1,4 @@
-"""What an FMU holds for people: page, sketch, licences, icon."""
+"""Documentation in an FMU: page, sketch, licences, icon."""
 
 from __future__ import annotations
 

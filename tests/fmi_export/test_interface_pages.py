@@ -1,4 +1,4 @@
-"""Every model has a reference page of its interface, which is that of its FMU, word for word."""
+"""Every model has a reference page of its interface, which equals that of its FMU."""
 
 from pathlib import Path
 

@@ -50,7 +50,7 @@ def test_a_part_is_a_view():
 
 
 class Memory(NamedTuple):
-    """An array of numbers and one of records, as a function hands them to kernels."""
+    """An array of numbers and one of records, as a function passes them to kernels."""
 
     numbers: np.ndarray
     items: np.ndarray

@@ -184,7 +184,7 @@ def test_an_fmu_runs_again_after_the_folder_of_its_first_run_was_deleted(build_f
 
 
 def test_an_fmu_is_built_the_same_in_a_process_that_runs_it(build_fmu, lag, run_python, tmp_path):
-    """The FMU brings the PythonFMU that the process has then, without the libraries of which an FMU is made."""
+    """The FMU contains the PythonFMU of the process, without the libraries added to an FMU."""
 
     def host(path: str, folder: str) -> list:
         import sys

@@ -40,7 +40,7 @@ def test_a_dependency_on_a_variable_that_is_no_input_is_refused():
 
 
 def parts(count, initially_depends_on):
-    """A table with so many parts, each with a parameter `k`, and an output that initially depends on some of them."""
+    """A table with `count` parts, each with a parameter `k`, and an output that initially depends on some of them."""
     springs = repeated("springs", [(f"s{n}",) for n in range(count)], lambda n: [parameter(f"{n}.k", "N/m", "K", 1.0)])
     return interface(A, U, springs, output("y", "N", "A force", initially_depends_on=initially_depends_on))
 

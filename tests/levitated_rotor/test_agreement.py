@@ -82,20 +82,20 @@ def test_python_flavour_is_equal(
     assert result == run_python(step_through_contact, folder=extracted("fig4_9"))
 
 
-def over_steps(three: dict[str, Any], warnings: set[str], ends: list[int]) -> dict[str, list[float]]:
-    """Return what the outputs are at the ends of steps of several samples, from what they are at each sample."""
-    result = {}
-    for name, values in three.items():
+def over_steps(at_samples: dict[str, Any], warnings: set[str], ends: list[int]) -> dict[str, list[float]]:
+    """Return outputs at the ends of steps of several samples, from the outputs at each sample."""
+    outputs = {}
+    for name, values in at_samples.items():
         spans = [values[a + 1 : b + 1] for a, b in pairwise(ends)]
         if name.endswith(".impulse"):
-            result[name] = [sum(span.tolist()) for span in spans]
+            outputs[name] = [sum(span.tolist()) for span in spans]
         elif name.endswith(".f_n_mean"):
-            result[name] = [pytest.approx(np.mean(span), rel=1e-9) for span in spans]
+            outputs[name] = [pytest.approx(np.mean(span), rel=1e-9) for span in spans]
         elif name in warnings or name.endswith((".f_n_peak", ".solver.method")):
-            result[name] = [max(span) for span in spans]
+            outputs[name] = [max(span) for span in spans]
         else:
-            result[name] = [span[-1] for span in spans]
-    return result
+            outputs[name] = [span[-1] for span in spans]
+    return outputs
 
 
 @pytest.mark.parametrize("rollback", [False, True])

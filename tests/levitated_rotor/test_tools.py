@@ -50,7 +50,7 @@ def test_a_system_file_runs_the_assembled_fmu_alone(assembled: Callable[..., Pat
 
 @pytest.mark.slow
 def test_the_command_line_builds_the_assembled_fmu(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Flavour python takes no compiler; the options are those of a build of three."""
+    """Flavour python needs no compiler; the options are those of a build of three FMUs."""
     from amb_cosim.commands.cli import main
 
     monkeypatch.chdir(tmp_path)
@@ -68,7 +68,7 @@ def test_the_command_line_builds_the_assembled_fmu(monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.slow
 def test_fmi_3_gives_the_same_results(assembled: Callable[..., Path], tmp_path: Path) -> None:
-    """Through contact, in FMPy; what FMI 3.0 has as an array are the elements that FMI 2.0 has one by one."""
+    """Through contact, in FMPy; arrays of FMI 3.0 have the elements that are scalars in FMI 2.0."""
     import numpy as np
     from fmpy import read_model_description, simulate_fmu
 

@@ -104,7 +104,7 @@ def test_without_a_transfer_time_the_law_acts_at_once():
 
 
 def test_a_law_switched_on_has_its_full_gain_from_the_first_sample():
-    """What fades is the jump alone: a change of the signal has the whole gain at once."""
+    """Only the jump fades: a change of the signal has the full gain at once."""
     bench = Bench(single_axis(100.0), enable=0)
     bench.step([0.01])
     first = bench.step([0.01], enable=1)[0]

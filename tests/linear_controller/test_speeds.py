@@ -85,7 +85,7 @@ def test_a_single_law_has_no_range_of_speeds():
 
 
 def test_integrators_keep_their_value_when_the_speed_changes():
-    """Gains over speed, one integrator: the state is not touched."""
+    """Gains over speed with a common integrator, whose state is not changed."""
     laws = {speed: control.tf([gain, 100.0 * gain], [1.0, 0.0]) for speed, gain in ((100.0, 1.0), (300.0, 2.0))}
     bench = Bench(linear_controller(laws, names("y", 1), names("u", 1), T), Omega=100.0)
     bench.run(np.full((100, 1), 0.01))

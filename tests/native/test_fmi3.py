@@ -160,9 +160,9 @@ def test_the_description_is_valid_and_importable(name, tmp_path, lag, matrix):
     description = read_model_description(str(tmp_path), validate=True)
     assert validate_model_description(description) == []
     table = model.interface
-    result = [v for v in description.modelVariables if v.causality != "independent"]
-    assert sum(math.prod(int(d.start) for d in v.dimensions) for v in result) == len(table.variables)
-    for v in result:
+    variables = [v for v in description.modelVariables if v.causality != "independent"]
+    assert sum(math.prod(int(d.start) for d in v.dimensions) for v in variables) == len(table.variables)
+    for v in variables:
         first = table.variables[v.valueReference]
         assert (v.unit or "1", v.causality, v.variability) == (first.unit, first.causality, first.variability)
         if first.causality != "output":

@@ -25,7 +25,7 @@ def test_list_describes_a_scenario_or_suggests_the_nearest(runner):
 
 @pytest.mark.parametrize("arguments", [("list",), ("run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out")])
 def test_a_closed_pipe_ends_a_command_silently(tmp_path, arguments):
-    """As `head -1` does; what a run has recorded is written before."""
+    """As `head -1` closes the pipe; the record of a run is written before."""
     with subprocess.Popen(
         [*COMMAND, *arguments], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:

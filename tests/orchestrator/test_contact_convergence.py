@@ -22,9 +22,9 @@ def cases():
 @pytest.mark.parametrize(("rotor", "modes"), [("bath_rig_thesis", [2, 8]), ("bath_rig", [10, 40])])
 def test_modes_are_halved_and_doubled(cases, rotor, modes):
     """A rotor condensed to six planes has four shapes beyond the rigid motions of a plane."""
-    result = [case for case in cases(rotor) if case.varied == "modes"]
-    assert [case.value for case in result] == modes
-    for case in result:
+    varied = [case for case in cases(rotor) if case.varied == "modes"]
+    assert [case.value for case in varied] == modes
+    for case in varied:
         model = reduced_rotor(load_rotor(case.scenario.rotor)).model
         residual = model.size // 2 - 2 - case.value
         assert 0 <= residual <= len(model.translations) == 4

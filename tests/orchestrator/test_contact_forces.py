@@ -21,7 +21,7 @@ SILENT = {f"{site}.{name}": np.zeros(N) for site in PLACES.sites for name in ("f
 
 
 def table(values, found=PLACES, every=1, **parameters):
-    """A run of 20 ms at 20 kHz, 2 cycles, of which every so many samples were recorded."""
+    """Return a run of 20 ms at 20 kHz, 2 cycles, in which every `every`-th sample is recorded."""
     time = H * np.arange(N)[::every]
     settings = {"catcher.clearance": CLEARANCE, "seal.clearance": CLEARANCE} | parameters
     return SignalTable(
@@ -44,7 +44,7 @@ def whirl(radius):
 
 
 def moving(bearing, site):
-    """The rotor whirls with one radius at the bearing and with another one in its retainer."""
+    """The rotor whirls with different radii at the bearing and in its retainer."""
     (x, y), (x_s, y_s), (x_t, y_t) = whirl(bearing), whirl(site), whirl(5e-5)
     return SILENT | {
         "drive_end.x": x,

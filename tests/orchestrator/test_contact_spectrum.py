@@ -13,7 +13,7 @@ VALID_TO = 1000.0  # rad/s; the sampling of 5000 per second shows up to 15708 ra
 
 @pytest.fixture
 def pressed(synthetic):
-    """A run with a given force on RB1, of a rotor that is accurate to VALID_TO."""
+    """A run with a prescribed force on RB1, of a rotor that is accurate up to VALID_TO."""
 
     def make(force, valid_to=VALID_TO):
         dataset = synthetic()

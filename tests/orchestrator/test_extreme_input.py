@@ -1,4 +1,4 @@
-"""Numbers, units and files beyond all measure end with one message, quickly."""
+"""Extreme numbers, units and files end with one message, quickly."""
 
 import os
 

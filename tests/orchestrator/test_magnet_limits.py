@@ -1,4 +1,4 @@
-"""What magnets can do at most, against the actuator's own force law."""
+"""Largest forces of magnets, against the force law of the actuator."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def test_figures_that_cannot_be_drawn_are_refused(synthetic):
 
 
 def test_vertical_is_vertical_in_orbits(synthetic):
-    """Gravity at 225 degrees, halfway between -x and -y: what moves along x moves to the upper right."""
+    """Gravity at 225 degrees, halfway between -x and -y: motion along x is to the upper right."""
     dataset = synthetic(parameters=synthetic().attrs["parameters"].replace('{"rotor_contact": {', GRAVITY))
     dataset["rotor_contact.mb1.x"] = ("time", np.linspace(0.0, 5e-4, dataset.sizes["time"]))
     dataset["rotor_contact.mb1.y"] = dataset["rotor_contact.mb1.x"] * 0.0

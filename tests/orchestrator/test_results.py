@@ -77,7 +77,7 @@ def test_a_rotor_that_never_touched_counts_as_recovered(synthetic):
 
 
 def free_of_contact(dataset, begin=0.0, end=np.inf):
-    """The run without what it touches within cycles [begin, end)."""
+    """Return the run without contact within cycles [begin, end)."""
     for name in ("contact_state", "rb1.mode", "rb2.mode", "rb1.impulse", "rb2.impulse"):
         set_within(dataset, name, (begin, end), 0)
     return dataset

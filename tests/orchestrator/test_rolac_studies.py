@@ -31,14 +31,14 @@ def responses(k_b: str = "1e6 N/m", c_b: str = "5000 N.s/m") -> np.ndarray:
 
 @pytest.mark.parametrize("k_b", [1e6, 2e6])
 def test_slow_force_at_a_bearing_deflects_only_that_bearing(k_b):
-    """Two bearings carry the rotor statically determinately, and the force at one is its own reaction."""
+    """Two bearings support the rotor statically determinately, so that a force at one is carried by that one."""
     slow = responses(k_b=f"{k_b} N/m")[0]
     assert slow[[S5, S3], [MB1, MB2]].real == pytest.approx(1.0 / k_b, rel=0.04)
     assert np.abs(slow[[S3, S5], [MB1, MB2]]).max() < 0.01 / k_b
 
 
 def test_largest_receptance_does_not_depend_on_the_range_of_speeds():
-    """Weak damping makes a peak sharper than the distance of the speeds; the wide range has a third of them there."""
+    """Weak damping makes a peak narrower than the spacing of speeds; the wide range has a third of the points there."""
     narrow, wide = (studies.receptance(up_to=f"{top} Hz", c_b="20 N.s/m") for top in (50, 150))
     within = wide.speeds <= 50.0
     largest = [np.abs(of).max(axis=0) for of in (narrow.receptance, wide.receptance[within])]
@@ -71,7 +71,7 @@ def inverse() -> InverseReceptance:
 
 
 def test_full_step_with_the_exact_h_leaves_no_force(inverse):
-    """H R = -I: the force that H answers a vibration with is against the one that causes it."""
+    """H R = -I: the force of H opposes the force that causes the vibration."""
     product = inverse.h @ receptance(2.0 * np.pi * inverse.speeds)
     np.testing.assert_allclose(product, np.broadcast_to(-np.eye(4), product.shape), atol=1e-10)
 
@@ -108,7 +108,7 @@ def test_last_unit_in_a_list_of_unbalances_applies_to_all():
 
 
 def test_statistics_count_runs_that_recover_with_or_without_contact(monkeypatch, runner, check_picture, tmp_path):
-    """Of four instants one run never touches, one is free after 3 cycles, one after 9, one never."""
+    """Of four runs one never touches, two are free after 3 and 9 cycles, and one never recovers."""
     last = {5.0: (True, None), 5.25: (True, 8.25), 5.5: (True, 14.5), 5.75: (False, 60.0)}
     row_of = recovery_trials.row_of
     simulated = lambda trials, progress: [row_of(trial, *last[trial.cycle]) for trial in trials]  # noqa: E731

@@ -1,4 +1,4 @@
-"""What imports and commands load: the import of one heavy package takes longer than a run."""
+"""Modules loaded by imports and commands: importing a heavy package takes longer than a run."""
 
 import json
 import sys

@@ -15,7 +15,7 @@ COMPRESSOR = "compressor_levitated"
 
 
 def test_unbalance_is_compared_with_the_clearance_of_each_place():
-    """Three bearings with retainers, a seal of another clearance, and shaft ends where nothing can be touched."""
+    """Three bearings with retainers, a seal of another clearance, and shaft ends without a site."""
     names, nodes, gaps = ("rb1", "seal1", "rb2", "rb3"), (2, 6, 12, 24), (0.2e-3, 0.35e-3, 0.2e-3, 0.25e-3)
     sites = tuple(Site(n, node, gap) for n, node, gap in zip(names, nodes, gaps, strict=True))
     result = studies.unbalance_response(machine(sites=sites).on_equal_bearings(2e7, 2e4), unbalance="1 g.m")
@@ -57,10 +57,10 @@ def test_loop_without_magnetic_bearings_has_no_sensitivity():
 @pytest.mark.slow
 def test_orders_of_the_master_are_compared_on_any_scenario():
     """A compressor's loop is faster than the rig's: in Jacobi order it needs shorter steps than 50 us."""
-    result = {(row.order, round(1e6 * row.step)): row for row in studies.coupling(COMPRESSOR).rows}
-    assert result["Gauss-Seidel", 20].deviation < 1e-4
-    assert result["Jacobi", 50].outcome == "trapped"
-    assert result["Jacobi", 10].deviation == pytest.approx(2.5 * result["Jacobi", 4].deviation, rel=0.3)
+    row_of = {(row.order, round(1e6 * row.step)): row for row in studies.coupling(COMPRESSOR).rows}
+    assert row_of["Gauss-Seidel", 20].deviation < 1e-4
+    assert row_of["Jacobi", 50].outcome == "trapped"
+    assert row_of["Jacobi", 10].deviation == pytest.approx(2.5 * row_of["Jacobi", 4].deviation, rel=0.3)
 
 
 def test_a_response_needs_a_stable_loop():

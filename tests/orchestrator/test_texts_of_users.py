@@ -1,4 +1,4 @@
-"""Files as editors save them, and names as users write them: read and printed as they are."""
+"""Files with byte order marks, and names with brackets and colons: read and printed unchanged."""
 
 import codecs
 import subprocess

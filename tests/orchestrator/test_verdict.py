@@ -93,7 +93,7 @@ def test_rotor_with_power_in_a_single_axis_can_be_unstable(synthetic):
 
 
 def test_rotor_without_power_that_never_touches_is_not_levitated(synthetic):
-    """A passive bearing holds it: it is free, also if its orbit grows after the loss of power."""
+    """A passive bearing supports it: it is free, even if its orbit grows after the loss of power."""
     assert summarise(without_power(free_of_contact(synthetic()))).verdict.word == "free"
     assert summarise(growing(without_power(free_of_contact(synthetic())))).verdict.word == "free"
 

@@ -61,7 +61,7 @@ def test_small_vibration_beside_a_large_synchronous_one_is_detected(make):
 
 @pytest.mark.parametrize("frequency", [49.0, 51.5, 56.0, -3.0])
 def test_the_lobe_of_a_vibration_near_the_spin_is_not_a_second_one(make, frequency):
-    """Lines are 4 Hz apart: the lobe of a vibration of 49 Hz reaches lines that count as apart from 50 Hz."""
+    """Lines are 4 Hz apart: the lobe of a vibration of 49 Hz reaches lines that count as separate from 50 Hz."""
     run = make(lambda t: whirl(0.3e-3, 1.0 / PERIOD)(t) + whirl(0.1e-3, frequency)(t) + whirl(5e-6, -27.0)(t))
     spectra = studies.waterfall(run, window=0.25)
     result = spectra.bearings["mb1"]

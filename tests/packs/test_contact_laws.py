@@ -1,4 +1,4 @@
-"""The study of the classical contact laws: closed forms of one blow, energy, agreement with the plant, bad input."""
+"""The study of classical contact laws: closed forms of an impact, energy, agreement with the plant, bad input."""
 
 from __future__ import annotations
 

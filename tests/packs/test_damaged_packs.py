@@ -1,4 +1,4 @@
-"""A pack with a mistake takes nothing else with it."""
+"""A pack with an error does not affect other packs."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def judged(create_once):
 
 
 def is_still(ours, then) -> bool:
-    """Whether a value is what it was; the list has two digits of it."""
+    """Return whether a value is unchanged; the list has two of its digits."""
     if isinstance(then, list):
         return all(map(is_still, ours, then))
     return ours == then if isinstance(then, str) else ours == pytest.approx(then, rel=0.03, abs=0.01)

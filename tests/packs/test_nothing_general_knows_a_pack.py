@@ -68,10 +68,10 @@ def files() -> list[Path]:
 
 
 def test_no_general_file_names_content_of_a_pack():
-    result = {str(file.relative_to(ROOT)): named(file.read_text(encoding="utf-8")) for file in files()}
-    assert len(result) > 300
-    assert {name: words for name, words in result.items() if words and name not in REASONS} == {}
-    assert [name for name in REASONS if not result[name]] == []
+    words_in = {str(file.relative_to(ROOT)): named(file.read_text(encoding="utf-8")) for file in files()}
+    assert len(words_in) > 300
+    assert {name: words for name, words in words_in.items() if words and name not in REASONS} == {}
+    assert [name for name in REASONS if not words_in[name]] == []
 
 
 def test_no_general_file_names_a_scenario_or_rotor_of_a_pack():
@@ -82,8 +82,8 @@ def test_no_general_file_names_a_scenario_or_rotor_of_a_pack():
     names = {file.stem for folder in packs().values() for file in folder.glob("[rs]*/*.toml") if "_" in file.stem}
     names -= {"compressor_levitated", "turbo_expander", "run_up", "run_down"}
     words = re.compile(rf"\b({'|'.join(sorted(names))})\b")
-    result = {str(file.relative_to(ROOT)): words.findall(file.read_text(encoding="utf-8")) for file in files()}
-    assert {name: of for name, of in result.items() if of} == {}
+    words_in = {str(file.relative_to(ROOT)): words.findall(file.read_text(encoding="utf-8")) for file in files()}
+    assert {name: of for name, of in words_in.items() if of} == {}
 
 
 def helps() -> dict[str, str]:
@@ -96,10 +96,10 @@ def helps() -> dict[str, str]:
     packs.packs = dict
 
     def collect(command: click.Command, path: str) -> dict[str, str]:
-        result = {path: command.get_help(click.Context(command, info_name=path))}
+        texts = {path: command.get_help(click.Context(command, info_name=path))}
         for name in command.list_commands(click.Context(command)) if isinstance(command, click.Group) else ():
-            result |= collect(command.get_command(click.Context(command), name), f"{path} {name}")
-        return result
+            texts |= collect(command.get_command(click.Context(command), name), f"{path} {name}")
+        return texts
 
     return collect(main, "amb-cosim")
 

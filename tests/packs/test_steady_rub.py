@@ -73,9 +73,14 @@ def test_trapped_rotor_rubs_with_the_forces_of_its_single_state(rig):
     """
     at = rig.receptances(rig.Omega)
     r = (at.P @ rig.unbalance * rig.Omega**2)[None]
-    result = {contact: states_of(contact, at.R, np.zeros(2), rig.c, r) for contact in all_sets(2)}
-    assert {contact: len(states.points) for contact, states in result.items()} == {(): 0, (0,): 0, (1,): 0, (0, 1): 1}
-    state = result[0, 1]
+    states_in = {contact: states_of(contact, at.R, np.zeros(2), rig.c, r) for contact in all_sets(2)}
+    assert {contact: len(states.points) for contact, states in states_in.items()} == {
+        (): 0,
+        (0,): 0,
+        (1,): 0,
+        (0, 1): 1,
+    }
+    state = states_in[0, 1]
     none = np.zeros(2)
     small = Dynamics(rig.loop(rig.Omega), rig.c, none, none).about((0, 1), state.N[0], state.psi[0])
     assert small.is_stable
@@ -102,7 +107,7 @@ def test_smallest_freeing_currents_just_remove_all_contact_states(rig):
 
 
 def test_smallest_demand_is_below_that_of_the_smallest_injection(rig):
-    """Less of the feedback's own currents is left where injected ones are not the smallest."""
+    """The feedback demands less current if the injected currents are not the smallest."""
     least = smallest_demand(rig, rig.Omega, np.array([4.43, 4.43]))
     added = np.array(list(least.injected.values()))
     assert [state.contact for state in states_at(rig, rig.Omega, added)] == [()]

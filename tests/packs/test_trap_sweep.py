@@ -44,7 +44,7 @@ def run_of(Omega, u, is_knocked, time):
 
 
 def end_of(Omega, u, is_knocked):
-    """Return what a run ends in, free, steady, settling, unsteady or failed, and its mean forces (N)."""
+    """Return the ending of a run (free, steady, settling, unsteady or failed) and its mean forces (N)."""
     for time in TIMES:
         t, N, status = run_of(Omega, u, is_knocked, time)
         if status != "completed":
@@ -60,7 +60,7 @@ def end_of(Omega, u, is_knocked):
 
 
 def agrees(rig, Omega, u, is_knocked):
-    """Return whether the map has what a run ends in."""
+    """Return whether the map has the state in which a run ends."""
     states = states_at(replace(rig, unbalance=np.array([u, *np.zeros(5)], dtype=complex)), Omega)
     free = any(not state.contact for state in states)
     traps = [state for state in states if state.contact and state.small.is_stable]
@@ -77,5 +77,5 @@ def test_runs_end_in_states_of_the_map(is_long):
     """Every run, or every tenth, spread over speed and unbalance."""
     rig, every = rubbing_rotor(plan_run(as_scenario("fig5_6_pid", None))), 1 if is_long else 10
     chosen = [(i, j) for i in range(len(SPEEDS)) for j in range(len(AMOUNTS)) if (i + 3 * j) % every == 0]
-    result = [agrees(rig, float(SPEEDS[i]), float(AMOUNTS[j]), (i + j) % 2 == 0) for i, j in chosen]
-    assert sum(result) >= 0.95 * len(result)
+    agreement = [agrees(rig, float(SPEEDS[i]), float(AMOUNTS[j]), (i + j) % 2 == 0) for i, j in chosen]
+    assert sum(agreement) >= 0.95 * len(agreement)

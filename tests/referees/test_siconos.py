@@ -136,7 +136,7 @@ def forces(cases: list[RubbingCase]) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.2, 0.3])
 def test_forces_and_modes_of_sustained_contact(mu: float, siconos: Siconos) -> None:
-    """Sites that cannot roll slide, also where that depends on what the other site does."""
+    """Sites that cannot roll slide, also if that depends on the mode of the other site."""
     pairs = [(SLIDES, SLIDES), (SLIDES, ROLLS), (ROLLS, ROLLS)] if mu else [(SLIDES, SLIDES)]
     cases = [pressed(seed, mu, modes) for modes in pairs for seed in range(10, 50)]
     theirs = in_one_step(siconos, cases, INSTANT)[1] / INSTANT

@@ -42,7 +42,7 @@ def siconos_data(model: TwoBodies) -> dict[str, np.ndarray]:
 
 @pytest.mark.parametrize("e", [0.0, 0.4])
 def test_frictionless_bodies_move_as_in_siconos(e: float, siconos: Siconos) -> None:
-    """Bounces that end leave 1e-8 m, since each code cuts off the last of them in its own way."""
+    """The last bounces, which each code truncates differently, leave 1e-8 m."""
     model = replace(MOUNTED, restitution=e)
     h, points = 1e-3, 40
     answer = siconos("from_event_to_event", h=h, points=points, tolerance=1e-9, **siconos_data(model))

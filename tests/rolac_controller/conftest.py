@@ -35,7 +35,7 @@ def discrete_plant() -> Callable[..., Plant]:
 
 @pytest.fixture
 def speed_of() -> Callable[[float], float]:
-    """Speed (rad/s) at which a revolution takes so many samples at 4 kHz."""
+    """Return the speed (rad/s) at which a revolution has that many samples at 4 kHz."""
     return lambda samples: 2.0 * math.pi / (samples * 250e-6)
 
 
@@ -81,7 +81,7 @@ def responding(
 
 @pytest.fixture
 def adapting(receptance: Complex, speed_of: Callable[[float], float]) -> Callable[..., Bench]:
-    """Makes a controller whose ROLAC has adapted for some revolutions to a vibration that does not heed its force."""
+    """Make a controller whose ROLAC has adapted for some revolutions to a vibration independent of its force."""
 
     def make(revolutions: int = 3, **parameters: float) -> Bench:
         b = Bench(pack([1.0], [receptance]), Omega=speed_of(SAMPLES), rolac_enable=1.0, **parameters)

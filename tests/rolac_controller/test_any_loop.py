@@ -34,7 +34,7 @@ def random_receptance(loop, seed=3):
 
 @loops
 def test_pid_brings_a_mass_on_every_axis_to_the_centre(loop):
-    """Each axis holds a mass that its bearing pulls away with K_s; the sensors of its feedback alone show it."""
+    """Each axis supports a mass that its bearing destabilises with K_s; only the sensors of its feedback measure it."""
     machine = Bench(loop=loop)
     k_s = machine[f"{loop.bearings[0]}.k_s_x"]
     at = [loop.sensor_names.index(axis.sensor) for axis in loop.axes]
@@ -54,7 +54,7 @@ def test_pid_brings_a_mass_on_every_axis_to_the_centre(loop):
 
 @loops
 def test_rolac_settles_at_the_least_squares_optimum(loop):
-    """The plant is Q = Q_0 + R U at once; the optimum is numpy's."""
+    """The plant is Q = Q_0 + R U without delay; the optimum is that of NumPy."""
     R = random_receptance(loop)
     Q_0 = 1e-4 * np.exp(1j * np.arange(loop.shape[0]))
     table = pack(loop, [1.0], [R])
@@ -71,7 +71,7 @@ def test_rolac_settles_at_the_least_squares_optimum(loop):
 
 @loops
 def test_identification_finds_the_receptance_of_its_rotor(loop):
-    """A slot for each axis and two idle ones; the plant follows held forces at once."""
+    """A slot for each axis and two idle ones; the plant follows held forces without delay."""
     rng = np.random.default_rng(5)
     gain = 1e-6 * rng.normal(size=loop.shape)
     machine = Bench(loop=loop, pid=False, sample_time=1.0 / 300.0, Omega=2.0 * math.pi * 15.0)

@@ -162,7 +162,7 @@ def test_no_value_of_the_scratch_array_carries_over_between_samples(bench, recep
 
 @st.composite
 def histories(draw):
-    """Parameters, and pieces of time in which inputs jump to anything that is allowed."""
+    """Parameters, and intervals in which inputs jump to any allowed value."""
     parameters = {
         "sample_time": draw(st.sampled_from([250e-6, 1e-3, 0.02])),
         "rolac.mode": draw(st.integers(0, len(MODES.items) - 1)),

@@ -80,7 +80,7 @@ def test_force_fades_with_the_rate_of_its_parameter(running):
 
 
 def test_rolac_resumes_from_the_faded_force(running):
-    """In the end it is as large as it would have been, less the adaptation that was missed and what faded."""
+    """The final force is as large as without the pause, less the missed adaptation and the faded part."""
     b = running()
     growth = np.abs(b.forces()).max() / (9 * SAMPLES)  # per sample; the signal does not heed the force
     b["rolac_enable"] = 0.0

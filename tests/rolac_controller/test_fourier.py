@@ -160,7 +160,7 @@ def test_growing_amplitude_is_shown_as_its_mean_over_the_revolution(bench, speed
 
 @kernel
 def run_long(window, harmonics, Q, sensors, delta, samples):
-    """A large signal for all but the last revolutions, then a small tone; whole run in one call."""
+    """A large signal until the last revolutions, then a small tone; the whole run in one call."""
     theta = 0.0
     for n in range(samples):
         size = 0.05 if n < samples - 500 else 1e-6
@@ -184,7 +184,7 @@ def test_millions_of_samples_leave_no_drift(samples):
 
 
 def test_a_signal_that_has_left_the_window_has_no_effect():
-    """No rounding of the large one shows in the small one, also after the angle has jumped."""
+    """No rounding error of the large signal remains in the small one, even after a jump of the angle."""
     window, sensors, harmonics = empty_window(), np.zeros(N_SENSORS), harmonics_of((1, 3))
     Q = np.ones((N_HARMONICS, N_SENSORS), dtype=complex)
     for n in range(700):
@@ -292,7 +292,7 @@ def test_angle_after_days_of_rotation_is_accurate_enough(bench, speed_of):
 
 
 def test_noise_on_the_angle_of_a_slow_rotor_does_not_break_the_window(bench, speed_of):
-    """The angle may even step back between samples; the revolution stays one revolution."""
+    """The angle may even step back between samples; the length of the revolution is unchanged."""
     rng = np.random.default_rng(3)
     b = bench(Omega=speed_of(700))
     for n in range(3000):

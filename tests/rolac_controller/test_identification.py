@@ -182,7 +182,7 @@ def test_noise_of_the_rig_changes_the_receptance_by_less_than_a_percent(bench):
 
 
 def test_rolac_uses_the_identified_table(tested):
-    """From no table at all to the least-squares optimum, in one run."""
+    """From an empty table to the least-squares optimum, in one run."""
     b, plant = tested(rolac__alpha=2.0)
     b["identify"] = 1.0
     b["rolac_enable"] = 1.0
@@ -253,7 +253,7 @@ def test_a_request_starts_a_single_identification(tested):
 
 
 def fails(b, plant, expected, before=2 * SLOT):
-    """The identification fails for a reason, and leaves the table as it was."""
+    """Check that the identification fails with a reason and leaves the table unchanged."""
     rows = b["table_rows"]
     for _ in range(6 * SLOT - before + 2):
         plant.run(b, 1)
@@ -308,7 +308,7 @@ def test_dependent_forces_fail_with_a_large_condition_number(tested, discrete_pl
 
 
 def test_identification_of_a_plant_without_response_fails(tested, discrete_plant):
-    """What seems to be an answer is no larger than what changed without a force."""
+    """The apparent response is no larger than the change without a force."""
     plant = discrete_plant()
     plant.b[:] = 0.0
     b, plant = tested(plant=plant)

@@ -53,7 +53,7 @@ def settled(b, rotor, seconds, K0, K1):
 
 
 def run(bench, rotor, mode, seconds=2.0):
-    """A controller in that mode on the rotor, and what it has settled to."""
+    """Return a controller in that mode on the rotor, after settling, and its steady values."""
     values = {name.replace("__", "."): value for name, value in GAINS.items()}
     receptance = identified_receptance(zoh_response(*rotor, OMEGA, H), OMEGA, values)
     b = bench(pack([OMEGA], [receptance]), Omega=OMEGA, rolac__mode=mode, **GAINS)
@@ -77,7 +77,7 @@ def test_force_rejection_removes_the_synchronous_force_of_the_bearing(bench, rot
 
 
 def test_rate_is_alpha(bench, rotor):
-    """The synchronous current of the PID falls to exp(-alpha t), apart from the mean over the last revolution."""
+    """The synchronous current of the PID decays as exp(-alpha t), apart from the mean over the last revolution."""
     _, early, _ = run(bench, rotor, NOTCH, 0.55)
     _, late, _ = run(bench, rotor, NOTCH, 0.75)
     rate = -np.log(np.abs(late) / np.abs(early)) / 0.2

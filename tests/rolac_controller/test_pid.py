@@ -68,7 +68,7 @@ DIRECT = {"pid__direct": 1, "mb1__k_p_x": 1e6 + BEARING_K_S}
     ids=["K_b", "setpoint", "integral", "integral and setpoint", "direct gains"],
 )
 def test_closed_bearing_deflects_by_load_over_net_stiffness(bench, parameters, load, setpoint, rests_at):
-    """The compensation of K_s holds a rotor off its centre without a force, or else an integral does."""
+    """The compensation of K_s, or the integral, holds a rotor off its centre."""
     x = levitate(bench, 250e-6, 2.0 if parameters else 0.6, load=load, setpoint=setpoint, **parameters)
     assert x[-1] == rests_at
     assert np.ptp(x) > 5e-5

@@ -53,7 +53,7 @@ def test_error_of_the_prediction_is_that_of_the_curvature(bench):
 
 
 def test_the_synchronous_force_is_predicted(bench, receptance):
-    """After some turns of a steady orbit, the forces are those of a controller that is given what will be there."""
+    """After some turns of a steady orbit, the forces equal those of a controller with the future displacement."""
     h, p = T / 5, 0.4 * T
     table = pack([50.0, 400.0], [receptance, receptance])
     result = []

@@ -83,7 +83,7 @@ def test_empty_table_has_no_h():
 
 @given(st.lists(st.tuples(st.integers(1, 3), st.floats(1.0, 1e3)), max_size=SPARE_ROWS))
 def test_receptances_are_sorted_by_speed_whatever_their_order(entries):
-    """The last one within 0.5 % of a speed counts; rows stay ascending and keep what belongs to them."""
+    """The last receptance within 0.5 % of a speed applies; rows stay ascending and keep their values."""
     table = loaded(NO_TABLE)
     for number, (order, speed) in enumerate(entries):
         assert store_uniform(table, float(order), speed, number + 0.5, -number)

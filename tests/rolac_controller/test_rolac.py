@@ -120,7 +120,7 @@ def test_force_is_limited_in_amplitude_and_keeps_its_phase(responding, receptanc
 
 
 def test_limited_force_does_not_wind_up(responding, optimum):
-    """When the unbalance goes, it comes off the limit as fast as it would have from its value."""
+    """When the unbalance is removed, the force leaves its limit as fast as from an unlimited value of that size."""
     b, run = responding(rolac__force_limit=0.3 * np.abs(optimum).min())
     at_limit = run(20000)
     assert b["rolac_limited"] == 1.0
@@ -143,7 +143,7 @@ def test_limit_holds_for_the_sum_over_the_harmonics(bench, receptance, speed_of)
 
 
 def test_several_harmonics_reach_their_own_optimum_side_by_side(bench, receptance, speed_of, unbalance_response):
-    """Q_n = Q_n0 + R_n U_n for n = 1 and 3, each with its own receptance; the plant sees the force itself."""
+    """Q_n = Q_n0 + R_n U_n for n = 1 and 3, each with its receptance; the plant receives the force over time."""
     other = 1j * receptance[::-1]
     constants = pack([1.0], [[receptance], [other]], orders=(1, 3))
     b = bench(constants, Omega=speed_of(120), pid=False, harmonic2__order=3, rolac_enable=1.0)
@@ -185,7 +185,7 @@ def test_h_beyond_the_table_is_that_of_its_end_or_missing(bench, receptance, spe
 
 
 def test_h_follows_the_speed_in_a_run_up(bench, receptance, unbalance_response):
-    """The receptance turns by a whole turn between 10 and 40 Hz; with H of one speed ROLAC would diverge on the way."""
+    """The receptance rotates by 360 degrees between 10 and 40 Hz; with H of one speed ROLAC would diverge."""
     speeds = 2.0 * np.pi * np.linspace(10.0, 40.0, 31)
 
     def at(speed):

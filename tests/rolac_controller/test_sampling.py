@@ -46,7 +46,7 @@ def test_steps_within_a_sample_hold_its_currents(bench, parts, summed, begin):
 
 
 def steps_with_a_sample(lengths):
-    """Whether each of the steps of these lengths (s) takes a sample."""
+    """Return for each step, of these lengths (s), whether it takes a sample."""
     b = Bench()
     t, taken = 0.0, []
     for n, h in enumerate(lengths):
@@ -61,7 +61,7 @@ def steps_with_a_sample(lengths):
 @settings(max_examples=60)
 @given(st.lists(st.integers(1, 97), min_size=1, max_size=80))
 def test_a_step_takes_the_sample_whose_instant_it_contains(parts):
-    """Steps of any length, in parts of a sample; the instants are counted in whole numbers."""
+    """Steps of any length, in fractions of a sample; the instants are counted as integers."""
     ends = np.cumsum(parts)
     expected = [(end - 1) // 97 > (end - part - 1) // 97 for part, end in zip(parts, ends.tolist(), strict=True)]
     assert steps_with_a_sample([part * T / 97 for part in parts]) == expected

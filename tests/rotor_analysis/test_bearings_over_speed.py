@@ -94,9 +94,9 @@ def test_analyses_at_a_speed_have_the_bearings_of_that_speed(planes, Omega):
 
 
 def test_critical_speed_uses_the_bearings_of_that_speed():
-    result = [c for c in campbell(supported_rotor(TABLED).model, np.linspace(0.0, 300.0, 40)).critical_speeds]
-    assert result
-    for critical in result:
+    crossings = [c for c in campbell(supported_rotor(TABLED).model, np.linspace(0.0, 300.0, 40)).critical_speeds]
+    assert crossings
+    for critical in crossings:
         values = eigenvalues(supported_rotor(held_at(critical.Omega)).model, critical.Omega)
         assert np.min(np.abs(np.abs(values.imag) - critical.Omega)) < 1e-6 * critical.Omega
 

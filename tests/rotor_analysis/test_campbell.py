@@ -88,9 +88,9 @@ def test_modes_keep_their_identity_where_frequencies_cross():
     translation, half = np.sqrt(2 * k / MASS), speeds * i_p / i_d / 2
     tilt = np.sqrt(half**2 + k * L**2 / 2 / i_d)
     assert tilt[0] - half[0] > translation > tilt[-1] - half[-1]
-    result = sorted(diagram.frequencies.tolist())
+    tracks = sorted(diagram.frequencies.tolist())
     expected = sorted([(tilt - half).tolist(), (tilt + half).tolist(), *[[translation] * len(speeds)] * 2])
-    np.testing.assert_allclose(result, expected, rtol=1e-8)
+    np.testing.assert_allclose(tracks, expected, rtol=1e-8)
     assert all(len({mode.whirl for mode in track}) == 1 for track in diagram.tracks)
 
 

@@ -39,9 +39,9 @@ def test_proportional_damping_is_half_of_alpha_over_omega_plus_beta_omega():
     """zeta = (alpha / omega + beta omega) / 2, of a shaft without bodies: `mass` is that of the shaft alone."""
     alpha, beta = 3.0, 2e-6
     rotor = replace(FREE, bodies=(), damping=Damping(mass=alpha, stiffness=beta))
-    result = [mode for mode in modes(supported_rotor(rotor).model, 0.0) if mode.frequency > 100.0][:8]
-    omega = np.array([abs(mode.eigenvalue) for mode in result])
-    np.testing.assert_allclose([m.damping_ratio for m in result], 0.5 * (alpha / omega + beta * omega), rtol=1e-6)
+    elastic = [mode for mode in modes(supported_rotor(rotor).model, 0.0) if mode.frequency > 100.0][:8]
+    omega = np.array([abs(mode.eigenvalue) for mode in elastic])
+    np.testing.assert_allclose([m.damping_ratio for m in elastic], 0.5 * (alpha / omega + beta * omega), rtol=1e-6)
 
 
 def test_shaft_damping_does_not_damp_bodies_or_bearings():
@@ -126,8 +126,8 @@ def test_coordinates_of_every_reduction_come_in_pairs_x_and_y(method):
 
 def test_reduced_rotor_keeps_the_ratios_of_its_first_modes():
     rotor = replace(FREE, reduction=METHODS["free_modes"], damping=Damping(modal=0.02))
-    result = [mode.damping_ratio for mode in modes(reduced_rotor(rotor).model, 0.0) if mode.frequency > 100.0]
-    np.testing.assert_allclose(result[:4], 0.02, rtol=1e-3)
+    ratios = [mode.damping_ratio for mode in modes(reduced_rotor(rotor).model, 0.0) if mode.frequency > 100.0]
+    np.testing.assert_allclose(ratios[:4], 0.02, rtol=1e-3)
 
 
 def test_thesis_rig_has_no_damping_to_the_last_bit():

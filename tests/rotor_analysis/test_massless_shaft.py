@@ -48,8 +48,8 @@ def test_frequencies_of_point_masses_follow_from_the_beam_flexibility(density):
     a = np.array([[influence(z[i], z[j]) * masses[j] for j in masses] for i in masses])
     expected = np.sort(1.0 / np.sqrt(np.linalg.eigvals(a)))
     assert natural_frequencies(rotor, 8) == pytest.approx(expected, rel=1e-5)
-    result = [mode.frequency for mode in modes(supported_rotor(rotor).model, 50.0, 4)]
-    assert result == pytest.approx(expected.repeat(2), rel=1e-5)
+    frequencies = [mode.frequency for mode in modes(supported_rotor(rotor).model, 50.0, 4)]
+    assert frequencies == pytest.approx(expected.repeat(2), rel=1e-5)
     assert np.max(np.abs(reduction_error(rotor).percent)) < 0.1
     assert valid_to(assemble(rotor), reduced_rotor(rotor).model) == 0.0, "no bending mode without bearings"
 

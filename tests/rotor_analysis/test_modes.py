@@ -84,7 +84,7 @@ def test_orbits_on_anisotropic_bearings_have_the_closed_form_axes(Omega):
 
 
 def test_sense_of_whirl_is_the_sign_of_the_area_of_an_orbit():
-    """On strongly cross-coupled, unequal bearings some nodes of a mode go round one way and some the other."""
+    """On strongly cross-coupled, unequal bearings some nodes of a mode whirl forward and others backward."""
     oil = ((1.3e7, 1.6e7), (-2.5e7, 8.8e6)), ((2.3e5, -8.2e4), (-8.2e4, 2.9e5))
     shaft = Shaft(tuple(np.linspace(0.0, 1.5, 7)), (0.05,), **STEEL)
     discs = (Disc("left", 3, 32.6, 0.14, 0.07), Disc("right", 5, 51.5, 0.175, 0.07))

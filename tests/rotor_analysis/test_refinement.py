@@ -60,7 +60,7 @@ NARROW = {
 @pytest.mark.parametrize("base", [0.0, -2.0, 5.0])
 @pytest.mark.parametrize("shape", NARROW)
 def test_a_narrow_top_does_not_depend_on_where_the_samples_lie(shape, base, resonant):
-    """Flanks that are even about a sample do not make it the top, and a dip between two tops is none."""
+    """Flanks symmetric about a sample do not make it the maximum, and a dip between two maxima is none."""
     highest = NARROW[shape](np.linspace(-3.0, 3.0, 100_001)).max()
     for width in (1.0, 0.5, 0.3, 0.2):  # of samples at a distance of 1
         for at in np.linspace(4.5, 5.5, 21):

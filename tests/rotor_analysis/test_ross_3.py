@@ -34,7 +34,7 @@ TORSION = 1e-6  # rad/s of decay that a bending mode has more of
 
 
 def modes_of_ross(name, kind):
-    """By speed, without the torsional ones, which these bearings leave undamped."""
+    """At each speed, without torsional modes, which these bearings do not damp."""
     return {
         float(speed): [pair for pair in complex_numbers(pairs) if abs(pair.real) > TORSION]
         for speed, pairs in RESULTS[name][kind].items()
@@ -105,7 +105,7 @@ def test_a_magnet_whose_table_was_changed_needs_a_frequency(tmp_path):
 
 
 def test_sensors_beside_a_magnet_are_reported_since_ross_ignores_them(tmp_path):
-    """ROSS feeds back the motion of the magnet's own node, from 0; the imported scenario that of the sensors."""
+    """ROSS feeds back the motion of the magnet's node; the imported scenario that of the sensors."""
     saved = (FOLDER / "magnets.toml").read_text()
     assert not [note for note in read_ross(FOLDER / "magnets.toml")[1] if "sensors" in note]
     old = re.search(r"sensor_node = (\d+)", saved)
@@ -115,7 +115,7 @@ def test_sensors_beside_a_magnet_are_reported_since_ross_ignores_them(tmp_path):
 
 
 def test_an_imported_rotor_levitates_in_its_magnets(tmp_path):
-    """After a blow of unbalance it rests where it was; a wrong sign of the control or K_s leaves it on nothing."""
+    """After a pulse of unbalance it returns to rest; with a wrong sign of control or K_s it would not levitate."""
     rotor = tmp_path / "integral_rotor.toml"
     done = CliRunner().invoke(main, ["rotor", "import", str(FOLDER / "integral.toml"), "-o", str(rotor)])
     assert done.exit_code == 0, done.output

@@ -32,7 +32,7 @@ def tolerance(name):
 
 
 def case(name):
-    """An imported rotor, and what ROSS computes for it."""
+    """An imported rotor, and the results of ROSS for it."""
     rotor = validate(read_ross(REFERENCE / "ross" / f"{name}.toml")[0], Rotor, name)
     return rotor, json.loads((REFERENCE / "ross" / "results.json").read_text(encoding="utf-8"))[name]
 

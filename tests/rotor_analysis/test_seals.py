@@ -23,10 +23,10 @@ def jeffcott_with(**seal):
 @pytest.mark.parametrize(("sign", "unstable"), [(1.0, "forward"), (-1.0, "backward")])
 def test_cross_coupling_drives_whirl_of_its_sense(sign, unstable):
     """m s^2 + k - i Q = 0 for x + i y: |zeta| is nearly Q/(2 k)."""
-    result = {mode.whirl: mode for mode in jeffcott_with(stiffness=tensor(0.0, sign * Q))}
-    assert set(result) == {"forward", "backward"}
+    mode_of = {mode.whirl: mode for mode in jeffcott_with(stiffness=tensor(0.0, sign * Q))}
+    assert set(mode_of) == {"forward", "backward"}
     exact = np.sqrt(complex(-spring(), sign * Q) / MASS)
-    for whirl, mode in result.items():
+    for whirl, mode in mode_of.items():
         growth = abs(exact.real) * (1.0 if whirl == unstable else -1.0)
         assert mode.eigenvalue == pytest.approx(complex(growth, abs(exact.imag)), rel=1e-6)
 

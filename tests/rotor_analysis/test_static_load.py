@@ -16,7 +16,7 @@ from tests.support.messages import raises_naming
 
 @pytest.mark.parametrize("name", packaged_rotors())
 def test_two_bearings_share_the_weight_by_their_distance_from_its_centre(name):
-    """Of Nelson and McVaugh's overhung rotor the second bearing holds it down."""
+    """The second bearing of Nelson and McVaugh's overhung rotor pulls it down."""
     rotor = load_rotor(name)
     body, z = rigid_body(rotor), [rotor.shaft.nodes[node - 1] for node in rotor.bearing_nodes]
     first = body.mass * (z[1] - body.centre) / (z[1] - z[0])

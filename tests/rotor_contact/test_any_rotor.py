@@ -48,7 +48,7 @@ def test_contact_state_has_a_bit_for_each_bearing_in_contact():
 
 
 def static_deflection(rotor):
-    """Displacements of bearings and sensors under a steady force at one disc, after the motion has died down."""
+    """Return displacements of bearings and sensors under a steady force at one disc, after decay of the motion."""
     x = initialised(*plant(rotor), held(3, c_b=2e5) | {"impeller6.f_x": 100.0, "impeller6.f_y": -50.0})
     names = [f"{name}.{axis}" for name in ("mb1", "mb2", "mb3", "probe1", "probe3") for axis in "xy"]
     return run(x, 4000, names)[-1]

@@ -63,7 +63,7 @@ def test_unused_parameters_of_bodies_change_no_bit():
 
 
 def test_heavy_housing_and_race_are_the_fixed_retainer():
-    """As mass and inertia grow without bound nothing moves; the difference falls in proportion."""
+    """In the limit of infinite mass and inertia the bodies do not move; the difference falls in proportion."""
     rub = BEARINGS | both("rb.mu", 0.2) | {"Omega": 200.0, "d1.u": 40e-3, "solver.max_substep": 2e-5}
     fixed = run(plant(rub), 300, ("mb1.x", "mb2.y"))
     apart = []

@@ -28,7 +28,7 @@ NAMES = ["rb1.f_n", "rb2.f_n", "rb1.f_t", "rb2.f_t", "mb1.x", "mb1.y", "mb2.x", 
 
 
 def integrates(x, h=H):
-    """Whether a plant takes its next step by the substeps of the integration."""
+    """Return whether a plant takes its next step by integration in substeps."""
     stages = scratch(x).stages.reshape(-1)[: N_STAGES * stage_size(size_of(x), 4)].reshape(N_STAGES, -1)
     stages[3] = 0.0  # the derivative at the end of a substep
     x.step(0.0, h)
@@ -89,7 +89,7 @@ def test_rolling_too_fast_for_collocation_is_integrated():
 
 @pytest.mark.parametrize("case", CASES)
 def test_forces_converge_in_two_sweeps_as_normals_turn(case):
-    """With directions that stay as they were the second sweep changes forces by 6e-4 of the largest."""
+    """With unchanged directions the second sweep changes forces by 6e-4 of the largest."""
     x = in_contact(RUBBING | CASES[case])
     assert not integrates(x)
     w, propagator = workspace(x, x["Omega"]), scratch(x).propagator
@@ -155,7 +155,7 @@ def test_energies_balance_over_collocated_steps():
 
 @pytest.mark.parametrize("steps", [100, 200, 300, 400])
 def test_step_with_an_event_equals_the_integration_to_the_last_bit(steps):
-    """A step that is not taken by collocation leaves no trace of the attempt."""
+    """A step rejected by collocation leaves no trace of the attempt."""
     x = in_contact(BOUNCING, steps)
     integrated = copy_of(x, BOUNCING | {"solver.exact_motion": 0.0})
     for _ in range(400):

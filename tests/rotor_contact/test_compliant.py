@@ -32,7 +32,7 @@ def sites(law, **values):
 
 
 def blow(law, speed=SPEED, h=2e-6, steps=3000, **values):
-    """Time, penetration, normal force and radial velocity at site 1 of one blow, from just before to well after it."""
+    """Time, penetration, normal force and radial velocity at site 1, from just before an impact to well after it."""
     x = plant(sites(law, **values) | FINE, rigid_rotor(2 * MASS))
     place(x, np.full(2, RING - 1e-9 + 0j), np.full(2, speed + 0j))
     names = ["rb1.gap", "rb1.f_n", "rb2.f_n", "energy.impact", "energy.balance", "energy.strain"]
@@ -152,7 +152,7 @@ def test_friction_of_a_compliant_contact_opposes_the_slip(law, Omega):
 
 @pytest.mark.parametrize("law", LAWS[1:])
 def test_stiff_law_carries_the_rubbing_rotor_as_the_constraint_does(law):
-    """A ring carries m c omega^2 of a rotor that whirls round it, and yields by a little."""
+    """A ring carries m c omega^2 of a rotor that whirls in it, and yields slightly."""
     deep = MASS * 1.0 / RING / 1e10
     x = plant(sites(law, k_c=1e10, delta_c=deep), rigid_rotor(2 * MASS))
     place(x, np.full(2, RING + deep + 0j), np.full(2, 1j))

@@ -14,7 +14,7 @@ GAPS = ["rb1.gap", "rb2.gap"]
 @pytest.mark.parametrize(("k_b", "centre"), [(0.0, 0j), (3000.0, 0j), (0.0, 0.01 - 0.02j)])
 @pytest.mark.parametrize(("omega", "spin"), [(30.0, 0.0), (-30.0, 300.0)])
 def test_rotor_whirling_round_the_ring_is_pressed_on_by_m_c_omega_squared(omega, spin, k_b, centre):
-    """Less what the springs of the bearings carry; without friction the spin changes nothing."""
+    """Less the spring forces of the bearings; without friction the spin has no effect."""
     mass = 20.0
     values = both("rb.clearance", RING) | both("mb.k_b", k_b) | {"Omega": spin}
     values |= both("rb.offset_x", centre.real) | both("rb.offset_y", centre.imag)

@@ -1,4 +1,4 @@
-"""When and where a journal in straight flight touches, by hand; which paths may touch; how far one is beyond."""
+"""Time and place of the first touch in straight flight, paths that may touch, and penetration."""
 
 from dataclasses import replace
 from functools import cache, partial
@@ -168,7 +168,7 @@ def test_slip_vanishes_while_another_journal_flies_close_by(gap):
 
 
 def halvings(tolerance, steps):
-    """How often substeps are halved in each of some steps of a rotor that orbits, and whether that is not enough."""
+    """Return how often substeps are halved in some steps of an orbiting rotor, and whether that is insufficient."""
     orbit = {"d1.u": 0.02, "Omega": 300.0, "solver.exact_motion": 0.0, "solver.tolerance": tolerance}
     x = plant(BEARINGS | orbit)
     result = []
@@ -179,13 +179,13 @@ def halvings(tolerance, steps):
 
 
 def test_substeps_are_halved_only_as_often_as_the_tolerance_requires():
-    result = {tolerance: halvings(tolerance, 40) for tolerance in np.logspace(-15.0, 0.0, 31)}
-    often = [counts[-1] for counts, _ in result.values()]
+    counts_at = {tolerance: halvings(tolerance, 40) for tolerance in np.logspace(-15.0, 0.0, 31)}
+    often = [counts[-1] for counts, _ in counts_at.values()]
     assert often == sorted(often, reverse=True)
     assert set(often) == {0.0, 1.0, 2.0}
-    assert result[1e-15] == ([2.0] * 40, True)
-    assert result[1.0] == ([0.0] * 40, False)
-    assert any(set(counts[10:]) == {1.0} for counts, _ in result.values()), "it goes to and fro"
+    assert counts_at[1e-15] == ([2.0] * 40, True)
+    assert counts_at[1.0] == ([0.0] * 40, False)
+    assert any(set(counts[10:]) == {1.0} for counts, _ in counts_at.values()), "it goes to and fro"
 
 
 def test_more_bounces_in_a_step_than_can_be_followed_are_a_fault():

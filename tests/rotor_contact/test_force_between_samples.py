@@ -45,7 +45,7 @@ def test_impact_is_an_impulse_and_no_force():
 
 @pytest.mark.parametrize("exact", [True, False], ids=["collocation", "runge_kutta"])
 def test_steady_rub_has_one_force(exact):
-    """N = m v^2/c of a mass that slides round its ring without friction: sample, mean and peak alike."""
+    """N = m v^2/c of a mass that slides in its ring without friction, equal in sample, mean and peak."""
     x = plant(both("rb.clearance", RING) | {"solver.exact_motion": exact}, rigid_rotor(2 * MASS))
     place(x, np.full(2, RING + 0j), np.full(2, 1j * SPEED), modes=(1, 1))
     record = run(x, 80, ["rb1.f_n", *PEAKS, *MEANS])
@@ -79,7 +79,7 @@ def test_mean_forces_sum_up_to_the_change_of_momentum(values, exact):
 
 @pytest.mark.parametrize("law", ["constraint", "kelvin_voigt"])
 def test_peak_does_not_depend_on_the_communication_step(law):
-    """The first blow of a bending rotor, and the rub after it."""
+    """The first impact of a flexible rotor, and the rub after it."""
     peaks = []
     for h in (250e-6, 20e-6):
         x = plant(both("rb.law", LAWS.index(law)) | both("rb.c_c", 2e4), symmetric_rotor())

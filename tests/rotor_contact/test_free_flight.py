@@ -14,7 +14,7 @@ TERMS = [f"energy.{name}" for name in ("kinetic", "strain", "damping", "work", "
 
 
 def in_flight(values, h=H):
-    """A plant at START that takes its next step of length h exactly: it has seen enough steps alike."""
+    """Return a plant at START, after enough equal steps to take its next step of length h exactly."""
     x = plant(values)
     run(x, STEPS_BEFORE_BUILD + 1, h=h)
     return place(x, START, START_VELOCITY)

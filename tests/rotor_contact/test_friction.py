@@ -53,7 +53,7 @@ def test_sliding_friction_is_mu_n_against_the_slip_and_changes_the_whirl(Omega, 
 
 @pytest.mark.parametrize("Omega", [80.0, -80.0])
 def test_friction_drives_a_rigid_rotor_into_rolling_at_journal_over_gap(Omega):
-    """Then whirl = -(R_s/c) Omega, N = m c whirl^2 with nothing left for friction to do."""
+    """Then whirl = -(R_s/c) Omega and N = m c whirl^2, without a friction force."""
     mu = 0.5
     x = plant(both("rb.clearance", RING) | both("rb.mu", mu) | {"Omega": Omega}, rigid_rotor(20.0))
     sign = math.copysign(1.0, Omega)

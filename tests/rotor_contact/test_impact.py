@@ -1,4 +1,4 @@
-"""Impacts: bouncing in closed form, momentum, energy, several at once."""
+"""Impacts: bouncing in closed form, momentum, energy, simultaneous impacts."""
 
 import itertools
 import math
@@ -202,7 +202,7 @@ def test_an_impact_slides_if_kinetic_friction_cannot_end_the_slip(Omega):
 
 
 def test_rolling_journal_obeys_coulombs_law_in_an_impact_elsewhere():
-    """It rolls on if static friction holds it, slides with less, or leaves."""
+    """It keeps rolling if static friction suffices, and slides or separates otherwise."""
     mu, static, Omega = 0.1, 0.3, 50.0
     outcomes = set()
     for seed in range(60):

@@ -104,7 +104,7 @@ def test_interpolated_damping_between_positive_values_is_positive():
 
 @pytest.mark.parametrize(("exact", "tolerance"), [(0.0, 3e-6), (1.0, 1e-10)], ids=["runge_kutta", "exact"])
 def test_free_motion_at_a_speed_agrees_with_the_analyses(exact, tolerance):
-    """The exact motion begins after 32 steps that are alike."""
+    """The exact motion begins after 32 equal steps."""
     Omega, steps = 210.0, 20
     x, _ = started({"Omega": Omega, "solver.exact_motion": exact})
     run(x, 40, h=H)

@@ -37,7 +37,7 @@ def test_each_site_stops_its_own_plane_at_its_own_clearance(site):
 
 
 def test_all_four_sites_carry_a_rotor_that_is_pressed_against_them():
-    """Forces at the discs along x close all four sites. What lies between them rings on; the mean forces balance."""
+    """Forces at the discs along x close all four sites. The shaft between them keeps vibrating; mean forces balance."""
     x = plant(BEARINGS | ENDS | {f"d{k}.f_x": 3e4 for k in (1, 2, 3, 4)})
     run(x, 1000)
     record = run(x, 4000, [f"{site}.{name}" for site in SITES for name in ("f_n", "impulse")])

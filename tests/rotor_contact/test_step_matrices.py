@@ -1,4 +1,4 @@
-"""Exact motion where spin or retainers are free, or gradients change, beside Runge-Kutta's method in short substeps."""
+"""Exact motion with free spin or retainers or changing gradients, compared with short Runge-Kutta substeps."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ HELD = {
 
 @pytest.mark.parametrize("case", HELD)
 def test_heat_and_work_of_held_forces_include_modes_faster_than_the_step(case):
-    """Forces held over a step excite modes that vibrate several times in it; nothing touches."""
+    """Forces held over a step excite modes with several periods in it, without contact."""
     steps, names = 240, ["energy.damping", "energy.work", "energy.balance", "contact_state"]
     forces = np.random.default_rng(4).normal(scale=50.0, size=(steps, 4))
     values = {"Omega": 260.0, "d1.u": 5e-4, "mb1.k_xx": 3e5, "mb2.k_yy": -3e5, "solver.energy_limit": 1e9} | HELD[case]

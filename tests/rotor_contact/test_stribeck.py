@@ -21,7 +21,7 @@ def mu_of(slip):
 
 
 def sliding_in_ring(whirl_velocity, Omega=0.0, values=STRIBECK):
-    """A rigid rotor that slides round its ring, both ends alike."""
+    """A rigid rotor that slides in its ring, with equal motion at both ends."""
     x = plant(both("rb.clearance", RING) | values | {"Omega": Omega}, rigid_rotor(2.0 * MASS))
     sign = math.copysign(1.0, Omega * JOURNAL + whirl_velocity)
     return place(x, np.full(2, RING + 0j), np.full(2, 1j * whirl_velocity), modes=(1, 1), signs=(sign, sign))

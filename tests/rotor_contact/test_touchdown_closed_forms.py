@@ -83,7 +83,7 @@ def test_constant_friction_accelerates_a_race_to_the_journal_speed():
 
 
 def test_friction_brakes_a_free_spin_at_a_constant_rate():
-    """J Omega' = -mu N R_s of either end; what the spin loses is heat."""
+    """J Omega' = -mu N R_s at each end; the energy lost by the spin is heat."""
     mu, spin, inertia = 0.1, 150.0, 4e-3
     model, start, normal = sliding_at_rest(mu, spin, spin_inertia=inertia)
     rotor = plant_of(model, *start, SLIDING, max_substep=2e-5)

@@ -38,7 +38,7 @@ def turned(n):
 
 
 def rows(site, n):
-    """What makes the speed of the gap's closing and the slip of all velocities."""
+    """Return the rows that give gap closing speed and slip from all velocities."""
     t, gap, slip = turned(n), np.zeros(SIZE), np.zeros(SIZE)
     at = row_of(site)
     gap[at : at + 2], slip[at : at + 2] = n, t
@@ -163,7 +163,7 @@ def test_forces_at_several_sites_are_coupled_through_all_bodies(resting, rolling
 @pytest.mark.parametrize("mu", [0.0, 0.02])
 @pytest.mark.parametrize("e", [0.0, 0.7])
 def test_impacts_at_several_sites_conserve_the_momentum_of_all_bodies(struck, mu, e):
-    """All gaps close at once, friction is too small to end the slip: one impulse for each, and no other change."""
+    """All gaps close at once, and friction is too small to end the slip: one impulse at each site."""
     moment = 1e-12
     theta, q, v, normals = instant = random_instant(7, struck, ())
     A, directions = [], []

@@ -1,4 +1,4 @@
-"""Contact of two bodies, races that turn and a spin that is free, against an independent model and in closed form."""
+"""Contact of two bodies with rotating races and free spin, against an independent model and closed forms."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ INTEGRATED = {"solver.exact_motion": 0.0}
 
 
 def starting(model):
-    """Velocities at the start, without that of a housing that is fixed."""
+    """Return initial velocities, without that of a fixed housing."""
     return START * [1, 1, model.housing_mass is not None, model.housing_mass is not None, 1, 1]
 
 
@@ -62,7 +62,7 @@ def test_step_ladder_moves_bodies_as_integrated_independently(case):
 
 
 def test_bouncing_bodies_move_as_integrated_independently():
-    """The last bounces, which either model cuts off in its own way, leave 1e-8 m."""
+    """The last bounces, which each model truncates differently, leave 1e-8 m."""
     model = replace(CASES["all, rolling"], restitution=0.4)
     q, v = np.zeros(6), starting(model)
     expected = follow(model, TIMES, q, v)

@@ -36,7 +36,7 @@ def test_vibration_is_attenuated_and_delayed_by_the_stated_response(frequency):
 
 
 def test_slow_vibration_sees_the_continuous_filter():
-    """F = 1/(1 + j omega/omega_c), apart from what the polygon costs, (omega h)^2/12."""
+    """F = 1/(1 + j omega/omega_c), apart from the interpolation error of the polygon, (omega h)^2/12."""
     omega = 2.0 * math.pi * 35.0
     expected = 1.0 / (1.0 + 1j * 35.0 / 2000.0)
     assert filter_response(2000.0, omega, H) == pytest.approx(expected, rel=(omega * H) ** 2 / 10.0)

@@ -8,7 +8,7 @@ from signal_chain.noise import STREAM, normal_pair, start_stream, uniform
 
 
 def reference(state, count):
-    """MRG32k3a as published, in whole numbers."""
+    """MRG32k3a as published, in integer arithmetic."""
     m_1, m_2 = 4294967087, 4294944443
     x, y = list(state[:3]), list(state[3:])
     numbers = []
@@ -26,7 +26,7 @@ def test_uniform_numbers_match_the_published_generator(state):
 
 
 def test_first_numbers_match_the_published_package():
-    """The package's own start, 12345 six times: its documentation shows 0.127011, 0.318528, 0.309186."""
+    """The default seed of the package, 12345 six times: its documentation shows 0.127011, 0.318528, 0.309186."""
     stream = np.full(6, 12345.0).view(STREAM)[0]
     np.testing.assert_allclose([uniform(stream) for _ in range(3)], [0.127011, 0.318528, 0.309186], atol=5e-7)
 

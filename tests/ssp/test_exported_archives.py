@@ -123,7 +123,7 @@ def test_documents_follow_the_schemas_of_ssp(archive, sequential, connectors):
 
 
 def test_only_connected_variables_are_connectors(sequential):
-    """FMPy sets listed inputs to zero where nothing feeds them; libcosim refuses connectors of the system."""
+    """FMPy sets unconnected listed inputs to zero; libcosim refuses connectors of the system."""
     ssd = read_ssd(str(sequential)).system
     assert not ssd.connectors
     listed = {(c.name, connector.name) for c in ssd.elements for connector in c.connectors}
@@ -236,7 +236,7 @@ def test_libcosim_runs_the_archive_with_the_same_bits(run_python, run_once, jaco
 @pytest.mark.slow
 @in_host("FMPy", "SSP archive")
 def test_fmpy_runs_the_archive_with_the_same_bits(run_python, run_once, archive):
-    """It ignores the bindings, and begins with inputs of zero, which is right where forces are held."""
+    """ecos ignores the bindings and begins with inputs of zero, which is right for held forces."""
     path, ours = archive("held", HELD), run_once(archive_runs.with_this_project, scenario=HELD)
     steps = len(ours["rotor_contact.mb1.x"]) - 1
     theirs = run_python(archive_runs.with_fmpy, archive=str(path), stop_time=(steps - 0.5) * 250e-6, step_size=250e-6)

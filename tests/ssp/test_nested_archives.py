@@ -108,7 +108,7 @@ REFERENCE = """<ssd:SignalDictionaryReference name="wires" dictionary="bus"><ssd
 
 @pytest.mark.parametrize("is_inline", [True, False])
 def test_an_entry_of_a_signal_dictionary_connects_systems(last, is_inline):
-    """Two references in different systems lead to one entry, which is looked up in the outer system."""
+    """Two references in different systems resolve to one entry of the outer system."""
     reader = system("reader", "", gain("b") + REFERENCE, connect("wires.height", "b.u"))
     root = system(
         "root", "", gain("a", "Metres") + REFERENCE + reader, connect("a.y", "wires.height"), bind({"a.k": 3.0}),
@@ -258,7 +258,7 @@ def test_a_value_of_an_output_is_refused(gain_archive):
 
 
 def test_variables_of_an_archive_are_plotted_over_time(gain_archive, tmp_path):
-    """It has no cycles; what needs a rotor is refused."""
+    """The archive has no cycles; figures that need a rotor are refused."""
     path = gain_archive(system("root", "", INNER + gain("load"), connect("axle.Out", "load.u")))
     amb_cosim.simulate(path, isolated=False).save(tmp_path / "run")
 

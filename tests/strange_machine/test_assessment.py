@@ -59,7 +59,7 @@ def test_fast_parts_use_the_names_of_the_machine(name):
 
 
 def test_level_one_is_without_seals_and_level_two_with_them(expander):
-    """The rotor's part of the loop is that of a rotor whose seal is nothing, and of the plant itself."""
+    """The rotor in the loop equals a rotor with a seal of zero coefficients, or the plant itself."""
     Omega = expander.file.speed.highest
     rotor = expander.rotor
     nothing = replace(rotor, seals=tuple(Bearing(seal.name, seal.node) for seal in rotor.seals))

@@ -20,7 +20,7 @@ DESIGNS = {
 
 
 def run(vary, order, labels, **options):
-    """Return what the points of a design lead to, as text, by number, and the steps that each took over."""
+    """Return the endings of the points of a design, as text, by number, and the steps that each reused."""
     runner, design = Runner(Task(SHORT, labels=labels, **options)), make_design(vary)
     results = {n: runner.run(n, design.settings(n)) for n in order}
     runner.close()

@@ -67,7 +67,7 @@ def test_both_loops_save_the_same_state(saved):
 
 
 def test_a_run_continues_with_a_later_end_and_a_new_event(saved):
-    """Also where the event sets what nothing has set before: until then that is at its start value."""
+    """Also if the event sets a variable for the first time: until then it has its start value."""
     weak = {"cycle": 8, "set": {"amb_actuator": {"*.coil_loss_upper_?": 0.9}}}
     future = SHORT.changed(end_cycle=14, event=[*(e.model_dump(exclude_none=True) for e in SHORT.event), weak])
     assert_same(amb_cosim.run(future, start=saved.checkpoint(WITHIN_CONTACT)), amb_cosim.run(future))
@@ -80,7 +80,7 @@ def without_power(cycle):
 
 
 def test_run_continues_into_a_loss_of_power(saved):
-    """A past without stators has a future without; a rotor that reaches none moves as if it could."""
+    """A run saved without stators continues without them; a rotor that reaches none moves the same."""
     future = without_power(8)
     continued = amb_cosim.run(future, start=saved.checkpoint(WITHIN_CONTACT))
     uninterrupted = amb_cosim.run(future).dataset
@@ -163,7 +163,7 @@ def killed_runs(folder, cycles, moments, autosave):
 @pytest.mark.slow
 @pytest.mark.parametrize("kills", [4])
 def test_a_killed_run_resumes_with_the_same_bits(tmp_path, kills, first_seed):
-    """Checkpoints come so fast that many a kill comes while one is written; every third comes while a run begins."""
+    """Checkpoints are so frequent that many kills occur while one is written; every third occurs at a start."""
     random = np.random.default_rng(first_seed)
     moments = [-random.random() if k % 3 == 2 else 0.1 * random.random() for k in range(kills)]
     stderr_of_runs = killed_runs(tmp_path, CYCLES_FOR_A_KILL * (kills + 1), moments, 0.02)

@@ -16,7 +16,7 @@ from tests.support.messages import assert_names, raises_naming
 
 @pytest.fixture(scope="module")
 def actuator(tmp_path_factory) -> Path:
-    """An actuator whose amplifier of one axis goes off by an input of another name."""
+    """An actuator with another name for the input that switches off the amplifier of one axis."""
     folder = tmp_path_factory.mktemp("actuator")
     amb_cosim.build(folder, rotor=ROTOR)
     made, own = folder / "amb_actuator.fmu", folder / "own_actuator.fmu"

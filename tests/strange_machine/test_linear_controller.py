@@ -1,4 +1,4 @@
-"""The expander under a linear controller, which is a component as any other in runs and sweeps."""
+"""The expander with a linear controller, a component like any other in runs and sweeps."""
 
 import numpy as np
 import pytest
@@ -51,12 +51,12 @@ def test_linear_controller_gives_the_results_of_the_pid(levitation):
 
 
 def test_sweep_varies_the_gain_of_its_demands(levitation):
-    """An instance of a worker runs one point after the other; the first of them twice is the same."""
+    """A worker reuses its instances for successive points; the first point repeated gives the same."""
     runner = Runner(Task(levitation))
-    result = [runner.run(n, {"rolac_controller.*.gain": gain}) for n, gain in enumerate((1.0, 1.3, 1.0))]
+    points = [runner.run(n, {"rolac_controller.*.gain": gain}) for n, gain in enumerate((1.0, 1.3, 1.0))]
     runner.close()
-    assert {point.outcome for point in result} == {result[0].outcome} != {"failed"}
-    assert result[0].metrics == result[2].metrics != result[1].metrics
+    assert {point.outcome for point in points} == {points[0].outcome} != {"failed"}
+    assert points[0].metrics == points[2].metrics != points[1].metrics
 
 
 def test_error_names_a_sensor_that_no_component_has():

@@ -66,9 +66,9 @@ def test_a_run_without_event_and_contact_has_no_recovery():
 
 def test_a_sweep_counts_an_unstable_point_as_such():
     runner = Runner(Task(QUIET.changed(end_cycle=40)))
-    result = [runner.run(0, settings) for settings in (UNDAMPED, {})]
+    points = [runner.run(0, settings) for settings in (UNDAMPED, {})]
     runner.close()
-    assert [(point.outcome, point.metrics["recovered"]) for point in result] == [("unstable", 0.0), ("completed", 1.0)]
+    assert [(point.outcome, point.metrics["recovered"]) for point in points] == [("unstable", 0.0), ("completed", 1.0)]
 
 
 @pytest.fixture(scope="module")

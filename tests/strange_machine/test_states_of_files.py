@@ -1,4 +1,4 @@
-"""States of FMUs that are given as files: of one that serialises, and of one that keeps them in its memory alone."""
+"""States of foreign FMUs: of one that serialises, and of one that keeps them only in memory."""
 
 import pytest
 from strange_machine import RUB
@@ -38,7 +38,7 @@ def actuator_fmu():
 
 @pytest.fixture(scope="module")
 def in_memory(actuator_fmu, tmp_path_factory):
-    """The scenario with that FMU as one that does not say that it serialises."""
+    """Return the scenario with that FMU, declared as unable to serialise."""
     file, flag = tmp_path_factory.mktemp("memory") / "Actuator.fmu", 'canSerializeFMUstate="{}"'
     with_text(actuator_fmu, file, "modelDescription.xml", flag.format("true"), flag.format("false"))
     return SHORT.changed(fmu={"amb_actuator": str(file)})

@@ -100,9 +100,9 @@ def test_runs_started_in_dry_backward_whirl_follow_its_eigenvalue():
     scenario = STEADY.changed(settle_cycles=20, end_cycle=20)
     settings = {**LINEAR, "rotor_contact.turbine.u": "1 g.mm"}
     machine = rubbing_rotor(plan_run(scenario, settings))
-    result = {(whirl.contact, round(whirl.frequency, -2)): whirl for whirl in whirls(machine, machine.Omega)}
+    computed = {(whirl.contact, round(whirl.frequency, -2)): whirl for whirl in whirls(machine, machine.Omega)}
     for contact, frequency in ((("labyrinth",), -1800.0), (("shroud",), -3700.0), (("catch_n", "catch_s"), -21100.0)):
-        whirl = result[contact, frequency]
+        whirl = computed[contact, frequency]
         run = amb_cosim.run(scenario, set=settings, start=checkpoint_in(machine, whirl), progress=False).dataset
         for site, force in whirl.N.items():
             away = run[f"rotor_contact.{site}.f_n_mean"].values[1:] / force - 1.0
@@ -254,7 +254,7 @@ def test_least_unbalance_that_touches_does_not_depend_on_the_map(expander):
 
 @pytest.mark.slow
 def test_the_map_of_a_healthy_machine_reaches_what_touches_and_what_traps():
-    """With a hundredth of its unbalance; the orbit that nothing stops is linear in it."""
+    """With a hundredth of its unbalance; the orbit without contact is linear in it."""
     result = studies.traps(LEVITATION, unbalance="0.3 g.mm", set=LINEAR)
     touching, at = result.touching
     assert result.unbalances[0] < result.unbalance < touching < result.unbalances[-1]

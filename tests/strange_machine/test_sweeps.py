@@ -108,7 +108,7 @@ def test_a_map_over_one_axis_has_its_crosses_above_all_values(tmp_path):
 
 
 def test_a_failed_run_is_the_worst_of_its_phase(tmp_path):
-    """Of five runs at each phase one, then three fail: the extreme, and then the median too, are beyond all."""
+    """Of five runs at each phase one, then three fail: the extreme, then also the median, exceed all values."""
     forces = np.arange(1.0, 6.0)
     results = [peaks_at(force, 0.0) for force in forces]
     results += [None, *results[1:], None, None, None, *results[3:]]

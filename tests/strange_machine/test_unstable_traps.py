@@ -31,7 +31,7 @@ def lines_of(traps: contact_traps.Traps) -> list[str]:
 
 
 def test_unstable_loop_is_reported_first_with_growth_and_frequency(unstable: contact_traps.Traps) -> None:
-    """The free orbit of 0.5 g mm misses all sites, so nothing says that no orbit does."""
+    """The free orbit of 0.5 g mm misses all sites, so the study does not state that every orbit touches."""
     free = next(state for state in unstable.states if not state.contact)
     assert free.growth > 0.0
     assert_names(unstable.text()[0], "unstable", f"{free.whirl_frequency:.4g} rad/s", f"{free.growth:.3g} 1/s")

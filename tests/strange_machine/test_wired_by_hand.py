@@ -59,18 +59,18 @@ def wired_by_hand(files, wires, names, h, steps, folder):
         feed(component)
     for component in fmus.values():
         component.fmu.exitInitializationMode()
-    result = {name: [] for name in names}
+    record = {name: [] for name in names}
     for n in range(steps + 1):
         for component in fmus if n else ():
             feed(component)
             fmus[component].fmu.doStep((n - 1) * h, h)
-        for name, values in result.items():
+        for name, values in record.items():
             component, output = name.split(".", 1)
             values.append(fmus[component].get(output))
     for component in fmus.values():
         component.fmu.terminate()
         component.fmu.freeInstance()
-    return result
+    return record
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ class Absences:
         self.lines: list[str] = []
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Sort the reasons, and let the run fail for one that is not on the list."""
+        """Sort the reasons, and fail the run for one that is not on the list."""
         reporter: Any = session.config.pluginmanager.get_plugin("terminalreporter")
         reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in reporter.stats.get("skipped", []))
         for reason, count in sorted(reasons.items()):

@@ -1,4 +1,4 @@
-"""Rotors simple enough for closed forms, exactly so: their shafts weigh nothing, or do not bend."""
+"""Rotors with exact closed forms: their shafts are massless or rigid."""
 
 import numpy as np
 

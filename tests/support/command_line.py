@@ -12,7 +12,7 @@ COMMAND = (sys.executable, "-c", "from amb_cosim.start import main; main()")
 
 
 def run_program(*command: object, code: int | None = 0, **options: Any) -> CompletedProcess[str]:
-    """Run a program; it ends with `code`, or as it likes if that is None."""
+    """Run a program, which must end with exit code `code`, or any code if that is None."""
     values = {"capture_output": True, "text": True, "timeout": 600, "check": False} | options
     done = subprocess.run([*map(str, command)], **values)
     assert code in (None, done.returncode), f"exit code {done.returncode}\n{done.stdout[-5000:]}\n{done.stderr[-5000:]}"

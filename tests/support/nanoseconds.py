@@ -1,4 +1,4 @@
-"""Steps as libcosim makes them."""
+"""Step sizes in whole nanoseconds, as in libcosim."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def random_value(v: Variable, rng: np.random.Generator) -> float:
 
 
 def another_value(v: Variable, given: float, rng: np.random.Generator) -> float:
-    """A value beside the one given or anywhere else."""
+    """Return a value near `given` or anywhere in the range."""
     if v.type == "Boolean":
         return 1.0 - given
     beside = given * 10.0 ** rng.uniform(-0.7, 0.7)

@@ -13,7 +13,7 @@ def complex_numbers(pairs):
 
 
 def nearest(found, expected):
-    """Of the eigenvalues found, a different one for each of those expected."""
+    """Return a different computed eigenvalue for each expected one."""
     upper = found[found.imag >= 0.0]
     _, chosen = linear_sum_assignment(np.abs(expected[:, np.newaxis] - upper))
     return upper[chosen]

@@ -35,12 +35,12 @@ def shaft_only(nodes, diameter=0.05, **material):
 
 
 def bearings(*nodes):
-    """Two bearings that hold nothing by themselves."""
+    """Two bearings without stiffness and damping."""
     return tuple(Bearing(f"mb{k + 1}", node) for k, node in enumerate(nodes))
 
 
 def discs_at(*nodes):
-    """Planes of unbalance that weigh nothing, d1, d2, ..."""
+    """Massless planes of unbalance, d1, d2, ..."""
     return tuple(Disc(f"d{k}", node, 0.0, 0.0, 0.0, unbalance=True) for k, node in enumerate(nodes, 1))
 
 
@@ -132,7 +132,7 @@ def scratch(instance):
 
 
 def workspace(instance, Omega=0.0):
-    """What the kernels of one step pass on, with the sites loaded."""
+    """Return the workspace that the kernels of a step pass on, with the sites loaded."""
     s, local = structure_of(instance.constants), scratch(instance)
     p, u = parameters_of(instance.parameters, s), inputs_of(instance.inputs, s)
     n = place_sites(s, p, u, local)

@@ -57,7 +57,7 @@ class TwoBodies:
         return M
 
     def mobility(self, q: np.ndarray) -> np.ndarray:
-        """M(q)^-1 of what moves, and zero of what does not."""
+        """M(q)^-1 of moving coordinates, and zero of fixed ones."""
         free = np.ix_(self.moving(), self.moving())
         Minv = np.zeros((6, 6))
         Minv[free] = np.linalg.inv(self.mass_matrix(q)[free])
@@ -82,7 +82,7 @@ class TwoBodies:
         return np.concatenate([n, -n, [0.0, 0.0]])
 
     def slip_row(self, q: np.ndarray) -> np.ndarray:
-        """What makes slip of velocities: R_s Omega + t . (v - v_h) - (R_s + c) w."""
+        """Return the row that gives slip from velocities: R_s Omega + t . (v - v_h) - (R_s + c) w."""
         n = self.gap_row(q)[:2]
         t = np.array([-n[1], n[0]])
         return np.concatenate([t, -t, [self.journal_radius, -(self.journal_radius + self.clearance)]])

@@ -13,7 +13,7 @@ LONGEST = 300.0  # s; only what hangs takes as long
 
 
 def wait_until(condition: Callable[[], object], pause: float = 0.02) -> None:
-    """Wait until a condition holds; what hangs fails the test."""
+    """Wait until a condition holds; fail the test after a time limit."""
     end = time.monotonic() + LONGEST
     while not condition():
         assert time.monotonic() < end, f"waited {LONGEST:g} s in vain"
@@ -46,7 +46,7 @@ def processor_time(process: int) -> float:
 
 
 def wait_for_work(process: int, seconds: float) -> None:
-    """Wait until a process has computed for so many more seconds of processor time."""
+    """Wait until a process has used that many more seconds of CPU time."""
     begin = processor_time(process)
     wait_until(lambda: processor_time(process) >= begin + seconds)
 

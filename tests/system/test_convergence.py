@@ -24,7 +24,7 @@ def studied() -> list[dict[str, Any]]:
 
 @pytest.fixture(scope="module")
 def schemes(run_once: Callable[..., Any]) -> Callable[[str, str], dict[str, Any]]:
-    """Errors and order of a scheme in the comparison whose title begins so."""
+    """Return errors and order of a scheme in the comparison whose title begins with `title`."""
     result = run_once(studied, timeout=300)
 
     def of(title: str, name: str) -> dict[str, Any]:

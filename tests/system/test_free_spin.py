@@ -1,4 +1,4 @@
-"""The levitated rotor with a free spin: its controller sees the speed that the plant has, not the one demanded."""
+"""The levitated rotor with a free spin: its controller receives the actual speed, not the demanded one."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def test_coasting_rotor_slows_down_exponentially(coasting):
 
 
 def test_controller_receives_the_actual_speed_and_not_the_demand(coasting):
-    """ROLAC gives up in the first sample after the speed has fallen below its least one."""
+    """ROLAC stops in the first sample after the speed has fallen below its minimum."""
     speed, status = coasting["rotor_contact.speed"].values, coasting["rolac_controller.rolac_status"].values
     assert speed[0] > MIN_SPEED > speed[-1]
     np.testing.assert_array_equal(status[1:] == TOO_SLOW, speed[:-1] < MIN_SPEED)

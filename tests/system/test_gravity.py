@@ -102,7 +102,7 @@ def test_weight_that_a_bearing_cannot_carry_is_refused():
 
 @pytest.mark.parametrize("law", [0, 1, 2], ids=["linear", "measured", "nonlinear"])
 def test_a_machine_turned_by_180_degrees_has_the_same_coil_currents(law):
-    """The pair that carries no weight has the bias; K_s and K_i do not depend on which one that is."""
+    """The coil pair without weight has the bias current; K_s and K_i do not depend on which pair that is."""
     coils, constants = [], []
     for angle in (225.0, 45.0):
         parameters = {"amb_actuator": {"force_law": law, "*.bias_current_?": "4.4 A"}}

@@ -49,7 +49,7 @@ def test_an_inactive_outer_loop_changes_no_bit_of_the_controller(layered):
 
 
 def test_identified_receptance_includes_the_controller(layered, computed, tmp_path):
-    """R of the linear model and R of a co-simulation, to 1e-6; under the PID it is another one."""
+    """R of the linear model and of a co-simulation agree to 1e-6; with the PID, R differs."""
     path = tmp_path / "identified.toml"
     studies.identify("9000 rpm", scenario=layered, output=path, progress=False)
     (modelled,), (result,) = read_table(computed).entries, read_table(path).entries

@@ -1,4 +1,4 @@
-"""Each model as an FMU: valid, equal to its core to the last bit, compiled or not, with a state that is saved."""
+"""Each model as an FMU: valid, equal to its core to the last bit, compiled or not, and saved states."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def test_each_part_prints_one_line_without_a_terminal(monkeypatch, tmp_path):
 
 
 def test_a_piped_command_prints_at_most_a_line_in_ten_seconds(monkeypatch):
-    """Reports at 4, 11, 15, 20 and 21 s, of which those at 11 and 21 s come ten seconds after another."""
+    """Of reports at 4, 11, 15, 20 and 21 s, those at 11 and 21 s follow the previous line by ten seconds."""
     clock(monkeypatch, [0.0, 4.0, 11.0, 11.0, 15.0, 20.0, 21.0, 21.0])
     ended = CliRunner().invoke(simulating)
     assert ended.stdout == ""

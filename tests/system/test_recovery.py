@@ -16,7 +16,7 @@ ADDED = "8,24,48 g.m"
 
 @pytest.fixture(scope="module")
 def shares() -> dict[str, list[float]]:
-    """Share recovered for each control and each unbalance added, one instant of the step."""
+    """Recovered share for each control and added unbalance, at a single phase of the step."""
     result = studies.recovery(ADDED, instants=1, progress=False)
     return {control: [cell.recovered_share for cell in cells] for control, cells in result.controls.items()}
 

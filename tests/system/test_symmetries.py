@@ -45,7 +45,7 @@ def plain():
 
 
 def assert_alike(signals, plain, turn=1.0):
-    """Assert that a landing is another one turned: orbits, contact, forces and heat."""
+    """Assert that a landing equals another one rotated: orbits, contact, forces and heat."""
     assert signal(plain, "td_a.f_n_peak").max() > WEIGHT
     for place in PLACES:
         np.testing.assert_allclose(orbit(signals, place), turn * orbit(plain, place), atol=1e-5 * CLEARANCE)

@@ -1,4 +1,4 @@
-"""The version comes from the tags of git; trees and clones without tags have one too, and build."""
+"""The version is derived from git tags; trees and clones without tags have a version and build."""
 
 import re
 import shutil

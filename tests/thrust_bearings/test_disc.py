@@ -68,7 +68,7 @@ def test_a_load_beyond_the_capacity_is_refused(bearing):
 
 
 def test_force_is_the_change_of_the_energy_of_its_gaps():
-    """The work of a displacement at constant flux is what the energy B^2/(2 mu_0) of four gaps loses."""
+    """The work of a displacement at constant flux is the loss of energy B^2/(2 mu_0) of four gaps."""
     z, i, step = 0.1e-3, 1.2, 1e-9
     upper, lower = DISC.flux_densities(z, i)
 

@@ -191,7 +191,7 @@ def test_both_directions_of_a_bearing_are_alike() -> None:
 
 
 def test_static_sensitivity_is_that_of_the_stiffnesses() -> None:
-    """A rotor of such mass stands still at low frequency only if it is held: for a rigid one S(0) = -K_s/K_b."""
+    """At low frequency a rotor of this mass moves little only if it is supported: S(0) = -K_s/K_b for a rigid rotor."""
     k_s, _ = loop().slopes(0)
     S = diagonal_response(sensitivity_system(loop()), np.array([1e-3]))[:, 0]
     assert np.all(S.real < 0.0)

@@ -21,7 +21,7 @@ def oscillator(sigma: float, omega: float) -> np.ndarray:
 
 
 def sampled(*parts: np.ndarray, seed: int = 1) -> np.ndarray:
-    """Parts beside each other, sampled, in coordinates that mix them and have units that differ by up to 1e6."""
+    """Return uncoupled sampled parts, in mixed coordinates with units that differ by up to 1e6."""
     A = expm(block_diag(*parts) * T)
     mixed = np.linalg.qr(np.random.default_rng(seed).standard_normal(A.shape))[0]
     units = np.geomspace(1e-3, 1e3, len(A))

@@ -1,4 +1,4 @@
-"""Intervals that hold the true value as often as they state, and parameters that data do not contain."""
+"""Confidence intervals with the stated coverage, and parameters without influence on the data."""
 
 from __future__ import annotations
 

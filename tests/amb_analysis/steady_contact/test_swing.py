@@ -64,7 +64,7 @@ def test_the_plant_stays_in_contact_up_to_the_top_with_this_friction(share):
 
 @pytest.mark.parametrize("share", [0.9, 1.25])
 def test_the_plant_swings_over_the_top_at_about_the_least_friction(share):
-    """Receptances hold for steady whirl, while this one speeds up and slows down: they err by 15 % to the safe side."""
+    """Receptances assume steady whirl, while this one accelerates and decelerates: 15 % to the safe side."""
     angle, _ = swing_up(share * friction_of(TwoBodies(mass=HALF, clearance=CLEARANCE, **MOUNT)), **MOUNT)
     assert bool(angle.max() >= math.pi) is (share > 1.0)
 

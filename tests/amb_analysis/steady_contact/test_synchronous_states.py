@@ -1,4 +1,4 @@
-"""States of steady rub: equilibrium, and that none is missing."""
+"""States of steady rub: equilibrium, and completeness."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def test_states_are_in_equilibrium_press_outward_and_keep_gaps(n_sites):
 
 
 def test_resultant_and_paths_find_the_same_pairs():
-    """Six complex solutions, of which the real ones are the same by both ways."""
+    """Six complex solutions, of which both methods give the same real ones."""
     R, c, r = some_rotor(2, 60, seed=1)
     E = np.linalg.inv(R)
     s = np.einsum("njk,nk->nj", E, r)
@@ -64,7 +64,7 @@ def test_resultant_and_paths_find_the_same_pairs():
 
 @pytest.mark.parametrize(("n_sites", "seed"), [(2, 3), (3, 4)])
 def test_newtons_method_from_many_starts_yields_no_further_state(n_sites, seed):
-    """Thousands of starts, at some points, find what the polynomial method finds, and nothing else."""
+    """Newton's method from hundreds of starts yields only the states of the polynomial method."""
     from scipy.optimize import fsolve
 
     R, c, r = some_rotor(n_sites, 3, seed)

@@ -75,7 +75,7 @@ def test_vibration_is_the_orbit_over_the_air_gap_that_is_nearer(tmp_path):
 
 
 def test_a_rotor_that_lies_on_a_magnet_uses_all_of_its_gap(tmp_path):
-    """Without power at one axis it falls onto the bore, 67 % of the retainers' 0.6 mm."""
+    """Without power in one axis the rotor falls onto the bore at 67 % of the retainers' 0.6 mm."""
     subject = blower(tmp_path, "0.6e-3")
     used = runs.clearance_used(subject, runs.simulate(subject, subject.file.speed.highest, end_time=0.1, **LOST))
     largest = {place: float(of.max()) for place, of in used.items()}
@@ -101,7 +101,7 @@ def test_a_fault_that_ends_at_a_magnet_uses_the_whole_gap(tmp_path, monkeypatch)
 
 
 def test_a_run_that_ends_early_away_from_a_magnet_is_an_error(tmp_path):
-    """A base that leaves with 1e9 m/s^2 is refused before the rotor comes to a magnet."""
+    """A base acceleration of 1e9 m/s^2 is refused before the rotor reaches a magnet."""
     subject = blower(tmp_path, "0.6e-3")
     shoved = [{"role": "disturbance", "cycle": 1.0, "set": {PLANT: {"base.a_x": 1e9}}}]
     with pytest.raises(ValueError, match="ended early"):

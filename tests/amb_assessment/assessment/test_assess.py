@@ -23,7 +23,7 @@ def compressor():
 
 
 def test_control_that_destabilises_truncated_modes_is_missed():
-    """Lead and notches at 100 us drive modes from 2.4 kHz on, which nothing damps, and which no co-simulation has."""
+    """Lead and notches at 100 us destabilise undamped modes from 2.4 kHz on, which the co-simulation does not have."""
     machine = load_machine("compressor")
     others = {name: values for name, values in machine.parameters.items() if name != "rolac_controller"}
     result = assess(
@@ -53,8 +53,8 @@ def test_curves_of_decrement_and_frequency_of_a_mode_share_a_label(compressor):
 
 
 def test_linear_response_bounds_vibration_in_co_simulation(compressor):
-    result = {part.key: part for part in compressor.parts}
-    used = [item.measured.value for item in result["vibration"].findings]
+    part_of = {part.key: part for part in compressor.parts}
+    used = [item.measured.value for item in part_of["vibration"].findings]
     assert 0.5 < max(used) < 10.0
 
 

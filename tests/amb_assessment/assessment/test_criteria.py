@@ -57,7 +57,7 @@ def test_error_names_the_fault_in_a_formula(formula, facts):
 
 
 def test_powers_of_powers_are_computed_in_floating_point():
-    """As integers these have millions of digits: a level more takes hours."""
+    """As integers these have millions of digits; one more level would take hours."""
     with raises_naming(ValueError, "finite"):
         evaluate("(((((9 ** 64) ** 64) ** 64) ** 64) ** 64) ** 64", {})
 

@@ -156,7 +156,7 @@ def test_all_corners_of_the_tolerances_are_varied():
 
 
 def test_magnet_numbers_match_the_closed_forms():
-    """F = mu_0 N^2 A cos(phi) (I_upper^2 - I_lower^2)/s^2 with all control current, which one coil pair alone has."""
+    """F = mu_0 N^2 A cos(phi) (I_upper^2 - I_lower^2)/s^2 with the full control current in one coil pair."""
     values = {"turns": 50.0, "pole_area": 4e-4, "gap": 5e-4, "half_angle": 0.3, "b_sat": 900.0, "inductance": 6e-3}
     p = axis_parameters(**values, bias_current=3.0, static_current=1.0, current_limit=8.0)
     gap, upper, lower, least, most, _, _, settings, of_gap = magnet_numbers(p, 0)

@@ -49,7 +49,7 @@ def test_relevitation_without_gravity_is_open():
 
 @pytest.mark.slow
 def test_a_landing_runs_to_its_end_or_is_reported_as_unfinished(monkeypatch):
-    """The blower rocks in its retainers at full speed: that is an end, too, if the swing stays below 90 degrees."""
+    """The blower rocks in its retainers at full speed, which is an end if the swing stays below 90 degrees."""
     monkeypatch.setattr(landing, "FRICTIONS", (0.15,))
     monkeypatch.setattr(landing, "PHASES", 2)
     monkeypatch.setattr(landing, "chance", lambda least: "")  # another reason for leaving the criterion open

@@ -12,7 +12,7 @@ FAILS = "target.write_text('half'); sys.exit(1)"
 
 @pytest.fixture
 def print_with(tmp_path, monkeypatch):
-    """Print a page with a browser that is a program in Python, which has `target` and `page`."""
+    """Print a page with a fake browser, a Python program that has `target` and `page`."""
     page = tmp_path / "assessment.html"
     page.write_text("<p>verdicts</p>", encoding="utf-8")
     run = printed.subprocess.run

@@ -74,7 +74,7 @@ def damped_expander(folder):
 
 
 MACHINES = {"turbo_expander": damped_expander, "blower": blower}
-"""Writers of machine files, of their rotors, and of what they refer to."""
+"""Writers of machine files, of their rotors, and of the files that they refer to."""
 
 
 @pytest.fixture(scope="module", params=slow_but_first(MACHINES))
@@ -182,7 +182,7 @@ def test_twice_the_unbalance_doubles_linear_parts_alone(machine, linear, monkeyp
 
 
 def test_a_narrower_range_of_speeds_changes_no_verdict(machine, linear):
-    """The least decrement and the largest displacement of a part of the range are not worse than those of the whole."""
+    """Least decrement and largest displacement of a part of the range are not worse than those of the whole."""
     found = values(machine, LINEAR, narrowed)
     assert verdicts_of(found) == verdicts_of(linear)
     for key, expected in linear.items():
@@ -307,7 +307,7 @@ def test_twice_the_unbalance_doubles_the_motion_without_contact(course, machine)
 
 
 def test_a_resonance_within_the_range_is_missed():
-    """The blower's response has a peak at about 33,000 1/min, which is far above its own speeds."""
+    """The blower's response has a peak at about 33,000 1/min, far above its operating speeds."""
     file = load_machine(BLOWER / "machine.toml")
     within = {"minimum": "30000 rpm", "maximum": "34000 rpm", "trip": "35700 rpm"}
     faster = file.model_copy(update={"speed": file.speed.model_copy(update=within)})

@@ -54,10 +54,10 @@ def test_a_spin_without_deceleration_never_stops(gain):
 def test_the_compressor_is_followed_to_standstill_in_its_retainers():
     (part,) = assess("compressor", only=["rest"]).parts
     assert not part.reason
-    result = {item.measured.quantity: item.measured for item in part.findings}
-    assert result["standstill_time"].where == "simulated to the end"
-    assert 0.0 < result["rest_time"].value <= result["standstill_time"].value < 20.0
+    quantities = {item.measured.quantity: item.measured for item in part.findings}
+    assert quantities["standstill_time"].where == "simulated to the end"
+    assert 0.0 < quantities["rest_time"].value <= quantities["standstill_time"].value < 20.0
     of_spin = 0.5 * 0.9155 * (9000.0 * np.pi / 30.0) ** 2
-    assert 0.01 * of_spin < result["retainer_heat"].value < 0.05 * of_spin  # the gas takes the rest
-    half = 0.5 * result["retainer_heat"].value / 2000.0
-    assert result["retainer_temperature"].value == pytest.approx(293.15 + half, abs=0.2)
+    assert 0.01 * of_spin < quantities["retainer_heat"].value < 0.05 * of_spin  # the gas takes the rest
+    half = 0.5 * quantities["retainer_heat"].value / 2000.0
+    assert quantities["retainer_temperature"].value == pytest.approx(293.15 + half, abs=0.2)

@@ -53,7 +53,7 @@ def test_a_rotor_with_a_single_disc_has_the_whole_unbalance(tmp_path):
 
 @pytest.mark.parametrize("lowest", ["34000 rpm", "35543 rpm"])
 def test_vibration_is_judged_at_the_resonance_within_the_speeds(lowest):
-    """Three speeds of the range miss it; the narrower range ends beside it. Both are beyond half of the clearance."""
+    """Three speeds of the range miss the resonance; the narrower range ends beside it. Both exceed 50 %."""
     result = vibration.answer(expander(minimum=lowest))
     worst = max(result.measured, key=lambda quantity: quantity.value)
     assert worst.value > 50.0
@@ -164,7 +164,7 @@ def test_bearings_that_differ_along_x_and_y_have_two_maps():
 
 
 def test_share_of_the_clearance_grows_with_the_unbalance(monkeypatch):
-    """The scale never makes it smaller: ten times the unbalance, beyond the limit, gives ten times the share."""
+    """The scale factor is never below one: beyond the limit, ten times the unbalance gives ten times the share."""
     subject = subject_of(load_machine(BLOWER))
     shares = {}
     for factor in (20.0, 200.0):

@@ -79,7 +79,7 @@ def test_an_equivalent_description_has_the_same_whirl_friction(machine, same, tm
 
 
 def test_whirl_friction_on_rigid_retainers_is_near_that_of_a_rigid_rotor():
-    """The forward cross coupling of the stage, and damping, raise it a little; bending lowers it."""
+    """Forward cross coupling of the stage and damping raise the friction slightly; bending lowers it."""
     file = load_machine(BLOWER / "machine.toml")
     without = least(file.model_copy(update={"stages": ()}))
     assert without.value == pytest.approx(RIGID, rel=0.02)
@@ -139,7 +139,7 @@ def test_whirl_friction_just_below_the_coefficient_leaves_it_to_chance():
     ],
 )
 def test_contact_in_whirling_landings_counts_unless_left_to_chance(friction, whirling, verdict, monkeypatch):
-    """The first of the eight whirl and reach a stator and a seal, and none of the others does."""
+    """The first `whirling` of eight landings whirl and reach a stator and a seal; the others do not."""
     landed = iter([True] * whirling + [False] * (8 - whirling))
 
     def land(subject, inputs, mu, phase):

@@ -159,7 +159,7 @@ class PeaksOverSpeed:
 
 
 def test_values_of_a_design_are_the_worst_between_grid_speeds(monkeypatch):
-    """Of 0, 400, 800, 1000 and 1050 rad/s none is within 190 of the worst."""
+    """None of 0, 400, 800, 1000 and 1050 rad/s is within 190 rad/s of the worst."""
     monkeypatch.setattr("amb_assessment.first_design.loop_search.LoopSearch", PeaksOverSpeed)
     loop = levitation_of(LoopOfOneVibration(), 1000.0, Pid({}, {}, 1e-5), (0.1, 0.02, 0.002))
     assert (loop.in_range, loop.beyond) == (pytest.approx(0.08, rel=1e-3), 1.0)

@@ -22,7 +22,7 @@ RPM = math.pi / 30.0
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory):
-    """The expander as a bench rotor, that nothing surrounds, with magnets of a data sheet."""
+    """The expander as a bench rotor without retainers, with magnets of a data sheet."""
     data = tomllib.loads(DRAWING)
     del data["sites"]
     made = tmp_path_factory.mktemp("new") / "bench"
@@ -66,7 +66,7 @@ def test_differential_drive_keeps_k_i_and_raises_k_s_with_the_load(known):
 
 
 def test_one_sided_drive_raises_both_constants():
-    """K_i (1 + I_s/(2 I_0)): the upper coils alone get what carries the weight."""
+    """K_i (1 + I_s/(2 I_0)): only the upper coils have the current that carries the weight."""
     sizes, points = points_of(gap=0.4e-3, drive="one-sided")
     for point in points.values():
         assert point.k_i == pytest.approx(210.0 * (1.0 + 0.5 * point.static_current / sizes.bias_current), rel=1e-9)

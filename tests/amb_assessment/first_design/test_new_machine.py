@@ -167,7 +167,7 @@ def test_unbalance_peaks_at_the_critical_speeds_of_the_sampled_loop(pump):
 
 
 def test_magnets_are_placed_in_the_bearings_of_a_drawing(expander):
-    """Its own names, places and clearances stay; a run holds the unbalance within a tenth of the clearance."""
+    """Names, positions and clearances of the drawing stay; the orbit of a run is within a tenth of the clearance."""
     rotor = load_rotor(expander.folder / "rotor.toml")
     assert (expander.folder / "rotor.toml").read_text() == DRAWING
     assert list(expander.points) == [bearing.name for bearing in rotor.bearings] == ["north", "south"]
@@ -181,7 +181,7 @@ def test_magnets_are_placed_in_the_bearings_of_a_drawing(expander):
 
 
 def test_damping_missing_in_a_drawing_is_assumed_and_reported(tmp_path):
-    """Without it sampled control drives the high bending modes of many a rotor; damping that is given stays."""
+    """Without damping, sampled control drives the high bending modes of many rotors; stated damping stays."""
     lines = DRAWING.split("\n")
     begin = lines.index("[damping]")
     after = next((k for k in range(begin + 1, len(lines)) if lines[k].startswith("[")), len(lines))
@@ -221,7 +221,7 @@ def test_error_names_the_part_that_a_drawing_lacks(tmp_path, key):
 
 
 def test_a_rotor_that_no_pid_holds_is_refused_with_its_unstable_mode(tmp_path):
-    """A shaft without damping whose sensors are beyond nodes of its bending modes: no gains of a PID hold it."""
+    """An undamped shaft whose sensors are beyond nodes of its bending modes: no PID stabilises it."""
     text = shaft_of("pump")[0].replace("modal = [0.003, 0.005, 0.01]", "modal = 0.0")
     places = "".join(f'[[bearings]]\nname = "{b}"\nz = {z}\nstiffness = 1e6\n' for b, z in (("a", 0.1), ("b", 1.1)))
     sites = "".join(f'[[sites]]\nname = "r{b}"\nz = {z}\nbearing = "{b}"\n' for b, z in (("a", 0.15), ("b", 1.05)))

@@ -34,7 +34,7 @@ def test_unbalance_that_saturates_the_coils_is_a_shortfall(share, saturating):
 
 
 def test_bearings_softer_than_their_magnets_require_are_a_shortfall():
-    """Three bearings with 0.58, 0.72 and 0.53 of their K_s, of which 0.7 is wanted."""
+    """Three bearings with net stiffnesses of 0.58, 0.72 and 0.53 of their K_s, where 0.7 is required."""
     k_s = {"top": 5e6, "mid": 7e6, "low": 6e6}
     shares = {"top": 0.58, "mid": 0.72, "low": 0.53}
     pid = Pid({name: shares[name] * k_s[name] for name in k_s}, dict.fromkeys(k_s, 5e3), 1e-5)

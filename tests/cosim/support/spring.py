@@ -4,7 +4,7 @@ from pythonfmu import Fmi2Causality, Fmi2Slave, Fmi2Variability, Real
 
 
 class Spring(Fmi2Slave):
-    """Force on each end from their distance; one that pushes what it should pull ends the simulation."""
+    """Force on each end from their distance; a spring under compression ends the simulation."""
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)

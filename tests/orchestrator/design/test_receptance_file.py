@@ -1,4 +1,4 @@
-"""The table of receptances in a file: whole or not at all, for one rotor and one loop."""
+"""The table of receptances in a file: written completely or not at all, for one rotor and one loop."""
 
 from __future__ import annotations
 
