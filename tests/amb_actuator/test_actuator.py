@@ -225,7 +225,7 @@ def test_a_refused_step_leaves_the_currents_as_they_were(bearing):
 
 
 @pytest.mark.parametrize("amplifier", [0, DYNAMIC])
-def test_outputs_do_not_depend_on_what_the_scratch_arrays_held(bearing, amplifier):
+def test_outputs_do_not_depend_on_the_content_of_scratch_arrays(bearing, amplifier):
     made = [bearing(force_law=NONLINEAR, amplifier=amplifier) for _ in range(2)]
     for actuator in made:
         after_step(actuator, mb1__x=1e-4, mb2__i_y=2.0)

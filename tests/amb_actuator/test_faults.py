@@ -173,7 +173,7 @@ def test_cured_faults_leave_no_trace(bearing, law, amplifier):
 
 @laws
 @pytest.mark.parametrize("sign", [1, -1])
-def test_magnet_without_power_lets_the_rotor_lie_on_the_stator(bearing, law, sign):
+def test_magnet_without_power_allows_contact_with_the_stator(bearing, law, sign):
     """Without currents the force is that without turns; while they decay, iron and air gap limit force and gradient."""
     share = np.array([0.99, 1.0, 1.05])
     dead = [bearing(force_law=law, total_force=1.0, mb1__amplifier_off_x=1.0) for _ in share]

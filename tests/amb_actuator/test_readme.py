@@ -23,7 +23,7 @@ PAGES = [(THEORY / f"{page}.md").read_text(encoding="utf-8") for page in ("magne
 PROSE = " ".join("\n".join(PAGES).split())
 
 
-def test_the_code_of_the_readme_runs_draws_and_prints_what_it_says(build_fmu, run_python, tmp_path):
+def test_the_code_of_the_readme_draws_and_prints_its_stated_output(build_fmu, run_python, tmp_path):
     shutil.copy(build_fmu(ACTUATOR, ACTUATOR_CONSTANTS), tmp_path)
     code = example_of("amb_actuator")
     program = f"import matplotlib\nmatplotlib.use('Agg')\n{code}"

@@ -107,7 +107,7 @@ def test_dragging_in_an_orbit_pushes_until_the_pointer_is_released(open_rig):
     rig.page.wait_for_function("!document.querySelector('.orbit .force').textContent.startsWith('push')")
 
 
-def test_a_saved_scenario_repeats_what_the_page_showed(open_rig, tmp_path):
+def test_a_saved_scenario_repeats_the_run_of_the_page(open_rig, tmp_path):
     rig = open_rig()
     rig.go(0.1)
     rig.set("rotor_contact.d4.u", 0.02)

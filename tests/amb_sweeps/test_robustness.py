@@ -27,7 +27,7 @@ def variations_of(scenario, **settings):
     return planned, variations(planned, settings, 0.01, lambda: TABLE)
 
 
-def test_verdict_names_what_flips_the_outcome():
+def test_verdict_names_the_changes_that_flip_the_outcome():
     rows = (row("as it is", "recovered"), row("K_b + 1 %", "recovered"), row("K_b - 1 %", "trapped"))
     fragile, robust = (Robustness("mine", 0.01, some, {}) for some in (rows, rows[:2]))
     assert (robust.verdict, robust.flips) == ("robust", {})

@@ -30,7 +30,7 @@ def test_stiffer_springs_approach_the_rigid_retainer(data):
     assert data["cost_ratio_at_equal_accuracy"] == rows[-1]["cost_ratio"]
 
 
-def test_every_classical_law_reaches_the_tolerance_of_its_own_limit(data):
+def test_every_classical_law_converges_to_its_limit(data):
     assert len(data["own_accuracy"]) == 7
     for row in data["own_accuracy"]:
         assert row["force_error"] <= data["force_tolerance"]

@@ -49,7 +49,7 @@ def actuator():
 
 
 @pytest.mark.parametrize("flavour", FLAVOURS)
-def test_a_refused_step_carries_status_and_log_of_its_own_component(run_python, flavour):
+def test_a_refused_step_carries_status_and_log_of_its_component(run_python, flavour):
     folder = fmus.ensure_built("amb_actuator", flavour).folder
     status, log_text, more = run_python(PREPARE.format(folder=str(folder)) + REFUSED)
     assert status == "Error"

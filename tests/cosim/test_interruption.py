@@ -153,7 +153,7 @@ def test_an_interruption_at_the_start_keeps_the_old_result(runner, monkeypatch, 
 
 
 @pytest.mark.parametrize("number", slow_but_first(CODES))
-def test_a_signal_during_a_run_keeps_what_was_recorded(start, tmp_path, number):
+def test_a_signal_during_a_run_keeps_the_record(start, tmp_path, number):
     (tmp_path / "long.toml").write_text("base = 'fig4_9'\nend_cycle = 1e5\nsettle_cycles = 0\nrecord.every = 1000\n")
     process = start("run", "long.toml", "--no-plots", "-o", "out")
     wait_until(lambda: "rolac_controller.so" in of_process(process.pid, "maps"))

@@ -92,7 +92,7 @@ def check_refusal(fmu, *facts):
     assert (fmu.call("Reset"), fmu.begin().step(0)) == (OK, OK)
 
 
-def test_one_wrong_reference_among_right_ones_sets_none(library):
+def test_a_wrong_reference_among_right_ones_sets_no_value(library):
     with library.instantiate() as fmu:
         fmu.begin(u=1.0)
         u, kind, _ = library.variables["u"]

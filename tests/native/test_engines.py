@@ -97,7 +97,7 @@ def test_a_build_with_a_shipped_engine_needs_no_compiler(lag, native, run_python
     assert Path(built).read_bytes() == native(lag).read_bytes()
 
 
-def test_without_engine_and_compiler_the_build_says_what_to_install(run_python, tmp_path):
+def test_build_without_engine_and_compiler_names_what_to_install(run_python, tmp_path):
     message = run_python(without_compilers, folder=tmp_path, shipped=tmp_path / "nothing")
     assert_names(message, "probe_lag", host_platform(), "flavour python", "numba, ziglang", "pip install")
     assert message.endswith("[native]'")

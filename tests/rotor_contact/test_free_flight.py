@@ -31,7 +31,7 @@ def reset_energies(x):
 
 @pytest.mark.parametrize("h", [H, 1e-3, 5e-3])
 @pytest.mark.parametrize("Omega", [150.0, -150.0, 400.0])
-def test_flight_is_the_motion_integrated_independently_whatever_the_step(Omega, h):
+def test_exact_flight_matches_an_independent_integration_for_any_step(Omega, h):
     steps = round(0.1 / h)
     x = in_flight(WIDE | BEARINGS | UNBALANCE | {"Omega": Omega}, h)
     began = x["theta"]

@@ -46,7 +46,7 @@ def test_a_connected_value_overrides_that_of_the_input(last):
     assert values["a.y"] == 5.0
 
 
-def test_a_parameter_connector_sets_what_it_is_connected_to(last):
+def test_a_parameter_connector_sets_the_connected_parameters(last):
     gains = connector("stiffness", "parameter")
     links = connect("stiffness", "a.k") + connect("stiffness", "b.k", LAW.format(2, 1))
     root = system("root", gains, gain("a") + gain("b"), links, bind({"stiffness": 30.0, "a.k": 10.0}))

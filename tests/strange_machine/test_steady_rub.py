@@ -253,7 +253,7 @@ def test_least_unbalance_that_touches_does_not_depend_on_the_map(expander):
 
 
 @pytest.mark.slow
-def test_the_map_of_a_healthy_machine_reaches_what_touches_and_what_traps():
+def test_map_of_a_healthy_machine_covers_touching_and_trapping():
     """With a hundredth of its unbalance; the orbit without contact is linear in it."""
     result = studies.traps(LEVITATION, unbalance="0.3 g.mm", set=LINEAR)
     touching, at = result.touching

@@ -113,7 +113,7 @@ CASES = {  # builder, rotor, scenes and their number
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
-def test_initial_outputs_depend_on_what_is_declared(case):
+def test_initial_outputs_depend_on_their_declared_dependencies(case):
     """Discrete outputs change at edges only, some of which no scene comes near."""
     build, rotor, scenes, count = CASES[case]
     model, constants = build(load_rotor(rotor) if isinstance(rotor, str) else rotor)

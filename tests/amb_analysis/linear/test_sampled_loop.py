@@ -31,7 +31,7 @@ def test_loop_without_control_and_with_the_ideal_chain_is_the_plant(receptance):
     np.testing.assert_allclose(identified_receptance(receptance, OMEGA, off), receptance, rtol=1e-14)
 
 
-def test_delay_filter_and_scale_turn_and_stretch_what_is_measured(receptance):
+def test_delay_filter_and_scale_change_phase_and_amplitude_of_signals(receptance):
     off = {f"{b}.{name}_{a}": 0.0 for b in ("mb1", "mb2") for a in "xy" for name in ("k_b", "k_s", "c_b")}
     late = identified_receptance(receptance, OMEGA, off | {"chain.preset": 2, "chain.delay": 1})
     np.testing.assert_allclose(late, receptance * np.exp(-1j * OMEGA * H), rtol=1e-13)
@@ -49,7 +49,7 @@ def test_stiff_pid_acts_as_a_spring_of_its_stiffness():
     assert c == pytest.approx(1e6 + BEARING_K_S + 5e3j * OMEGA, rel=1e-2)
 
 
-def test_sensors_off_their_planes_mix_what_is_measured():
+def test_sensors_off_their_planes_mix_the_displacements():
     f = sensor_response(given_parameters({"plane3.offset": 0.05}), OMEGA)
     np.testing.assert_array_equal(f[:4], np.eye(8)[:4])
     assert f[4, 4] < 1.0

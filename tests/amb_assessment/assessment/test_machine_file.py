@@ -113,7 +113,7 @@ def test_a_machine_of_a_scenario_has_its_parts_and_none_of_its_loads():
 
 
 @pytest.mark.parametrize("is_on", [True, False])
-def test_an_assessment_says_that_it_leaves_out_synchronous_control(tmp_path, is_on):
+def test_an_assessment_states_that_it_omits_synchronous_control(tmp_path, is_on):
     """Its poles, responses and co-simulations are those of the feedback alone."""
     lines = (
         f"base = '{BLOWER / 'levitation.toml'}'",
@@ -167,7 +167,7 @@ def test_magnet_numbers_match_the_closed_forms():
     assert of_gap == pytest.approx(2e3 * 4e-7 * math.pi * 50.0**2 * 4e-4 / 5e-4)
 
 
-def test_differential_drive_keeps_k_i_whatever_the_load():
+def test_differential_drive_keeps_k_i_under_any_load():
     """Upper coils i_0 + F/K_i and lower coils i_0 - F/K_i carry F, for F = K_i (I_upper - I_lower)/2."""
     constants = {"turns": 50.0, "pole_area": 4e-4, "gap": 5e-4, "half_angle": 0.3, "b_sat": 900.0, "current_limit": 8.0}
     unloaded = axis_parameters(**constants, bias_current=4.0, static_current=0.0)
