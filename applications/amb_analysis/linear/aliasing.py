@@ -2,14 +2,14 @@
 
     z = exp(s T),   s = ln(z)/T + 2 pi i m/T,   m any whole number                                 (1)
 
-The samples alone do not determine m: a motion of the plant faster than half the sample rate looks slow. Its state at
-the samples does. Of the plant between samples, (q, v)' = A (q, v), with its mass M,
+The poles alone do not determine m: a motion of the plant faster than half the sample rate looks slow. The plant's
+state in the eigenvector does. For the plant between samples, (q, v)' = A (q, v), with mass matrix M,
 
     s_e = (v^H M a)/(v^H M v),   a the lower half of A (q, v)                                      (2)
 
-is the eigenvalue of the motion that has most of the kinetic energy, up to what the held forces change. s is the value
-of (1) nearest to s_e. Weights by velocity matter: a controller that sees a fast motion as a slow one shakes the rotor
-slowly and widely, with little energy.
+estimates the eigenvalue of the motion with most of the kinetic energy, without the forces held over a sample. s is the
+value of (1) nearest to s_e. The weighting by velocity matters: a controller that sees a fast motion as a slow one
+shakes the rotor slowly and widely, with little energy.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ import numpy as np
 from array_types import Array, Complex
 
 EXTINCT = 1e-9  # modulus below which a pole is 0
-RESTS = 1e-20  # share of the squared size of an eigenvector: a plant that moves less takes no part in it
+AT_REST = 1e-20  # v^H M v over the squared norm of an eigenvector up to which the plant is at rest in it
 
 
 def logarithms(z: Complex, sample_time: float) -> Complex:
     """Return s of (1) with m = 0, at most half the sample rate; 0 for z = 0."""
-    alive, s = np.abs(z) > EXTINCT, np.zeros(len(z), dtype=np.complex128)
-    s[alive] = np.log(z[alive]) / sample_time
+    nonzero, s = np.abs(z) > EXTINCT, np.zeros(len(z), dtype=np.complex128)
+    s[nonzero] = np.log(z[nonzero]) / sample_time
     return s
 
 
@@ -49,7 +49,7 @@ def continuous_poles(z: Complex, sample_time: float, states: Complex, A: Array, 
     v, a = states[m:], A[m:] @ states
     momenta = (mass @ v).conj()
     energy, power = (momenta * v).sum(axis=0).real, (momenta * a).sum(axis=0)
-    moves = (s != 0.0) & (energy > RESTS * np.einsum("ij,ij->j", states.conj(), states).real)
+    moves = (s != 0.0) & (energy > AT_REST * np.einsum("ij,ij->j", states.conj(), states).real)
     turns = np.zeros(len(z))
     turns[moves] = np.round((power[moves] / energy[moves] - s[moves]).imag * sample_time / (2.0 * math.pi))
     return np.asarray(s + 2j * math.pi * turns / sample_time)

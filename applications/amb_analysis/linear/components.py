@@ -80,44 +80,44 @@ def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
 
 
 def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
-    """Return parts as one, by (1); its outputs are theirs, and then the sums w at those inputs that are no outputs.
+    """Return parts connected by (1); outputs are those of the parts, then the sums w at inputs that are no outputs.
 
     Parameters
     ----------
     parts
         All continuous, or all sampled at the same time.
     feeds
-        The output that feeds an input, by the input.
+        Feeding output by fed input.
 
     Raises
     ------
     ValueError
-        If the connections close a loop without any delay that has no solution.
+        If the connections close a loop without delay that has no solution.
     """
-    whole = side_by_side([part.law for part in parts])
+    parts_law = side_by_side([part.law for part in parts])
     inputs = tuple(name for part in parts for name in part.inputs)
     outputs = tuple(name for part in parts for name in part.outputs)
     row, column = ({name: k for k, name in enumerate(names)} for names in (outputs, inputs))
     E = np.zeros((len(inputs), len(outputs)))
     for target, source in feeds.items():
         E[column[target], row[source]] = 1.0
-    direct = np.eye(len(inputs)) - E @ whole.D
+    direct = np.eye(len(inputs)) - E @ parts_law.D
     if not _is_solvable(direct):
         raise ValueError(
             "the connections close a loop without delay that has no solution; the system has no linear model"
         )
     W = np.linalg.inv(direct)
-    summed = W @ E @ whole.C
-    local = [k for k, name in enumerate(inputs) if name not in row]
+    summed = W @ E @ parts_law.C
+    inputs_only = [k for k, name in enumerate(inputs) if name not in row]
     law = Law(
-        whole.A + whole.B @ summed,
-        whole.B @ W,
-        np.vstack([whole.C + whole.D @ summed, summed[local]]),
-        np.vstack([whole.D @ W, W[local]]),
+        parts_law.A + parts_law.B @ summed,
+        parts_law.B @ W,
+        np.vstack([parts_law.C + parts_law.D @ summed, summed[inputs_only]]),
+        np.vstack([parts_law.D @ W, W[inputs_only]]),
         parts[0].law.sample_time,
     )
     notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
-    return LinearComponent(law, inputs, (*outputs, *(inputs[k] for k in local)), notes=notes)
+    return LinearComponent(law, inputs, (*outputs, *(inputs[k] for k in inputs_only)), notes=notes)
 
 
 def _is_solvable(matrix: Array) -> bool:
@@ -142,36 +142,37 @@ def sampled(part: LinearComponent, sample_time: float, late: Mapping[str, float]
     late
         Delay f of each input as a fraction of a sample, by name; 0 by default.
     """
-    law, fractions = part.law, {name: f for name, f in (late or {}).items() if f > 0.0}
+    law, delays = part.law, {name: f for name, f in (late or {}).items() if f > 0.0}
     n, m = law.B.shape
-    Phi, new = zoh(law.A, law.B, sample_time)
-    retained = [part.inputs.index(name) for name in fractions]
-    old = np.zeros((n, len(retained)))
-    new, D = new.copy(), law.D.copy()
-    for k, (j, f) in enumerate(zip(retained, fractions.values(), strict=True)):
-        before, after = zoh(law.A, law.B, f * sample_time), zoh(law.A, law.B, (1.0 - f) * sample_time)
-        old[:, k] = after[0] @ before[1][:, j]
-        new[:, j] = after[1][:, j]
-    displayed = D[:, retained].copy()
-    D[:, retained] = 0.0
-    A = np.block([[Phi, old], [np.zeros((len(retained), n + len(retained)))]])
-    B = np.vstack([new, np.eye(m)[retained]])
+    Phi, Gamma_0 = zoh(law.A, law.B, sample_time)
+    late_columns = [part.inputs.index(name) for name in delays]
+    Gamma_1 = np.zeros((n, len(late_columns)))
+    Gamma_0, D = Gamma_0.copy(), law.D.copy()
+    for k, (j, f) in enumerate(zip(late_columns, delays.values(), strict=True)):
+        _, Gamma_before = zoh(law.A, law.B, f * sample_time)
+        Phi_after, Gamma_after = zoh(law.A, law.B, (1.0 - f) * sample_time)
+        Gamma_1[:, k] = Phi_after @ Gamma_before[:, j]
+        Gamma_0[:, j] = Gamma_after[:, j]
+    D_before = D[:, late_columns].copy()
+    D[:, late_columns] = 0.0
+    A = np.block([[Phi, Gamma_1], [np.zeros((len(late_columns), n + len(late_columns)))]])
+    B = np.vstack([Gamma_0, np.eye(m)[late_columns]])
     return LinearComponent(
-        Law(A, B, np.hstack([law.C, displayed]), D, sample_time), part.inputs, part.outputs, notes=part.notes
+        Law(A, B, np.hstack([law.C, D_before]), D, sample_time), part.inputs, part.outputs, notes=part.notes
     )
 
 
 def zoh(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return Phi and Gamma of a time (s): new states from old ones and from held inputs."""
+    """Return Phi and Gamma of x(t + time) = Phi x(t) + Gamma u, with the inputs u held over the time (s)."""
     n, m = B.shape
-    block = np.zeros((n + m, n + m), dtype=np.result_type(A, B))
-    block[:n, :n], block[:n, n:] = A, B
-    whole = expm(block * time)
-    return whole[:n, :n], whole[:n, n:]
+    generator = np.zeros((n + m, n + m), dtype=np.result_type(A, B))
+    generator[:n, :n], generator[:n, n:] = A, B
+    transition = expm(generator * time)
+    return transition[:n, :n], transition[:n, n:]
 
 
 def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[LinearComponent, dict[str, str]]:
-    """Return a sampled part that repeats some of its outputs a step later, and the names of these."""
+    """Return a sampled part that also has some of its outputs a step late, and their late names by name."""
     later = {name: f"{name} (before)" for name in names}
     rows = [part.outputs.index(name) for name in later]
     law, n, p = part.law, len(part.law.A), len(rows)
@@ -183,7 +184,7 @@ def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[Line
 
 
 def loop_of(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
-    """Return all parts connected; the continuous ones are sampled if there is a sampled one among them.
+    """Return all parts connected; if any part is sampled, the continuous parts are sampled at its time.
 
     Raises
     ------
@@ -202,20 +203,22 @@ def loop_of(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> Linea
         )
     if not continuous:
         return connected(discrete, within(discrete, feeds))
-    shares = {name: part.late for part in discrete if part.late > 0.0 for name in part.outputs}
-    inside = {name for part in continuous for name in part.inputs}
-    delayed = {target: shares[source] for target, source in feeds.items() if target in inside and source in shares}
+    delays = {name: part.late for part in discrete if part.late > 0.0 for name in part.outputs}
+    continuous_inputs = {name for part in continuous for name in part.inputs}
+    delayed = {
+        target: delays[source] for target, source in feeds.items() if target in continuous_inputs and source in delays
+    }
     gates = [
         LinearComponent(Law(*_no_states(), np.eye(1)), (target + LATE,), (f"{target}{LATE}:",)) for target in delayed
     ]
-    through = {target: f"{target}{LATE}:" for target in delayed}
-    machine = connected([*continuous, *gates], within([*continuous, *gates], {**feeds, **through}))
-    machine = sampled(machine, times[0], {target + LATE: share for target, share in delayed.items()})
-    outside = {target: source for target, source in feeds.items() if target not in delayed}
-    outside |= {target + LATE: feeds[target] for target in delayed}
-    together = [machine, *discrete]
-    solved = within([*continuous, *gates], feeds)
-    return connected(together, within(together, {k: v for k, v in outside.items() if k not in solved}))
+    gate_feeds = {target: f"{target}{LATE}:" for target in delayed}
+    plant = connected([*continuous, *gates], within([*continuous, *gates], {**feeds, **gate_feeds}))
+    plant = sampled(plant, times[0], {target + LATE: f for target, f in delayed.items()})
+    plant_feeds = {target: source for target, source in feeds.items() if target not in delayed}
+    plant_feeds |= {target + LATE: feeds[target] for target in delayed}
+    all_parts = [plant, *discrete]
+    internal = within([*continuous, *gates], feeds)
+    return connected(all_parts, within(all_parts, {k: v for k, v in plant_feeds.items() if k not in internal}))
 
 
 def within(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> dict[str, str]:

@@ -34,14 +34,14 @@ def pid_component(name: str, layout: Mapping[str, Any], parameters: Mapping[str,
     Parameters
     ----------
     name
-        Of the component.
+        Name of the component.
     layout, parameters
-        Of the model `rolac_controller`; its synchronous control is not included.
+        Those of the model `rolac_controller`; its synchronous control is not included.
     """
     loop = _control_loop(layout)
     values = parameters_of_loop(loop, parameters)
-    local = values.common[0]
-    time, tau, direct = float(local.sample_time), float(local.derivative_time), local.pid.direct
+    common = values.common[0]
+    time, tau, direct = float(common.sample_time), float(common.derivative_time), common.pid.direct
     laws = []
     for gains in values.axes:
         k, c, k_set = (float(f(gains, direct)) for f in (stiffness, damping, setpoint_stiffness))
@@ -54,13 +54,15 @@ def pid_component(name: str, layout: Mapping[str, Any], parameters: Mapping[str,
     n, sensors = len(laws), len(loop.sensors)
     order = np.kron(np.eye(n), [[1.0], [0.0]]), np.kron(np.eye(n), [[0.0], [1.0]])  # of each law's two columns
     scaled = static(np.hstack([order[0] @ axis_matrix(values), order[1]]))
-    chain = in_series(scaled, _filtered(local, 2 * n, range(0, 2 * n, 2)))
-    law = in_series(in_series(chain, side_by_side(laws)), delayed(n, int(is_on(local.chain.preset, local.chain.delay))))
+    chain = in_series(scaled, _filtered(common, 2 * n, range(0, 2 * n, 2)))
+    law = in_series(
+        in_series(chain, side_by_side(laws)), delayed(n, int(is_on(common.chain.preset, common.chain.delay)))
+    )
     inputs = [*loop.sensor_names, *(f"{axis.bearing}.set_{axis.direction}" for axis in loop.axes)]
     outputs = [f"{axis.bearing}.i_{axis.direction}" for axis in loop.axes]
     assert law.D.shape == (n, sensors + n)
-    left_out = "synchronous control, prediction_time" if local.prediction_time > 0.0 else "synchronous control"
-    return _part(name, law, time, inputs, outputs, f"{left_out}, {NOTE}")
+    excluded = "synchronous control, prediction_time" if common.prediction_time > 0.0 else "synchronous control"
+    return _part(name, law, time, inputs, outputs, f"{excluded}, {NOTE}")
 
 
 def law_component(
@@ -73,17 +75,17 @@ def law_component(
     Parameters
     ----------
     name
-        Of the component.
+        Name of the component.
     layout, constants, parameters
-        Of the model.
+        Those of the model.
     Omega
         Spin speed (rad/s), at which the matrices are interpolated.
     """
-    local = law_at(constants, Omega)
+    matrices = law_at(constants, Omega)
     signals, demands = list(layout["signals"]), list(layout["demands"])
     p, m, time = len(demands), len(signals), parameters["sample_time"]
     gains = np.array([parameters[f"{demand}.gain"] for demand in demands])
-    local = Law(local.A, local.B, gains[:, None] * local.C, gains[:, None] * local.D)
+    matrices = Law(matrices.A, matrices.B, gains[:, None] * matrices.C, gains[:, None] * matrices.D)
     scale = static(np.diag([parameters[f"{signal}.scale"] for signal in signals]))
     preset = parameters["chain.preset"]
     measured = scale
@@ -91,7 +93,7 @@ def law_component(
         measured = in_series(scale, side_by_side([_filter(parameters["chain.cutoff"], time)] * m))
     errors = side_by_side([measured, static(-np.eye(m)), static(np.eye(p))])
     to_law = static(np.block([[np.eye(m), np.eye(m), np.zeros((m, p))], [np.zeros((p, 2 * m)), np.eye(p)]]))
-    summed = in_series(side_by_side([local, static(np.eye(p))]), static(np.hstack([np.eye(p), np.eye(p)])))
+    summed = in_series(side_by_side([matrices, static(np.eye(p))]), static(np.hstack([np.eye(p), np.eye(p)])))
     late = parameters["delay"] + float(is_on(preset, parameters["chain.delay"]))
     law = in_series(in_series(in_series(errors, to_law), summed), delayed(p, math.floor(late)))
     inputs = [*signals, *(f"{s}.setpoint" for s in signals), *(f"{d}.feedforward" for d in demands)]
@@ -120,11 +122,11 @@ def static(D: Array) -> Law:
 
 
 def delayed(count: int, samples: int) -> Law:
-    """Return a law that delays its `count` signals by a number of samples."""
-    item = Law(np.zeros((count, count)), np.eye(count), np.eye(count), np.zeros((count, count)))
+    """Return a law that delays `count` signals by a number of samples."""
+    unit_delay = Law(np.zeros((count, count)), np.eye(count), np.eye(count), np.zeros((count, count)))
     law = static(np.eye(count))
     for _ in range(samples):
-        law = in_series(law, item)
+        law = in_series(law, unit_delay)
     return law
 
 
@@ -139,8 +141,8 @@ def _filtered(p: np.record, count: int, filtered: Sequence[int]) -> Law:
     """Return the law that filters some signals and passes the others, from a controller's parameters."""
     if not is_on(p.chain.preset, p.chain.filter):
         return static(np.eye(count))
-    item = _filter(float(p.chain.cutoff), float(p.sample_time))
-    return side_by_side([item if k in filtered else static(np.eye(1)) for k in range(count)])
+    lowpass = _filter(float(p.chain.cutoff), float(p.sample_time))
+    return side_by_side([lowpass if k in filtered else static(np.eye(1)) for k in range(count)])
 
 
 def _control_loop(layout: Mapping[str, Any]) -> ControlLoop:

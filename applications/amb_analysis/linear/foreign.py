@@ -26,12 +26,10 @@ from array_types import Array
 
 STEPS = 240  # communication steps of a response
 RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
-NOT_JUDGED = (
-    0.01  # error, over the largest response, up to which derivatives count: an FMU may have more states than it lists
-)
-STATED = 1e-6  # error, over the largest response, from which a model is said to be in doubt
-DELTAS = {"m": 1e-6, "N": 1.0, "A": 1e-3, "V": 1e-3}  # of an input, by its unit
-DELTA = 1e-3
+DERIVATIVES_ERROR = 0.01  # largest over the largest response: an FMU may have more states than it lists
+NONLINEAR = 1e-6  # difference of pulses of both signs, over the largest response, from which a note reports it
+PULSES = {"m": 1e-6, "N": 1.0, "A": 1e-3, "V": 1e-3}  # height of an input's pulse, by its unit
+PULSE = 1e-3  # in any other unit
 
 
 def foreign_component(
@@ -44,13 +42,13 @@ def foreign_component(
 ) -> LinearComponent:
     """Return the model of an FMU about its start values, at the end of each communication step.
 
-    By the directional derivatives of an FMU that provides them for all its states, if these predict the responses to
-    pulses; else by the pulses.
+    The model is that of the FMU's directional derivatives, if it provides them for all its states and they predict the
+    responses to pulses; otherwise it is realised from these responses.
 
     Parameters
     ----------
     name, folder, interface
-        Of the component.
+        Those of the component.
     start
         Values of parameters and inputs, by name.
     ends
@@ -61,50 +59,54 @@ def foreign_component(
     Raises
     ------
     FmuError
-        If it refuses to start or to step.
+        If the FMU fails to start or to step.
     ValueError
-        If its outputs are not finite.
+        If the outputs of the FMU are not finite.
     """
     inputs, outputs = ends
-    deltas = [DELTAS.get(interface.ports[i].unit or "", DELTA) for i in inputs]
+    heights = [PULSES.get(interface.ports[i].unit or "", PULSE) for i in inputs]
     component = FmuComponent(name, folder, interface, inputs, outputs, start)
     try:
         rest = np.array([start.get(i, interface.ports[i].start or 0.0) for i in inputs])
-        answer = _Answers(component, (inputs, outputs, start), rest, sample_time)
-        still = answer.to(np.zeros(len(inputs)))
-        pulses = [[answer.to(s * d * e) for s in (1.0, -1.0)] for d, e in zip(deltas, np.eye(len(inputs)), strict=True)]
-        answer.begin()
+        runs = _PulseRuns(component, (inputs, outputs, start), rest, sample_time)
+        undisturbed = runs.response(np.zeros(len(inputs)))
+        unit_pulses = zip(heights, np.eye(len(inputs)), strict=True)
+        pairs = [[runs.response(s * h * e) for s in (1.0, -1.0)] for h, e in unit_pulses]
+        runs.restart()
         derived = by_derivatives(component, interface.states, ends, sample_time) if interface.states else None
     finally:
         component.close()
-    each = np.array([(up - down) / (2.0 * d) for (up, down), d in zip(pulses, deltas, strict=True)])
-    bent = np.array([(up + down - 2.0 * still) / (2.0 * d) for (up, down), d in zip(pulses, deltas, strict=True)])
-    if not np.isfinite(each).all():
+    odd = np.array([(up - down) / (2.0 * h) for (up, down), h in zip(pairs, heights, strict=True)])
+    even = np.array([(up + down - 2.0 * undisturbed) / (2.0 * h) for (up, down), h in zip(pairs, heights, strict=True)])
+    if not np.isfinite(odd).all():
         raise ValueError(f"{name}: its outputs are not finite; it has no linear model")
-    markov = np.moveaxis(each, 0, 2)  # (step, output, input)
-    law, stated = _best(derived, markov, sample_time)
-    curvature = _relative(bent, markov)
-    if curvature > STATED:
-        stated += f"; it is not linear, pulses of both signs differ by {curvature:.1g}"
+    markov = np.moveaxis(odd, 0, 2)  # (step, output, input)
+    law, note = _best(derived, markov, sample_time)
+    curvature = _relative(even, markov)
+    if curvature > NONLINEAR:
+        note += f"; it is not linear: responses to pulses of both signs differ by {curvature:.1g}"
     return LinearComponent(
-        law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {stated}",), at_end=True
+        law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {note}",), at_end=True
     )
 
 
 def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, str]:
     """Return the law from derivatives if it predicts the pulses, otherwise the law from the pulses, and a note."""
-    missed = ""
+    rejected = ""
     if derived is not None:
         error = _relative(responses(derived, len(markov)) - markov, markov)
-        if error < NOT_JUDGED:
+        if error < DERIVATIVES_ERROR:
             return derived, (
-                f"by its directional derivatives, of {len(derived.A)} states; its largest response to pulses is missed "
-                f"by {error:.1g} of itself"
+                f"from its directional derivatives, with {len(derived.A)} states; the error of its responses to pulses "
+                f"is {error:.1g} of the largest"
             )
-        missed = f"; by its directional derivatives its largest response is missed by {error:.1g} of itself"
+        rejected = f"; the error by its directional derivatives is {error:.1g} of the largest response"
     law = realised(markov, sample_time)
     error = _relative(responses(law, len(markov)) - markov, markov)
-    return law, f"by differences, of {len(law.A)} states, with an error of {error:.1g} of its largest response{missed}"
+    return (
+        law,
+        f"by differences, with {len(law.A)} states and an error of {error:.1g} of the largest response{rejected}",
+    )
 
 
 def by_derivatives(
@@ -113,12 +115,12 @@ def by_derivatives(
     ends: tuple[Sequence[str], Sequence[str]],
     sample_time: float,
 ) -> Law | None:
-    """Return the law of an FMU, x' = A x + B u, y = C x + D u, at the end of each step; None where it refuses.
+    """Return the law of an FMU, x' = A x + B u, y = C x + D u, at the end of each step; None if the FMU refuses.
 
         x(n+1) = Phi x(n) + Gamma u(n),   y(n) = C Phi x(n) + (C Gamma + D) u(n)                     (2)
 
-    FMI 2.0 has `fmi2GetDirectionalDerivative` of state derivatives and outputs by states and inputs for a model in
-    co-simulation too, where the description lists its state derivatives.
+    FMI 2.0 allows `fmi2GetDirectionalDerivative` of state derivatives and outputs with respect to states and inputs in
+    co-simulation too, if the description lists the state derivatives.
 
     Parameters
     ----------
@@ -129,7 +131,7 @@ def by_derivatives(
     ends
         Names of its real inputs and outputs.
     sample_time
-        T (s), through which inputs are held.
+        T (s), over which inputs are held.
     """
     inputs, outputs = ends
     x, rates = ([pair[k] for pair in states] for k in (0, 1))
@@ -146,15 +148,21 @@ def by_derivatives(
 
 
 @dataclass(frozen=True, eq=False)
-class _Answers:
-    """Runs of an instance from its start, with its inputs, its outputs and its start values."""
+class _PulseRuns:
+    """Runs of an instance from its start.
+
+    arguments
+        Its inputs, outputs and start values, as `FmuComponent.reset` takes them.
+    rest
+        Values of the undisturbed inputs, shape (n_inputs,).
+    """
 
     component: FmuComponent
     arguments: tuple[Sequence[str], Sequence[str], Mapping[str, float]]
     rest: Array
     sample_time: float
 
-    def begin(self) -> None:
+    def restart(self) -> None:
         """Reset the instance to its start."""
         self.component.reset(*self.arguments)
         self.component.inputs[:] = self.rest
@@ -162,13 +170,13 @@ class _Answers:
         self.component.write()
         self.component.leave()
 
-    def to(self, pulse: Array) -> Array:
-        """Return the outputs after each step but the first, shape (STEPS, n_outputs), with a pulse during the second.
+    def response(self, pulse: Array) -> Array:
+        """Return the outputs after each step except the first, shape (STEPS, n_outputs), with a pulse in the second.
 
-        The first step has none, because an FMU may start at rest under its initial inputs.
+        The pulse is not in the first step, because an FMU may start at rest under its initial inputs.
         """
         component, result = self.component, []
-        self.begin()
+        self.restart()
         for n in range(STEPS + 1):
             component.inputs[:] = self.rest + (pulse if n == 1 else 0.0)
             component.write()

@@ -56,7 +56,7 @@ class LinearSource:
     _cache: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
 
     def at(self, Omega: float) -> LinearSource:
-        """Return the same at another spin speed (rad/s); a foreign FMU is unchanged."""
+        """Return the source at another spin speed (rad/s); a foreign FMU is unchanged."""
         return replace(self, point={**self.point, SPEED: Omega})
 
     @property
@@ -78,7 +78,7 @@ class LinearSource:
         makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid, LINEAR: self._law}
         depends_on_speed = kind == LINEAR and len(self._speeds(name)) > 1
         key = f"{name} at {Omega!r} rad/s" if depends_on_speed else name
-        part: LinearComponent = self.retained(key, lambda: makers.get(kind, self._foreign)(name))
+        part: LinearComponent = self.cached(key, lambda: makers.get(kind, self._foreign)(name))
         return part
 
     def units(self) -> dict[str, str]:
@@ -93,23 +93,23 @@ class LinearSource:
         return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
 
     def _kind(self, name: str) -> str:
-        """Return the model that a component is, or the path of its FMU."""
+        """Return the name of a component's model, or the path of its FMU."""
         fmu = self.assembly.system.component(name).fmu
         return model_of(fmu) or str(fmu)
 
     def layout(self, name: str) -> dict[str, Any]:
-        """Return the parts that the FMU of a component declares; none without a layout."""
+        """Return the layout that the FMU of a component declares; empty if it declares none."""
         return self.assembly.fmus[name].layout or {}
 
     def parameters(self, name: str) -> dict[str, float]:
         """Return the parameters of a component by name (SI)."""
-        values = self.retained("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
+        values = self.cached("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
         return {variable: value or 0.0 for variable, value in values.items()}
 
     def _actuator(self, name: str) -> LinearComponent:
         prefix = f"{name}."
-        local = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
-        return actuator_component(name, self.layout(name), self.parameters(name), local)
+        point = {end.removeprefix(prefix): value for end, value in self.point.items() if end.startswith(prefix)}
+        return actuator_component(name, self.layout(name), self.parameters(name), point)
 
     def _pid(self, name: str) -> LinearComponent:
         return pid_component(name, self.layout(name), self.parameters(name))
@@ -137,7 +137,7 @@ class LinearSource:
     def constants(self, name: str) -> Array:
         """Return the constants of a component that is a model of this project."""
         fmu = self.assembly.system.component(name).fmu
-        constants: Array = self.retained(f"constants {fmu!r}", lambda: model_source(fmu, **self.assembly.options)[1])
+        constants: Array = self.cached(f"constants {fmu!r}", lambda: model_source(fmu, **self.assembly.options)[1])
         return constants
 
     def table_speeds(self) -> list[float]:
@@ -155,8 +155,8 @@ class LinearSource:
         structure = structure_of(self.constants(name))
         return structure.forms[: len(structure.K)]
 
-    def retained(self, name: str, make: Callable[[], Any]) -> Any:
-        """Return what does not depend on the speed, and is made once."""
+    def cached(self, name: str, make: Callable[[], Any]) -> Any:
+        """Return a value that does not depend on the speed, from the cache or by `make`."""
         if name not in self._cache:
             self._cache[name] = make()
         return self._cache[name]
@@ -180,21 +180,21 @@ def linearisable(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> LinearSource:
-    """Return the components of a scenario or a system with all that they start with; arguments as of `linearise`."""
+    """Return the components of a scenario or a system with their start values; arguments as of `linearise`."""
     values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
     options = RunOptions(flavour=flavour)
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
-        assembly, plan = _of_system(source, fmu or {}, rotor, set or {}, options)
+        assembly, plan = _planned_system(source, fmu or {}, rotor, set or {}, options)
         return LinearSource(assembly, plan, _point(assembly, values))
     return of_planned(plan_run(as_scenario(source, rotor, fmu=fmu), set, options=options), values)
 
 
 def of_planned(planned: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
-    """Return the sources of the linear model of a planned run, optionally at other values than its start values."""
+    """Return the source of the linear model of a planned run; `at` replaces start values by name."""
     return LinearSource(planned.assembly, planned.plan, _point(planned.assembly, at or {}))
 
 
-def _of_system(
+def _planned_system(
     source: str | Path | System,
     fmu: Mapping[str, FmuSource | PathLike[str]],
     rotor: RotorSource,
@@ -208,8 +208,8 @@ def _of_system(
     values = assembly.assignments()
     for name, raw in set.items():
         values.set(name, raw)
-    bare = Experiment(_sample_time(values), 1.0)
-    experiment = bare if isinstance(source, System) else load_experiment(source, bare)
+    default = Experiment(_sample_time(values), 1.0)
+    experiment = default if isinstance(source, System) else load_experiment(source, default)
     return assembly, plan_experiment(experiment, values, set)
 
 
@@ -224,7 +224,7 @@ def _sample_time(values: Assignments) -> float:
 
 
 def _point(assembly: Assembly, operating: Mapping[str, Raw]) -> dict[str, float]:
-    """Return values in the units of the variables; of inputs, whether fed or not, or of shared signals."""
+    """Return values in SI units by input, fed or not, or by shared signal."""
     result, system = {}, assembly.system
     for name, raw in operating.items():
         end = system.first_end(name)

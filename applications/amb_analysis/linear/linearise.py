@@ -36,8 +36,8 @@ def linearise(
     """Return the linear model of a machine, of a part of it, or of its sampled loop, as control.StateSpace.
 
     The rotor without contact and the magnetic bearings are continuous. With a controller among the components the model
-    is sampled as that is: exactly, the currents held over each sample. Values injected at an input are added to its
-    feed.
+    has the controller's sample time; it is exact for currents held over each sample. Values injected at an input are
+    added to its feed.
 
         rotor = linearise("drop", components=["rotor_contact"])
         plant = linearise("drop", components=["rotor_contact", "amb_actuator"])
@@ -46,16 +46,16 @@ def linearise(
     Parameters
     ----------
     source
-        A `Scenario`, the name of a packaged scenario, or its TOML file; a `System`, or its name or file; the packs'
-        default scenario without.
+        A `Scenario`, the name of a packaged scenario, or its TOML file; a `System`, or its name or file. By default the
+        packs' default scenario.
     at
         Spin speed (rad/s, or a text with its unit), or values by name: `Omega`, and `component.variable` of inputs,
-        such as displacements and currents of magnetic bearings. Those of the scenario at its start, and 0 elsewhere.
+        such as displacements and currents of magnetic bearings. By default the start values of the scenario, or 0.
     inputs, outputs
-        Names or patterns `component.variable`; an input as an output is the sum at that input. By default inputs that
-        nothing feeds, and all outputs.
+        Names or patterns `component.variable`; an input among the outputs is the sum at that input. By default the
+        inputs that nothing feeds, and all outputs.
     components
-        Those of the model; all by default.
+        Components of the model; all by default.
     opened
         Names or patterns of inputs whose connection is cut.
     rotor, fmu, set, flavour
@@ -66,7 +66,7 @@ def linearise(
     ValueError
         If a name or value is not allowed, components sample at different times, or an FMU has no linear model.
     FmuError
-        If an FMU that is no model of ours refuses to run.
+        If an FMU of another project fails to run.
 
     Examples
     --------
@@ -74,44 +74,43 @@ def linearise(
     >>> rotor.nstates, rotor.ninputs, rotor.noutputs
     (28, 20, 16)
     """
-    made = linearisable(source, at, rotor=rotor, fmu=fmu, set=set, flavour=flavour)
-    return model_of(made, inputs, outputs, components, opened)
+    linear_source = linearisable(source, at, rotor=rotor, fmu=fmu, set=set, flavour=flavour)
+    return model_of(linear_source, inputs, outputs, components, opened)
 
 
 def model_of(
-    made: LinearSource,
+    source: LinearSource,
     inputs: Sequence[str] | None = None,
     outputs: Sequence[str] | None = None,
     components: Sequence[str] | None = None,
     opened: Sequence[str] = (),
 ) -> LinearModel:
-    """Return the linear model of components that are there already; arguments and errors as of `linearise`."""
-    present = made.names
+    """Return the linear model of some components of a source; other arguments and errors as of `linearise`."""
+    present = source.names
     for name in components or ():
         if name not in present:
             raise ValueError(f"no component {name!r}; {suggest(name, present)}")
-    chosen, units = [name for name in present if components is None or name in components], made.units()
-    parts, feeds = made.parts(chosen), made.feeds(chosen)
+    chosen, units = [name for name in present if components is None or name in components], source.units()
+    parts, feeds = source.parts(chosen), source.feeds(chosen)
     parts, feeds = in_order(parts, feeds, chosen)
-    reason = partial(_reason, made, parts)
+    reason = partial(_reason, source, parts)
     for name in _matching("opened", opened, [end for part in parts for end in part.inputs], reason):
         feeds.pop(name, None)
     whole = loop_of(parts, feeds)
-    available = {end for part in parts for end in part.inputs}
-    free = [name for name in whole.inputs if name in available and (inputs is not None or name not in feeds)]
-    displayed = [name for name in whole.outputs if name in units]
-    local = [name for name in displayed if name not in available]
+    part_inputs = {end for part in parts for end in part.inputs}
+    free = [name for name in whole.inputs if name in part_inputs and (inputs is not None or name not in feeds)]
+    variables = [name for name in whole.outputs if name in units]
+    part_outputs = [name for name in variables if name not in part_inputs]
     chosen_inputs = free if inputs is None else _matching("inputs", inputs, free, reason)
-    chosen_outputs = local if outputs is None else _matching("outputs", outputs, displayed, reason)
-    point = {SPEED: made.plan.inputs[SPEED]} if SPEED in made.plan.inputs else {}
-    return linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **made.point})
+    chosen_outputs = part_outputs if outputs is None else _matching("outputs", outputs, variables, reason)
+    point = {SPEED: source.plan.inputs[SPEED]} if SPEED in source.plan.inputs else {}
+    return linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **source.point})
 
 
 def in_order(
     parts: Sequence[LinearComponent], feeds: Mapping[str, str], names: Sequence[str]
 ) -> tuple[list[LinearComponent], dict[str, str]]:
-    """Return parts and feeds in which outputs of an FMU at the end of its step reach earlier components a step
-    later."""
+    """Return parts and feeds with a step of delay where an FMU's outputs at the end of its step feed earlier parts."""
     place = {name: k for k, name in enumerate(names)}
     result, changed = list(parts), dict(feeds)
     for k, part in enumerate(parts):
@@ -127,7 +126,7 @@ def in_order(
 def _matching(
     what: str, patterns: Sequence[str], names: Sequence[str], reason: Callable[[str, Sequence[str]], str]
 ) -> list[str]:
-    """Return the names, and those that match patterns, in order without duplicates; a refusal has its `reason`."""
+    """Return the names that match patterns, in order without duplicates; `reason` completes the error message."""
     result: dict[str, None] = {}
     for pattern in [patterns] if isinstance(patterns, str) else patterns:
         matching = [pattern] if pattern in names else matching_names(names, pattern)
@@ -137,12 +136,14 @@ def _matching(
     return list(result)
 
 
-def _reason(made: LinearSource, parts: Sequence[LinearComponent], pattern: str, names: Sequence[str]) -> str:
-    """Return why the linear model lacks the variables that match a pattern, or names like it if there are none.
+def _reason(source: LinearSource, parts: Sequence[LinearComponent], pattern: str, names: Sequence[str]) -> str:
+    """Return why the linear model lacks the variables that match a pattern, or similar names if none matches.
 
-    Such a variable is a parameter, an output that cannot be an input, of no component of the model, or neglected.
+    Such a variable is a parameter, an output that cannot be an input, neglected, or of a component outside the model.
     """
-    ports = {f"{c}.{p.name}": (c, p) for c, face in made.assembly.interfaces.items() for p in face.ports.values()}
+    ports = {
+        f"{c}.{p.name}": (c, p) for c, interface in source.assembly.interfaces.items() for p in interface.ports.values()
+    }
     matching = [pattern] if pattern in ports else matching_names(list(ports), pattern)
     if not matching:
         return suggest(pattern, names)

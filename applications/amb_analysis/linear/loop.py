@@ -30,7 +30,7 @@ from rotor_analysis.refinement import refined
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 BALANCING = 60  # steps of Osborne's iteration
 CHECKED = 24  # frequencies at which a response by eigenvectors is compared with that by solution
-CLOSE_RESPONSE = 1e-7  # of the largest value of an output over an input, up to which both are equal
+CLOSE_RESPONSE = 1e-7  # largest difference of both, over the largest value of an output over an input
 CLOSE = 1e-5  # relative error of the largest growth rate
 
 
@@ -41,8 +41,8 @@ class LoopPoles:
     z
         The poles, shape (n,).
     s
-        Their continuous ones (rad/s), z = exp(s T), those of motion faster than half the sample rate at their true
-        frequency (`amb_analysis.linear.aliasing`); 0 for z = 0.
+        The continuous poles (rad/s), z = exp(s T), with the true frequency of motion faster than half the sample rate
+        (`amb_analysis.linear.aliasing`); 0 for z = 0.
     shapes
         Displacements of the bearings in each, x and y of each bearing in turn, shape (2 bearings, n).
     stability
@@ -99,7 +99,7 @@ class Loop:
 
     @cached_property
     def sources(self) -> tuple[str, ...]:
-        """Outputs of the controller that feed them."""
+        """Outputs of the controller that feed the demands."""
         return tuple(self.linear_components.assembly.system.source_of(demand) or "" for demand in self.demands)
 
     @cached_property
@@ -120,9 +120,9 @@ class Loop:
     def sample_time(self) -> float:
         """Time between samples of the controller (s)."""
         controller = self.sources[0].partition(".")[0]
-        stated = self.linear_components.parameters(controller).get("sample_time")
-        if stated:
-            return stated
+        sample_time = self.linear_components.parameters(controller).get("sample_time")
+        if sample_time:
+            return sample_time
         every = next(c.every for c in self.linear_components.plan.system.components if c.name == controller)
         return every * self.linear_components.plan.step_size
 
@@ -130,8 +130,8 @@ class Loop:
         """Return all poles at a spin speed (rad/s)."""
         bearings = list(dict.fromkeys(bearing for bearing, _ in self.axes))
         names = [f"{bearing}.{axis}" for bearing in bearings for axis in "xy"]
-        displayed = [f"{PLANT}.{name}" for name in names]
-        model = model_of(self.linear_components.at(Omega), self.demands[:1], displayed)
+        displacements = [f"{PLANT}.{name}" for name in names]
+        model = model_of(self.linear_components.at(Omega), self.demands[:1], displacements)
         z, vectors = np.linalg.eig(model.A)
         shapes = np.asarray(model.C @ vectors, dtype=np.complex128)
         stability, number = deciding_pole(model.A, z.astype(np.complex128), model.dt)
@@ -164,10 +164,10 @@ class Loop:
 
         def growth_rates(more: Array) -> Array:
             result.extend(self.poles(float(Omega)).stability for Omega in more)
-            return np.array([one.growth_rate for one in result[len(result) - len(more) :]])
+            return np.array([stability.growth_rate for stability in result[len(result) - len(more) :]])
 
         refined(growth_rates, np.asarray(speeds, dtype=float), lambda rates: rates, CLOSE, resonant=False)
-        return max(result, key=lambda one: one.radius)
+        return max(result, key=lambda stability: stability.radius)
 
     def check_stable(self, speeds: Sequence[float] | Array) -> None:
         """Raise a ValueError if the loop is not stable from the first to the last of some speeds (rad/s), ascending."""
@@ -208,8 +208,8 @@ def check_stable(model: LinearModel) -> None:
     worst = stability_of(model.A, model.dt)
     if not worst.is_stable:
         raise ValueError(
-            f"the loop is not stable: {worst.motion}, {worst.radius - 1.0:.2g} of itself with every sample; only a "
-            "stable loop has a sensitivity"
+            f"the loop is not stable: {worst.motion}, |z| = 1 + {worst.radius - 1.0:.2g}; only a stable loop has a "
+            "sensitivity"
         )
 
 
@@ -237,10 +237,10 @@ def response(system: control.StateSpace, frequencies: Array) -> Complex:
         result = np.einsum("ik,kn,kj->ijn", system.C @ V, 1.0 / (z - poles[:, None]), modal, optimize=True)
         result += np.asarray(system.D)[:, :, None]
         largest = int(np.abs(result).max(axis=(0, 1)).argmax())
-        some = np.unique([*np.linspace(0, len(z) - 1, CHECKED, dtype=int), largest])
-        expected = _solved_response(system, omega[some])
+        compared = np.unique([*np.linspace(0, len(z) - 1, CHECKED, dtype=int), largest])
+        expected = _solved_response(system, omega[compared])
         sizes = np.abs(expected).max(axis=2, keepdims=True)
-        if (np.abs(result[:, :, some] - expected) <= CLOSE_RESPONSE * sizes).all():
+        if (np.abs(result[:, :, compared] - expected) <= CLOSE_RESPONSE * sizes).all():
             return np.asarray(result, dtype=np.complex128)
     return _solved_response(system, omega)
 

@@ -64,14 +64,14 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
         from amb_cosim.controllers.array_file import write_arrays
         from amb_cosim.controllers.laws import Law
 
-        facts = {
+        metadata = {
             "Ts": self.dt,
             "inputs": self.input_names,
             "outputs": self.output_names,
             "input_units": self.input_units,
             "output_units": self.output_units,
         }
-        return write_arrays(Path(path), {0.0: Law(self.A, self.B, self.C, self.D)}, facts)
+        return write_arrays(Path(path), {0.0: Law(self.A, self.B, self.C, self.D)}, metadata)
 
 
 def linear_model(part: LinearComponent, units: Mapping[str, str], point: Mapping[str, float]) -> LinearModel:
@@ -85,7 +85,7 @@ def linear_model(part: LinearComponent, units: Mapping[str, str], point: Mapping
     model = LinearModel(law.A, law.B, law.C, law.D, time, **names, remove_useless_states=False)
     model.input_names, model.output_names = part.inputs, part.outputs
     model.input_units, model.output_units = (
-        tuple(units.get(name, "1") for name in of_kind) for of_kind in (part.inputs, part.outputs)
+        tuple(units.get(name, "1") for name in signals) for signals in (part.inputs, part.outputs)
     )
     model.operating_point, model.notes = dict(point), part.notes
     return model

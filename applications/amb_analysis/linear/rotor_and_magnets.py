@@ -33,11 +33,11 @@ def rotor_component(
     Parameters
     ----------
     name
-        Of the component.
+        Name of the component.
     layout, constants
-        Of the model `rotor_contact`; K_b and C_b are its passive bearings and, at this speed, its seals.
+        Those of the model `rotor_contact`; K_b and C_b are its passive bearings and, at this speed, its seals.
     parameters
-        By name.
+        Values by name.
     Omega
         Spin speed (rad/s).
     """
@@ -54,7 +54,7 @@ def rotor_component(
     K, C = K_columns.T, C_columns.T
     B = s.Minv @ np.hstack([np.eye(n)[:, at], s.B_disc.T, s.B_base.T])
     rows = [int(row) + k for row in s.sites for k in (0, 1)]
-    displayed = np.vstack([np.eye(n)[at], s.sensors, np.eye(n)[rows]])
+    C_q = np.vstack([np.eye(n)[at], s.sensors, np.eye(n)[rows]])
     inputs = [f"{place}.f_{a}" for place in (*bearings, *layout["discs"]) for a in "xy"] + ["base.a_x", "base.a_y"]
     outputs = [f"{bearing}.{a}" for bearing in bearings for a in "xy"]
     outputs += [plane[a] for plane in layout["sensors"] for a in "xy"]
@@ -63,8 +63,8 @@ def rotor_component(
     law = Law(
         np.block([[zero, np.eye(n)], [-K, -C]]),
         np.vstack([np.zeros_like(B), B]),
-        np.hstack([displayed, np.zeros_like(displayed)]),
-        np.zeros((len(displayed), B.shape[1])),
+        np.hstack([C_q, np.zeros_like(C_q)]),
+        np.zeros((len(C_q), B.shape[1])),
     )
     return _unique(law, name, inputs, outputs, NEGLECTED)
 
@@ -77,10 +77,10 @@ def bearing_slopes(
     Raises
     ------
     ValueError
-        If they exceed the air gap or the limits of the coils.
+        If the displacement exceeds the air gap, or the current the limits of the coils.
     """
-    local = {name: parameters[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
-    p, law = axis_parameters(bearing, axis, **local), int(parameters["force_law"])
+    values = {name: parameters[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
+    p, law = axis_parameters(bearing, axis, **values), int(parameters["force_law"])
     if law == NONLINEAR and (x != 0.0 or i != 0.0):
         result = linearisation(p, x, i)
         return float(result.k_s), float(result.k_i)
@@ -97,9 +97,9 @@ def actuator_component(
     Parameters
     ----------
     name
-        Of the component.
+        Name of the component.
     layout, parameters
-        Of the model `amb_actuator`.
+        Those of the model `amb_actuator`.
     point
         Operating point: displacements and currents by the names of the inputs, 0 by default.
     """
@@ -114,11 +114,11 @@ def actuator_component(
     eye, zero = np.eye(n), np.zeros((n, n))
     demanded = np.hstack([eye, zero, np.diag(gain)])  # i_c over i, x and v
     to_current = np.vstack([np.diag(k_i), eye, -eye])
-    held = np.vstack([np.hstack([zero, np.diag(k_s), zero]), np.zeros((2 * n, 3 * n))])
+    by_displacement = np.vstack([np.hstack([zero, np.diag(k_s), zero]), np.zeros((2 * n, 3 * n))])
     if dynamic:
-        law = Law(-np.diag(omega), omega[:, None] * demanded, to_current, held)
+        law = Law(-np.diag(omega), omega[:, None] * demanded, to_current, by_displacement)
     else:
-        law = Law(np.zeros((0, 0)), np.zeros((0, 3 * n)), np.zeros((3 * n, 0)), held + to_current @ demanded)
+        law = Law(np.zeros((0, 0)), np.zeros((0, 3 * n)), np.zeros((3 * n, 0)), by_displacement + to_current @ demanded)
     inputs = [f"{b}.{v}_{a}" if v else f"{b}.{a}" for v in ("i", "", "command_voltage") for b, a in axes]
     outputs = [f"{b}.{v}_{a}" for v in ("f", "i_upper", "i_lower") for b, a in axes]
     return _unique(law, name, inputs, outputs, "limits of currents and voltages, and faults, are not included")
@@ -126,7 +126,7 @@ def actuator_component(
 
 def _unique(law: Law, name: str, inputs: list[str], outputs: list[str], note: str) -> LinearComponent:
     """Return a part without duplicate outputs: a sensor or a retainer may have the names of its bearing."""
-    first = list(dict.fromkeys(outputs))
-    rows = [outputs.index(output) for output in first]
-    once = Law(law.A, law.B, law.C[rows], law.D[rows], law.sample_time)
-    return LinearComponent(once, names_of(name, inputs), names_of(name, first), notes=(f"{name}: {note}",))
+    unique_outputs = list(dict.fromkeys(outputs))
+    rows = [outputs.index(output) for output in unique_outputs]
+    unique = Law(law.A, law.B, law.C[rows], law.D[rows], law.sample_time)
+    return LinearComponent(unique, names_of(name, inputs), names_of(name, unique_outputs), notes=(f"{name}: {note}",))

@@ -18,7 +18,7 @@ from signal_chain.presets import is_on
 
 
 def parameters_of_loop(loop: ControlLoop, parameters: Mapping[str, float]) -> Parameters:
-    """Return the parameters of a controller as a kernel record: start values, with the given ones replaced.
+    """Return the parameters of a controller as a kernel record: start values, replaced by these.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def axis_matrix(parameters: Parameters) -> Array:
 
 def sensor_response(parameters: Parameters, omega: float) -> Complex:
     """Return F, the measured over the true vibration at omega (rad/s), shape (n_sensors, n_sensors)."""
-    local, passed = parameters.common[0], 1.0 + 0j
-    if is_on(local.chain.preset, local.chain.filter):
-        passed = filter_response(local.chain.cutoff, omega, local.sample_time)
-    return np.asarray(sensor_matrix(parameters) * passed, dtype=np.complex128)
+    common, filtered = parameters.common[0], 1.0 + 0j
+    if is_on(common.chain.preset, common.chain.filter):
+        filtered = filter_response(common.chain.cutoff, omega, common.sample_time)
+    return np.asarray(sensor_matrix(parameters) * filtered, dtype=np.complex128)

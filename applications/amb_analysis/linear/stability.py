@@ -9,20 +9,20 @@ Poles on the unit circle neither grow nor decay. A loop that levitates a rotor m
 the rotor away:
 
 - z = 1 of an integrator outside the loop: its input is fed by nothing, its output feeds no demand, or several
-  integrators act on the same motion. Its state stays where it is.
-- z = 1, twice, of a rigid motion that nothing holds, such as that of a rotor in springs of no stiffness. Its velocity
-  stays what it is.
+  integrators act on the same motion. Its state is constant.
+- z = 1, twice, of an unsupported rigid motion, such as that of a rotor on springs of no stiffness. Its velocity is
+  constant.
 - |z| = 1 of a mode without damping whose nodes are at the magnets or the sensors.
 
-The angle of the shaft is no state of the linear model, and its free rotation no pole. Rounding moves poles off the
-circle, a double pole by the root of the precision. To first order an error E of the matrix moves a pole by
+The angle of the shaft is not a state of the linear model, so its free rotation adds no pole. Rounding moves poles off
+the circle, a double pole by the root of the precision. To first order an error E of the matrix moves a pole by
 
     |dz| <= kappa |E|,   kappa = |y| |x| / |y^H x|                                                   (1)
 
 with its left and right eigenvectors y and x (J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter
 2). The two halves of a split double pole have kappa of about the inverse of their distance, so that (1) covers them as
-well. Poles as close to the circle as `ROUNDING` times the precision may move them are on it. They are counted, and the
-pole that decides is the largest of the others.
+well. A pole is on the circle if an error of `ROUNDING` times the precision may move it there. Such poles are counted,
+and the largest of the other poles decides on stability.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ LARGEST = 1e3  # logarithmic decrement that stands for motion that hardly vibrat
 
 @dataclass(frozen=True)
 class LoopStability:
-    """The pole that decides on stability: that of largest modulus, but for poles on the unit circle.
+    """The pole that decides on stability: that of largest modulus, except poles on the unit circle.
 
     radius
         Its modulus |z|, the spectral radius of the loop.

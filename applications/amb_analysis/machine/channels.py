@@ -28,7 +28,7 @@ class Place:
     """A quantity at a place of the rotor.
 
     name
-        Of the channel.
+        Name of the channel.
     place
         Name of a part, or the text of a position.
     direction
@@ -36,7 +36,7 @@ class Place:
     unit
         m, m/s, m/s2, N or A.
     position
-        Along the shaft (m); None at a part.
+        Axial position on the shaft (m); None at a part.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Place:
 
     @property
     def order(self) -> int:
-        """Derivative of the displacement, from 0 to 2."""
+        """Order of the derivative of the displacement, from 0 to 2."""
         return ORDERS[self.unit]
 
     @property
@@ -80,23 +80,23 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
     Raises
     ------
     ValueError
-        If the name is no place of the rotor, or the unit is none of such a channel.
+        If the name is not a place of the rotor, or the unit is not allowed for such a channel.
     """
     allowed = ("N", "A") if is_input else (*ORDERS, "A")
     if unit not in allowed:
         kind = "input" if is_input else "output"
         raise ValueError(f"{name}: an {kind} in {unit} is not allowed; it must be in {', '.join(allowed)}")
     component, _, rest = name.partition(".")
-    local = rest if component in (PLANT, ACTUATOR, CONTROLLER) else name
+    variable = rest if component in (PLANT, ACTUATOR, CONTROLLER) else name
     for sensor in rotor.sensors:
         for direction in "xy":
-            if local == getattr(sensor, direction):
+            if variable == getattr(sensor, direction):
                 return Place(name, sensor.name, direction, unit)
-    place, _, ending = local.rpartition(".")
+    place, _, ending = variable.rpartition(".")
     if not place or ending not in DIRECTIONS:
         signals = [getattr(sensor, axis) for sensor in rotor.sensors for axis in "xy"]
-        known = [*signals, *(f"{part}.{axis}" for part in rotor.nodes_by_name for axis in "xy")]
-        raise ValueError(f"channel {name!r} is no place of rotor {rotor.name}; {suggest(local, known)}")
+        allowed_names = [*signals, *(f"{part}.{axis}" for part in rotor.nodes_by_name for axis in "xy")]
+        raise ValueError(f"channel {name!r} is not a place of rotor {rotor.name}; {suggest(variable, allowed_names)}")
     if place in rotor.nodes_by_name:
         return Place(name, place, DIRECTIONS[ending], unit)
     try:
@@ -108,5 +108,5 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
 
 
 def node_rows(rotor: Rotor, places: Sequence[Place]) -> list[int]:
-    """Return the rows of places among x and y of all nodes."""
+    """Return the rows of places in displacements that alternate between x and y of all nodes."""
     return [2 * (place.node_on(rotor) - 1) + "xy".index(place.direction) for place in places]

@@ -1,4 +1,4 @@
-"""The sampled loop of a machine with stages, and with other values of its constants."""
+"""The sampled loop of a machine with additional bearings, such as stages, and with varied constants."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NOMINAL = MachineVariation()
 
 
 def coupled_loop(machine: Machine, others: tuple[Bearing, ...] = (), variation: MachineVariation = NOMINAL) -> Loop:
-    """Return the sampled loop of a machine with stages, and with factors on its constants."""
+    """Return the sampled loop of a machine with the bearings `others` added, and with factors on its constants."""
     source = machine.linear_components
 
     def changed(at: LinearSource, name: str, part: LinearComponent) -> Law:
@@ -53,18 +53,18 @@ def coupled_loop(machine: Machine, others: tuple[Bearing, ...] = (), variation: 
 
 def _coupled_rotor(machine: Machine, at: LinearSource, law: Law, others: tuple[Bearing, ...], modes: float) -> Law:
     """Return q'' = (M + dM)^-1 (f - (K + dK) q - (C + dC) q') in the coordinates of the plant."""
-    M, K, right, left = at.retained("reduction", lambda: _reduced(machine))
+    M, K, right, left = at.cached("reduction", lambda: _reduced(machine))
     n, Omega = len(M), at.speed_of(PLANT)
     dK, dC, dM = (np.zeros((n, n)) for _ in range(3))
-    for item in others:
-        rows = [2 * 2 * (item.node - 1), 2 * 2 * (item.node - 1) + 1]
-        for whole, at_place in zip((dK, dC, dM), item.at(Omega), strict=True):
-            whole += left[:, rows] @ at_place @ right[rows]
+    for bearing in others:
+        rows = [2 * 2 * (bearing.node - 1), 2 * 2 * (bearing.node - 1) + 1]
+        for added, coefficients in zip((dK, dC, dM), bearing.at(Omega), strict=True):
+            added += left[:, rows] @ coefficients @ right[rows]
     dK = dK + (modes**2 - 1.0) * K
-    back = np.linalg.inv(M + dM)
+    inverse = np.linalg.inv(M + dM)
     A, B = law.A.copy(), law.B.copy()
-    A[n:] = back @ (M @ law.A[n:] - np.hstack([dK, dC]))
-    B[n:] = back @ M @ law.B[n:]
+    A[n:] = inverse @ (M @ law.A[n:] - np.hstack([dK, dC]))
+    B[n:] = inverse @ M @ law.B[n:]
     return Law(A, B, law.C, law.D, law.sample_time)
 
 
@@ -82,7 +82,7 @@ def _varied_magnets(part: LinearComponent, v: MachineVariation) -> Law:
 
 
 def _reduced(machine: Machine) -> tuple[Array, Array, Array, Array]:
-    """Return M of the plant with its seals, K without, and `right` and `left` of `Reduction` with them."""
+    """Return M of the plant with its seals, K without seals, and `right` and `left` of its `Reduction`."""
     reduction = reduced_rotor(machine.rotor)
     model, order = reduction.model, reduction.model.translations_first
     at = np.ix_(order, order)

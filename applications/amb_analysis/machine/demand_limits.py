@@ -23,10 +23,10 @@ def demand_amplitude(machine: Machine, bearing: str, axis: str) -> float:
     source = machine.loop.sources[machine.loop.axes.index((bearing, axis))]
     component, _, demand = source.partition(".")
     p = machine.parameters.get(component, {})
-    of_bearing, _, signal = demand.rpartition(".")
+    owner, _, signal = demand.rpartition(".")
     direction = signal.removeprefix("i_")
-    low = p.get(f"{demand}.lower", p.get(f"{of_bearing}.i_min_{direction}", -math.inf))
-    high = p.get(f"{demand}.upper", p.get(f"{of_bearing}.i_max_{direction}", math.inf))
+    low = p.get(f"{demand}.lower", p.get(f"{owner}.i_min_{direction}", -math.inf))
+    high = p.get(f"{demand}.upper", p.get(f"{owner}.i_max_{direction}", math.inf))
     if is_on(p.get("chain.preset", 0.0), p.get("chain.dac", 0.0)):
         gain, reach = p["chain.amplifier_gain"], p["chain.dac_range"]
         step = converter_of(p["chain.dac_bits"], reach).step
@@ -43,5 +43,5 @@ def control_amplitude(machine: Machine, bearing: str, axis: str, frequency: Arra
     frequency
         Frequencies (Hz).
     """
-    of_coils = current_amplitude(machine.axis(bearing, axis), frequency)
-    return np.minimum(of_coils, demand_amplitude(machine, bearing, axis))
+    coil_limit = current_amplitude(machine.axis(bearing, axis), frequency)
+    return np.minimum(coil_limit, demand_amplitude(machine, bearing, axis))

@@ -23,7 +23,7 @@ from amb_analysis.machine.machine import AXES, Machine
 from amb_cosim.results.component_names import PLANT
 from array_types import Array, Complex
 
-ALIKE = 1e-3  # of the largest stiffness, up to which directions are equal
+ALIKE = 1e-3  # difference of directions that are reported together, over the largest stiffness
 
 
 def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
@@ -41,11 +41,11 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
     ndarray
         Shape (2 nodes, 2 nodes), alternating x and y of each node; f = K q, so positive stiffness is negative.
     """
-    made = machine.linear_components.at(Omega)
-    rows = force_feeds(machine, made)
-    whole = np.zeros((2 * len(machine.z), 2 * len(machine.z)), dtype=np.complex128)
-    np.add.at(whole, list(rows.values()), component_outputs(machine, made, list(rows), omega))
-    return whole
+    linear_source = machine.linear_components.at(Omega)
+    rows = force_feeds(machine, linear_source)
+    forces = np.zeros((2 * len(machine.z), 2 * len(machine.z)), dtype=np.complex128)
+    np.add.at(forces, list(rows.values()), component_outputs(machine, linear_source, list(rows), omega))
+    return forces
 
 
 def demanded_currents(machine: Machine, omega: float, Omega: float) -> Complex:
@@ -55,7 +55,7 @@ def demanded_currents(machine: Machine, omega: float, Omega: float) -> Complex:
 
 def component_outputs(
     machine: Machine,
-    made: LinearSource,
+    linear_source: LinearSource,
     outputs: Sequence[str],
     omega: float,
     injected: Sequence[str] = (),
@@ -67,8 +67,8 @@ def component_outputs(
 
     Parameters
     ----------
-    machine, made
-        The machine, and its linear components at the spin speed.
+    machine, linear_source
+        The machine, and the source of its linear components at the spin speed.
     outputs
         Names `component.variable`. Those of a sampled component are their fundamental, before the hold.
     omega
@@ -76,34 +76,34 @@ def component_outputs(
     injected
         Inputs to which a signal is added.
     components
-        Components that act; all but the plant by default.
+        Components in the loop; by default all except the plant.
     """
-    names = [name for name in made.names if name != PLANT and (components is None or name in components)]
-    feeds, parts = made.feeds([*names, PLANT]), made.parts(names)
+    names = [name for name in linear_source.names if name != PLANT and (components is None or name in components)]
+    feeds, parts = linear_source.feeds([*names, PLANT]), linear_source.parts(names)
     inputs = [name for part in parts for name in part.inputs]
-    displayed = [name for part in parts for name in part.outputs]
+    available_outputs = [name for part in parts for name in part.outputs]
     H = block_diag(*(_response(part, omega) for part in parts))
     owner = {name: part for part in parts for name in (*part.inputs, *part.outputs)}
-    at_input, at_output = ({name: k for k, name in enumerate(of)} for of in (inputs, displayed))
-    E = np.zeros((len(inputs), len(displayed)), dtype=np.complex128)
+    at_input, at_output = ({name: k for k, name in enumerate(names)} for names in (inputs, available_outputs))
+    E = np.zeros((len(inputs), len(available_outputs)), dtype=np.complex128)
     columns = 2 * len(machine.z)
-    read = np.zeros((len(inputs), columns + len(injected)))
+    from_inputs = np.zeros((len(inputs), columns + len(injected)))
     for target, source in feeds.items():
         if target in at_input and source in at_output:
             E[at_input[target], at_output[source]] = _link(owner[source], owner[target], omega)
         elif target in at_input and source.startswith(f"{PLANT}."):
             node, axis = machine.signals[source.removeprefix(f"{PLANT}.")]
-            read[at_input[target], 2 * (node - 1) + axis] = 1.0
+            from_inputs[at_input[target], 2 * (node - 1) + axis] = 1.0
     for k, name in enumerate(injected):
-        read[at_input[name], columns + k] = 1.0
-    closed = np.linalg.solve(np.eye(len(displayed)) - H @ E, H @ read)
+        from_inputs[at_input[name], columns + k] = 1.0
+    closed = np.linalg.solve(np.eye(len(available_outputs)) - H @ E, H @ from_inputs)
     return np.asarray(closed[[at_output[name] for name in outputs]])
 
 
-def force_feeds(machine: Machine, made: LinearSource) -> dict[str, int]:
+def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]:
     """Return the outputs that are forces on the bearings, and their rows among x and y of all nodes."""
     result = {}
-    for target, source in made.feeds(made.names).items():
+    for target, source in linear_source.feeds(linear_source.names).items():
         if target.startswith(f"{PLANT}.") and ".f_" in target:
             bearing, _, axis = target.removeprefix(f"{PLANT}.").rpartition(".f_")
             result[source] = 2 * (machine.bearings[bearing] - 1) + AXES.index(axis)

@@ -34,12 +34,12 @@ Loop = Literal["free", "linear", "open", "closed"]
 
 @dataclass(frozen=True)
 class Structure:
-    """What responds.
+    """A rotor and its support, whose responses are computed.
 
     rotor
-        Its description, with a node at every place.
+        Description of the rotor, with a node at every place.
     loop
-        Its support.
+        Support of the rotor.
     Omega
         Spin speed (rad/s).
     machine
@@ -73,13 +73,13 @@ def frequency_response(
     Parameters
     ----------
     structure
-        What responds.
+        Rotor and support.
     inputs, outputs
         Places with their quantities (`channels`).
     frequencies
         Frequencies (Hz), shape (n,).
     highest
-        Frequency (Hz) up to which the rotor's model is accurate; by default the highest of these.
+        Frequency (Hz) up to which the rotor's model is accurate; by default the highest of `frequencies`.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def _loaded(structure: Structure, inputs: Sequence[Place], magnets: _Magnets | N
 
 @dataclass(frozen=True, eq=False)
 class _Magnets:
-    """Magnets of a machine: rows of x and y of all nodes at which their forces act, and axes whose currents count.
+    """Magnets of a machine: rows of their forces in x and y of all nodes, and axes of the demanded currents.
 
     `at` returns [F F_i; T T_i] of (1) at a frequency (rad/s), shape (rows + axes, 2 nodes + injected).
     """
@@ -148,13 +148,13 @@ class _Magnets:
 
     def forces(self, omega: float) -> Complex:
         """Return F for all nodes."""
-        whole = np.zeros((self.size, self.size), dtype=np.complex128)
-        np.add.at(whole, self.rows, self.at(omega)[: len(self.rows), : self.size])
-        return whole
+        F = np.zeros((self.size, self.size), dtype=np.complex128)
+        np.add.at(F, self.rows, self.at(omega)[: len(self.rows), : self.size])
+        return F
 
 
 def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place]) -> _Magnets | None:
-    """Return the magnets; None without a machine."""
+    """Return the magnets of the structure's machine; None without a machine."""
     electric = [place for place in (*inputs, *outputs) if place.unit == "A"]
     machine = structure.machine
     if machine is None:
@@ -167,13 +167,13 @@ def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Pl
     for place in electric:
         if place.axis_name not in axes:
             raise ValueError(f"{place.name} is not a current of this machine; its axes are {', '.join(axes)}")
-    made = machine.linear_components.at(structure.Omega)
+    linear_source = machine.linear_components.at(structure.Omega)
     injected = [f"{ACTUATOR}.{p.place}.i_{p.direction}" for p in inputs if p.unit == "A"]
     components = (ACTUATOR,) if structure.loop == "open" else None
-    rows = force_feeds(machine, made)
+    rows = force_feeds(machine, linear_source)
     ends = [*rows, *(machine.loop.sources if structure.loop == "closed" else ())]
-    answer = cache(lambda omega: component_outputs(machine, made, ends, float(omega), injected, components))
-    return _Magnets(2 * len(structure.rotor.shaft.nodes), list(rows.values()), axes, answer)
+    responses = cache(lambda omega: component_outputs(machine, linear_source, ends, float(omega), injected, components))
+    return _Magnets(2 * len(structure.rotor.shaft.nodes), list(rows.values()), axes, responses)
 
 
 def refined(rotor: Rotor, places: Sequence[Place]) -> Rotor:
@@ -190,7 +190,7 @@ def refined(rotor: Rotor, places: Sequence[Place]) -> Rotor:
         if place.position is not None and not nodes[0] <= place.position <= nodes[-1]:
             limits = f"{nodes[0]:g} m to {nodes[-1]:g} m"
             raise ValueError(f"{place.name} is not on the shaft; a position must be from {limits}")
-    fine = rotor.on_mesh(rotor.shaft.with_nodes_at(positions)) if positions else rotor
+    refined_rotor = rotor.on_mesh(rotor.shaft.with_nodes_at(positions)) if positions else rotor
     for place in places:
-        place.node_on(fine)
-    return fine if not positions else replace(fine, mesh=None)
+        place.node_on(refined_rotor)
+    return refined_rotor if not positions else replace(refined_rotor, mesh=None)

@@ -27,7 +27,7 @@ from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import SupportedRotor
 
 AXES = "xy"
-MODES = 40  # of the free rotor in each plane: 1e-5 off all elements at a resonance of amplification 50
+MODES = 40  # of the free rotor in each plane; error of 1e-5 at a resonance of amplification 50
 
 
 class Place(NamedTuple):
@@ -36,7 +36,7 @@ class Place(NamedTuple):
     node, clearance
         Node, and radial clearance (m).
     signal
-        Beginning of the names of its displacements in the plant.
+        Prefix of the names of its displacements in the plant.
     """
 
     node: int
@@ -93,9 +93,9 @@ class Machine:
     @cached_property
     def passive_bearings(self) -> tuple[Bearing, ...]:
         """Stiffness and damping `k_b` and `c_b` of the plant at its bearings."""
-        local, result = self.parameters[PLANT], []
+        parameters, result = self.parameters[PLANT], []
         for bearing in self.rotor.bearings:
-            k, c = (local.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
+            k, c = (parameters.get(f"{bearing.name}.{name}", 0.0) for name in ("k_b", "c_b"))
             result.append(Bearing(bearing.name, bearing.node, ((k, 0.0), (0.0, k)), ((c, 0.0), (0.0, c))))
         return tuple(result)
 
@@ -127,19 +127,20 @@ class Machine:
     @cached_property
     def sites(self) -> dict[str, Place]:
         """The contact sites of the rotor that are enabled, by name."""
-        local = self.parameters[PLANT]
-        enabled = (site for site in self.rotor.sites if local.get(f"{site.name}.enabled", 1.0))
-        radii = {site: local.get(f"{site.name}.clearance", site.clearance) for site in enabled}
+        parameters = self.parameters[PLANT]
+        enabled = (site for site in self.rotor.sites if parameters.get(f"{site.name}.enabled", 1.0))
+        radii = {site: parameters.get(f"{site.name}.clearance", site.clearance) for site in enabled}
         return {site.name: Place(site.node, radius, site.name) for site, radius in radii.items()}
 
     @cached_property
     def air_gaps(self) -> dict[str, Place]:
         """The stator bores of the magnets, by bearing; their clearance is the smaller air gap of both axes."""
-        local = self.parameters[ACTUATOR]
-        stated = {
-            name: [local[gap] for gap in (f"{name}.gap_{a}" for a in AXES) if gap in local] for name in self.magnets
+        parameters = self.parameters[ACTUATOR]
+        gaps_of = {
+            name: [parameters[gap] for gap in (f"{name}.gap_{a}" for a in AXES) if gap in parameters]
+            for name in self.magnets
         }
-        return {name: Place(self.bearings[name], min(gaps), name) for name, gaps in stated.items() if gaps}
+        return {name: Place(self.bearings[name], min(gaps), name) for name, gaps in gaps_of.items() if gaps}
 
     @cached_property
     def clearances(self) -> dict[str, Place]:
@@ -154,7 +155,7 @@ class Machine:
 
     @cached_property
     def unbalance(self) -> Mapping[str, complex]:
-        """Unbalance (kg m) at the end of the run, by the disc or bearing where it may be."""
+        """Unbalance (kg m) at the end of the run, by disc or bearing."""
         layout, last = self.linear_components.layout(PLANT), self.last_inputs
         amounts = {place: last.get(f"{PLANT}.{place}.u", 0.0) for place in (*layout["discs"], *layout["bearings"])}
         return {place: u * cmath.exp(1j * last.get(f"{PLANT}.{place}.phi", 0.0)) for place, u in amounts.items()}
@@ -166,16 +167,16 @@ class Machine:
 
     @cached_property
     def signals(self) -> dict[str, tuple[int, int]]:
-        """Node and axis of the displacements that the plant shows, by the names of its outputs."""
+        """Node and axis of the displacements among the plant's outputs, by output."""
         named = [(f"{part.name}.{axis}", part.node, k) for part in self.rotor.bearings for k, axis in enumerate(AXES)]
         named += [(name, s.node, k) for s in self.rotor.sensors for k, name in enumerate((s.x, s.y))]
         named += [(f"{site.name}.{axis}", site.node, k) for site in self.rotor.sites for k, axis in enumerate(AXES)]
         return {name: (node, k) for name, node, k in reversed(named)}
 
     def axis(self, bearing: str, direction: str) -> np.record:
-        """Return the parameters of the actuator of one axis, its own static current among them."""
-        local = self.parameters[ACTUATOR]
-        values = {name: local[f"{bearing}.{name}_{direction}"] for name in AXIS.names or ()}
+        """Return the actuator's parameters of an axis, including its static current."""
+        parameters = self.parameters[ACTUATOR]
+        values = {name: parameters[f"{bearing}.{name}_{direction}"] for name in AXIS.names or ()}
         return axis_parameters(bearing, direction, **values)
 
 

@@ -42,7 +42,7 @@ def synchronous_response(
     cases
         Unbalance (kg m) by node, of each case.
     others
-        Stages.
+        Additional bearings, such as stages.
     """
     rotor = machine.free_rotor
     return synchronous_motion(rotor, stiffness_of(machine, others), cases, speeds, rotor.nodes)
@@ -62,9 +62,9 @@ def refined_response(
     machine, cases, others
         As for `synchronous_response`.
     speeds
-        Speeds (rad/s) that are to be among the result, ascending, above 0, shape (n,).
+        Speeds (rad/s) that the result contains, ascending, above 0, shape (n,).
     nodes
-        Nodes whose maxima matter.
+        Nodes whose maxima are refined.
     """
     return refined(
         lambda more: synchronous_response(machine, more, cases, others),
@@ -76,12 +76,12 @@ def refined_response(
 def stiffness_of(machine: Machine, others: tuple[Bearing, ...] = ()) -> Stiffness:
     """Return the dynamic stiffness of (1) over the spin speed (rad/s), in the coordinates of the condensed rotor."""
     nodes = tuple(sorted(machine.free_rotor.model.translations))
-    held = np.ix_(*2 * [machine.free_rotor.model.rows(nodes)])
-    retained = np.ix_(*2 * [[2 * (node - 1) + k for node in nodes for k in (0, 1)]])
+    rotor_rows = np.ix_(*2 * [machine.free_rotor.model.rows(nodes)])
+    machine_rows = np.ix_(*2 * [[2 * (node - 1) + k for node in nodes for k in (0, 1)]])
 
     def stiffness(Omega: float) -> Complex:
         result = dynamic_stiffness(passive(machine, Omega, others), Omega)
-        result[held] -= bearing_forces(machine, Omega, Omega)[retained]
+        result[rotor_rows] -= bearing_forces(machine, Omega, Omega)[machine_rows]
         return result
 
     return stiffness

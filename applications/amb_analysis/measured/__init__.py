@@ -6,5 +6,5 @@ units        SI units of measured channels
 files        reads a file of any form: `.uff`, `.unv`, `.mat`, `.npz`, tables, and results of runs
 modal_fit    natural frequencies, damping and shapes from frequency responses
 deviation    how far two frequency responses differ: FRAC, MAC, pairs of modes
-least_squares  parameters with confidence intervals, or a refusal where data do not contain them
+least_squares  parameters with confidence intervals, or an error where the data do not determine them
 """

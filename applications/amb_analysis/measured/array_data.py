@@ -113,10 +113,10 @@ def _numbers(content: dict[str, Any], key: str) -> np.ndarray:
 
 
 def _shaped(content: dict[str, Any], key: str, shape: tuple[int, ...]) -> np.ndarray:
-    """Return an array of numbers in a shape, from which Matlab drops dimensions of one at the end."""
+    """Return an array of numbers in a shape; Matlab drops trailing dimensions of length 1."""
     value = np.asarray(content[key])
     squeezed = tuple(k for k in shape if k != 1)
     if value.dtype.kind not in "fiuc" or tuple(k for k in value.shape if k != 1) != squeezed:
-        wanted = " x ".join(map(str, shape))
-        raise ValueError(f"{key} of shape {value.shape} is not allowed; it must be {wanted} numbers")
+        expected = " x ".join(map(str, shape))
+        raise ValueError(f"{key} of shape {value.shape} is not allowed; it must be {expected} numbers")
     return value.reshape(shape)

@@ -19,7 +19,7 @@ from scipy.optimize import linear_sum_assignment
 from amb_analysis.measured.modal_fit import FittedMode
 from array_types import Complex
 
-FARTHEST = 0.2  # relative difference of frequency beyond which two modes are no pair
+FARTHEST = 0.2  # relative difference of frequency above which two modes are not paired
 
 
 @dataclass(frozen=True)
@@ -38,16 +38,16 @@ class CurveDeviation:
 
 @dataclass(frozen=True)
 class ModeDeviation:
-    """A measured mode and the computed one that belongs to it.
+    """A measured mode and the computed mode paired with it.
 
     measured, computed
-        Frequencies (Hz); None where nothing computed belongs to it.
+        Frequencies (Hz); None without a computed mode.
     percent
-        Computed over measured frequency less one (%).
+        Relative difference of the computed from the measured frequency (%).
     measured_damping, computed_damping
-        Damping ratios (1); None where not known.
+        Damping ratios (1); None if not available.
     mac
-        (2); None with one response.
+        (2); None with a single response.
     """
 
     measured: Annotated[float, "Hz"]
@@ -73,7 +73,7 @@ def assurance(a: Complex, b: Complex) -> float:
 def mode_deviations(measured: Sequence[FittedMode], computed: Sequence[FittedMode]) -> tuple[ModeDeviation, ...]:
     """Return each measured mode with the computed mode that is nearest in frequency and shape; each is used once.
 
-    Shapes count where both sides have two responses or more.
+    Shapes are compared if both modes have two responses or more.
     """
     if not measured:
         return ()

@@ -54,27 +54,29 @@ def estimate(
     Raises
     ------
     ValueError
-        If a channel, window or length is not allowed, a signal has numbers that are not finite, or inputs follow
-        each other.
+        If a channel, window or length is not allowed, a signal has numbers that are not finite, or inputs are
+        linearly dependent.
     """
-    chosen = [record.channel(name) for name in dict.fromkeys(inputs)]
-    if not chosen:
+    input_channels = [record.channel(name) for name in dict.fromkeys(inputs)]
+    if not input_channels:
         raise ValueError("an estimate needs an input; name one of " + ", ".join(c.name for c in record.signals))
-    displayed = [c for c in record.signals if c not in chosen]
-    if not displayed:
+    output_channels = [c for c in record.signals if c not in input_channels]
+    if not output_channels:
         raise ValueError("an estimate needs an output; all channels of the record are inputs")
-    if estimator == "H2" and len(chosen) > 1:
+    if estimator == "H2" and len(input_channels) > 1:
         raise ValueError("estimator H2 is not allowed with several inputs; use H1")
-    for channel in (*chosen, *displayed):
+    for channel in (*input_channels, *output_channels):
         if not np.isfinite(record.signals[channel]).all():
             raise ValueError(f"channel {channel.name} has numbers that are not finite")
     n = _samples(record, segment)
-    frequencies, S = _spectra([record.signals[c] for c in (*chosen, *displayed)], record.sample_time, n, window)
-    values, coherence = responses(S, len(chosen), estimator)
+    frequencies, S = _spectra(
+        [record.signals[c] for c in (*input_channels, *output_channels)], record.sample_time, n, window
+    )
+    values, coherence = responses(S, len(input_channels), estimator)
     return tuple(
         FrequencyResponse(output, source, frequencies, values[:, k, j], coherence[:, k])
-        for k, output in enumerate(displayed)
-        for j, source in enumerate(chosen)
+        for k, output in enumerate(output_channels)
+        for j, source in enumerate(input_channels)
     )
 
 
@@ -93,14 +95,14 @@ def responses(S: Complex, inputs: int, estimator: Estimator = "H1") -> tuple[Com
     Raises
     ------
     ValueError
-        If an input is a combination of others, or rests, at some frequency.
+        If an input is zero or a combination of the others at some frequency.
     """
     S_uu, S_yu = S[:, :inputs, :inputs], S[:, inputs:, :inputs]
     S_yy = np.einsum("nkk->nk", S[:, inputs:, inputs:]).real
     size = np.sqrt(np.einsum("nkk->nk", S_uu).real)
     scaled = S_uu / np.maximum(size[:, :, None] * size[:, None, :], np.finfo(float).tiny)
     if (np.linalg.svd(scaled, compute_uv=False)[:, -1] < 1e-9).any():
-        raise ValueError("an input rests or follows another one at some frequencies; responses cannot be separated")
+        raise ValueError("an input is zero or depends on the others at some frequencies; responses cannot be separated")
     H1 = np.linalg.solve(S_uu.swapaxes(1, 2), S_yu.swapaxes(1, 2)).swapaxes(1, 2)
     explained = np.einsum("nkj,nkj->nk", H1, S_yu.conj()).real
     coherence = np.clip(explained / np.maximum(S_yy, np.finfo(float).tiny), 0.0, 1.0)
@@ -110,10 +112,10 @@ def responses(S: Complex, inputs: int, estimator: Estimator = "H1") -> tuple[Com
 
 
 def _samples(record: TimeRecord, segment: float | None) -> int:
-    whole = min(len(values) for values in record.signals.values())
-    n = whole // SEGMENTS if segment is None else round(in_steps(segment, record.sample_time))
-    if not LEAST_SAMPLES <= n <= whole // 2:
-        limits = f"{LEAST_SAMPLES * record.sample_time:g} s to {whole // 2 * record.sample_time:g} s"
+    samples = min(len(values) for values in record.signals.values())
+    n = samples // SEGMENTS if segment is None else round(in_steps(segment, record.sample_time))
+    if not LEAST_SAMPLES <= n <= samples // 2:
+        limits = f"{LEAST_SAMPLES * record.sample_time:g} s to {samples // 2 * record.sample_time:g} s"
         raise ValueError(f"a segment of {n * record.sample_time:g} s is not allowed; it must be {limits}")
     return n
 

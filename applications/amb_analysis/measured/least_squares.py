@@ -1,4 +1,4 @@
-"""Parameters from measured data by least squares, with confidence intervals, and a test whether the data contain them.
+"""Parameters from measured data by least squares, with confidence intervals and tests of identifiability.
 
     min_p sum r_k(p)^2,   s^2 = sum r_k^2/(n - m),   cov = s^2 (J^T J)^-1                           (1)
 
@@ -21,7 +21,7 @@ from array_types import Array
 CONFIDENCE = 0.95
 STEP = 1e-4  # of the range of a parameter, for differences
 NO_INFLUENCE = 1e-9  # of the largest influence of any parameter
-INSEPARABLE = 0.98  # correlation from which two parameters are named together
+INSEPARABLE = 0.98  # correlation above which an error names both parameters
 AT_BOUND = 1e-6  # of the range
 
 
@@ -85,7 +85,7 @@ def fit(residuals: Callable[[Array], Array], free: Sequence[FreeParameter], star
     Raises
     ------
     ValueError
-        If there are not more residuals than parameters, the start is outside the bounds, or the data do not contain a
+        If there are not more residuals than parameters, the start is outside the bounds, or the data do not determine a
         parameter: it has no influence, or its interval is wider than its bounds.
     """
     low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
@@ -101,9 +101,9 @@ def fit(residuals: Callable[[Array], Array], free: Sequence[FreeParameter], star
         steps = np.where(u < 0.5, STEP, -STEP)
         columns = []
         for k, h in enumerate(steps):
-            beside = u.copy()
-            beside[k] += h
-            columns.append((scaled(beside) - scaled(u)) / h)
+            shifted = u.copy()
+            shifted[k] += h
+            columns.append((scaled(shifted) - scaled(u)) / h)
         return np.stack(columns, axis=1)
 
     first = scaled(u0)
@@ -132,7 +132,7 @@ def _refuse_without_influence(free: Sequence[FreeParameter], J: Array) -> None:
     sizes = np.linalg.norm(J, axis=0)
     for p, size in zip(free, sizes, strict=True):
         if size <= NO_INFLUENCE * max(float(sizes.max()), np.sqrt(len(J)) * 1e-6):
-            raise ValueError(f"the data do not contain {p.name}: it does not change the residuals; leave it out")
+            raise ValueError(f"the data do not determine {p.name}: it does not change the residuals; leave it out")
 
 
 def _refuse_uncertain(free: Sequence[FreeParameter], half: Array, correlation: Array) -> None:
@@ -145,6 +145,6 @@ def _refuse_uncertain(free: Sequence[FreeParameter], half: Array, correlation: A
             pair = f"; it cannot be separated from {free[j].name}" if others[j] > INSEPARABLE else ""
             range_ = f"{p.lowest:g} to {p.highest:g}"
             raise ValueError(
-                f"the data do not contain {p.name}: its 95 % interval is wider than its bounds, {range_}{pair}; "
+                f"the data do not determine {p.name}: its 95 % interval is wider than its bounds, {range_}{pair}; "
                 "leave it out, or measure elsewhere"
             )

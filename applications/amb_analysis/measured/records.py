@@ -18,7 +18,7 @@ class Channel:
     unit: str
 
     def renamed(self, names: Mapping[str, str]) -> Channel:
-        """Return the channel with its name in the model, where `names` has one."""
+        """Return the channel with its name in the model, if `names` has it."""
         return Channel(names.get(self.name, self.name), self.unit)
 
     def __str__(self) -> str:
@@ -85,7 +85,7 @@ class FrequencyResponse:
 
 @dataclass(frozen=True, eq=False)
 class Modes:
-    """Natural frequencies (Hz) and damping ratios (1), shape (n,) each; NaN for a ratio that is not known."""
+    """Natural frequencies (Hz) and damping ratios (1), shape (n,) each; NaN for a missing ratio."""
 
     frequencies: Array
     damping_ratios: Array
@@ -108,7 +108,7 @@ class TimeRecord:
         Raises
         ------
         ValueError
-            If there is none.
+            If the record has no such channel.
         """
         from amb_files.suggestions import suggest
 

@@ -13,7 +13,7 @@ from amb_cosim.cosim.run.dataset import load
 
 
 def read_run(path: Path) -> TimeRecord:
-    """Return the record of `result.nc` or of its folder: channels are `component.variable`, of known units.
+    """Return the record of `result.nc` or of its folder: channels `component.variable` with a unit of `units.SI`.
 
     Raises
     ------
@@ -23,7 +23,7 @@ def read_run(path: Path) -> TimeRecord:
     file = path / "result.nc" if path.is_dir() else path
     try:
         dataset = load(file)
-    except Exception as error:  # HDF5 and its readers have each their own
+    except Exception as error:  # HDF5 and its readers each raise other types
         raise ValueError(f"it cannot be read as the result of a run: {error or type(error).__name__}") from error
     signals = {}
     for name, variable in dataset.data_vars.items():
@@ -32,6 +32,6 @@ def read_run(path: Path) -> TimeRecord:
         try:
             factor, channel = si_channel(str(name), str(variable.attrs.get("units", "1")))
         except ValueError:
-            continue  # an angle, a torque, an energy
+            continue  # a unit of no channel: an angle, a torque, an energy
         signals[channel] = factor * np.asarray(variable.values, np.float64)
     return TimeRecord(even_step(np.asarray(dataset["time"].values, np.float64)), signals)

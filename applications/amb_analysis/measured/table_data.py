@@ -60,7 +60,7 @@ def _columns(path: Path) -> dict[str, Column]:
     try:
         numbers = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows])
     except ValueError as error:
-        raise ValueError(f"a cell is no number: {error}") from None
+        raise ValueError(f"a cell is not a number: {error}") from None
     units = [(head["unit"] or "1").strip() for head in heads if head]
     return {name: (unit, numbers[:, k]) for k, (name, unit) in enumerate(zip(names, units, strict=True))}
 
@@ -78,7 +78,7 @@ def _responses(frequencies: Array, columns: Mapping[str, Column]) -> tuple[Frequ
     for name, column in columns.items():
         match = CURVE.fullmatch(name)
         if not match:
-            raise ValueError(f"column {name!r} is not allowed; it must be such as 'fan.x/fan.f_x amplitude'")
+            raise ValueError(f"column {name!r} is not allowed; its form must be that of 'fan.x/fan.f_x amplitude'")
         curves.setdefault((match["output"], match["input"]), {})[match["kind"]] = column
     return tuple(_response(frequencies, *ends, parts) for ends, parts in curves.items())
 
@@ -97,6 +97,6 @@ def _response(frequencies: Array, output: str, source: str, parts: Mapping[str, 
     else:
         raise ValueError(f"{name} needs the columns amplitude and phase, or real and imag")
     above, below = split_quotient(unit, name)
-    (factor, of_output), (divisor, of_input) = si_channel(output, above), si_channel(source, below)
+    (factor, output_channel), (divisor, input_channel) = si_channel(output, above), si_channel(source, below)
     coherence = parts["coherence"][1] if "coherence" in parts else None
-    return FrequencyResponse(of_output, of_input, frequencies, values * (factor / divisor), coherence)
+    return FrequencyResponse(output_channel, input_channel, frequencies, values * (factor / divisor), coherence)

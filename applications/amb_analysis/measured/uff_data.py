@@ -1,7 +1,7 @@
 """Measured data from Universal File Format, by pyuff: functions at nodes (sets 58 and 58b) and modes (set 55).
 
-A channel is called after node and direction, `3.x`; the direction -x is x with the other sign. Units are those of the
-axis labels or, without labels, of SI by the type of data.
+A channel is named by node and direction, `3.x`; data in direction -x are those along x with the opposite sign. Units
+are those of the axis labels or, without labels, the SI units of the type of data.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fmi_export.building.extras import require_extra
 TIME, RESPONSE, COHERENCE = 1, 4, 6  # types of function
 DIRECTIONS = {1: "x", 2: "y", 3: "z"}
 SI_BY_TYPE = {8: "m", 11: "m/s", 12: "m/s2", 9: "N", 13: "N", 0: "1", 1: "1"}
-SAME_FREQUENCIES = 1e-6  # of a coherence and its response, relative
+SAME_FREQUENCIES = 1e-6  # relative difference between a coherence and its response
 
 
 def read_uff(path: Path) -> Measurement | TimeRecord:
@@ -72,7 +72,7 @@ def _ends(item: Mapping[str, Any]) -> tuple[Any, ...]:
 
 
 def _coherence(item: Mapping[str, Any] | None, frequencies: np.ndarray) -> np.ndarray | None:
-    """Return the coherence at the frequencies of its response; None if it has others."""
+    """Return a coherence if it is at the frequencies of its response, otherwise None."""
     if item is None or len(item["x"]) != len(frequencies):
         return None
     same = np.allclose(item["x"], frequencies, rtol=SAME_FREQUENCIES, atol=0.0)

@@ -10,7 +10,7 @@ from fmi_export.building.units import to_unit
 
 SI = ("m", "m/s", "m/s2", "N", "A", "V", "rad/s", "1")
 STANDARD_GRAVITY = 9.80665  # m/s^2
-UNEVEN = 1e-6  # of a step, in which sample times may differ
+UNEVEN = 1e-6  # largest deviation of a step from the mean, relative
 
 
 def si_unit(unit: str, name: str) -> tuple[float, str]:
@@ -19,7 +19,7 @@ def si_unit(unit: str, name: str) -> tuple[float, str]:
     Raises
     ------
     ValueError
-        If it is no unit of a displacement, velocity, acceleration, force, current, voltage or speed.
+        If it is not a unit of displacement, velocity, acceleration, force, current, voltage or speed.
     """
     text = unit.strip() or "1"
     if text in ("g", "gn", "g_n"):
@@ -59,7 +59,7 @@ def split_quotient(unit: str, name: str) -> tuple[str, str]:
     Raises
     ------
     ValueError
-        If it is no quotient.
+        If it is not a quotient.
     """
     above, slash, below = unit.strip().rpartition("/")
     if not slash:
