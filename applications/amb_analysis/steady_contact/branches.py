@@ -8,8 +8,8 @@ from scipy.optimize import linear_sum_assignment
 from amb_analysis.steady_contact.trap_map import StatesOfSet
 from array_types import Array
 
-NEAR = 0.5  # largest distance of two states of one branch at neighbouring speeds, see `_distance`
-MEETS = 0.9  # the same for two branches that meet in a fold
+NEAR = 0.5  # largest distance (`_distance`) of two states of a branch at neighbouring speeds
+MEETS = 0.9  # largest distance of the end states of two branches that meet in a fold
 
 
 def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
@@ -18,20 +18,20 @@ def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
     States at neighbouring speeds are paired so that the sum of their distances is minimal. Branches that begin or end
     close to each other between the same two speeds meet there.
     """
-    at = [np.flatnonzero(states.speed == k) for k in range(n_speeds)]
-    whole: list[list[int]] = []
-    open_ones: list[list[int]] = []
-    for here in at:
-        matched = _matched([branch[-1] for branch in open_ones], list(here), states)
-        ended = [branch for k, branch in enumerate(open_ones) if k not in matched]
+    states_at_speed = [np.flatnonzero(states.speed == k) for k in range(n_speeds)]
+    closed: list[list[int]] = []
+    open_branches: list[list[int]] = []
+    for here in states_at_speed:
+        matched = _matched([branch[-1] for branch in open_branches], list(here), states)
+        ended = [branch for k, branch in enumerate(open_branches) if k not in matched]
         for k, number in matched.items():
-            open_ones[k].append(number)
-        going = [open_ones[k] for k in matched]
-        begun = [[int(number)] for number in here if number not in matched.values()]
-        whole += _joined_ends(ended, states)
-        open_ones = going + begun
-    whole += open_ones
-    return _joined_starts(whole, states)
+            open_branches[k].append(number)
+        continued = [open_branches[k] for k in matched]
+        new_branches = [[int(number)] for number in here if number not in matched.values()]
+        closed += _joined_ends(ended, states)
+        open_branches = continued + new_branches
+    closed += open_branches
+    return _joined_starts(closed, states)
 
 
 def _distance(a: int, b: int, states: StatesOfSet) -> float:
@@ -53,27 +53,27 @@ def _matched(before: list[int], here: list[int], states: StatesOfSet) -> dict[in
 
 def _joined_ends(ended: list[list[int]], states: StatesOfSet) -> list[list[int]]:
     """Join branches that end between the same two speeds where they meet."""
-    left, result = list(ended), []
-    while left:
-        item = left.pop()
-        near = min(left, key=lambda other: _distance(item[-1], other[-1], states), default=None)
-        if near is not None and _distance(item[-1], near[-1], states) < MEETS:
-            left.remove(near)
-            result.append(item + near[::-1])
+    remaining, result = list(ended), []
+    while remaining:
+        branch = remaining.pop()
+        nearest = min(remaining, key=lambda other: _distance(branch[-1], other[-1], states), default=None)
+        if nearest is not None and _distance(branch[-1], nearest[-1], states) < MEETS:
+            remaining.remove(nearest)
+            result.append(branch + nearest[::-1])
         else:
-            result.append(item)
+            result.append(branch)
     return result
 
 
-def _joined_starts(whole: list[list[int]], states: StatesOfSet) -> list[list[int]]:
+def _joined_starts(ends_joined: list[list[int]], states: StatesOfSet) -> list[list[int]]:
     """Join branches whose ends are neighbours at the speed at which both begin."""
-    result = list(whole)
+    result = list(ends_joined)
     merged = True
     while merged:
         merged = False
-        for i, item in enumerate(result):
+        for i, branch in enumerate(result):
             for j in range(i + 1, len(result)):
-                joined = _at_start(item, result[j], states)
+                joined = _at_start(branch, result[j], states)
                 if joined is not None:
                     result[i] = joined
                     del result[j]

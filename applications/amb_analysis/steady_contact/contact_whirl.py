@@ -5,7 +5,7 @@ Without unbalance, and with journals side by side or opposite each other, p_j = 
     N_j + i L_j = -p_j sum_k E_jk(omega) c_k p_k,     E = R(omega)^-1                                 (1)
 
 at any omega for which all N_j > 0. They grow as omega approaches a natural frequency of the rotor pinned at these
-sites. L_j is the tangential force that damping requires. Only unbalance supplies it, so omega falls, over many turns if
+sites. L_j is the tangential force that damping requires. Only unbalance supplies it; without it omega falls, slowly if
 L is small compared with N. With friction, L_j + mu N_j is required.
 """
 
@@ -26,9 +26,9 @@ from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from array_types import Array
 from rotor_analysis.refinement import refined
 
-NEAR, POINTS = (0.5, 2.0), 600  # searched frequencies, over the speed, with more about maxima of the margin
-ABOUT = np.outer((-1.0, 1.0), 0.5 ** np.arange(20)).ravel()  # of their distance, about changes of sign
-JUMP, SAME = 1e-3, 1e-9  # of the margin, and relative distance of the frequencies between which it jumps
+NEAR, POINTS = (0.5, 2.0), 600  # range of searched frequencies over the speed, and their number before refinement
+ABOUT = np.outer((-1.0, 1.0), 0.5 ** np.arange(20)).ravel()  # distances from a change of sign, over the spacing
+JUMP, SAME = 1e-3, 1e-9  # smallest jump of the margin, and relative distance of the frequencies across it
 MAX_FORCE_RATIO = 0.1  # largest force that damping and friction may require, over N
 
 
@@ -53,7 +53,7 @@ class ContactWhirl:
 def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
     """Return the long-lasting whirls (1) of single sites and of pairs near a spin speed (rad/s).
 
-    A whirl lasts where its margin is positive, the least over sites j in contact and others k:
+    A whirl lasts where its margin is positive. The margin is the least over sites j in contact and others k of
 
         (N_j/10 - |L_j + mu_j N_j|)/|N_j + i L_j|,    1 - |q_k|/c_k                               (2)
 
@@ -61,7 +61,7 @@ def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
     """
     search = _Search(rotor, rotor.loop(Omega), rotor.mu(Omega))
     first = search.about_changes_of_sign(np.linspace(*NEAR, POINTS) * Omega)
-    frequencies, margins = refined(search.margins, first, lambda of: of, resonant=False)
+    frequencies, margins = refined(search.margins, first, lambda margins: margins, resonant=False)
     result = []
     for number, (contact, signs) in enumerate(search.sets):
         lasts = np.concatenate([[False], margins[:, number] > 0.0, [False]])
@@ -80,7 +80,7 @@ class _Search:
     rotor: RubbingRotor
     loop: ForwardLoop
     mu: Array
-    available: dict[float, Complex] = field(default_factory=dict)
+    _receptances: dict[float, Complex] = field(default_factory=dict)
 
     @cached_property
     def sets(self) -> list[tuple[tuple[int, ...], tuple[int, ...]]]:
@@ -92,23 +92,23 @@ class _Search:
     def receptances(self, frequencies: Array) -> Complex:
         """Return receptances, shape (n, all, all)."""
         for omega in map(float, frequencies):
-            if omega not in self.available:
-                self.available[omega] = receptances(self.loop, omega).R
-        return np.array([self.available[float(omega)] for omega in frequencies])
+            if omega not in self._receptances:
+                self._receptances[omega] = receptances(self.loop, omega).R
+        return np.array([self._receptances[float(omega)] for omega in frequencies])
 
     def forces(self, number: int, frequencies: Array) -> Array:
         """Return normal forces of a set (N), shape (n, m)."""
-        return np.asarray(pressed(self.receptances(frequencies), *self.sets[number], self.rotor.c)[0].real)
+        return np.asarray(contact_forces(self.receptances(frequencies), *self.sets[number], self.rotor.c)[0].real)
 
     def margins(self, frequencies: Array) -> Array:
         """Return the margins (2), shape (n, sets)."""
         R, c = self.receptances(frequencies), self.rotor.c
         result = []
         for contact, signs in self.sets:
-            F, q = pressed(R, contact, signs, c)
+            F, q = contact_forces(R, contact, signs, c)
             apart = [k for k in range(len(c)) if k not in contact]
-            held = (MAX_FORCE_RATIO * F.real - np.abs(F.imag + self.mu[list(contact)] * F.real)) / np.abs(F)
-            result.append(np.concatenate([held, 1.0 - np.abs(q[:, apart]) / c[apart]], axis=1).min(axis=1))
+            force_margins = (MAX_FORCE_RATIO * F.real - np.abs(F.imag + self.mu[list(contact)] * F.real)) / np.abs(F)
+            result.append(np.concatenate([force_margins, 1.0 - np.abs(q[:, apart]) / c[apart]], axis=1).min(axis=1))
         return np.stack(result, axis=1)
 
     def about_changes_of_sign(self, grid: Array) -> Array:
@@ -125,7 +125,7 @@ class _Search:
     def end(self, number: int, outward: Array) -> tuple[float, list[float | None]]:
         """Return the end of a whirl and its forces there (N): between two frequencies, or at the last one.
 
-        Where the margin jumps and the forces grow, a mode of the pinned rotor has no damping: they have no limit.
+        Where the margin jumps and the forces grow, a mode of the pinned rotor has no damping: the forces are unbounded.
         """
         if len(outward) == 1:
             return float(outward[0]), [float(N) for N in self.forces(number, outward)[0]]
@@ -133,8 +133,8 @@ class _Search:
         omega = float(brentq(margin, outward[0], outward[1], xtol=1e-12, rtol=1e-12))
         inwards = SAME * float(np.sign(outward[0] - outward[1]))
         near, farther, outside = omega * (1.0 + inwards * np.array([1.0, 2.0, -1.0]))
-        by_distance = self.forces(number, np.array([near, farther])).max(axis=1)
-        bounded = margin(near) - margin(outside) < JUMP or by_distance[0] <= by_distance[1]
+        largest_forces = self.forces(number, np.array([near, farther])).max(axis=1)
+        bounded = margin(near) - margin(outside) < JUMP or largest_forces[0] <= largest_forces[1]
         at_end = self.forces(number, np.array([omega]))[0]
         return omega, [float(N) if bounded else None for N in at_end]
 
@@ -145,9 +145,8 @@ class _Search:
         return float(self.margins(np.array([omega]))[0, number])
 
 
-def pressed(R: Complex, contact: Sequence[int], signs: Sequence[int], c: Array) -> tuple[Complex, Complex]:
-    """Return N + i L (N) of the sites in contact, shape (n, m), and the motion of all (m), from receptances (n, all,
-    all)."""
+def contact_forces(R: Complex, contact: Sequence[int], signs: Sequence[int], c: Array) -> tuple[Complex, Complex]:
+    """Return N + i L (N) of the sites in contact, shape (n, m), and the motion of all sites (m), from receptances R."""
     at, p = list(contact), np.array(signs, dtype=float)
     E = np.linalg.inv(R[:, at][:, :, at])
     force = E @ (c[at] * p)

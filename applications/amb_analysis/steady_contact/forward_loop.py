@@ -34,7 +34,7 @@ from rotor_contact.structure import structure_of
 Complex = NDArray[np.complexfloating[Any, Any]]  # numpy types products of real and complex arrays so
 Pair = tuple[str, str]
 
-UNREACHABLE = 1e-10  # largest singular value of a balanced law's directions that count as out of reach
+UNREACHABLE = 1e-10  # largest singular value of uncontrollable directions of a balanced law
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,7 @@ class ForwardLoop:
         return slice(0, m), slice(m, m + d), slice(m + d, m + d + b)
 
 
-def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> ForwardLoop:
+def forward_loop(source: LinearSource, Omega: float, sites: Sequence[str]) -> ForwardLoop:
     """Return the loop of forward motion at a spin speed (rad/s), with forces at sites of the rotor.
 
     Raises
@@ -93,44 +93,45 @@ def forward_loop(made: LinearSource, Omega: float, sites: Sequence[str]) -> Forw
     ValueError
         If an FMU has no linear model.
     """
-    at = made.at(Omega)
+    at = source.at(Omega)
     layout = at.layout(PLANT)
     parts, feeds = parts_in_contact(at, at.names)
     continuous = [part for part in parts if part.law.sample_time is None]
     discrete = [part for part in parts if part.law.sample_time is not None]
-    machine = connected(continuous, within(continuous, feeds))
+    continuous_part = connected(continuous, within(continuous, feeds))
     bearings = layout["bearings"]
     places = [*layout["discs"], *bearings]
     pairs = [contact_pair(site) for site in sites] + [_pair(PLANT, f"{place}.f_{{}}") for place in places]
-    displayed = [_site_pair(site) for site in sites]
+    displacements = [_site_pair(site) for site in sites]
     if not discrete:
-        plant = _forward(machine.selected(flat(pairs), flat(displayed)).law)
-        return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), machine.notes)
+        plant = _forward(continuous_part.selected(flat(pairs), flat(displacements)).law)
+        notes = continuous_part.notes
+        return ForwardLoop(Omega, plant, None, None, np.zeros(0), tuple(sites), tuple(places), (), notes)
     control = connected(discrete, within(discrete, feeds))
     demanded = [pair for pair in _demands(at) if any(end in feeds for end in pair)]
     read = _reading_pairs(layout, bearings, sites)
     sources = {feeds[end] for end in control.inputs if end in feeds}
     used = [pair for pair in read if set(pair) & sources]
-    plant = _forward(machine.selected(flat([*pairs, *demanded]), flat([*displayed, *used])).law)
+    plant = _forward(continuous_part.selected(flat([*pairs, *demanded]), flat([*displacements, *used])).law)
     controller = _forward_control(control, used, demanded, feeds)
-    shares = {name: part.late for part in discrete for name in part.outputs}
-    late = np.array([max(shares.get(feeds.get(end, ""), 0.0) for end in pair) for pair in demanded])
+    delays = {name: part.late for part in discrete for name in part.outputs}
+    late = np.array([max(delays.get(feeds.get(end, ""), 0.0) for end in pair) for pair in demanded])
     currents = tuple(pair[0].split(".")[1] for pair in demanded)
     time = control.law.sample_time
-    notes = (*machine.notes, *control.notes)
-    ends = (tuple(sites), tuple(places), currents)
-    return ForwardLoop(Omega, plant, controller, time, late, *ends, notes)
+    notes = (*continuous_part.notes, *control.notes)
+    names = (tuple(sites), tuple(places), currents)
+    return ForwardLoop(Omega, plant, controller, time, late, *names, notes)
 
 
-def forward_rotor(made: LinearSource, Omega: float, sites: Sequence[str]) -> ComplexLaw:
+def forward_rotor(source: LinearSource, Omega: float, sites: Sequence[str]) -> ComplexLaw:
     """Return the displacements of a rotor at its sites over forces at them, without magnets, at a speed (rad/s)."""
-    at = made.at(Omega)
+    at = source.at(Omega)
     layout, constants = at.layout(PLANT), at.constants(PLANT)
     rotor = with_contact_forces(
         rotor_component(PLANT, layout, constants, at.parameters(PLANT), Omega), layout, constants
     )
-    pairs, displayed = ([name(site) for site in sites] for name in (contact_pair, _site_pair))
-    return _forward(rotor.selected(flat(pairs), flat(displayed)).law)
+    pairs, displacements = ([name(site) for site in sites] for name in (contact_pair, _site_pair))
+    return _forward(rotor.selected(flat(pairs), flat(displacements)).law)
 
 
 def with_contact_forces(part: LinearComponent, layout: Mapping[str, Any], constants: Array) -> LinearComponent:
@@ -164,11 +165,11 @@ def flat(pairs: Sequence[Pair]) -> list[str]:
     return [name for pair in pairs for name in pair]
 
 
-def _demands(made: LinearSource) -> list[Pair]:
+def _demands(source: LinearSource) -> list[Pair]:
     """Return the names of the demanded bearing currents or, without an actuator, of the forces on the rotor."""
-    if ACTUATOR in made.assembly.interfaces:
-        return [_pair(ACTUATOR, f"{b}.i_{{}}") for b in made.layout(ACTUATOR)["bearings"]]
-    return [_pair(PLANT, f"{b}.f_{{}}") for b in made.layout(PLANT)["bearings"]]
+    if ACTUATOR in source.assembly.interfaces:
+        return [_pair(ACTUATOR, f"{b}.i_{{}}") for b in source.layout(ACTUATOR)["bearings"]]
+    return [_pair(PLANT, f"{b}.f_{{}}") for b in source.layout(PLANT)["bearings"]]
 
 
 def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Sequence[str]) -> list[Pair]:
@@ -177,21 +178,21 @@ def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Se
     return list(dict.fromkeys(pairs))
 
 
-def parts_in_contact(made: LinearSource, names: Sequence[str]) -> tuple[list[LinearComponent], dict[str, str]]:
+def parts_in_contact(source: LinearSource, names: Sequence[str]) -> tuple[list[LinearComponent], dict[str, str]]:
     """Return the parts of a run, the rotor with forces at its sites, and their connections."""
-    layout, constants = made.layout(PLANT), made.constants(PLANT)
-    rotor = rotor_component(PLANT, layout, constants, made.parameters(PLANT), made.point["Omega"])
-    others = {name: made.parts([name])[0] for name in names if name != PLANT}
+    layout, constants = source.layout(PLANT), source.constants(PLANT)
+    rotor = rotor_component(PLANT, layout, constants, source.parameters(PLANT), source.point["Omega"])
+    others = {name: source.parts([name])[0] for name in names if name != PLANT}
     parts = [others.get(name, with_contact_forces(rotor, layout, constants)) for name in names]
-    return in_order(parts, made.feeds(names), names)
+    return in_order(parts, source.feeds(names), names)
 
 
-def mixing(made: LinearSource, Omega: float, sites: Sequence[str]) -> float:
+def mixing(source: LinearSource, Omega: float, sites: Sequence[str]) -> float:
     """Return the anisotropy of a loop: the largest ratio (1) of backward to forward receptance at the sites.
 
     It is 0 in an isotropic loop, where synchronous orbits are circles.
     """
-    at = made.at(Omega)
+    at = source.at(Omega)
     whole = loop_of(*parts_in_contact(at, at.names))
     law = whole.selected(flat([contact_pair(s) for s in sites]), flat([_site_pair(s) for s in sites])).law
     root = 1j * Omega if law.sample_time is None else np.exp(1j * Omega * law.sample_time)
@@ -228,11 +229,9 @@ def _forward_control(
         if name in feeds:
             T[k, row[feeds[name]]] = 1.0
     B, C, D = law.B @ S, T @ law.C, T @ law.D @ S
-    at_readings, displayed = (
-        B[:, 0::2] - 1j * B[:, 1::2],
-        np.asarray(0.5 * (C[0::2] + 1j * C[1::2]), dtype=np.complex128),
-    )
-    return minimal(ComplexLaw(np.asarray(law.A, dtype=np.complex128), at_readings, displayed, _split(D)[0]))
+    B_forward = B[:, 0::2] - 1j * B[:, 1::2]
+    C_forward = np.asarray(0.5 * (C[0::2] + 1j * C[1::2]), dtype=np.complex128)
+    return minimal(ComplexLaw(np.asarray(law.A, dtype=np.complex128), B_forward, C_forward, _split(D)[0]))
 
 
 def minimal(law: ComplexLaw) -> ComplexLaw:
@@ -242,18 +241,18 @@ def minimal(law: ComplexLaw) -> ComplexLaw:
     holds readings (m) and currents (A), which differ by a factor of 1e6.
     """
     law = _balanced(law)
-    reached = _reachable(law.A, law.B)
-    A, B, C = reached.conj().T @ law.A @ reached, reached.conj().T @ law.B, law.C @ reached
-    displayed = _reachable(A.conj().T, C.conj().T)
-    return ComplexLaw(displayed.conj().T @ A @ displayed, displayed.conj().T @ B, C @ displayed, law.D)
+    controllable = _reachable(law.A, law.B)
+    A, B, C = controllable.conj().T @ law.A @ controllable, controllable.conj().T @ law.B, law.C @ controllable
+    observable = _reachable(A.conj().T, C.conj().T)
+    return ComplexLaw(observable.conj().T @ A @ observable, observable.conj().T @ B, C @ observable, law.D)
 
 
 def _balanced(law: ComplexLaw) -> ComplexLaw:
     """Return a law with states scaled so that the input and output gains of each are equal."""
     n, (rows, columns) = len(law.A), law.D.shape
-    whole = np.block([[np.abs(law.A), np.abs(law.B)], [np.abs(law.C), np.zeros((rows, columns))]])
-    square = np.zeros((max(whole.shape),) * 2)
-    square[: whole.shape[0], : whole.shape[1]] = whole
+    gains = np.block([[np.abs(law.A), np.abs(law.B)], [np.abs(law.C), np.zeros((rows, columns))]])
+    square = np.zeros((max(gains.shape),) * 2)
+    square[: gains.shape[0], : gains.shape[1]] = gains
     unit = matrix_balance(square, permute=False, separate=True)[1][0][:n]
     return ComplexLaw(law.A / unit[:, None] * unit, law.B / unit[:, None], law.C * unit, law.D)
 

@@ -63,27 +63,27 @@ def smallest_freeing(rotor: RubbingRotor, Omega: float) -> Freeing | None:
 
 
 def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freeing | None:
-    """Return the injected currents that minimise the largest ratio of demanded to allowed current (A).
+    """Return the freeing currents with the smallest maximum ratio of demanded to allowed current (A).
 
     The demanded current is the sum of the feedback's and the injected current, i = i_0 + S_i I.
     """
     at = rotor.receptances(Omega)
     if not len(allowed) or (allowed <= 0.0).any():
         return None
-    local = at.currents[1] @ rotor.unbalance * Omega**2
-    turned = np.linalg.inv(at.currents[2])
-    return _smallest(rotor, Omega, turned * allowed, -turned @ local)
+    i_0 = at.currents[1] @ rotor.unbalance * Omega**2
+    S_i_inverse = np.linalg.inv(at.currents[2])
+    return _smallest(rotor, Omega, S_i_inverse * allowed, -S_i_inverse @ i_0)
 
 
-def _smallest(rotor: RubbingRotor, Omega: float, turned: Complex, offset: Complex) -> Freeing | None:
-    """Return the freeing currents I = turned J + offset with the smallest largest component of J (2)."""
+def _smallest(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex) -> Freeing | None:
+    """Return the freeing currents I = basis J + offset with the smallest maximum component of J (2)."""
     at, mu = rotor.receptances(Omega), rotor.mu(Omega)
     r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
     limits = trap_limits(at.R, mu, rotor.c) * (1.0 - MARGIN)
 
     def with_share(share: float) -> Complex | None:
-        result = _smallest_currents(r, at.S @ turned, share * limits)
-        return None if result is None else turned @ result + offset
+        result = _smallest_currents(r, at.S @ basis, share * limits)
+        return None if result is None else basis @ result + offset
 
     best = with_share(1.0)
     if best is not None and _is_free(rotor, Omega, best):
@@ -112,8 +112,8 @@ def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
 def _freeing(rotor: RubbingRotor, Omega: float, added: Complex, share: float) -> Freeing:
     at, names = rotor.receptances(Omega), rotor.loop(Omega).currents
     demanded = at.currents[1] @ rotor.unbalance * Omega**2 + at.currents[2] @ added
-    injected, whole = (dict(zip(names, map(complex, values), strict=True)) for values in (added, demanded))
-    return Freeing(injected, whole, share)
+    injected, total = (dict(zip(names, map(complex, values), strict=True)) for values in (added, demanded))
+    return Freeing(injected, total, share)
 
 
 def trap_limits(R: Complex, mu: Array, c: Array) -> Array:
@@ -129,20 +129,20 @@ def _smallest_currents(r: Complex, S: Complex, limits: Array) -> Complex | None:
     if (np.abs(r + S @ start) > limits).any():
         return None
     scale = max(float(np.abs(start).max()), 1e-300)
-    turned = S * scale
+    S_scaled = S * scale
 
     def split(x: Array) -> Complex:
         return x[:b] + 1j * x[b : 2 * b]
 
     def slack(x: Array) -> Array:
         added = split(x)
-        orbits = 1.0 - np.abs((r + turned @ added) / limits) ** 2
+        orbits = 1.0 - np.abs((r + S_scaled @ added) / limits) ** 2
         return np.concatenate([x[-1] ** 2 - np.abs(added) ** 2, orbits, x[-1:]])
 
     def slopes(x: Array) -> Array:
         added, J = split(x), np.zeros((b + len(r) + 1, 2 * b + 1))
         J[:b, :b], J[:b, b : 2 * b], J[:b, -1] = -2.0 * np.diag(added.real), -2.0 * np.diag(added.imag), 2.0 * x[-1]
-        g = -2.0 * ((r + turned @ added).conj() / limits**2)[:, None] * turned
+        g = -2.0 * ((r + S_scaled @ added).conj() / limits**2)[:, None] * S_scaled
         J[b:-1, :b], J[b:-1, b : 2 * b], J[-1, -1] = g.real, -g.imag, 1.0
         return J
 
@@ -158,5 +158,5 @@ def _smallest_currents(r: Complex, S: Complex, limits: Array) -> Complex | None:
         options={"maxiter": 300, "ftol": 1e-12},
     )
     added = split(result.x) * scale
-    retained = (np.abs(r + S @ added) <= limits * (1.0 + 10.0 * MARGIN)).all()
-    return added if retained and np.abs(added).max() <= np.abs(start).max() * (1.0 + 1e-6) else start
+    feasible = (np.abs(r + S @ added) <= limits * (1.0 + 10.0 * MARGIN)).all()
+    return added if feasible and np.abs(added).max() <= np.abs(start).max() * (1.0 + 1e-6) else start

@@ -6,8 +6,8 @@ With P for conj(p) these are 2 m equations, linear in p and linear in P:
 
     P_j (s_j - e_j p) - p_j (conj(s_j) - conj(e_j) P) = 0,      p_j P_j - 1 = 0                      (1)
 
-A start system of products l_i(p) l'_i(P) of random linear forms has C(2 m, m) solutions: m of the forms in p vanish,
-and the forms in P of the other equations. Along (1 - t) gamma start + t target each path ends at a solution of (1); for
+A start system of products l_i(p) l'_i(P) of random linear forms has C(2 m, m) solutions: in m of the equations the form
+in p is zero, in the others the form in P. Along (1 - t) gamma start + t target each path ends at a solution of (1); for
 almost all gamma no paths meet (A. J. Sommese and C. W. Wampler, The Numerical Solution of Systems of Polynomials, 2005,
 ch. 8).
 """
@@ -23,7 +23,7 @@ from amb_analysis.steady_contact.forward_loop import Complex
 
 GAMMA = np.exp(2.1j)
 FIRST_STEP, LEAST_STEP, LARGEST_STEP = 0.05, 1e-8, 0.1
-TOLERANCE = 1e-8  # Newton step below which a point counts as on its path
+TOLERANCE = 1e-8  # Newton step below which a point is on its path
 FAR = 1e6  # size of a diverging solution
 AT_A_TIME = 40000  # paths followed at once
 
@@ -50,7 +50,7 @@ def solve_by_paths(e: Complex, s: Complex) -> Complex:
         part = slice(begin, min(begin + chunk, n))
         count = part.stop - part.start
         at_e, at_s = np.repeat(e[part], paths, axis=0), np.repeat(s[part], paths, axis=0)
-        z = _followed(np.tile(starts, (count, 1)), at_e, at_s, forms)
+        z = _track(np.tile(starts, (count, 1)), at_e, at_s, forms)
         result[part] = z[:, :m].reshape(count, paths, m)
     return result
 
@@ -58,14 +58,14 @@ def solve_by_paths(e: Complex, s: Complex) -> Complex:
 def _start(m: int) -> tuple[tuple[Complex, Complex], Complex]:
     """Return the linear forms of the start system, coefficients and constant, and its solutions (p, P)."""
     random = np.random.default_rng(5)
-    of_p, of_P = np.exp(2j * np.pi * random.random((2, 2 * m, m + 1)))
+    forms_p, forms_P = np.exp(2j * np.pi * random.random((2, 2 * m, m + 1)))
     result = []
     for chosen in combinations(range(2 * m), m):
         rest = [k for k in range(2 * m) if k not in chosen]
-        first, second = of_p[list(chosen)], of_P[rest]
+        first, second = forms_p[list(chosen)], forms_P[rest]
         p, P = (-np.linalg.solve(forms[:, :m], forms[:, m]) for forms in (first, second))
         result.append(np.concatenate([p, P]))
-    return (of_p, of_P), np.array(result)
+    return (forms_p, forms_P), np.array(result)
 
 
 def _system(z: Complex, e: Complex, s: Complex) -> tuple[Complex, Complex]:
@@ -90,7 +90,7 @@ def _start_system(z: Complex, forms: tuple[Complex, Complex]) -> tuple[Complex, 
     return left * right, J
 
 
-def _followed(z: Complex, e: Complex, s: Complex, forms: tuple[Complex, Complex]) -> Complex:
+def _track(z: Complex, e: Complex, s: Complex, forms: tuple[Complex, Complex]) -> Complex:
     """Return the ends of paths, shape (n, 2 m), by Euler steps with Newton corrections; 0 where a path is lost."""
     t, h = np.zeros(len(z)), np.full(len(z), FIRST_STEP)
     active = np.arange(len(z))

@@ -4,7 +4,7 @@ Forces F exp(i Omega t) at the sites, unbalance u, and currents I injected at th
 
     q = R F + P u Omega^2 + S I,      i = R_i F + P_i u Omega^2 + S_i I                               (1)
 
-q at the sites (m), i the demanded currents (A). The plant answers to a force by G(i Omega); samples read
+q at the sites (m), i the demanded currents (A). G(i Omega) is the plant's response to a force. Samples read
 y = G_y F + H_y i exactly, with z = exp(i Omega T), and the held current moves the sites by its first harmonic,
 
     H_q = G_q(i Omega) exp(-i Omega f T) (1 - exp(-i Omega T))/(i Omega T)                            (2)
@@ -33,9 +33,9 @@ class Receptances:
         Displacements at m sites per force (m/N), per unbalance force at d places (m/N), per injected current at b
         bearings (m/A): shapes (m, m), (m, d), (m, b).
     readings
-        The same for the readings of r pairs of sensors: shapes (r, m), (r, d), (r, b).
+        Readings of r pairs of sensors per force, unbalance force and current: shapes (r, m), (r, d), (r, b).
     currents
-        The same for the demanded currents (A/N, A/N, 1).
+        Demanded currents per force, unbalance force and injected current (A/N, A/N, 1).
     """
 
     Omega: float
@@ -62,9 +62,9 @@ def receptances(loop: ForwardLoop, whirl: float | None = None) -> Receptances:
     G = frequency_response(loop.plant, 1j * omega)
     G_force, G_unbalance = G[:, at_sites], G[:, at_unbalance]
     if loop.controller is None or loop.sample_time is None:
-        no, empty = np.zeros((m, 0), dtype=complex), np.zeros((0, m), dtype=complex)
-        nothing = (empty, np.zeros((0, G_unbalance.shape[1]), dtype=complex), np.zeros((0, 0), dtype=complex))
-        return Receptances(omega, G_force, G_unbalance, no, nothing, nothing)
+        no_currents, empty = np.zeros((m, 0), dtype=complex), np.zeros((0, m), dtype=complex)
+        no_control = (empty, np.zeros((0, G_unbalance.shape[1]), dtype=complex), np.zeros((0, 0), dtype=complex))
+        return Receptances(omega, G_force, G_unbalance, no_currents, no_control, no_control)
     T, z = loop.sample_time, np.exp(1j * omega * loop.sample_time)
     harmonic = np.exp(-1j * omega * loop.late * T) * (1.0 - 1.0 / z) / (1j * omega * T)
     H_q = G[:m, at_currents] * harmonic
@@ -86,12 +86,12 @@ def sampled_response(loop: ForwardLoop, z: complex) -> Complex:
     assert loop.sample_time is not None
     columns, T = loop.columns[2], loop.sample_time
     A, B, C, D = loop.plant.A, loop.plant.B[:, columns], loop.plant.C, loop.plant.D
-    Phi, new = zoh(A, B, T)
-    old = np.zeros_like(new)
+    Phi, Gamma_0 = zoh(A, B, T)
+    Gamma_1 = np.zeros_like(Gamma_0)
     for k, f in enumerate(loop.late):
         if f > 0.0:
-            before, after = zoh(A, B, f * T), zoh(A, B, (1.0 - f) * T)
-            old[:, k], new[:, k] = (after[0] @ before[1])[:, k], after[1][:, k]
-    x = np.linalg.solve(z * np.eye(len(A)) - Phi, new + old / z)
-    at_once = np.where(loop.late > 0.0, 1.0 / z, 1.0)
-    return np.asarray(C @ x + D[:, columns] * at_once)
+            (_, Gamma_before), (Phi_after, Gamma_after) = zoh(A, B, f * T), zoh(A, B, (1.0 - f) * T)
+            Gamma_1[:, k], Gamma_0[:, k] = (Phi_after @ Gamma_before)[:, k], Gamma_after[:, k]
+    x = np.linalg.solve(z * np.eye(len(A)) - Phi, Gamma_0 + Gamma_1 / z)
+    direct_delay = np.where(loop.late > 0.0, 1.0 / z, 1.0)
+    return np.asarray(C @ x + D[:, columns] * direct_delay)

@@ -31,16 +31,16 @@ SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
 
 @dataclass(frozen=True, eq=False)
 class Rolling:
-    """Rolling at sites: a journal rolls without slip in its ring once something makes it whirl backward fast enough.
+    """Rolling without slip at sites, after a disturbance that makes the journals whirl backward fast enough.
 
     contact, frequency
         One or two sites, and the whirl frequency (rad/s), negative.
     N, swing
-        Normal force at each (N): its mean over the angle between the sites, and the largest deviation from it.
+        Normal force at each site (N): mean over the angle between the sites, and largest deviation from the mean.
     friction
-        Smallest coefficient without slip at any site and angle.
+        Smallest friction coefficient that prevents slip at all sites and angles.
     possible, accurate
-        Whether the friction of all these sites is above that; whether the reduced rotor is accurate at this frequency.
+        Whether all these sites have this friction; whether the reduced rotor is accurate at this frequency.
     """
 
     contact: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""Data of a run for a steady rub: its loop, contact sites, friction and unbalance."""
+"""The rotor of a run for the analysis of steady rub: loop, contact sites, friction and unbalance."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class RubbingRotor:
     sites
         Names of the enabled sites.
     records
-        Their records as the kernels of `rotor_contact` read them, with their parameters.
+        Parameters of these sites, as records that the kernels of `rotor_contact` read.
     c
-        Their clearances (m), shape (n_sites,).
+        Clearances of these sites (m), shape (n_sites,).
     unbalance
         Complex unbalance (kg m) at each place, shape (n_places,).
     notes
@@ -117,13 +117,13 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
     if PLANT not in planned.interfaces:
         raise ValueError(f"scenario {planned.name} has no component {PLANT}; a rub needs a rotor")
     machine = Machine(planned)
-    made, p = machine.linear_components, machine.parameters[PLANT]
-    sites = tuple(site["name"] for site in made.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"])
+    source, p = machine.linear_components, machine.parameters[PLANT]
+    sites = tuple(site["name"] for site in source.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"])
     if not sites:
         raise ValueError(f"scenario {planned.name} has no enabled site; a rub needs one")
     records = tuple(_record(p, site) for site in sites)
     c = np.array([site.clearance for site in records])
-    notes = _notes(p, sites) + _other_notes(machine.last_inputs, mixing(made, machine.Omega, sites))
+    notes = _site_notes(p, sites) + _loop_notes(machine.last_inputs, mixing(source, machine.Omega, sites))
     return RubbingRotor(machine, sites, records, c, np.array(list(machine.unbalance.values()), dtype=complex), notes)
 
 
@@ -140,7 +140,7 @@ def _slip(site: Site, Omega: float, whirl: float | None) -> float:
     return float(Omega * site.journal_radius + (Omega if whirl is None else whirl) * site.clearance)
 
 
-def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:
+def _site_notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:
     result = []
     for site in sites:
         if p[f"{site}.law"] != CONSTRAINT:
@@ -160,10 +160,10 @@ def _notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(result)
 
 
-def _other_notes(inputs: Mapping[str, float], share: float) -> tuple[str, ...]:
+def _loop_notes(inputs: Mapping[str, float], backward: float) -> tuple[str, ...]:
     result = []
-    if share > ISOTROPIC:
-        result.append(f"the loop is anisotropic: {share:.1%} of the motion is backward, and neglected")
+    if backward > ISOTROPIC:
+        result.append(f"the loop is anisotropic: {backward:.1%} of the motion is backward, which is neglected")
     if inputs.get(f"{CONTROLLER}.rolac_enable"):
         result.append("states are those of the feedback alone; the effect of synchronous control is listed separately")
     return tuple(result)

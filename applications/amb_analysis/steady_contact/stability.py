@@ -6,11 +6,11 @@ friction,
 
     f_n = -lambda,     f_t = -mu lambda - (1 + mu^2) (N/c) b - mu'(v) N b'                           (1)
 
-so that N on its circle is a spring of stiffness N/c, and lambda follows from a'' = 0. mu'(v) is the slope of friction
-over the slip velocity, to which b' adds: friction that falls with slip drives the swing.
+so that the normal force on the circle acts as a spring of stiffness N/c, and lambda follows from a'' = 0. mu'(v) is the
+slope of friction over the slip velocity, to which b' adds: friction that falls with slip drives the swing.
 
-Motion is x' = (A - i Omega) x; held currents turn with -i Omega. A sample of rotor and control makes x(n+1) = M x(n),
-and s = ln(z)/T of its eigenvalues z. Exact for an isotropic loop.
+Motion is x' = (A - i Omega) x; held currents turn with -i Omega. Over a sample of rotor and control x(n+1) = M x(n),
+and s = ln(z)/T with the eigenvalues z of M. This is exact for an isotropic loop.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from array_types import Array
 
 Omegas = TypeVar("Omegas", float, Array)
 
-TURNS = 1000.0  # turns of the rotor within which a decaying vibration falls to 1/e
-STABLE = 1e-7  # growth rate (1/s) over the speed that rounding may give a zero rate
+TURNS = 1000.0  # turns of the rotor within which a vibration that settles falls to 1/e
+STABLE = 1e-7  # largest growth rate over the whirl frequency that rounding can produce
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +58,7 @@ class SmallMotion:
         return self.growth < STABLE * max(abs(self.frequency), 1.0)
 
     def settles(self, Omega: float) -> bool:
-        """Return whether vibrations fall to 1/e within `TURNS` turns at a speed (rad/s); slower ones persist in
-        practice."""
+        """Return whether vibrations at a speed (rad/s) fall to 1/e within `TURNS` turns; slower ones persist."""
         return self.growth < slowest_decay(Omega)
 
 
@@ -99,7 +98,7 @@ class Dynamics:
 
     def about(self, contact: tuple[int, ...], N: Array, psi: Array) -> SmallMotion:
         """Return the vibrations about a state, with N (N) and psi (rad) of the sites in contact."""
-        A, B, basis = self._held(contact, N, psi)
+        A, B, basis = self._constrained(contact, N, psi)
         T = self._sample_time
         values, vectors = np.linalg.eig(A if T is None else self._sampled(A, B, basis, T))
         if T is not None:
@@ -107,9 +106,8 @@ class Dynamics:
         return self._sorted(values, basis @ vectors[: basis.shape[1]])
 
     def growth(self, contact: tuple[int, ...], N: Array, psi: Array) -> float:
-        """Return the largest growth rate (1/s) about a state; it takes half the time of `about`, with the same
-        arguments."""
-        A, B, basis = self._held(contact, N, psi)
+        """Return the largest growth rate (1/s) about a state in half the time of `about`; arguments as there."""
+        A, B, basis = self._constrained(contact, N, psi)
         T = self._sample_time
         if T is None:
             return float(np.linalg.eigvals(A).real.max())
@@ -120,7 +118,7 @@ class Dynamics:
         """Time between samples (s), None without a sampled controller."""
         return None if self.loop.controller is None else self.loop.sample_time
 
-    def _held(self, contact: tuple[int, ...], N: Array, psi: Array) -> tuple[Array, Array, Array]:
+    def _constrained(self, contact: tuple[int, ...], N: Array, psi: Array) -> tuple[Array, Array, Array]:
         """Return A and B for held currents in a basis of the motions that maintain contact, and the basis."""
         if not contact:
             return self.A, self.B_currents, np.eye(self.n)
@@ -134,13 +132,12 @@ class Dynamics:
         accelerations = radial @ A
         mobility = accelerations @ pushed
         reaction = np.eye(self.n) - pushed @ np.linalg.solve(mobility, accelerations)  # so that a'' = 0
-        retained = np.vstack([radial / np.linalg.norm(radial, axis=1)[:, None], _unit(accelerations)])
-        basis = np.linalg.svd(retained)[2][len(retained) :].T
+        constraints = np.vstack([radial / np.linalg.norm(radial, axis=1)[:, None], _unit(accelerations)])
+        basis = np.linalg.svd(constraints)[2][len(constraints) :].T
         return basis.T @ reaction @ A @ basis, basis.T @ reaction @ self.B_currents, basis
 
     def _sampled(self, A: Array, B: Array, basis: Array, T: float) -> Array:
-        """Return M of a sample of rotor and control; states are those of the rotor, the control, and the delayed
-        currents.
+        """Return M of a sample; states are those of the rotor, of the controller, and the delayed currents.
 
         In rotating axes a held current turns backward, as do the controller's states.
         """
@@ -159,31 +156,31 @@ class Dynamics:
         )
 
     def _steps(self, A: Array, B: Array, T: float) -> tuple[Array, Array, Array]:
-        """Return Phi and the effects of the currents of this and the last sample, in the axes at the sample."""
+        """Return Phi and the input matrices of the currents of this and the last sample, in axes at the sample."""
         Phi, now = self._turning(A, B, T)
         before = np.zeros_like(B)
         for f in sorted({float(f) for f in self.loop.late if f > 0.0}):
             columns = np.tile(self.loop.late == f, 2)
-            first, late = self._turning(A, B, f * T), self._turning(A, B, (1.0 - f) * T)
+            (_, Gamma_before), (Phi_after, Gamma_after) = self._turning(A, B, f * T), self._turning(A, B, (1.0 - f) * T)
             turned = _real(np.exp(-1j * self.frame * f * T) * np.eye(len(self.loop.late)))
-            before[:, columns] = (late[0] @ first[1])[:, columns]
-            now[:, columns] = (late[1] @ turned)[:, columns]
+            before[:, columns] = (Phi_after @ Gamma_before)[:, columns]
+            now[:, columns] = (Gamma_after @ turned)[:, columns]
         return Phi, now, before
 
     def _turning(self, A: Array, B: Array, time: float) -> tuple[Array, Array]:
         """Return Phi and Gamma for a time (s), with currents that turn with -i Omega."""
         n, b = B.shape
-        block = np.zeros((n + b, n + b))
-        block[:n, :n], block[:n, n:] = A, B
-        block[n:, n:] = self.turning
-        whole = expm(block * time)
-        return whole[:n, :n], whole[:n, n:]
+        generator = np.zeros((n + b, n + b))
+        generator[:n, :n], generator[:n, n:] = A, B
+        generator[n:, n:] = self.turning
+        transition = expm(generator * time)
+        return transition[:n, :n], transition[:n, n:]
 
     def _sorted(self, s: Complex, vectors: Complex) -> SmallMotion:
         """Return vibrations sorted by growth: v1 + i v2 whirls with Omega + Im s, its conjugate with Omega - Im s."""
         half, Omega = self.n // 2, self.frame
-        item = s.imag >= 0.0
-        s, vectors = s[item], vectors[:, item]
+        nonnegative = s.imag >= 0.0
+        s, vectors = s[nonnegative], vectors[:, nonnegative]
         order = np.argsort(-s.real, kind="stable")
         s, vectors = s[order], vectors[:, order]
         upper, lower = vectors[:half] + 1j * vectors[half:], vectors[:half].conj() + 1j * vectors[half:].conj()

@@ -1,9 +1,8 @@
 """A co-simulation that starts in a synchronous state, or in a whirl without unbalance, stable or not.
 
-The contact forces F of a state turn with the rotor as unbalance does, omega = Omega; those of a whirl with the whirl.
-Under these forces, and without sites, the whole loop including the sampled controller settles to the state; that motion
-is solved for in `cosim.master.settling`. The effect of F on the rotor in a step h is, with its states x = Re[X exp(i
-omega t)],
+The contact forces F of a state turn with the rotor as unbalance does, omega = Omega; those of a whirl turn with the
+whirl. Under these forces, and without sites, the loop with the sampled controller settles to the state;
+`cosim.master.settling` solves for that motion. With states x = Re[X exp(i omega t)] of the rotor, F adds in a step h
 
     f = Re[(exp(i omega h) - exp(A h)) X exp(i omega t)],      X = (i omega - A)^-1 B F               (1)
 
@@ -36,7 +35,7 @@ PROBE_UNBALANCE = 1e-6  # kg m of unbalance in the warm-up steps, which excites 
 
 
 def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint:
-    """Return a checkpoint at cycle 0 that starts a run in one of the rotor's states (1).
+    """Return a checkpoint at cycle 0 that starts a run in a state or whirl of the rotor (1).
 
     Pass it to `amb_cosim.run(..., start=checkpoint)`. The rotor's unbalance holds until an event changes it.
 
@@ -57,8 +56,8 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     plan, assembly = rotor.machine.planned.plan, rotor.machine.planned.assembly
     is_whirl = isinstance(state, Whirl)
     omega = state.frequency if isinstance(state, Whirl) else rotor.Omega
-    at_end = {**plan.inputs, **_unbalance(replace(rotor, unbalance=0.0 * rotor.unbalance) if is_whirl else rotor)}
-    missing = [name for name, value in at_end.items() if name not in plan.inputs and value != 0.0]
+    final_inputs = {**plan.inputs, **_unbalance(replace(rotor, unbalance=0.0 * rotor.unbalance) if is_whirl else rotor)}
+    missing = [name for name, value in final_inputs.items() if name not in plan.inputs and value != 0.0]
     if missing:
         raise ValueError(f"the run has no {missing[0]}; add it to the inputs of the scenario, with any value")
     if plan.begin > -(WARM_UP + 2):
@@ -66,15 +65,15 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     with closing(InstancePool()) as instances:
         simulator = Simulator(assembly, plan, "plain", instances)
         begin, master = simulator.initialise(), simulator.master
-        final = np.array([at_end[name] for name in plan.inputs])
-        amounts = np.array([name in at_end and name.endswith(".u") for name in plan.inputs], dtype=bool)
-        master.exogenous[:] = np.where(amounts, PROBE_UNBALANCE, final)
+        final = np.array([final_inputs[name] for name in plan.inputs])
+        is_amount = np.array([name in final_inputs and name.endswith(".u") for name in plan.inputs], dtype=bool)
+        master.exogenous[:] = np.where(is_amount, PROBE_UNBALANCE, final)
         master.run(begin, -2)
         master.exogenous[:] = final
         loop = loop_at(master, assembly, -2)
         responses = [
-            _pressed(rotor, state, omega, loop, part, answer) if part.component.name == PLANT else answer
-            for part, answer in zip(loop.parts, loop.responses(), strict=True)
+            _with_contact(rotor, state, omega, loop, part, response) if part.component.name == PLANT else response
+            for part, response in zip(loop.parts, loop.responses(), strict=True)
         ]
         orbit = solve(loop, responses, 0, corrects=False, advance=omega * plan.step_size)
         loop.put(orbit.at(orbit.angle), orbit.angle)
@@ -92,25 +91,28 @@ def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
     return result
 
 
-def _pressed(
-    rotor: RubbingRotor, state: SolvedState | Whirl, omega: float, loop: SettledLoop, part: StateMap, answer: Response
+def _with_contact(
+    rotor: RubbingRotor, state: SolvedState | Whirl, omega: float, loop: SettledLoop, part: StateMap, response: Response
 ) -> Response:
     """Return the response of the plant to contact forces that turn with omega, as forcing (1)."""
-    machine, h = _machine(rotor), loop.master.step_size
+    linear_rotor, h = _linear_rotor(rotor), loop.master.step_size
     force = [-(N + 1j * state.friction[site]) * np.exp(1j * state.psi[site]) for site, N in state.N.items()]
-    turning = np.array([F * way for F in force for way in (1.0, -1j)])  # x and y of each
-    law = machine.selected(flat([contact_pair(site) for site in state.N]), machine.outputs).law
-    X = np.linalg.solve(1j * omega * np.eye(len(law.A)) - law.A, law.B @ turning)
-    moved = np.exp(1j * omega * h) * X - expm(law.A * h) @ X
-    displayed = dict(zip(machine.outputs, law.C @ moved, strict=True))
+    F_xy = np.array([F * axis for F in force for axis in (1.0, -1j)])  # x and y of each
+    law = linear_rotor.selected(flat([contact_pair(site) for site in state.N]), linear_rotor.outputs).law
+    X = np.linalg.solve(1j * omega * np.eye(len(law.A)) - law.A, law.B @ F_xy)
+    state_forcing = np.exp(1j * omega * h) * X - expm(law.A * h) @ X
+    output_forcing = dict(zip(linear_rotor.outputs, law.C @ state_forcing, strict=True))
     names = [loop.master.wiring.names[at] for at in part.slot[np.isin(part.slot, loop.signals)]]
-    added: Complex = np.array([*moved[: len(part.moves)][part.moves], *(displayed.get(name, 0.0) for name in names)])
-    return answer._replace(forcing=answer.forcing + np.stack([0.0 * added.real, added.real, -added.imag], axis=1))
+    forcing: Complex = np.array(
+        [*state_forcing[: len(part.moves)][part.moves], *(output_forcing.get(name, 0.0) for name in names)]
+    )
+    turns = np.stack([0.0 * forcing.real, forcing.real, -forcing.imag], axis=1)
+    return response._replace(forcing=response.forcing + turns)
 
 
-def _machine(rotor: RubbingRotor) -> linear.LinearComponent:
-    """Return the rotor, including the magnets' gradient if it acts within a step; the rotor's own states come first."""
-    made = rotor.machine.linear_components.at(rotor.Omega)
-    within_a_step = any(target.endswith(".k_xx") for target in made.feeds([PLANT, ACTUATOR]))
-    parts, feeds = parts_in_contact(made, [PLANT, ACTUATOR] if within_a_step else [PLANT])
+def _linear_rotor(rotor: RubbingRotor) -> linear.LinearComponent:
+    """Return the rotor, with the magnets' gradient if it acts within a step; the rotor's states come first."""
+    source = rotor.machine.linear_components.at(rotor.Omega)
+    within_a_step = any(target.endswith(".k_xx") for target in source.feeds([PLANT, ACTUATOR]))
+    parts, feeds = parts_in_contact(source, [PLANT, ACTUATOR] if within_a_step else [PLANT])
     return linear.connected(parts, linear.within(parts, feeds))

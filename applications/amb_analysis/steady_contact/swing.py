@@ -1,22 +1,22 @@
 """Swing: the least friction that drives a fall in the retainers over their top, into backward whirl.
 
-Journals fall from the centre and, at worst, keep all of their speed along the circle, against the spin. Friction then
-drives them up the other side, against weight and damping. With theta from the lowest point and u = theta'^2
+Journals fall from the centre. At worst, all of their speed becomes motion along the circle, against the spin. Friction
+then drives them up the other side, against weight and damping. With theta from the lowest point and u = theta'^2
 
     (M c/2) du/dtheta = mu (N + W cos theta) - W sin theta - L,    u(0) = 2 g/c                         (1)
     N + i L = sum_j c_j p_j' (-E c p)_j/c,    E = (R + H)^-1,    M = N/(c omega^2)                      (2)
 
 where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H the
-receptances of `unpowered`, p_j' the conjugate of p_j, and c the mean clearance. M is taken at sqrt(g/c). The journals
-whirl if u and N + W cos theta stay positive up to the top, theta = pi. Two journals have the angle at which N is
-largest: there their whirl is stable. Races that do not turn yet are assumed; a race that turns takes friction away.
+receptances of `unpowered`, p_j' the conjugate of p_j, and c the mean clearance. M is that at sqrt(g/c). The journals
+whirl if u and N + W cos theta are positive up to the top, theta = pi. The angle between two journals is that of the
+largest N, where their whirl is stable. Races are assumed at rest; a turning race reduces friction.
 
 A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (12 mu^2
 exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls with
 
     12 mu^2 exp(2 pi mu) > 3,    mu > 0.2373                                                            (3)
 
-whatever its mass, clearance and speed. Bounces and bending scatter landings: in simulations, some whirl by chance with
+for any mass, clearance and speed. Bounces and bending scatter landings: in simulations, some whirl by chance with
 less friction, and none with less than half.
 """
 
@@ -32,7 +32,7 @@ from array_types import Array, Bools
 
 STEPS = 100  # of the angle from the lowest point to the top
 FREQUENCIES, SLOWEST, FASTEST = 160, 0.02, 6.0  # of (2), and their range over sqrt(g/c)
-MOST = 2.0  # friction coefficient up to which a whirl is sought
+MOST = 2.0  # largest searched friction coefficient
 ROUNDS, TRIALS = 4, 17  # of the search, and friction coefficients in each
 
 
@@ -66,14 +66,14 @@ def whirl_forces(relative: Callable[[float], Complex], at: Sequence[int], c: Arr
         Returns R + H, the receptances (m/N) of journals relative to their retainers, at a frequency (rad/s), shape
         (n_sites, n_sites).
     at
-        Numbers of the journals that whirl, of one or two.
+        Indices of the journals that whirl, at most two.
     c, g
-        Their clearances (m), and acceleration of gravity (m/s^2).
+        Clearances of these journals (m), and acceleration of gravity (m/s^2).
     """
     mean = float(c.mean())
     omega = np.sqrt(g / mean) * np.linspace(SLOWEST, FASTEST, FREQUENCIES)
     chosen = np.ix_(at, at)
-    power = np.array([_power(-np.linalg.inv(relative(-float(of))[chosen]), c) for of in omega]) / mean
+    power = np.array([_power(-np.linalg.inv(relative(-float(frequency))[chosen]), c) for frequency in omega]) / mean
     return WhirlForces(mean, omega, power.real, power.imag)
 
 
@@ -83,7 +83,7 @@ def least_swinging_friction(forces: WhirlForces, W: float, g: float) -> float:
     Parameters
     ----------
     forces
-        Of the journals that fall.
+        Forces of the journals that fall.
     W, g
         Weight that they carry (N), and acceleration of gravity (m/s^2).
     """
@@ -109,7 +109,7 @@ def passes_the_top(forces: WhirlForces, mu: Array, W: float, g: float) -> Bools:
         N, L = forces.at(u)
         return 2.0 * (mu * (N + W * np.cos(theta)) - W * np.sin(theta) - L) / (M * c)
 
-    alive = np.ones(len(mu), dtype=bool)
+    whirls = np.ones(len(mu), dtype=bool)
     for k in range(STEPS):
         theta = k * step
         k1 = slope(theta, u)
@@ -117,8 +117,8 @@ def passes_the_top(forces: WhirlForces, mu: Array, W: float, g: float) -> Bools:
         k3 = slope(theta + 0.5 * step, u + 0.5 * step * k2)
         k4 = slope(theta + step, u + step * k3)
         u = u + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-        alive &= (u > 0.0) & (forces.at(u)[0] + W * np.cos(theta + step) > 0.0)
-    return alive
+        whirls &= (u > 0.0) & (forces.at(u)[0] + W * np.cos(theta + step) > 0.0)
+    return whirls
 
 
 def _power(force: Complex, c: Array) -> complex:

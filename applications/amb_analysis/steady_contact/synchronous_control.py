@@ -1,14 +1,14 @@
 """A rotor under converged synchronous control: the steady currents that minimise its readings.
 
-Synchronous control of the kind of ROLAC adapts I' = alpha H y until H y = 0, H = -(Y^H W Y)^-1 Y^H W, where Y is the
+Synchronous control such as ROLAC adapts I' = alpha H y until H y = 0, H = -(Y^H W Y)^-1 Y^H W, where Y is the
 receptance of its readings to injected currents. With y = Y_F F + Y_u u Omega^2 + Y I it converges to
 
     I = H (Y_F F + Y_u u Omega^2)                                                                     (1)
 
-so this control only changes the rotor's receptances, and its states are computed in the same way. Near a state in
-contact the readings respond differently, dy = J dI, with the real J under the constraints. The state is stable if all
-eigenvalues of H J have negative real parts. H is that of the linear model, with unit weights. Force limits are not
-modelled, so compare the currents with them.
+so this control only changes the rotor's receptances, and its states are computed in the same way. About a state in
+contact the readings respond by dy = J dI, with the real Jacobian J under the constraints. The state is stable if all
+eigenvalues of H J have negative real parts. H is that of the linear model, with unit weights. Limits of the force are
+not modelled; compare the currents with them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from amb_analysis.steady_contact.receptances import Receptances
 from amb_analysis.steady_contact.synchronous_states import States
 from array_types import Array
 
-CANCELLED = 1e-9  # receptance over that of the feedback alone that counts as zero: forces at a bearing are cancelled
+CANCELLED = 1e-9  # receptance, over that of the feedback alone, that is rounding of zero: the control cancels it
 
 
 def adaptation(at: Receptances) -> Complex:
@@ -42,7 +42,7 @@ def settled(at: Receptances) -> Receptances:
 
 
 def adaptation_rates(at: Receptances, states: States, n: int, c: Array, mu: Array) -> Complex:
-    """Return the eigenvalues of H J about a state, which are, times alpha, its growth rates (1/s).
+    """Return the eigenvalues of H J about a state; times alpha they are its growth rates (1/s).
 
     With the forces (1) of `stability`, a = 0 and d q = S dI + R dF give dF over dI.
 
@@ -51,21 +51,21 @@ def adaptation_rates(at: Receptances, states: States, n: int, c: Array, mu: Arra
     at
         Receptances of the feedback alone.
     states, n
-        States, and the index of one of them.
+        States, and the index of a state among them.
     c, mu
         Clearances (m) and friction coefficients of all sites.
     """
-    k, H = list(states.contact), adaptation(at)
-    b, m = at.S.shape[1], len(k)
+    contact, H = list(states.contact), adaptation(at)
+    b, m = at.S.shape[1], len(contact)
     turn = np.exp(1j * states.psi[n])
-    S, R = at.S[k] / turn[:, None], at.R[np.ix_(k, k)] * turn / turn[:, None]
+    S, R = at.S[contact] / turn[:, None], at.R[np.ix_(contact, contact)] * turn / turn[:, None]
     moved = np.hstack([S, 1j * S])  # over the real and the imaginary parts of currents
-    stiffness = (1.0 + mu[k] ** 2) * states.N[n] / c[k]
+    stiffness = (1.0 + mu[contact] ** 2) * states.N[n] / c[contact]
     # a + i b = moved dI - R ((1 + i mu) lambda + i stiffness b), a = 0: unknown lambda and b
-    by_lambda, by_b = R * (1.0 + 1j * mu[k]), R * (1j * stiffness)
+    by_lambda, by_b = R * (1.0 + 1j * mu[contact]), R * (1j * stiffness)
     left = np.block([[by_lambda.real, by_b.real], [by_lambda.imag, by_b.imag + np.eye(m)]])
     unknown = np.linalg.solve(left, np.vstack([moved.real, moved.imag]))
-    dF = -((1.0 + 1j * mu[k])[:, None] * unknown[:m] + (1j * stiffness)[:, None] * unknown[m:])
+    dF = -((1.0 + 1j * mu[contact])[:, None] * unknown[:m] + (1j * stiffness)[:, None] * unknown[m:])
     Y_F, _, Y = at.readings
-    rates = H @ (np.hstack([Y, 1j * Y]) + (Y_F[:, k] * turn) @ dF)
+    rates = H @ (np.hstack([Y, 1j * Y]) + (Y_F[:, contact] * turn) @ dF)
     return np.asarray(np.linalg.eigvals(np.vstack([rates.real, rates.imag])).reshape(2 * b))

@@ -9,11 +9,11 @@ with N_j > 0 in contact and |q| < c at all other sites. Friction acts against th
 
     N_j = conj(p_j) (s_j - sum_k E_jk c_k p_k)   must be real                                         (2)
 
-A site: a quadratic, |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. Several: with P in place of conj(p), (2) and p P = 1
-are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number of two groups of
-unknowns; J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982) 724-737, count the load flows of m +
-1 machines so, which obey the same equations). Two sites: the resultant, of degree six. Three or more: homotopy
-continuation (`homotopy`). Those with |p| = 1 are the states.
+For a single site, N solves |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. For m sites, with P in place of conj(p), (2)
+and p P = 1 are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number of
+two groups of unknowns; J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982) 724-737, count the
+load flows of m + 1 machines in this way, which obey the same equations). Two sites are solved by the resultant, of
+degree six, three or more by homotopy continuation (`homotopy`). Solutions with |p| = 1 are the states.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from amb_analysis.steady_contact.homotopy import solve_by_paths
 from array_types import Array, Bools
 
 ON_CIRCLE = 1e-2  # distance of |p| from 1 up to which Newton's method checks a solution
-SAME = 1e-7  # distance below which two solutions count as one
+SAME = 1e-7  # distance below which two solutions are equal
 SETTLED = 1e-11  # residual of (2) relative to its terms
 ITERATIONS = 12  # iterations of Newton's method
 SINGULAR = 1e13  # condition number of rho above which forces at these sites cannot be distinguished
@@ -51,7 +51,7 @@ class States:
     q
         Displacements of all sites in the rotating frame (m), shape (n, n_sites).
     force
-        Forces of all sites on the rotor there (N), shape (n, n_sites).
+        Forces of all sites on the rotor (N), shape (n, n_sites).
     """
 
     contact: tuple[int, ...]
@@ -85,16 +85,16 @@ def states_of(contact: tuple[int, ...], R: Complex, mu: Array, c: Array, r: Comp
         Orbits of all sites without contact (m), shape (n_points, n_sites).
     """
     n_points = len(r)
-    whole = np.broadcast_to(R, (n_points, *R.shape[-2:]))
+    R_at_points = np.broadcast_to(R, (n_points, *R.shape[-2:]))
     at = list(contact)
     if not at:
         points, p, N = np.arange(n_points), np.zeros((n_points, 0), dtype=complex), np.zeros((n_points, 0))
     else:
-        rho = whole[:, at][:, :, at] * (1.0 + 1j * mu[at])
+        rho = R_at_points[:, at][:, :, at] * (1.0 + 1j * mu[at])
         points, p, N = _solutions(rho, c[at], r[:, at])
     force = np.zeros((len(points), len(c)), dtype=complex)
     force[:, at] = -N * (1.0 + 1j * mu[at]) * p
-    q = r[points] + np.einsum("nij,nj->ni", whole[points], force)
+    q = r[points] + np.einsum("nij,nj->ni", R_at_points[points], force)
     others = [k for k in range(len(c)) if k not in contact]
     apart = (np.abs(q[:, others]) < c[others]).all(axis=1) & (N > 0.0).all(axis=1)
     return States(contact, points[apart], N[apart], np.angle(p[apart]), q[apart], force[apart])
@@ -107,24 +107,24 @@ def _solutions(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], C
         return _single(rho[:, 0, 0], float(c[0]), r[:, 0])
     scale = np.sqrt(np.abs(np.einsum("njj->nj", rho)))
     scale = np.where(scale > 0.0, scale, 1.0)
-    available = np.linalg.cond(rho / (scale[:, :, None] * scale[:, None, :])) < SINGULAR
-    where = np.flatnonzero(available)
-    if not len(where):
+    regular = np.linalg.cond(rho / (scale[:, :, None] * scale[:, None, :])) < SINGULAR
+    regular_points = np.flatnonzero(regular)
+    if not len(regular_points):
         return np.zeros(0, dtype=np.int64), np.zeros((0, m), dtype=complex), np.zeros((0, m))
-    E = np.linalg.inv(rho[where])
-    s = np.einsum("njk,nk->nj", E, r[where])
+    E = np.linalg.inv(rho[regular_points])
+    s = np.einsum("njk,nk->nj", E, r[regular_points])
     candidates = _pair(E, c, s) if m == 2 else solve_by_paths(E * c, s)
     row, k = np.nonzero((np.abs(np.abs(candidates) - 1.0) < ON_CIRCLE).all(axis=2))
-    p, result = _polished(np.asarray(np.angle(candidates[row, k]), dtype=np.float64), E[row] * c, s[row])
-    row, p = row[result], p[result]
-    retained = _distinct(row, p)
-    row, p = row[retained], p[retained]
+    p, converged = _polished(np.asarray(np.angle(candidates[row, k]), dtype=np.float64), E[row] * c, s[row])
+    row, p = row[converged], p[converged]
+    distinct = _distinct(row, p)
+    row, p = row[distinct], p[distinct]
     N = (p.conj() * (s[row] - np.einsum("njk,nk->nj", E[row] * c, p))).real
-    return where[row], p, N
+    return regular_points[row], p, N
 
 
 def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
-    """Return the roots of the quadratic, without cancellation; with rho = 0 no force gives a prescribed radius."""
+    """Return the positive roots N of the quadratic, without cancellation; rho = 0 has none."""
     square, half = np.abs(rho) ** 2, c * rho.real
     rest = c * c - np.abs(r) ** 2
     discriminant = half**2 - square * rest
@@ -163,10 +163,10 @@ def _pair(E: Complex, c: Array, s: Complex) -> Complex:
     )
     coefficients = np.stack(resultant[1:8], axis=1)  # the constant is 0: x^1 to x^7
     x = _roots(coefficients)
-    item, square, (g, h, s_1, s_2, d1, d2) = np.ones_like(x), x**2, (v[:, None] for v in (g, h, s_1, s_2, d1, d2))
+    ones, square, (g, h, s_1, s_2, d1, d2) = np.ones_like(x), x**2, (v[:, None] for v in (g, h, s_1, s_2, d1, d2))
     y = np.concatenate(
         [
-            _quadratic(-g * item, s_1 - 2j * d1 * x - s_1.conj() * square, g.conj() * square),
+            _quadratic(-g * ones, s_1 - 2j * d1 * x - s_1.conj() * square, g.conj() * square),
             _quadratic(h.conj() - s_2.conj() * x, -2j * d2 * x, s_2 * x - h * square),
         ],
         axis=2,
@@ -240,19 +240,19 @@ def _polished(psi: Array, e: Complex, s: Complex) -> tuple[Complex, Bools]:
         psi = psi + np.clip(step, -0.1, 0.1)
         p = np.exp(1j * psi)
     N = p.conj() * s - np.einsum("njk,nk->nj", e, p) * p.conj()
-    rests = (np.abs(N.imag) < SETTLED * size).all(axis=1)
-    return p, rests & (np.abs(p - start) < 10.0 * ON_CIRCLE).all(axis=1)
+    converged = (np.abs(N.imag) < SETTLED * size).all(axis=1)
+    return p, converged & (np.abs(p - start) < 10.0 * ON_CIRCLE).all(axis=1)
 
 
 def _distinct(row: NDArray[np.int64], p: Complex) -> NDArray[np.int64]:
     """Return the indices, ascending, of solutions that differ from all earlier ones at their point."""
-    retained: list[int] = []
+    distinct: list[int] = []
     for k in range(len(row)):
-        back = len(retained) - 1
-        while back >= 0 and row[retained[back]] == row[k]:
-            if np.abs(p[retained[back]] - p[k]).max() < SAME:
+        back = len(distinct) - 1
+        while back >= 0 and row[distinct[back]] == row[k]:
+            if np.abs(p[distinct[back]] - p[k]).max() < SAME:
                 break
             back -= 1
         else:
-            retained.append(k)
-    return np.array(retained, dtype=np.int64)
+            distinct.append(k)
+    return np.array(distinct, dtype=np.int64)

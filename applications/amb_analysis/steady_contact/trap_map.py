@@ -1,9 +1,9 @@
 """All synchronous states over speed and unbalance, and the regime at each point.
 
-* free: the rotor turns without contact; no contact state is stable
-* both: free rotation or contact, depending on the start
-* contact: no stable orbit misses all sites, and a contact state is stable
-* whirl: no stable orbit misses all sites, and no contact state is stable: unsteady rub
+* free: the orbit without contact is stable, and no contact state is
+* both: the orbit without contact and a contact state are stable; the start decides
+* contact: no orbit without contact is stable, and a contact state settles (`SmallMotion.settles`)
+* whirl: no orbit without contact is stable, and no contact state settles: unsteady rub
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from array_types import Array, Bools
 from rotor_analysis.refinement import refined
 
 ACCURACY = 1e-4  # of the smallest factor that traps at a speed, relative
-PARTS, ROUNDS = 5, 16  # into which the distance to the largest factor that does not is divided, and how often
+PARTS, ROUNDS = 5, 16  # parts of the interval that encloses it, and divisions
 
 
 class Regime(IntEnum):
@@ -48,7 +48,7 @@ class StatesOfSet:
     growth
         Growth rate of small motion (1/s), shape (n,).
     settles
-        Whether it decays, shape (n,).
+        Whether small motion decays within `stability.TURNS` turns, shape (n,).
     """
 
     contact: tuple[int, ...]
@@ -71,7 +71,7 @@ class TrapMap:
     """States over speeds (rad/s), shape (n,), and factors of an unbalance (1), shape (k,).
 
     states
-        Those of each set of sites in contact, free first.
+        States of each set of sites in contact, contact-free states first.
     """
 
     speeds: Annotated[Array, "rad/s"]
@@ -81,18 +81,18 @@ class TrapMap:
     def regimes(self) -> NDArray[np.int64]:
         """Return the `Regime` of each point, shape (n, k)."""
         shape = len(self.speeds), len(self.factors)
-        free, trapped, rests = (np.zeros(shape, dtype=bool) for _ in range(3))
-        for result in self.states:
-            (trapped if result.contact else free)[result.speed[result.stable], result.amount[result.stable]] = True
-            if result.contact:
-                rests[result.speed[result.settles], result.amount[result.settles]] = True
+        free, trapped, settled = (np.zeros(shape, dtype=bool) for _ in range(3))
+        for states in self.states:
+            (trapped if states.contact else free)[states.speed[states.stable], states.amount[states.stable]] = True
+            if states.contact:
+                settled[states.speed[states.settles], states.amount[states.settles]] = True
         regimes = np.where(
-            free, np.where(trapped, Regime.BOTH, Regime.FREE), np.where(rests, Regime.CONTACT, Regime.WHIRL)
+            free, np.where(trapped, Regime.BOTH, Regime.FREE), np.where(settled, Regime.CONTACT, Regime.WHIRL)
         )
         return np.asarray(regimes, dtype=np.int64)
 
     def least_trapping(self) -> Array:
-        """Return the smallest factor with a stable state in contact at each speed; NaN if there is none."""
+        """Return the smallest factor at each speed with the regime `BOTH` or `CONTACT`; NaN if none has it."""
         trapped = np.isin(self.regimes(), (Regime.BOTH, Regime.CONTACT))
         first = np.argmax(trapped, axis=1)
         return np.where(trapped.any(axis=1), self.factors[first], np.nan)
@@ -101,7 +101,7 @@ class TrapMap:
 def least_trapping_at(
     rotor: RubbingRotor, Omega: float, factors: Array, most: int | None = 2, below: float = 0.0
 ) -> float:
-    """Return the smallest factor with a stable state in contact at a speed (rad/s); NaN if there is none.
+    """Return the smallest factor that traps at a speed (rad/s), see `TrapMap.least_trapping`; NaN if none traps.
 
     The first of the ascending factors that traps, and the last below it that does not, enclose the limit. Their
     distance is divided until it is `ACCURACY` of the limit. Nothing traps at the factor `below`.
@@ -118,16 +118,16 @@ def least_trapping_at(
     return least
 
 
-def least_trapping_curve(rotor: RubbingRotor, whole: TrapMap, most: int | None = 2) -> Array:
-    """Return the smallest factor that traps at each speed of a map, refined below the first of the map that traps.
+def least_trapping_curve(rotor: RubbingRotor, coarse: TrapMap, most: int | None = 2) -> Array:
+    """Return the smallest factor that traps at each speed of a map, refined below the map's first such factor.
 
     NaN where nothing traps.
     """
-    curve = whole.least_trapping()
+    curve = coarse.least_trapping()
     for k in np.flatnonzero(np.isfinite(curve)):
-        below = float(max(whole.factors[whole.factors < curve[k]], default=0.0))
+        below = float(max(coarse.factors[coarse.factors < curve[k]], default=0.0))
         between = np.linspace(below, curve[k], PARTS + 1)[1:]
-        curve[k] = least_trapping_at(rotor, float(whole.speeds[k]), between, most, below)
+        curve[k] = least_trapping_at(rotor, float(coarse.speeds[k]), between, most, below)
     return curve
 
 
@@ -136,8 +136,8 @@ def least_trapping_over(
 ) -> tuple[float, float] | None:
     """Return the smallest factor that traps at any speed (rad/s), and that speed; None if nothing traps.
 
-    Between the neighbours of the least the minimum is refined. Where one of these does not trap, the curve ends
-    between them, often at its least; this end is enclosed within `ACCURACY` of their distance.
+    The minimum is refined between the speeds next to the least of the curve. If nothing traps at such a speed, the
+    curve ends before it, often at its minimum; this end is enclosed within `ACCURACY` of the distance.
 
     Parameters
     ----------
@@ -160,14 +160,14 @@ def least_trapping_over(
         if 0 <= k < len(speeds):
             near.append(float(speeds[k]) if np.isfinite(curve[k]) else _last_trapping(least, near[0], float(speeds[k])))
     closer, values = refined(
-        lambda more: np.nan_to_num(least(more), nan=end), np.unique(near), lambda of: -of, resonant=False
+        lambda more: np.nan_to_num(least(more), nan=end), np.unique(near), lambda factors: -factors, resonant=False
     )
     best = int(np.argmin(values))
     return float(values[best]), float(closer[best])
 
 
 def _last_trapping(least: Callable[[Array], Array], inside: float, outside: float) -> float:
-    """Return the last speed that traps, from one inside to one outside of the speeds that do."""
+    """Return the last speed that traps between `inside`, which traps, and `outside`, which does not."""
     enough = ACCURACY * abs(outside - inside)
     while abs(outside - inside) > enough:
         middle = 0.5 * (inside + outside)
@@ -187,7 +187,7 @@ def least_touching(rotor: RubbingRotor, speeds: Array) -> tuple[float, float]:
     speeds
         Ascending, above zero (rad/s), shape (n,).
     """
-    closer, shares = refined(lambda more: clearance_shares(rotor, more), speeds, lambda of: of)
+    closer, shares = refined(lambda more: clearance_shares(rotor, more), speeds, lambda shares: shares)
     at = int(shares.max(axis=1).argmax())
     with np.errstate(divide="ignore"):
         return float(1.0 / shares[at].max()), float(closer[at])
@@ -220,12 +220,12 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
         for k, contact in enumerate(sets):
             states = states_of(contact, at.R, mu, rotor.c, r)
             result[k].append((states, _growth(dynamics, states)))
-    joined = (_joined(contact, speeds, of) for contact, of in zip(sets, result, strict=True))
+    joined = (_joined(contact, speeds, pieces) for contact, pieces in zip(sets, result, strict=True))
     return TrapMap(speeds, factors, tuple(joined))
 
 
 def _growth(dynamics: Dynamics, states: States) -> Array:
-    """Return the growth rate (1/s) about each state, which all free states share."""
+    """Return the growth rate (1/s) about each state; all contact-free states have the same."""
     n = len(states.points)
     if not states.contact:
         return np.full(n, dynamics.growth((), np.zeros(0), np.zeros(0)) if n else np.nan)
@@ -234,7 +234,7 @@ def _growth(dynamics: Dynamics, states: States) -> Array:
 
 def _joined(contact: tuple[int, ...], speeds: Array, pieces: list[tuple[States, Array]]) -> StatesOfSet:
     speed = np.concatenate([np.full(len(s.points), k, dtype=np.int64) for k, (s, _) in enumerate(pieces)])
-    states, growth = [s for s, _ in pieces], np.concatenate([of for _, of in pieces])
+    states, growth = [s for s, _ in pieces], np.concatenate([rates for _, rates in pieces])
     return StatesOfSet(
         contact,
         speed,
@@ -262,7 +262,7 @@ class SolvedState:
     currents
         Complex demanded current of each bearing, in the rotating frame (A).
     small
-        Small motion about it.
+        Small motion about the state.
     """
 
     contact: tuple[str, ...]

@@ -18,23 +18,23 @@ from amb_analysis.steady_contact.forward_loop import Complex, forward_rotor
 from amb_cosim.results.component_names import PLANT
 
 
-def relative_receptances(made: LinearSource, Omega: float, sites: Sequence[str]) -> Callable[[float], Complex]:
+def relative_receptances(source: LinearSource, Omega: float, sites: Sequence[str]) -> Callable[[float], Complex]:
     """Return a function that returns (1), the matrix R + H (m/N), at a whirl frequency (rad/s), not 0.
 
     Parameters
     ----------
-    made
+    source
         Source of the linear models of a run.
     Omega, sites
         Spin speed (rad/s), and names of the retainers.
     """
-    rotor, p = forward_rotor(made, Omega, sites), made.parameters(PLANT)
+    rotor, p = forward_rotor(source, Omega, sites), source.parameters(PLANT)
 
     def mount(site: str, omega: float) -> complex:
         mass = p[f"{site}.housing_mass"]
         if not mass:
             return 0.0
-        k, d = (0.5 * (p[f"{site}.mount_{of}_x"] + p[f"{site}.mount_{of}_y"]) for of in ("stiffness", "damping"))
+        k, d = (0.5 * (p[f"{site}.mount_{kind}_x"] + p[f"{site}.mount_{kind}_y"]) for kind in ("stiffness", "damping"))
         return 1.0 / (k - mass * omega**2 + 1j * omega * d)
 
     def relative(omega: float) -> Complex:

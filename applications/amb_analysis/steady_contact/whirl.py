@@ -4,8 +4,8 @@ Without unbalance, a journal on its circle, q = c exp(i (omega t + psi)), needs 
 
     c_j p_j + sum_k R_jk(omega) (1 + i mu_k) N_k p_k = 0,   N_j > 0,   |q| < c elsewhere              (1)
 
-For a site N = -c/(R (1 + i mu)) must be real and positive: H. F. Black, J. Mechanical Engineering Science 10 (1968)
-1-12. For two sites, the angle between them is unknown, and the frequency is solved for on each of its two values.
+For a single site N = -c/(R (1 + i mu)) must be real and positive: H. F. Black, J. Mechanical Engineering Science 10
+(1968) 1-12. For two sites, the angle between them has two solutions; the frequency is solved for each of them.
 Friction acts against the spin as long as the journal slips: Omega R_s + omega c > 0; a faster backward whirl rolls.
 """
 
@@ -75,7 +75,7 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
     Parameters
     ----------
     highest
-        Largest searched frequency (rad/s); `REACH` times the speed by default, and at most half the sampling
+        Largest searched frequency (rad/s); `REACH` times the speed by default, and at most 0.95 of the Nyquist
         frequency.
     """
     loop, c = rotor.loop(Omega), rotor.c
@@ -104,9 +104,9 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
                         small = dynamics.about(contact, forces, psi)
                         at_rest = int(np.argmin(np.hypot(small.rates, small.frequencies - omega)))
                         growth = float(np.delete(small.rates, at_rest).max(initial=-math.inf))
-                        at_sites = (forces, mu[list(contact)] * forces, psi)
-                        by_name = (dict(zip(names, map(float, values), strict=True)) for values in at_sites)
-                        N, friction, angles = by_name
+                        forces_and_angles = (forces, mu[list(contact)] * forces, psi)
+                        dicts = (dict(zip(names, map(float, values), strict=True)) for values in forces_and_angles)
+                        N, friction, angles = dicts
                         accurate = abs(omega) <= rotor.valid_to
                         result.append(Whirl(names, omega, N, friction, angles, slips, growth, accurate))
     return sorted(result, key=lambda whirl: whirl.frequency)
@@ -114,7 +114,7 @@ def whirls(rotor: RubbingRotor, Omega: float, highest: float | None = None) -> l
 
 def _on_branch(
     R: Callable[[float], Complex],
-    line: Array,
+    frequencies: Array,
     contact: tuple[int, ...],
     branch: int,
     mu: Callable[[float], Array],
@@ -124,8 +124,8 @@ def _on_branch(
 
     def parts(omega: float) -> tuple[float, Complex, Complex]:
         at = list(contact)
-        whole = R(omega)
-        E = np.linalg.inv(whole[np.ix_(at, at)] * (1.0 + 1j * mu(omega)[at]))
+        R_omega = R(omega)
+        E = np.linalg.inv(R_omega[np.ix_(at, at)] * (1.0 + 1j * mu(omega)[at]))
         p: Complex = np.ones(len(at), dtype=complex)
         if len(at) == 2:
             g = E[0, 1] * c[at[1]]
@@ -137,12 +137,12 @@ def _on_branch(
         N: Complex = -p.conj() * (E @ (c[at] * p))
         return float(N[-1].imag), p, N
 
-    values = [parts(float(omega))[0] for omega in line]
+    values = [parts(float(omega))[0] for omega in frequencies]
     result: list[tuple[float, Array, Complex]] = []
-    for k in range(len(line) - 1):
-        if values[k] * values[k + 1] < 0.0:  # NaN if there is none
+    for k in range(len(frequencies) - 1):
+        if values[k] * values[k + 1] < 0.0:  # false for NaN, where (1) has no solution
             try:
-                omega = float(brentq(lambda x: parts(x)[0], line[k], line[k + 1], xtol=1e-10, rtol=1e-13))
+                omega = float(brentq(lambda x: parts(x)[0], frequencies[k], frequencies[k + 1], xtol=1e-10, rtol=1e-13))
             except ValueError:
                 continue
             error, p, N = parts(omega)
