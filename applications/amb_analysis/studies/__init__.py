@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class Study(NamedTuple):
-    """Module of a study's function (full name, or relative to its package of studies) and a one-line description.
+    """Module of a study's function (full name, or relative to its package of studies) and a description in a line.
 
     Examples
     --------
@@ -116,7 +116,7 @@ def __getattr__(name: str) -> Any:
 
 
 def study_of(name: str) -> Study | None:
-    """Return the study with a name, if any; other packages are searched if this has none."""
+    """Return the study with a name, from this package or another; None if there is none."""
     return _GENERAL.get(name) or _all_studies().get(name)
 
 
@@ -129,9 +129,9 @@ def _all_studies() -> dict[str, Study]:
     """Return all studies, by name."""
     from amb_files.packs import modules_of
 
-    available = dict(_GENERAL)
+    studies = dict(_GENERAL)
     for package, module in modules_of("studies").items():
-        if twice := sorted(available.keys() & module.STUDIES):
-            raise ValueError(f"{package} must rename its study {twice[0]!r}: the name is in use")
-        available |= {name: study.of(module.__name__) for name, study in module.STUDIES.items()}
-    return available
+        if duplicates := sorted(studies.keys() & module.STUDIES):
+            raise ValueError(f"{package} must rename its study {duplicates[0]!r}: the name is in use")
+        studies |= {name: study.of(module.__name__) for name, study in module.STUDIES.items()}
+    return studies

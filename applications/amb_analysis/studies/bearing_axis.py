@@ -26,9 +26,9 @@ from rolac_controller.control_loop import LoopAxis
 from rotor_analysis.rotor_file import load_rotor
 
 TOLERANCE = 0.05  # of the linear law
-EDGE = 1e-3  # of the air gap, that is left where no retainer ends the motion
+EDGE = 1e-3  # share of the air gap beyond the map, if no retainer limits the motion
 POINTS = 61  # in each direction of a map
-LOADS = np.linspace(0.0, 1.0 - 1e-6, 61)  # of the largest that the axis can carry; there, more current adds nothing
+LOADS = np.linspace(0.0, 1.0 - 1e-6, 61)  # share of the largest static load, at which the current is at its limit
 FREQUENCIES = np.geomspace(1.0, 1e4, 121)  # Hz
 AMPLITUDES = (0.25, 0.5, 1.0)  # of the largest sine of the control current
 
@@ -74,11 +74,11 @@ class LoadCurves:
     static_load
         Static loads (N), shape (n,).
     static_current
-        Static current (A) that carries each.
+        Static current (A) that carries each load.
     up, down
         Largest control force (N) against and along each load.
     own
-        The same for the axis at its static current.
+        Static load and remaining control force at the axis's static current.
     """
 
     static_load: Annotated[Array, "N"]
@@ -126,7 +126,7 @@ class BearingAxis(DrawnResult):
     amplifier_bandwidth
         Bandwidth of the amplifier for small signals (Hz).
     full_swing
-        Three sinusoidal control currents, the last one with the largest amplitude.
+        Three sinusoidal control currents, by ascending amplitude; the last is the largest possible.
     bandwidth
         Largest sinusoidal force over frequency.
     load
@@ -154,7 +154,7 @@ class BearingAxis(DrawnResult):
     def text(self) -> list[TextBlock]:
         """Return a table with a row for each property."""
         (x_low, x_high), (i_low, i_high) = self.linear_range.x, self.linear_range.i_c
-        (rise, fall), local = self.slew_rate, self.load.own
+        (rise, fall), at_static_current = self.slew_rate, self.load.own
         sines = (f"{number(s.i_c)} A ({number(s.force)} N) to {number(s.bandwidth)} Hz" for s in self.full_swing)
         rows = {
             "K_s, K_i (2.8, 2.9)": f"{number(1e-3 * self.k_s)} N/mm, {number(self.k_i)} N/A",
@@ -165,8 +165,8 @@ class BearingAxis(DrawnResult):
             "slew rate of the force": f"{number(1e-6 * rise)} MN/s up, {number(1e-6 * fall)} MN/s down",
             "bandwidth": f"{self.amplifier_bandwidth:g} Hz; at the voltage limit {', '.join(sines)}",
             "control force left": (
-                f"{number(local.up)} N up, {number(local.down)} N down, "
-                f"above a static load of {number(local.static_load)} N"
+                f"{number(at_static_current.up)} N up, {number(at_static_current.down)} N down, "
+                f"above a static load of {number(at_static_current.static_load)} N"
             ),
         }
         title = f"{self.axis}, {self.bias_current:g} A bias and {self.static_current:g} A static current"
@@ -213,13 +213,13 @@ def linearisation(
     >>> f"{axis.k_s / 1e3:.0f} N/mm, {axis.k_i:.0f} N/A"
     '12952 N/mm, 1107 N/A'
     """
-    chosen, local, clearance = _axis_of(scenario, rotor, axis, set or {})
+    chosen, parameters, clearance = _axis_of(scenario, rotor, axis, set or {})
     currents: dict[str, float] = {}
     if bias_current is not None:
         currents["bias_current"] = positive(bias_current, "A", "bias-current")
     if static_current is not None:
         currents["static_current"] = quantity(static_current, "A", "static-current")
-    p = magnetic_bearing.axis_parameters(chosen.bearing, chosen.direction, **(local | currents))
+    p = magnetic_bearing.axis_parameters(chosen.bearing, chosen.direction, **(parameters | currents))
     largest = float(axis_capability.current_amplitude(p, 0.0))
     if not largest > 0.0:
         raise ValueError(
@@ -257,7 +257,7 @@ def _axis_of(
     The distance is the clearance of its retainer or, without a retainer, the air gap, in which the force law holds.
     """
     if scenario is None and settings:
-        raise ValueError(f"{next(iter(settings))} is set, but of no scenario; name one")
+        raise ValueError(f"{next(iter(settings))} is set without a scenario; name the scenario that it belongs to")
     machine = None
     description = load_rotor(rotor)
     values: Mapping[str, float] = {}
@@ -266,16 +266,16 @@ def _axis_of(
         machine = machine_of(plan_run(chosen, settings))
         description, values = machine.rotor, machine.parameters[PLANT]
     axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]
-    names = [item.name for item in axes]
+    names = [loop_axis.name for loop_axis in axes]
     if axis is not None and axis not in names:
         raise ValueError(f"axis = {axis} is not allowed; {suggest(axis, names)}")
     k = 0 if axis is None else names.index(axis)
     record = None if machine is None else machine.axis(axes[k].bearing, axes[k].direction)
-    local = {} if record is None else {name: float(record[name]) for name in record.dtype.names or ()}
+    parameters = {} if record is None else {name: float(record[name]) for name in record.dtype.names or ()}
     retainers = [site for site in description.sites if site.bearing == axes[k].bearing]
-    gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **local).gap)
+    gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **parameters).gap)
     clearances = [values.get(f"{site.name}.clearance", site.clearance) for site in retainers]
-    return axes[k], local, min([*clearances, (1.0 - EDGE) * gap])
+    return axes[k], parameters, min([*clearances, (1.0 - EDGE) * gap])
 
 
 def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
@@ -292,14 +292,14 @@ def _load_capacity(p: np.record) -> LoadCurves:
     def carried(static: float) -> float:
         return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)
 
-    local, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
-    capacity, at_static = axis_capability.load_capacity(p, loads), axis_capability.load_capacity(p, np.array([local]))
+    static_load, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
+    capacity, at_static = (axis_capability.load_capacity(p, each) for each in (loads, np.array([static_load])))
     return LoadCurves(
         loads,
         capacity.static_current,
         capacity.up,
         capacity.down,
-        StaticLoad(local, float(at_static.up[0]), float(at_static.down[0])),
+        StaticLoad(static_load, float(at_static.up[0]), float(at_static.down[0])),
     )
 
 

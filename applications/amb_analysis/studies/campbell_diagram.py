@@ -67,13 +67,13 @@ class CampbellDiagram(DrawnResult):
     modes
         The lowest modes at the first speed, followed over the others.
     critical_speeds
-        Crossings of modes and the synchronous line, ascending.
+        Crossings of the modes with the synchronous line, ascending.
     coordinates, of
         Number of coordinates of the analysed model and of the full model.
     error
         Largest relative error of the modes' eigenvalues against the full model's, at the lowest and highest speed.
     operating_speed
-        The speed of the machine (rad/s), if given.
+        Operating speed of the machine (rad/s); None if not stated.
     limits
         Limits of the coefficients of bearings and seals.
     """
@@ -103,9 +103,9 @@ class CampbellDiagram(DrawnResult):
         if self.coordinates == self.of:
             return [table, *notes]
         reduced = (
-            f"{self.coordinates} coordinates in place of {self.of}; eigenvalues within {self.error:.0e} of the full"
+            f"{self.coordinates} coordinates in place of {self.of}; eigenvalues within {self.error:.0e} of those of the"
         )
-        return [table, *notes, f"{reduced} model's, which --full analyses"]
+        return [table, *notes, f"{reduced} full model, which --full analyses"]
 
 
 def campbell(

@@ -38,9 +38,9 @@ from array_types import Array
 from rotor_analysis.modes import Whirl
 from rotor_analysis.refinement import with_samples
 
-POINTS = 61  # speeds of the diagram, with those of tables and close to critical speeds
-ROUNDS = 6  # in which samples are added at critical speeds
-LOWEST = 1e-3  # of the highest speed, where the diagram begins: a rotor that stands still has no sense of whirl
+POINTS = 61  # speeds of the diagram, before those of tables and near critical speeds are added
+ROUNDS = 6  # of adding samples at critical speeds
+LOWEST = 1e-3  # first speed over the highest: a rotor at rest has no sense of whirl
 CLEAR = 0.05  # sense of whirl, from -1 to 1, up to which it is mixed
 
 
@@ -85,19 +85,19 @@ class ClosedLoopPoles(MachineResult):
     poles
         The slowest vibrations at the first speed, followed over the others.
     least_damped
-        That of all vibrations, including those not followed, at any speed from the lowest to the highest, between those
-        of the diagram too; None where nothing vibrates.
+        The least damped of all vibrations, including those not followed, at any speed of the range, also between those
+        of the diagram; None without vibrations.
     spectral_radii
-        Largest modulus of all poles z at each speed (1), shape (n,), of drifts without vibration too; the loop is not
-        stable where it exceeds 1 (`amb_analysis.linear.stability`).
+        Largest modulus of all poles z at each speed (1), shape (n,), including drifts without vibration; the loop is
+        not stable where it exceeds 1 (`amb_analysis.linear.stability`).
     growth_rates
         Growth rate of that pole at each speed, ln|z|/T, shape (n,).
     least_stable
-        That pole at the worst speed from the lowest to the highest, between those of the diagram too.
+        That pole at the worst speed of the range, also between those of the diagram.
     unstable
-        Speeds (rad/s) of the diagram at which the loop is not stable, or the worst if it lies between them.
+        Speeds (rad/s) of the diagram at which the loop is not stable, or the worst speed if it lies between them.
     operating_speed
-        That of the scenario (rad/s).
+        Speed of the scenario (rad/s).
     limits
         Limits of the coefficients of seals.
     approximations
@@ -120,7 +120,7 @@ class ClosedLoopPoles(MachineResult):
 
     @property
     def critical_speeds(self) -> tuple[CriticalCrossing, ...]:
-        """Speeds at which a followed vibration has the frequency of rotation, by samples close to it, ascending."""
+        """Speeds at which a followed vibration has the frequency of rotation, ascending."""
         return tuple(sorted(_crossings(self.speeds, self.poles), key=lambda crossing: crossing.speed))
 
     def text(self) -> list[TextBlock]:
@@ -188,8 +188,8 @@ def poles(
     scenario, rotor, controller
         Machine, its parameters and its control (`studies.inputs.controlled`).
     up_to
-        Highest spin speed (rad/s), or a string with its unit; 1.5 times that of the scenario by default, 628 rad/s
-        if it stands still.
+        Highest spin speed (rad/s), or a string with its unit; by default 1.5 times that of the scenario, or 628 rad/s
+        if that is 0.
     count
         Number of vibrations to follow, the slowest first.
     set, flavour
@@ -207,31 +207,31 @@ def poles(
     ['297 rad/s', '298 rad/s']
     """
     require(count >= 1, "count", count, "1 or more")
-    values = controlled(scenario, rotor, controller)
-    planned = plan_run(values.machine(), set, options=RunOptions(flavour=flavour))
+    chosen = controlled(scenario, rotor, controller)
+    planned = plan_run(chosen.machine(), set, options=RunOptions(flavour=flavour))
     machine = Machine(planned)
     loop = machine.loop
     highest = (1.5 * planned.speed or DEFAULT_RANGE) if up_to is None else up_to
     speeds = speed_range(highest, POINTS)
     speeds[0] = LOWEST * speeds[-1]
     speeds = with_samples(speeds, machine.table_speeds)
-    closer, everything = vibrations_over(loop, speeds)
-    result = [of_speed for Omega, of_speed in zip(closer, everything, strict=True) if Omega in speeds]
+    closer, all_vibrations = vibrations_over(loop, speeds)
+    result = [of_speed for Omega, of_speed in zip(closer, all_vibrations, strict=True) if Omega in speeds]
     speeds, result, tracks = _about_crossings(loop, speeds, result, count)
-    worst = max((of_speed.stability for of_speed in everything), key=lambda one: one.radius)
+    worst = max((of_speed.stability for of_speed in all_vibrations), key=lambda stability: stability.radius)
     stabilities = [of_speed.stability for of_speed in result]
-    unstable = [one.speed for one in stabilities if not one.is_stable]
+    unstable = [stability.speed for stability in stabilities if not stability.is_stable]
     if not unstable and not worst.is_stable:
         unstable = [worst.speed]
     return ClosedLoopPoles(
-        scenario=values.name,
+        scenario=chosen.name,
         rotor=machine.rotor.name,
         sample_time=loop.sample_time,
         speeds=speeds,
         poles=tuple(_over_speed(result, track) for track in tracks),
-        least_damped=least_damped(closer, everything),
-        spectral_radii=np.array([one.radius for one in stabilities]),
-        growth_rates=np.array([one.growth_rate for one in stabilities]),
+        least_damped=least_damped(closer, all_vibrations),
+        spectral_radii=np.array([stability.radius for stability in stabilities]),
+        growth_rates=np.array([stability.growth_rate for stability in stabilities]),
         least_stable=worst,
         unstable=tuple(unstable),
         operating_speed=planned.speed,
@@ -245,17 +245,17 @@ def _about_crossings(
 ) -> tuple[Array, list[Vibrations], list[list[int | None]]]:
     """Return speeds (rad/s), vibrations there and their tracks, with samples close to each critical speed.
 
-    The secant through the samples on both sides of a crossing gives the next sample, until it is one of them.
+    The next sample is where the secant through the samples on both sides of a crossing meets the frequency of rotation.
     """
     for _ in range(ROUNDS):
         tracks = followed(result, count)
         crossings = [c.speed for c in _crossings(speeds, [_over_speed(result, track) for track in tracks])]
-        more = [at for at in crossings if np.abs(speeds - at).min() > CLOSE * at]
-        if not more:
+        missing = [at for at in crossings if np.abs(speeds - at).min() > CLOSE * at]
+        if not missing:
             break
-        of_speed = dict(zip(speeds.tolist(), result, strict=True))
-        speeds = with_samples(speeds, more)
-        result = [of_speed.get(Omega) or vibrations(loop, Omega) for Omega in speeds.tolist()]
+        vibrations_at = dict(zip(speeds.tolist(), result, strict=True))
+        speeds = with_samples(speeds, missing)
+        result = [vibrations_at.get(Omega) or vibrations(loop, Omega) for Omega in speeds.tolist()]
     return speeds, result, followed(result, count)
 
 

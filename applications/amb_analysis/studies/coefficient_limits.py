@@ -23,11 +23,11 @@ class CoefficientLimits:
     """Limits of the coefficients of some bearings and seals.
 
     parts
-        Their names.
+        Names of these bearings and seals.
     lowest, highest
         First and last spin speed (rad/s) of their tables; None for constant coefficients.
     whirl_frequency
-        The whirl frequency (rad/s) of their coefficients, which depend on it; None if they do not.
+        Whirl frequency (rad/s) of coefficients that depend on it; None if they do not.
     """
 
     parts: tuple[str, ...]
@@ -44,7 +44,7 @@ Limits = tuple[CoefficientLimits, ...]
 
 
 def limits_of(parts: Iterable[Bearing]) -> Limits:
-    """Return the limits of bearings and seals, of those with the same limits together."""
+    """Return the limits of bearings and seals; those with the same limits form a group."""
     groups: dict[tuple[float | None, float | None, float | None], list[str]] = {}
     for part in parts:
         ends = (part.at_speed[0].speed, part.at_speed[-1].speed) if part.at_speed else (None, None)
@@ -55,13 +55,13 @@ def limits_of(parts: Iterable[Bearing]) -> Limits:
 
 def is_extrapolated(limits: Limits, Omega: float) -> bool:
     """Return whether the coefficients at a spin speed (rad/s) are those of another speed, at the end of a table."""
-    return not all(item.cover(Omega) for item in limits)
+    return not all(group.cover(Omega) for group in limits)
 
 
 def covered_speeds(limits: Limits) -> tuple[float, float]:
     """Return the lowest and the highest speed (rad/s) that all tables cover; the second may be the lower one."""
-    lowest = max((item.lowest for item in limits if item.lowest is not None), default=-math.inf)
-    highest = min((item.highest for item in limits if item.highest is not None), default=math.inf)
+    lowest = max((group.lowest for group in limits if group.lowest is not None), default=-math.inf)
+    highest = min((group.highest for group in limits if group.highest is not None), default=math.inf)
     return lowest, highest
 
 
@@ -69,13 +69,13 @@ def limit_notes(limits: Limits, speeds: Iterable[float] | Array) -> list[str]:
     """Return sentences about the tables that do not cover some speeds (rad/s), and the frozen coefficients."""
     unit, speeds = speed_unit(), [float(Omega) for Omega in speeds]
     notes = []
-    for item in limits:
-        names = ", ".join(item.parts)
-        if item.lowest is not None and item.highest is not None and not all(map(item.cover, speeds)):
-            ends = f"{unit.number(item.lowest)} to {unit.text(item.highest)}"
+    for group in limits:
+        names = ", ".join(group.parts)
+        if group.lowest is not None and group.highest is not None and not all(map(group.cover, speeds)):
+            ends = f"{unit.number(group.lowest)} to {unit.text(group.highest)}"
             notes.append(f"{names}: coefficients from {ends}; elsewhere those of the nearest speed ({EXTRAPOLATED})")
-        if item.whirl_frequency is not None:
-            notes.append(f"{names}: {frozen_at(item.whirl_frequency)}; modes at other frequencies differ")
+        if group.whirl_frequency is not None:
+            notes.append(f"{names}: {frozen_at(group.whirl_frequency)}; modes at other frequencies differ")
     return notes
 
 

@@ -1,7 +1,7 @@
 """Study of the convergence of contact forces with modes, mesh, substeps, steps and starts.
 
 A contact force has converged if neither twice as many modes nor a shorter communication step changes it. If runs whose
-clearances differ by a millionth differ much, the case is chaotic: a single run is no evidence, and medians over many
+clearances differ by a millionth differ much, the case is chaotic: a single run proves nothing, and medians over many
 starts are compared.
 """
 
@@ -75,9 +75,9 @@ class ContactConvergence(DrawnResult):
         Largest change of a peak force with twice as many modes (%), of medians over the starts if the case is chaotic;
         None if modes do not vary.
     step_change
-        Largest change of a peak force with the shortest communication step (%), judged as `change` is.
+        Largest change of a peak force with the shortest communication step (%), computed like `change`.
     averaged_change, averaged_step_change
-        The same of the force averaged over 1 ms.
+        `change` and `step_change` of the force averaged over 1 ms.
     chaotic
         Whether the scatter shows chaos; None without starts.
     """
@@ -186,31 +186,32 @@ def convergence(
     Raises
     ------
     ValueError
-        If the scenario, a value or a file is wrong, or the scenario itself does not reach its end.
+        If the scenario, a value or a file is wrong, or the run of the scenario does not reach its end.
     """
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
     values = as_scenario(scenario, rotor)
     base = ConvergenceCase(values, dict(set or {}), RunOptions(flavour=flavour))
     plan_case(base)  # checks the input and builds the FMUs before processes are started
     with progress_bar(progress) as report:
-        others = list(varied_cases(base))
-        local = _with_starts([base], starts)
-        twice, short = (_with_starts(_furthest(others, varied), starts) for varied in ("modes", "step"))
-        cases = [*local, *twice, *short, *(case for case in others if case not in (*twice, *short))]
+        variants = list(varied_cases(base))
+        base_cases = _with_starts([base], starts)
+        more_modes, short_steps = (_with_starts(_furthest(variants, varied), starts) for varied in ("modes", "step"))
+        repeated = [*base_cases, *more_modes, *short_steps]
+        cases = [*repeated, *(case for case in variants if case not in repeated)]
         results = simulate_in_processes(simulate_case, cases, report)
     if results[0].failure:
         raise ValueError(f"scenario {values.name}: {results[0].failure}")
     rows = [_row(case, result, results[0]) for case, result in zip(cases, results, strict=True)]
     rows.sort(key=lambda row: (row.start, ORDER.index(row.varied), row.value))
-    of_scenario, of_twice = results[: len(local)], results[len(local) : len(local) + len(twice)]
-    of_short = results[len(local) + len(twice) :][: len(short)]
-    scatter = _scatter(of_scenario) if starts else None
+    base_results, others = results[: len(base_cases)], results[len(base_cases) : len(repeated)]
+    modes_results, step_results = others[: len(more_modes)], others[len(more_modes) :]
+    scatter = _scatter(base_results) if starts else None
     chaotic = None if scatter is None else scatter > 100.0 * CHAOTIC
     compared = slice(None) if chaotic else slice(1)
     change, step_change, averaged_change, averaged_step_change = (
-        _change(other[compared], of_scenario[compared], force) if other else None
+        _change(other[compared], base_results[compared], force) if other else None
         for force in ("peak_force", "mean_force")
-        for other in (of_twice, of_short)
+        for other in (modes_results, step_results)
     )
     return ContactConvergence(
         scenario=values.name,
@@ -226,12 +227,12 @@ def convergence(
 
 
 def _furthest(cases: Sequence[ConvergenceCase], varied: str) -> list[ConvergenceCase]:
-    """The case with the most modes, or with the shortest communication step, if that varies."""
+    """Return the case with the most modes or the shortest communication step; empty if that does not vary."""
     return sorted((case for case in cases if case.varied == varied), key=lambda case: case.value)[-1:]
 
 
 def _with_starts(cases: Sequence[ConvergenceCase], starts: int) -> list[ConvergenceCase]:
-    """A case, if any, and its repetitions from perturbed starts."""
+    """Return the cases, each followed by its repetitions from perturbed starts."""
     return [replace(case, start=k) for case in cases for k in range(starts + 1)]
 
 
@@ -241,13 +242,13 @@ def _row(case: ConvergenceCase, result: CaseResult, base: CaseResult) -> Converg
 
 
 def _forces(results: Sequence[CaseResult], force: str) -> dict[str, Array]:
-    """A force (`peak_force` or `mean_force`) of each run at each site that any run touched."""
+    """Return a force (`peak_force` or `mean_force`) of each run at each site that any run touched."""
     sites = dict.fromkeys(site for result in results for site in result.sites)
     return {s: np.array([getattr(r.sites[s], force) if s in r.sites else 0.0 for r in results]) for s in sites}
 
 
 def _scatter(results: Sequence[CaseResult]) -> float:
-    """Scatter of the peak force, (largest - smallest) / median, the largest of all sites (%)."""
+    """Return the scatter of the peak force, (largest - smallest) / median, the largest of all sites (%)."""
     return max(
         (100.0 * float(np.ptp(f) / np.median(f)) for f in _forces(results, "peak_force").values() if f.any()),
         default=0.0,
@@ -255,7 +256,7 @@ def _scatter(results: Sequence[CaseResult]) -> float:
 
 
 def _change(results: Sequence[CaseResult], base: Sequence[CaseResult], force: str = "peak_force") -> float:
-    """Largest relative change of the median of a force at a site (%)."""
+    """Return the largest relative change of the median of a force at a site (%)."""
     before, after = ({s: float(np.median(f)) for s, f in _forces(runs, force).items()} for runs in (base, results))
     return max(
         (100.0 * abs(after.get(site, 0.0) / value - 1.0) for site, value in before.items() if value > 0.0), default=0.0

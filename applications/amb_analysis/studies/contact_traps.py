@@ -51,13 +51,13 @@ from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
 
-SPEEDS, AMOUNTS, CURVE, LEAST = 200, 50, 400, 500  # points of the map, of the curves, and of unbalance at one speed
-BEYOND_GRADE = 10.0  # times the limit of G 2.5 that a map reaches at most
-SEARCH_SPEEDS, SEARCH_AMOUNTS, MARGIN = 40, 30, 1.25  # of the search for what traps; what the map shows beyond it
-WIDE = 10.0  # times the machine's unbalance, from which on the amounts of a map are on a logarithmic scale
-LOWEST = 0.02  # of the highest speed and of the largest unbalance, where the map begins
-MOST_LISTED = 4  # vibrations about a state, and sustained whirls, that are printed
-AT_ONCE = 2  # sites in contact at once on the map and on the curves; at the machine's point all
+SPEEDS, AMOUNTS, CURVE, LEAST = 200, 50, 400, 500  # points of the map, of the curves, and of unbalance at a speed
+BEYOND_GRADE = 10.0  # largest unbalance of a map, over the limit of G 2.5, if nothing traps or touches before
+SEARCH_SPEEDS, SEARCH_AMOUNTS, MARGIN = 40, 30, 1.25  # points of the search for traps; extent of the map beyond them
+WIDE = 10.0  # largest unbalance over the machine's, above which the unbalances of a map are on a logarithmic scale
+LOWEST = 0.02  # smallest unbalance of a linear map, over the largest
+MOST_LISTED = 4  # printed vibrations about a state, and printed sustained whirls
+AT_ONCE = 2  # most sites in contact on the map and on the curves; at the machine's point all
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,40 +71,38 @@ class Traps(MachineResult):
     loop_growth, loop_frequency
         Growth rate (1/s) and whirl frequency (rad/s) of the rotor without contact; positive: the loop is unstable.
     kind
-        Possible behaviour at this point.
+        Possible behaviour at this speed and unbalance.
     states
-        All synchronous states there.
+        All synchronous states at this speed and unbalance.
     own
-        Whirls near its speed that last long without unbalance.
+        Whirls with frequencies near the spin speed that last long without unbalance.
     sustained, rolling
-        Whirls that need no unbalance, at its speed: with slip, and by rolling.
+        Whirls at the machine's speed that need no unbalance: with slip, and by rolling.
     least_trapping
-        Smallest unbalance with which a stable contact exists at its speed (kg m); None if none exists up to the largest
-        of the map.
+        Smallest unbalance with a stable contact at the machine's speed (kg m); None if no unbalance of the map has it.
     touching, trapping
-        Smallest unbalance at any speed of the map with which the orbit of the unobstructed rotor touches a site, or a
-        stable contact exists (kg m), and the speed (rad/s); the second is None if none exists up to the largest of the
-        map.
+        Smallest unbalance (kg m) at any speed of the map at which the contact-free orbit touches a site, and at which a
+        stable contact exists, each with its speed (rad/s); `trapping` is None if no unbalance of the map traps.
     grade_limit, grade_limit_at_speed
-        Unbalance that balancing grade G 2.5 allows at each speed of the map, shape (n,), and at its speed (kg m).
+        Unbalance that balancing grade G 2.5 allows (kg m) at each speed of the map, shape (n,), and at the machine's.
     smallest_force
         Smallest additional currents of the bearings that leave no state in contact; None if no currents do, or the loop
         is unstable.
     control
-        Whether each kind of control frees it; empty if the loop is unstable, because steady currents do not stabilise
-        it.
+        Whether each kind of control frees the rotor; empty if the loop is unstable, which steady currents do not
+        change.
     speeds, unbalances
         Axes of the map (rad/s, kg m), shapes (n,) and (k,).
     kinds
         Possible behaviour at each point (0 free, 1 both, 2 contact, 3 whirl), shape (n, k).
     least_trapping_over_speed
-        Smallest unbalance that traps at each speed (kg m), NaN where none of the map traps, shape (n,).
+        Smallest unbalance that traps at each speed (kg m), NaN if no unbalance of the map traps, shape (n,).
     curves, orbits
-        All states over speed at the machine's unbalance, and orbits of the unobstructed rotor at the sites (m).
+        All states over speed at the machine's unbalance, and contact-free orbits at the sites (m).
     clearances
-        Of the sites (m).
+        Clearances of the sites (m).
     notes
-        Approximations, in words.
+        Approximations, in sentences.
     """
 
     name: ClassVar[str] = "traps"
@@ -152,21 +150,21 @@ class Traps(MachineResult):
         lines: list[TextBlock] = [*self._instability(), table, f"{self.kind}", self._reach(), *self._freeing()]
         for state in (state for state in self.states if state.contact):
             whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:MOST_LISTED]
-            held = ", ".join(f"{v.frequency:.4g} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
+            frequencies = ", ".join(f"{v.frequency:.4g} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
             where = "+".join(f"{site} with {force:.4g} N" for site, force in state.normal_forces.items())
-            lines.append(f"held at {where} it vibrates at {held} rad/s (damping ratio)")
-        for local in self.own:
-            slow, fast = (", ".join(f"{site} {_newtons(N[k])}" for site, N in local.N.items()) for k in (0, 1))
-            sides = " on opposite sides" if -1 in local.signs else ""
+            lines.append(f"in contact at {where} it vibrates at {frequencies} rad/s (damping ratio)")
+        for lasting in self.own:
+            slow, fast = (", ".join(f"{site} {_newtons(N[k])}" for site, N in lasting.N.items()) for k in (0, 1))
+            opposite = " on opposite sides" if -1 in lasting.signs else ""
             lines.append(
-                f"pressed hard at {'+'.join(local.contact)}{sides} it may whirl for long at its own frequency, "
-                f"{local.frequencies[0]:.4g} rad/s ({slow}) to {local.frequencies[1]:.4g} rad/s ({fast})"
+                f"with large forces at {'+'.join(lasting.contact)}{opposite} it may whirl long at a natural frequency, "
+                f"{lasting.frequencies[0]:.4g} rad/s ({slow}) to {lasting.frequencies[1]:.4g} rad/s ({fast})"
             )
-        lasting = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
-        for whirl in sorted(lasting, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
+        stable = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
+        for whirl in sorted(stable, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
             forces = ", ".join(f"{name} {force:.4g} N" for name, force in whirl.N.items())
-            rolling = "" if whirl.slips else "; it rolls before"
-            lines.append(f"a whirl at {whirl.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolling})")
+            rolls = "" if whirl.slips else "; it rolls before"
+            lines.append(f"a whirl at {whirl.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolls})")
         for contact in {whirl.frequency: whirl for whirl in self.rolling if whirl.possible}.values():  # the most sites
             slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]
             onset = f"; a backward whirl grows from {max(slower):.4g} rad/s on" if slower else ""
@@ -203,10 +201,10 @@ class Traps(MachineResult):
         if self.loop_growth > 0.0:
             return lines
         if self.smallest_force is None:
-            lines.append("no synchronous currents of these bearings leave it without a state in contact")
+            lines.append("no synchronous currents of these bearings exclude all states in contact")
         elif any(current.amplitude for current in self.smallest_force.values()):
-            message = ", ".join(f"{b} {i.amplitude:.3g} A at {i.phase:.0f} deg" for b, i in self.smallest_force.items())
-            lines.append(f"the smallest additional currents that leave it no state in contact: {message}")
+            added = ", ".join(f"{b} {i.amplitude:.3g} A at {i.phase:.0f} deg" for b, i in self.smallest_force.items())
+            lines.append(f"the smallest additional currents that exclude all states in contact: {added}")
         return [*lines, *(f"{name}: {freed.words}" for name, freed in self.control.items())]
 
 
@@ -225,8 +223,8 @@ def traps(
 ) -> Traps:
     """Return where a rotor under control can stay in contact over speed and unbalance, and what frees it.
 
-    Every synchronous state (`synchronous_states`), its stability, the map, and the smallest force that
-    frees.
+    The result has all synchronous states (`synchronous_states`), their stability, the map, and the smallest force that
+    frees the rotor.
 
     Parameters
     ----------
@@ -235,7 +233,7 @@ def traps(
     speed
         Spin speed of the machine's point (rad/s), or a string with its unit.
     unbalance, place
-        Unbalance of the machine's point (kg m), or a string with its unit, and the disc where it is. By default those
+        Unbalance of the machine's point (kg m), or a string with its unit, and its disc. By default those
         of the scenario; the map multiplies the unbalances of all places by one factor.
     up_to, unbalance_up_to
         Highest speed and largest unbalance of the map. By default twice the machine's speed, and the unbalance that
@@ -247,7 +245,7 @@ def traps(
     Raises
     ------
     ValueError
-        If a value is not allowed, there is no unbalance, or the rotor can touch nowhere.
+        If a value is not allowed, the machine has no unbalance, or no site is enabled.
     """
     values = controlled(scenario, rotor, controller)
     planned = plan_run(values, set, options=RunOptions(flavour=flavour))
@@ -265,23 +263,23 @@ def traps(
         else positive(unbalance_up_to, "kg.m", "unbalance-up-to")
     )
     factors = _factors(largest / amount)
-    whole = trap_map(machine, speeds, factors, AT_ONCE)
+    map_states = trap_map(machine, speeds, factors, AT_ONCE)
     touching, touching_at = least_touching(machine, speeds)
     curves = trap_map(machine, speed_range(highest, CURVE + 1)[1:], np.ones(1), AT_ONCE)
     states = tuple(report_state(state, machine, Omega) for state in states_at(machine, Omega))
     least = least_trapping_at(machine, Omega, np.linspace(0.0, 1.0, LEAST + 1)[1:] * largest / amount, AT_ONCE) * amount
-    curve = least_trapping_curve(machine, whole, AT_ONCE)
+    curve = least_trapping_curve(machine, map_states, AT_ONCE)
     least_over_speeds = least_trapping_over(machine, speeds, curve, AT_ONCE)
     friction = machine.mu(Omega), machine.mu_slope(Omega)
     loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))
     freeing = smallest_freeing(machine, Omega) if loop.is_stable else None
-    needed = None if freeing is None else currents_of(freeing.injected, machine)
+    freeing_currents = None if freeing is None else currents_of(freeing.injected, machine)
     allowed = np.array([allowed_current(machine, bearing) for bearing in machine.loop(Omega).currents])
     demand = smallest_demand(machine, Omega, allowed) if loop.is_stable else None
     demands = [currents_of(result.demanded, machine) for result in (freeing, demand) if result is not None]
     notes = list(machine.notes)
     if len(machine.sites) > AT_ONCE:
-        notes.append(f"map and curves have at most {AT_ONCE} sites in contact at once; the machine's states all")
+        notes.append(f"map and curves have states with at most {AT_ONCE} sites in contact; the machine's have all")
     return Traps(
         scenario=values.name,
         rotor=described.name,
@@ -300,11 +298,11 @@ def traps(
         trapping=None if least_over_speeds is None else (least_over_speeds[0] * amount, least_over_speeds[1]),
         grade_limit=limit * Omega / speeds,
         grade_limit_at_speed=limit,
-        smallest_force=needed,
+        smallest_force=freeing_currents,
         control=control_of(machine, Omega, states, demands) if loop.is_stable else {},
         speeds=speeds,
         unbalances=factors * amount,
-        kinds=whole.regimes(),
+        kinds=map_states.regimes(),
         least_trapping_over_speed=curve * amount,
         curves=curves,
         orbits=clearance_shares(machine, curves.speeds) * machine.c,
@@ -314,13 +312,13 @@ def traps(
 
 
 def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
-    """Return the largest factor of a map: above those that touch and trap at any speed, and at least 2.
+    """Return the largest factor of a map: above the smallest factors that touch and trap, and at least 2.
 
     Parameters
     ----------
     limit
-        Factor that balancing grade G 2.5 allows at the machine's speed; the search ends at ten times this factor, or
-        beyond.
+        Factor that balancing grade G 2.5 allows at the machine's speed; the search covers at least ten times this
+        factor.
     """
     touching, _ = least_touching(machine, speeds)
     end = max(BEYOND_GRADE * limit, MARGIN * touching, 2.0)
@@ -333,7 +331,7 @@ def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
 
 
 def _factors(largest: float) -> Array:
-    """Return the factors of a map: on a linear scale, or on a logarithmic one that includes the machine's."""
+    """Return the factors of a map: linear up to `WIDE`, otherwise logarithmic from half the machine's unbalance."""
     if largest <= WIDE:
         return np.linspace(LOWEST, 1.0, AMOUNTS) * largest
     return np.geomspace(0.5, largest, AMOUNTS)
@@ -355,7 +353,7 @@ def _with_unbalance(machine: RubbingRotor, unbalance: Number | None, place: str 
             bool(np.any(machine.unbalance)),
             "unbalance",
             "0 kg m",
-            "> 0 kg m: set unbalance, or use a scenario with one",
+            "> 0 kg m: set unbalance, or use a scenario with unbalance",
         )
         return machine
     amount = np.abs(machine.unbalance).max() if unbalance is None else positive(unbalance, "kg.m", "unbalance")

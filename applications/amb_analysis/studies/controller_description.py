@@ -23,7 +23,7 @@ LOWEST, POINTS = 1e-4, 600  # lowest frequency over half the sampling frequency,
 
 @dataclass(frozen=True)
 class LawPath:
-    """A connection from a signal to a demand: sampled and, if known, continuous frequency responses."""
+    """A connection from a signal to a demand: sampled and, if available, continuous frequency responses."""
 
     signal: str
     demand: str
@@ -86,8 +86,7 @@ class ControllerDescription(DrawnResult):
 
 
 def describe_controller(file: Path, speed: str, modes: Sequence[float]) -> ControllerDescription:
-    """Return the description of a file at the nearest speed of its table, with modes (rad/s) below half the sampling
-    rate.
+    """Return a file's description at the nearest speed of its table, with modes (rad/s) below the Nyquist frequency.
 
     Raises
     ------
@@ -100,8 +99,8 @@ def describe_controller(file: Path, speed: str, modes: Sequence[float]) -> Contr
     omega = frequencies(controller)
     below = tuple(mode for mode in modes if mode < omega[-1])
     law = read_blocks(file, continuous=True)["K"] if file.suffix == ".toml" else None  # arrays are sampled
-    result = connections(controller, omega, nearest, law[nearest] if isinstance(law, dict) else law)
-    return ControllerDescription(controller, nearest, omega, result, below)
+    paths = connections(controller, omega, nearest, law[nearest] if isinstance(law, dict) else law)
+    return ControllerDescription(controller, nearest, omega, paths, below)
 
 
 def response(law: Law, omega: Array, sample_time: float | None) -> Complex:
@@ -117,15 +116,15 @@ def frequencies(controller: LinearController) -> Array:
 
 
 def connections(controller: LinearController, omega: Array, speed: float, continuous: Law | None) -> list[LawPath]:
-    """Return the connections of a controller at a speed of its table, with that of its continuous law if any.
+    """Return the connections of a controller at a speed of its table, with responses of the continuous law if any.
 
     Both include the controller's `delay`, exp(-j omega delay T) for the sampled law.
     """
-    late = np.exp(-1j * omega * controller.sample_time * controller.starts.get("delay", 0.0))[:, None, None]
-    result = late * response(controller.laws[speed], omega, controller.sample_time)
-    before = None if continuous is None else late * response(continuous, omega, None)
+    delay_response = np.exp(-1j * omega * controller.sample_time * controller.starts.get("delay", 0.0))[:, None, None]
+    result = delay_response * response(controller.laws[speed], omega, controller.sample_time)
+    continuous_response = None if continuous is None else delay_response * response(continuous, omega, None)
     return [
-        LawPath(signal, demand, result[:, i, j], None if before is None else before[:, i, j])
+        LawPath(signal, demand, result[:, i, j], None if continuous_response is None else continuous_response[:, i, j])
         for i, demand in enumerate(controller.ports.demands)
         for j, signal in enumerate(controller.ports.signals)
         if np.any(np.abs(result[:, i, j]) > 1e-12 * np.abs(result).max())

@@ -28,7 +28,7 @@ SUBSTEP = f"{PLANT}.solver.max_substep"
 ACCURACIES = {"diagonal": (1e-2, 1e-3), "consistent": (1e-2, 1e-3, 1e-4)}  # of meshes, by mass matrix
 MOST_NODES = 200
 STEP_PARTS = (2, 5)  # of a communication step
-MESH_MODES = 12  # of a rotor that does not say how many modes its mesh is for
+MESH_MODES = 12  # for which a rotor is meshed whose file does not state a number
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class ConvergenceCase:
     """A run of a scenario, with `settings` in place of its values.
 
     varied, label, value
-        What differs from the scenario: nothing for `scenario`, else `modes`, `mesh`, `substep` or `step`; how it is
-        printed; its place on an axis.
+        What differs from the scenario, `modes`, `mesh`, `substep` or `step`, or `scenario` if nothing does; its label
+        and its position on an axis.
     substep
         Factor of the longest substep, which is at most the start value for this rotor.
     step
@@ -90,16 +90,16 @@ class CaseResult:
 
 
 def varied_cases(base: ConvergenceCase) -> Iterator[ConvergenceCase]:
-    """Yield the runs with other modes, meshes and substeps than `base`."""
+    """Yield the runs with other modes, meshes, substeps and communication steps than `base`."""
     rotor = load_rotor(base.scenario.rotor)
     shapes, all_shapes = elastic_shapes(rotor)
     if rotor.reduction.method != "none":
         for modes in (shapes // 2, min(2 * shapes, all_shapes)):
             yield _with(with_modes(rotor, modes), base, varied="modes", label=f"{modes} modes", value=modes)
-    local = rotor.shaft.mass_matrix
-    other: MassModel = "consistent" if local == "diagonal" else "diagonal"
-    mesh_modes, seen = MESH_MODES if rotor.mesh is None else rotor.mesh.modes, {(len(rotor.shaft.nodes), local)}
-    for mass, accuracy in (*((local, accuracy) for accuracy in ACCURACIES[local]), (other, None)):
+    mass_matrix = rotor.shaft.mass_matrix
+    other: MassModel = "consistent" if mass_matrix == "diagonal" else "diagonal"
+    mesh_modes, seen = MESH_MODES if rotor.mesh is None else rotor.mesh.modes, {(len(rotor.shaft.nodes), mass_matrix)}
+    for mass, accuracy in (*((mass_matrix, accuracy) for accuracy in ACCURACIES[mass_matrix]), (other, None)):
         mesh = {} if accuracy is None else {"mesh": {"modes": mesh_modes, "accuracy": accuracy}}
         meshed = _meshed(base.scenario.rotor, {"shaft": {"mass_matrix": mass}, **mesh}, shapes + 2)
         nodes = len(meshed.shaft.nodes) if meshed else 0
@@ -117,7 +117,7 @@ def _with(rotor: Rotor, base: ConvergenceCase, **changes: Any) -> ConvergenceCas
 
 
 def _meshed(source: RotorSource, tables: Tables, coordinates: int) -> Rotor | None:
-    """A rotor on another mesh; None if that has too few nodes for its coordinates in a plane, or too many for a run."""
+    """Return a rotor on another mesh; None if it has too few nodes for its coordinates, or more than `MOST_NODES`."""
     try:
         rotor = load_rotor(source, tables)
     except ValueError:  # the mesh cannot be that fine
@@ -144,7 +144,7 @@ def plan_case(case: ConvergenceCase) -> PlannedRun:
 
 
 def simulate_case(case: ConvergenceCase) -> CaseResult:
-    """Simulate a case. For a run that does not reach its end, the result contains the reason."""
+    """Simulate a case; if the run does not reach its end, the result has the reason."""
     result = run_planned(plan_case(case))
     failure = result.outcome.failure
     if failure is not None:
@@ -155,7 +155,7 @@ def simulate_case(case: ConvergenceCase) -> CaseResult:
 
 
 def _contact(signals: Signals, site: str) -> Contact | None:
-    """Contact at a site from cycle 0 on; None if not recorded."""
+    """Return the contact at a site from cycle 0 on; None if not recorded."""
     largest, averaged = peak_force(signals, site), largest_averaged_force(signals, site)
     received, impact = received_impulse(signals, site), peak(signals, f"{site}.impulse")
     if largest is None or averaged is None or received is None or impact is None:

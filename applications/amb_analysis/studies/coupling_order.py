@@ -20,7 +20,7 @@ from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_cosim.scenario.simulation import run_planned
 
-TIMINGS = 3  # of each run; the shortest counts
+TIMINGS = 3  # of each run; the cost is that of the shortest
 NAMES: Mapping[Coupling, str] = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
 
 
@@ -50,7 +50,7 @@ class OrderRow:
     deviation
         Largest relative difference of an orbit from that of the first run (1).
     outcome
-        Outcome of the step change, or of the run without one, or the reason of an early end.
+        Outcome of the step change, or of a run without a step change, or the reason for an early end.
     last_contact
         Cycle of the last contact; None if there is none.
     cost
@@ -84,8 +84,8 @@ class CouplingOrders(DrawnResult):
         for row in self.rows:
             orbits = map(number, row.orbit.values())
             last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
-            displayed = (f"{100.0 * row.deviation:.1f}", row.outcome, last, f"{row.cost:.1f}")
-            table.add_row(row.order, f"{1e6 * row.step:g}", *orbits, *displayed)
+            other_cells = (f"{100.0 * row.deviation:.1f}", row.outcome, last, f"{row.cost:.1f}")
+            table.add_row(row.order, f"{1e6 * row.step:g}", *orbits, *other_cells)
         return [table]
 
 
@@ -150,8 +150,8 @@ def simulated(
     signals, outcome = results[0].signals, results[0].outcome
     radii = orbit_before(signals) if "disturbance_cycle" in signals.attrs else orbit_after(signals)
     orbits = {at: radius for at, radius in radii.items() if radius is not None}
-    led_to = outcome.failure or recovery(signals) or outcome.status
-    row = OrderRow(run.name, step, orbits, 0.0, led_to, contact_cycles(signals)[1], 0.0)
+    ending = outcome.failure or recovery(signals) or outcome.status
+    row = OrderRow(run.name, step, orbits, 0.0, ending, contact_cycles(signals)[1], 0.0)
     return row, min(float(result.signals.attrs["wall_s"]) for result in results)
 
 

@@ -9,7 +9,7 @@ from rotor_analysis.spectrum import AT_REST
 
 AMPLIFYING = 2.0 * math.pi * 0.2 / math.sqrt(1.0 - 0.2**2)  # zeta = 0.2: an amplification 1/(2 zeta) of 2.5
 
-# Upper limits, and what the zone below is (API 617: stability of level II; a mode with an amplification below 2.5 is no
+# Upper limit and name of each zone (API 617: level II stability; a mode with an amplification below 2.5 is not a
 # critical speed).
 ZONES = (
     (0.0, "unstable"),
@@ -30,5 +30,5 @@ def damping_cells(ratio: float, frequency: float, whirl: Whirl) -> tuple[str, st
     squared in the square of an eigenvalue.
     """
     grows = ratio < -max(SAME_EIGENVALUE, (AT_REST / frequency) ** 2)
-    displayed = f"{round(ratio if grows else max(ratio, 0.0), 4) + 0.0:.4f}"  # not -0.0000
-    return displayed, whirl + (", unstable" if grows else "")
+    text = f"{round(ratio if grows else max(ratio, 0.0), 4) + 0.0:.4f}"  # not -0.0000
+    return text, whirl + (", unstable" if grows else "")

@@ -37,25 +37,25 @@ from rotor_analysis.rotor_file import load_rotor
 
 LOWEST, HIGHEST = 1.0, 1000.0  # Hz, without a measurement
 POINTS = 600
-UNDAMPED = 1e-7  # half width of a resonance over its frequency, below which rounding is all that limits it
-COARSE = 10  # of these frequencies, between one of which and the next resonances are sought
+UNDAMPED = 1e-7  # half width of a resonance over its frequency, below which only rounding limits the peak
+COARSE = 10  # frequencies per interval of the search for resonances
 WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?")
 
 
 @dataclass(frozen=True, eq=False)
 class ComputedResponse:
-    """A response, as it is computed and, where there is a measurement, measured.
+    """A computed response and, if there is a measurement, the measured response.
 
     unit
-        Of both.
+        Unit of both.
     frequencies
-        (Hz), shape (n,).
+        Frequencies (Hz), shape (n,).
     computed, measured
-        Complex, shape (n,).
+        Complex values, shape (n,).
     coherence
-        Of the measurement (1), shape (n,).
+        Coherence of the measurement (1), shape (n,).
     deviation
-        Of the computed response.
+        Deviation of the computed response.
     """
 
     unit: str
@@ -71,15 +71,15 @@ class FrequencyResponses(DrawnResult):
     """Frequency responses of a rotor.
 
     rotor
-        Its name.
+        Name of the rotor.
     loop
-        Its support.
+        Support of the rotor.
     speed
         Spin speed (rad/s).
     responses
-        By name, `output/input`.
+        Responses by name, `output/input`.
     modes
-        Measured modes with those of the computed responses; empty without a measurement.
+        Modes of the measured responses, each with the computed mode; empty without a measurement.
     """
 
     name: ClassVar[str] = "response"
@@ -114,8 +114,8 @@ class FrequencyResponses(DrawnResult):
         for name, item in self.responses.items():
             if item.deviation is not None:
                 curves.add_row(name, item.unit, f"{item.deviation.frac:.3f}", f"{item.deviation.decibel:.2f}")
-        none = ["no peak rises 6 dB above its surroundings: no mode is compared"] if not self.modes else []
-        return [modes if self.modes else none[0], curves]
+        no_modes = "no peak rises 6 dB above its surroundings: no mode is compared"
+        return [modes if self.modes else no_modes, curves]
 
 
 def response(
@@ -161,14 +161,14 @@ def response(
     up_to
         Highest frequency (Hz), or a text with its unit; by default that of the measurement, 1 kHz without.
     estimator, segment, window
-        How responses are estimated from a record over time (`measured.estimates.estimate`); a segment in s.
+        Arguments of the estimate from a record over time (`measured.estimates.estimate`); a segment in s.
     set, flavour
         Values of parameters by `component.variable`; flavour of the FMUs.
 
     Raises
     ------
     ValueError
-        If the file cannot be read, a channel is no place of the rotor, or an argument is not allowed.
+        If the file cannot be read, a channel is not a place of the rotor, or an argument is not allowed.
 
     Examples
     --------
@@ -185,23 +185,24 @@ def response(
         curves = content.responses
         if not curves:
             raise ValueError("the measurement lists modes alone; there is no response to compare")
-    scenario_of = None if loop in ("free", "linear") else controlled(scenario, rotor, controller)
-    source = rotor if scenario_of is None else scenario_of.rotor
+    controlled_scenario = None if loop in ("free", "linear") else controlled(scenario, rotor, controller)
+    source = rotor if controlled_scenario is None else controlled_scenario.rotor
     described = load_rotor(source)
     if measured is None:
         curves = _requested(inputs, outputs, highest or HIGHEST)
     ends = [(_place(c.input, described, True), _place(c.output, described, False)) for c in curves]
-    fine = refined(described, [place for pair in ends for place in pair])
+    refined_rotor = refined(described, [place for pair in ends for place in pair])
     machine = None
-    if scenario_of is not None:
-        machine = Machine(plan_run(scenario_of.machine(rotor=fine), set, options=RunOptions(flavour=flavour)))
+    if controlled_scenario is not None:
+        levitated = controlled_scenario.machine(rotor=refined_rotor)
+        machine = Machine(plan_run(levitated, set, options=RunOptions(flavour=flavour)))
         if PLANT not in machine.planned.interfaces:
             raise ValueError(f"scenario {machine.planned.name} has no component {PLANT}")
-    at_rest = 0.0 if machine is None else machine.Omega
-    Omega = at_rest if speed is None else spin_speed(speed)
+    default_speed = 0.0 if machine is None else machine.Omega
+    Omega = default_speed if speed is None else spin_speed(speed)
     if machine is not None and loop == "closed":
         machine.loop.check_stable([Omega])
-    structure = Structure(fine, loop, Omega, machine)
+    structure = Structure(refined_rotor, loop, Omega, machine)
     if measured is None:
         curves = _closer(structure, curves, ends)
     values = _computed(structure, curves, ends)
@@ -217,7 +218,7 @@ def laid_over(
     *,
     compared: bool = True,
 ) -> FrequencyResponses:
-    """Return computed values of responses with the deviations from the measured ones, if these are measured."""
+    """Return computed values of responses and, if the responses are `compared`, deviations from the measured values."""
     if not compared:
         plain = {c.name: ComputedResponse(c.unit, c.frequencies, v) for c, v in zip(curves, values, strict=True)}
         return FrequencyResponses(rotor, loop, Omega, plain, ())
@@ -228,11 +229,11 @@ def laid_over(
     modes: list[ModeDeviation] = []
     for _, group in groupby(zip(curves, values, strict=True), lambda pair: pair[0].frequencies.tobytes()):
         pairs = list(group)
-        found = (
+        fitted = (
             fitted_modes([replace(c, values=v) for c, v in pairs]) if computed else fitted_modes([c for c, _ in pairs])
             for computed in (False, True)
         )
-        modes += mode_deviations(*found)
+        modes += mode_deviations(*fitted)
     return FrequencyResponses(rotor, loop, Omega, responses, tuple(sorted(modes, key=lambda mode: mode.measured)))
 
 
@@ -249,7 +250,7 @@ def measured_content(
     Raises
     ------
     ValueError
-        If the file cannot be read, or none of its responses is left.
+        If the file cannot be read, or none of its responses is chosen.
     """
     estimator, segment, window = estimation
     in_file = {place: name for name, place in (channels or {}).items()}
@@ -262,20 +263,20 @@ def measured_content(
         return content
     highest = None if up_to is None else positive(up_to, "Hz", "up-to")
     names = channels or {}
-    wanted = [{names.get(name, name) for name in map(_bare, of)} for of in (inputs, outputs)]
+    requested = [{names.get(name, name) for name in map(_bare, ends)} for ends in (inputs, outputs)]
     chosen = [
         item if highest is None else item.between(0.0, highest)
         for item in content.responses
-        if all(not of or c.name in of for of, c in zip(wanted, (item.input, item.output), strict=True))
+        if all(not ends or c.name in ends for ends, c in zip(requested, (item.input, item.output), strict=True))
     ]
     if not chosen:
-        have = ", ".join(item.name for item in content.responses)
-        raise ValueError(f"no response is left to compare; the measurement has {have}")
+        measured_names = ", ".join(item.name for item in content.responses)
+        raise ValueError(f"no response is left to compare; the measurement has {measured_names}")
     return Measurement(tuple(sorted(chosen, key=lambda item: item.frequencies.tobytes())), content.modes)
 
 
 def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) -> list[FrequencyResponse]:
-    """Return responses without values, between channels that are named."""
+    """Return responses without values from inputs to outputs."""
     require(bool(inputs) and bool(outputs), "inputs and outputs", "missing", "given, without a measurement")
     frequencies = np.geomspace(min(LOWEST, 0.5 * highest), highest, POINTS)
     empty = np.zeros(POINTS, dtype=np.complex128)
@@ -287,7 +288,7 @@ def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) ->
 
 
 def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
-    """Return whether only rounding limits the largest value, at a resonance that nothing damps."""
+    """Return whether only rounding limits the largest value, at an undamped resonance."""
     if not 0 < top < len(sizes) - 1:
         return False
     near = slice(top - 1, top + 2)
@@ -299,13 +300,13 @@ def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
 def _closer(
     structure: Structure, curves: Sequence[FrequencyResponse], ends: Sequence[tuple[Place, Place]]
 ) -> list[FrequencyResponse]:
-    """Return the same responses at frequencies that are closer about resonances and maxima."""
+    """Return the responses without values, at frequencies that are closer about resonances and maxima."""
     first = curves[0].frequencies
-    sources, shown = (list(dict.fromkeys(pair[side] for pair in ends)) for side in (0, 1))
+    input_places, output_places = (list(dict.fromkeys(pair[side] for pair in ends)) for side in (0, 1))
     coarse = np.unique([*first[::COARSE], first[-1]])
-    known = about_resonances(first, resonant_frequencies(structure, sources, shown, coarse))
+    sampled = about_resonances(first, resonant_frequencies(structure, input_places, output_places, coarse))
     frequencies, _ = refined_samples(
-        lambda more: frequency_response(structure, sources, shown, more, float(first[-1])), known, np.abs
+        lambda more: frequency_response(structure, input_places, output_places, more, float(first[-1])), sampled, np.abs
     )
     return [replace(c, frequencies=frequencies, values=np.zeros(len(frequencies), np.complex128)) for c in curves]
 
@@ -316,7 +317,7 @@ def _bare(text: str) -> str:
 
 
 def _channel(text: str, unit: str) -> Channel:
-    """Return the channel of a name with its unit in brackets; that of a current is A by its name."""
+    """Return the channel of a text, a name and its unit in brackets; a current is in A by default."""
     match = WITH_UNIT.fullmatch(text)
     if match is None:
         raise ValueError(f"channel {text!r} is not allowed; it must be a name such as 'fan.x' or 'fan.x [m/s2]'")
@@ -336,9 +337,9 @@ def _computed(
     result: dict[int, Complex] = {}
     for _, group in groupby(range(len(curves)), lambda k: curves[k].frequencies.tobytes()):
         members = list(group)
-        sources = list(dict.fromkeys(ends[k][0] for k in members))
-        shown = list(dict.fromkeys(ends[k][1] for k in members))
-        H = frequency_response(structure, sources, shown, curves[members[0]].frequencies)
+        input_places = list(dict.fromkeys(ends[k][0] for k in members))
+        output_places = list(dict.fromkeys(ends[k][1] for k in members))
+        H = frequency_response(structure, input_places, output_places, curves[members[0]].frequencies)
         for k in members:
-            result[k] = H[:, shown.index(ends[k][1]), sources.index(ends[k][0])]
+            result[k] = H[:, output_places.index(ends[k][1]), input_places.index(ends[k][0])]
     return [result[k] for k in range(len(curves))]

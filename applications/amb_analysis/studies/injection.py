@@ -31,11 +31,11 @@ from signal_chain.presets import CUSTOM, is_on
 PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz
 INJECTED = 0.01  # of the bias current: small enough for the linear law and the voltage limit of the amplifiers
-STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: the error of the coupling is then below 1 % near the sharpest peaks
+STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: error of the coupling below 1 % near the sharpest peaks
 SUBSTEP = 31.25e-6  # s, of the plant's integration
 LIMITS = ("clipped", "voltage_limited")  # outputs of an axis of the actuator
-REMAINDER = 1e-6  # share of the transient that is left when the measurement begins
-LONGEST = 60.0  # s, of waiting for that
+REMAINDER = 1e-6  # share of the transient that remains when the measurement begins
+LONGEST = 60.0  # s, of the wait for that
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def plan_measurement(
     delay
         Whether currents are delayed by one sample, regardless of the scenario.
     options
-        Options of the run, of which the flavour of the FMUs counts here.
+        Options of the run; only the flavour of the FMUs is used.
 
     Raises
     ------
@@ -96,17 +96,17 @@ def plan_measurement(
     )
     changed = {f"{CONTROLLER}.{name}": value for name, value in linear.items()}
     planned = plan_run(measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, options=options)
-    held = (SPEED, f"{PLANT}.{IDEAL}")
-    moved = [name for name, value in planned.plan.inputs.items() if name not in held and value != 0.0]
-    if moved:
+    steady_inputs = (SPEED, f"{PLANT}.{IDEAL}")
+    disturbing = [name for name, value in planned.plan.inputs.items() if name not in steady_inputs and value != 0.0]
+    if disturbing:
         raise ValueError(
-            f"{moved[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
+            f"{disturbing[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
         )
     return planned
 
 
 def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
-    """Return the linear part of a controller's signal chain, if it has one."""
+    """Return settings of a controller that leave the linear part of its signal chain; empty if it has no chain."""
     if "chain.preset" not in parameters:
         if delay:
             raise ValueError(f"delay is not allowed; {CONTROLLER} has no signal chain")
@@ -134,7 +134,7 @@ def schroeder_phases(powers: Array) -> Array:
 
 
 def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, Indices]:
-    """Return a period of the injected currents, shape (axes, samples), and the harmonics of each.
+    """Return a period of the injected currents, shape (axes, samples), and the harmonics of each axis.
 
     All harmonics of an axis have the same power, and the peak of a current is 1.
     """
@@ -166,19 +166,19 @@ def settling_samples(decay: float, sample_time: float) -> int:
 
 
 def measure(planned: PlannedRun, decay: float) -> MeasuredSensitivity:
-    """Co-simulate with the multi-sines, wait for the transient to die out, and compare currents over a period.
+    """Return the sensitivities over a period of a co-simulation with the multi-sines, after the transient.
 
     Parameters
     ----------
     planned
-        From `plan_measurement`.
+        Run from `plan_measurement`.
     decay
         Magnitude of the loop's slowest pole.
 
     Raises
     ------
     ValueError
-        If the run fails, the rotor touches anything, or an amplifier reaches a limit.
+        If the run fails, the rotor touches a site, or an amplifier reaches a limit.
     """
     plan, machine = planned.plan, Machine(planned)
     loop, parameters = machine.loop, machine.parameters[ACTUATOR]

@@ -18,8 +18,8 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, numbered_positions
 
 LEAST, MOST = 1e-12, 1e12  # of a positive number, in any unit
-DEFAULT_RANGE = "628 rad/s"  # highest speed of diagrams of a rotor alone, and of a machine that stands still
-GRADE = 2.5e-3  # m/s: balancing grade G 2.5, of a machine that states none
+DEFAULT_RANGE = "628 rad/s"  # highest speed of diagrams of a rotor alone, and of a machine at rest
+GRADE = 2.5e-3  # m/s: balancing grade G 2.5, if the machine states none
 HIGHEST = 1e5  # rad/s; dentists' drills turn at a third of it
 
 Number = float | str
@@ -44,7 +44,7 @@ def controlled(
 
 
 def spin_speed(raw: Number, name: str = "speed") -> float:
-    """Return a spin speed (rad/s) given as 90, `"90 rad/s"` or `"16 Hz"`.
+    """Return a spin speed (rad/s) from 90, `"90 rad/s"` or `"16 Hz"`.
 
     Raises
     ------
@@ -82,12 +82,12 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
     Raises
     ------
     ValueError
-        If it is not such a number, or not from `LEAST` to `MOST`; the message ends with the reason.
+        If it is not such a number, or not from `LEAST` to `MOST`; `reason` is appended to the allowed range.
     """
-    value, displayed = quantity(raw, unit, name), unit.replace(".", " ")
-    require(0.0 < value < float("inf"), name, f"{value:g} {displayed}", f"> 0 {displayed}{reason}")
+    value, unit_text = quantity(raw, unit, name), unit.replace(".", " ")
+    require(0.0 < value < float("inf"), name, f"{value:g} {unit_text}", f"> 0 {unit_text}{reason}")
     require(
-        LEAST <= value <= MOST, name, f"{value:g} {displayed}", f">= {LEAST:g} {displayed} and <= {MOST:g} {displayed}"
+        LEAST <= value <= MOST, name, f"{value:g} {unit_text}", f">= {LEAST:g} {unit_text} and <= {MOST:g} {unit_text}"
     )
     return value
 
@@ -95,7 +95,7 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
 def node_numbers(raw: str | int | Sequence[int], name: str, rotor: Rotor, source: RotorSource) -> tuple[int, ...]:
     """Return nodes of a rotor by their numbers in its file: a sequence, or a string separated by commas.
 
-    The rotor may have more nodes than its file, which `z` and `[mesh]` add (`rotor_file.numbered_positions`).
+    The rotor may have more nodes than its file, added by `z` and `[mesh]` (`rotor_file.numbered_positions`).
 
     Raises
     ------
@@ -105,7 +105,7 @@ def node_numbers(raw: str | int | Sequence[int], name: str, rotor: Rotor, source
     numbers = (raw,) if isinstance(raw, int) else raw
     if isinstance(numbers, str):
         parts = [part.strip() for part in numbers.split(",")]
-        require(all(part.isdecimal() for part in parts), name, numbers, "node numbers with commas between them")
+        require(all(part.isdecimal() for part in parts), name, numbers, "node numbers separated by commas")
         numbers = tuple(int(part) for part in parts)
     positions = numbered_positions(source)
     for number in numbers:

@@ -17,15 +17,15 @@ from amb_cosim.presentation.digits import significant
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 
-OVERDAMPED = 0.995  # damping ratio from which a pole does not count as a vibration
-TURN = 0.3  # of a pole's size: what counts as much as another sense of whirl when poles are paired
+OVERDAMPED = 0.995  # damping ratio from which a pole is not a vibration
+TURN = 0.3  # cost of the opposite sense of whirl in the pairing of poles, as a distance over |s|
 
 
 @dataclass(frozen=True)
 class Vibrations:
     """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each.
 
-    `stability` is that of all poles, of those without vibration too.
+    `stability` is that of all poles, including those without vibration.
     """
 
     poles: Complex
@@ -42,12 +42,12 @@ class Vibrations:
 
     def up_to(self, frequency: float) -> Vibrations:
         """Return the vibrations up to a frequency (rad/s)."""
-        retained = self.poles.imag <= frequency
-        return Vibrations(self.poles[retained], self.senses[retained], self.stability)
+        in_range = self.poles.imag <= frequency
+        return Vibrations(self.poles[in_range], self.senses[in_range], self.stability)
 
     @property
     def least_ratio(self) -> float:
-        """The smallest damping ratio; 1 where nothing vibrates."""
+        """The smallest damping ratio; 1 without vibrations."""
         return float(self.ratios().min(initial=1.0))
 
 
@@ -69,31 +69,35 @@ def vibrations(loop: Loop, Omega: float) -> Vibrations:
 
     The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings.
     """
-    whole = loop.poles(Omega)
-    s = whole.s
-    alternates = (whole.z.real < 0.0) & (np.abs(whole.z.imag) <= 1e-9 * np.abs(whole.z))  # at half the sample rate
+    loop_poles = loop.poles(Omega)
+    s = loop_poles.s
+    alternates = (loop_poles.z.real < 0.0) & (
+        np.abs(loop_poles.z.imag) <= 1e-9 * np.abs(loop_poles.z)
+    )  # at half the sample rate
     vibrates = ~alternates & (s.imag > 0.0) & (-s.real < OVERDAMPED * np.abs(s))
     chosen = np.flatnonzero(vibrates)[np.argsort(s[vibrates].imag, kind="stable")]
-    x, y = whole.shapes[0::2, chosen], whole.shapes[1::2, chosen]
+    x, y = loop_poles.shapes[0::2, chosen], loop_poles.shapes[1::2, chosen]
     size = (np.abs(x) ** 2 + np.abs(y) ** 2).sum(axis=0)
     turning = 2.0 * (x * y.conj()).imag.sum(axis=0)
     senses = np.divide(turning, size, out=np.zeros(len(chosen)), where=size > 0.0)
-    return Vibrations(s[chosen], senses, whole.stability)
+    return Vibrations(s[chosen], senses, loop_poles.stability)
 
 
 def vibrations_over(
-    loop: Loop, speeds: Array, least: Callable[[Vibrations], Sequence[float]] = lambda of: (of.least_ratio,)
+    loop: Loop,
+    speeds: Array,
+    least: Callable[[Vibrations], Sequence[float]] = lambda v: (v.least_ratio,),
 ) -> tuple[Array, list[Vibrations]]:
-    """Return speeds (rad/s) and the vibrations there, closer about the largest growth and the least damping ratios.
+    """Return speeds (rad/s), closer about the largest growth and the least damping ratios, and the vibrations there.
 
     Parameters
     ----------
     loop
         The loop.
     speeds
-        Speeds (rad/s) that are to be among the result, ascending, shape (n,).
+        Speeds (rad/s) that the result contains, ascending, shape (n,).
     least
-        Returns the damping ratios of vibrations whose minima over speed count; that of all by default.
+        Returns damping ratios whose minima over speed are refined; by default the least of all vibrations.
     """
 
     def at_speeds(more: Array) -> NDArray[np.object_]:
@@ -102,7 +106,7 @@ def vibrations_over(
         return values
 
     def heights(values: NDArray[np.object_]) -> Array:
-        return np.array([[of.stability.growth_rate, *(-ratio for ratio in least(of))] for of in values])
+        return np.array([[at.stability.growth_rate, *(-ratio for ratio in least(at))] for at in values])
 
     closer, values = refined(at_speeds, speeds, heights, CLOSE, resonant=False)
     return closer, list(values)
@@ -110,27 +114,29 @@ def vibrations_over(
 
 def least_damped(speeds: Array, vibrations: list[Vibrations]) -> LeastDamped | None:
     """Return the least damped of vibrations at speeds (rad/s), shape (n,); None without any."""
-    all_of = [
+    candidates = [
         (float(ratio), float(Omega), float(s.imag))
         for Omega, of_speed in zip(speeds, vibrations, strict=True)
         for ratio, s in zip(of_speed.ratios(), of_speed.poles, strict=True)
     ]
-    return LeastDamped(*min(all_of)) if all_of else None
+    return LeastDamped(*min(candidates)) if candidates else None
 
 
 def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:
-    """Return, for each of the first vibrations, its number at every speed; None from where it is lost.
+    """Return the number of each of the first `count` vibrations at every speed; None from the speed where it is lost.
 
     Each is paired with the pole nearest to the extrapolation of its last two, by |s - s_expected| / |s|, plus `TURN`
     per difference in the sense of whirl. The extrapolation is over the step in speed, at most as far as the last one.
     """
     tracks: list[list[int | None]] = [[k] for k in range(min(count, len(vibrations[0].poles)))]
     for n in range(1, len(vibrations)):
-        alive = [track for track in tracks if track[-1] is not None]
+        continued = [track for track in tracks if track[-1] is not None]
         now = vibrations[n]
-        cost = np.array([_distances(vibrations, track, now, n) for track in alive]).reshape(len(alive), len(now.poles))
+        cost = np.array([_distances(vibrations, track, now, n) for track in continued]).reshape(
+            len(continued), len(now.poles)
+        )
         pairs = dict(zip(*map(list, linear_sum_assignment(cost)), strict=True))
-        for k, track in enumerate(alive):
+        for k, track in enumerate(continued):
             best = pairs.get(k)
             track.append(best if best is not None and cost[k, best] < TURN else None)
         for track in tracks:
@@ -141,7 +147,7 @@ def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]
 
 def _step_ratio(vibrations: list[Vibrations], n: int) -> float:
     """Return the step in speed to the n-th vibrations over the step before it, at most 1; 1 without speeds."""
-    before, last, now = (of.stability.speed for of in vibrations[n - 2 : n + 1])
+    before, last, now = (at.stability.speed for at in vibrations[n - 2 : n + 1])
     return min((now - last) / (last - before), 1.0) if last > before else 1.0
 
 

@@ -1,4 +1,4 @@
-"""Study of the modes of a rotor: frequencies at spin speeds, mode shapes at the first."""
+"""Study of the modes of a rotor: frequencies at several spin speeds, mode shapes at the first speed."""
 
 from __future__ import annotations
 
@@ -80,8 +80,8 @@ class NaturalFrequencies(StudyResult):
             modes = zip(result.frequencies, result.damping_ratios, result.whirl, strict=True)
             for number, (frequency, ratio, whirl) in enumerate(modes, start=1):
                 hertz = f"{frequency / (2.0 * math.pi):.3f}"
-                displayed, direction = damping_cells(ratio, frequency, whirl)
-                table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, displayed, direction + mark)
+                ratio_text, direction = damping_cells(ratio, frequency, whirl)
+                table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, ratio_text, direction + mark)
             if result.real_eigenvalues:
                 real = ", ".join(f"{value:.4g}" for value in result.real_eigenvalues)
                 remarks.append(f"at {speed:g} rad/s also aperiodic motion, exp(s t) with s = {real} 1/s")
@@ -181,16 +181,16 @@ def modes(
     description = load_rotor(rotor)
     mass = mass or description.shaft.mass_matrix
     model = supported_rotor(description, mass).model
-    at = {Omega: _lowest(model, Omega, count) for Omega in spin_speeds(speeds)}
+    modes_at = {Omega: _lowest(model, Omega, count) for Omega in spin_speeds(speeds)}
     limits = limits_of((*description.bearings, *description.seals))
     frequencies = {
         Omega: replace(_at_speed(model, Omega, result), extrapolated=is_extrapolated(limits, Omega))
-        for Omega, result in at.items()
+        for Omega, result in modes_at.items()
     }
-    first, z = next(iter(at.values())), np.array(description.shaft.nodes)
+    first, z = next(iter(modes_at.values())), np.array(description.shaft.nodes)
     shapes = tuple(_shape(model, z, mode) for mode in first)
-    named = NaturalFrequencies(description.name, mass, frequencies, limits)
-    return ModeShapes(named, shapes, description.shaft.nodes, description, first)
+    natural_frequencies = NaturalFrequencies(description.name, mass, frequencies, limits)
+    return ModeShapes(natural_frequencies, shapes, description.shaft.nodes, description, first)
 
 
 def _lowest(model: Matrices, Omega: float, count: int) -> tuple[Mode, ...]:

@@ -33,22 +33,22 @@ def simulate_in_processes(
 
     At most `processes` run at once; by default one per processor.
 
-    Processes are used because FMUs of flavour `python` hold the interpreter's lock. An error in a case is raised and
-    ends the others, and all end with this process. An interruption is delayed while a function of the pool runs: it
-    could leave locks of futures taken, and the pool would wait for them forever.
+    Processes are used because FMUs of flavour `python` hold the interpreter's lock. An error in a case ends the other
+    cases and is raised. The processes end with this one. An interruption is delayed while a function of the pool runs,
+    because it could leave locks of futures taken, for which the pool would wait forever.
 
     Raises
     ------
     ValueError
-        If processes end as they start: each imports the user's script, a file with a main guard.
+        If processes end as they start: each imports the user's script, which must be a file with a main guard.
     """
     end_if_imported_anew()
     check_script()
     context = multiprocessing.get_context("spawn")
-    end_of_this, end_of_others = context.Pipe()
+    parent_end, child_end = context.Pipe()
     with (
         deferred() as interruption,
-        ProcessPoolExecutor(processes, context, _follow, (end_of_others,)) as pool,
+        ProcessPoolExecutor(processes, context, _end_with_parent, (child_end,)) as pool,
     ):
         try:
             futures = [pool.submit(simulate, case) for case in cases]
@@ -63,27 +63,27 @@ def simulate_in_processes(
         except BrokenProcessPool:
             raise ValueError(f"processes of the study ended; {main_guard_advice('it')}") from None
         except BaseException:
-            end_of_this.close()
+            parent_end.close()
             pool.shutdown(cancel_futures=True)
             raise
     return [future.result() for future in futures]
 
 
-def _follow(parent: Connection) -> None:
-    """End this process when the other end of the pipe closes, on purpose or because its process has ended."""
+def _end_with_parent(parent: Connection) -> None:
+    """End this process when the parent closes its end of the pipe, or ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops the process that started this one
     continue_without_parent()
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    threading.Thread(target=_end_at_close, args=(parent,), daemon=True).start()
 
 
-def _end_with(parent: Connection) -> None:
+def _end_at_close(parent: Connection) -> None:
     with suppress(EOFError, OSError):
         parent.recv_bytes()
     os._exit(1)
 
 
 def end_if_imported_anew() -> None:
-    """End a new process that called this as it imported a script without a main guard; see `main_guard_advice`."""
+    """End a new process if it calls this while it imports a script without a main guard; see `main_guard_advice`."""
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise SystemExit(1)
 
@@ -96,7 +96,7 @@ def check_script() -> None:
         return  # an interactive session, or a module that processes import by name
     if not Path(getattr(process, "ORIGINAL_DIR", None) or "", script).is_file():
         is_input = script == "<stdin>"
-        reason = "Python reads the script from standard input" if is_input else f"the script {script} is no file"
+        reason = "Python reads the script from standard input" if is_input else f"the script {script} is not a file"
         raise ValueError(f"{reason}, but the processes started here must import the script; save it as a file")
 
 

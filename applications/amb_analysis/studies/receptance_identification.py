@@ -58,7 +58,7 @@ class Identification(StudyResult):
     results
         Result at each speed; fewer than speeds if Ctrl-C interrupted the study.
     table
-        Table of the receptances, identified now or already in the table.
+        Table of the receptances: those identified now, and those already in the file.
     """
 
     speeds: Annotated[tuple[float, ...], "rad/s"]
@@ -143,12 +143,12 @@ def identify(
     >>> result.table.entries[0].receptance.shape  # sensors, axes
     (6, 4)
     """
-    chosen = SPEEDS if speeds is None else spin_speeds(speeds)
+    chosen_speeds = SPEEDS if speeds is None else spin_speeds(speeds)
     base = scenario if isinstance(scenario, Scenario | None) else load_scenario(str(scenario))
     path = None if output is None else Path(output)
     results: list[IdentifiedReceptance] = []
     with _progress_bars(progress) as report:
-        runs = [plan_identification(Omega, rotor, set, RunOptions(flavour=flavour), base) for Omega in chosen]
+        runs = [plan_identification(Omega, rotor, set, RunOptions(flavour=flavour), base) for Omega in chosen_speeds]
         table = table_for(runs[0], path)
         for machine in runs:
 
@@ -163,21 +163,24 @@ def identify(
                     table.write(path)
             if result.interrupted:
                 break
-    return Identification(tuple(chosen), tuple(results), table)
+    return Identification(tuple(chosen_speeds), tuple(results), table)
 
 
 @contextmanager
 def _progress_bars(progress: bool | Report | None) -> Iterator[Report]:
-    """Yield the function `progress`, or one that shows two bars: all speeds and the current speed."""
+    """Yield the function `progress`, or a function that updates two bars: all speeds and the current speed."""
     if callable(progress):
         yield progress
         return
-    with bars(plain_console(stderr=True), progress) as displayed:
-        all_speeds, this_speed = displayed.add_task("speeds", total=None), displayed.add_task(STARTING, total=None)
+    with bars(plain_console(stderr=True), progress) as two_bars:
+        all_speeds, this_speed = (
+            two_bars.add_task("speeds", total=None),
+            two_bars.add_task(STARTING, total=None),
+        )
 
         def show(now: IdentificationProgress) -> None:
-            displayed.update(all_speeds, completed=now.speeds_done, total=now.speeds_total)
+            two_bars.update(all_speeds, completed=now.speeds_done, total=now.speeds_total)
             label = f"{now.speed / (2.0 * math.pi):.4g} Hz"
-            displayed.update(this_speed, description=label, completed=now.steps_done, total=now.steps_total)
+            two_bars.update(this_speed, description=label, completed=now.steps_done, total=now.steps_total)
 
         yield show

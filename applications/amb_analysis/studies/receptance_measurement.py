@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 STEP = 250e-6  # s
-MARGIN = 2.0  # revolutions: one fills the window before the first slot, one is for the last sample of the last slot
+MARGIN = 2.0  # revolutions: to fill the window before the first slot, and for the last sample of the last slot
 LARGE = 0.1  # of the largest element of a column; smaller elements are not compared
 NAME = "identification"
 RECORDED = ["rolac_controller.r.*", "rolac_controller.identification_*"]
@@ -99,7 +99,7 @@ def plan_identification(
     settings
         Values by `component.variable`, numbers or strings with units.
     options
-        Options of the run, of which the flavour of the FMUs counts here.
+        Options of the run; only the flavour of the FMUs is used.
     machine
         Scenario that defines machine and parameters; by default the start values of the FMUs.
 
@@ -108,8 +108,8 @@ def plan_identification(
     ValueError
         If the speed is not positive or below `rolac.min_speed`, or another setting does not fit.
     """
-    bare = make_scenario({"Omega": 1.0, "communication_step": STEP, "end_time": STEP}, NAME)
-    base = as_scenario((machine or bare).machine(), rotor)
+    default_machine = make_scenario({"Omega": 1.0, "communication_step": STEP, "end_time": STEP}, NAME)
+    base = as_scenario((machine or default_machine).machine(), rotor)
     step = base.step_size("gauss_seidel")
     n_axes = 2 * len(load_rotor(base.rotor).bearings)
     revolutions = (n_axes + 2) * periods(Omega / (2.0 * math.pi)) + MARGIN
@@ -127,15 +127,15 @@ def plan_identification(
     planned = plan_run(scenario, settings, options=options)
     if planned.speed != Omega:
         raise ValueError("Omega cannot be set here; speeds sets it")
-    result = machine_of(planned, CONTROLLER)
-    lowest = result.parameters[CONTROLLER]["rolac.min_speed"]
+    identified_machine = machine_of(planned, CONTROLLER)
+    lowest = identified_machine.parameters[CONTROLLER]["rolac.min_speed"]
     if Omega < lowest and not math.isclose(Omega, lowest):
         raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {lowest:g} rad/s, rolac.min_speed")
-    return result
+    return identified_machine
 
 
 def table_for(machine: Machine, path: Path | None) -> ReceptanceTable:
-    """Return the table in a file; without the file, an empty table for the rotor and loop of a machine.
+    """Return the table in a file or, if it does not exist, an empty table for the rotor and loop of a machine.
 
     Raises
     ------
@@ -174,7 +174,7 @@ def computed_identification(machine: Machine) -> IdentifiedReceptance:
 
 
 def _identification(machine: Machine) -> IdentifiedReceptance:
-    """Return an identification without its results."""
+    """Return an identification before its run, without receptances."""
     order = int(machine.parameters[CONTROLLER]["harmonic1.order"])
     return IdentifiedReceptance(
         speed=machine.Omega,
@@ -196,7 +196,7 @@ def force_amplitude(machine: Machine) -> float:
 
 
 def _result(outputs: xr.Dataset, loop: ControlLoop) -> tuple[Complex | None, str]:
-    """Return R at the end of a run, or None and the reason of the failure."""
+    """Return R at the end of a run, or None and the reason for the failure."""
     state, error = (int(outputs[f"rolac_controller.identification_{name}"]) for name in ("state", "error"))
     last, sentences = last_stages(len(loop.axes)), stages(loop.axis_names).sentences
     if state != last.done:

@@ -27,9 +27,9 @@ from rotor_analysis.assembly import assemble, with_bearings
 from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor
 
-MOST_LINES = 300  # of a response; more are thinned evenly
-FREQUENCY_ERROR, DAMPING_ERROR = 1e-3, 0.1  # relative, expected of measured modes: their weights in the fit
-MOST_WEIGHT = 30.0  # of a line by its coherence
+MOST_LINES = 300  # of a response; more frequencies are thinned evenly
+FREQUENCY_ERROR, DAMPING_ERROR = 1e-3, 0.1  # expected relative errors of measured modes, which weight the fit
+MOST_WEIGHT = 30.0  # largest weight of a frequency by its coherence
 ELASTIC = 1e-2  # of the lowest measured frequency, below which a mode is rigid motion
 
 
@@ -38,11 +38,11 @@ class RotorFit(DrawnResult):
     """A rotor fitted to a measurement.
 
     rotor, measured, loop
-        Its name, the name of the measurement, its support.
+        Names of the rotor and of the measurement, and support of the rotor.
     fit
         Parameters with intervals, correlation and residuals.
     before, after
-        Responses before and after, over the measured ones; without responses the modes alone.
+        Responses before and after the fit, compared with the measured ones; None if only modes were measured.
     rotor_file
         Text of the fitted rotor file.
     """
@@ -99,31 +99,31 @@ def fit(
 ) -> RotorFit:
     """Return a rotor whose parameters fit a measurement, with 95 % intervals.
 
-    Residuals of responses are ln(H/H_measured), real and imaginary, weighted by the coherence; those of modes the
-    logarithms of frequencies and damping ratios over the measured ones, in units of 0.1 % and 10 %. Parameters that the
-    data do not contain are refused (`measured.least_squares.fit`).
+    Residuals of responses are ln(H/H_measured), real and imaginary, weighted by the coherence. Residuals of modes are
+    the logarithms of frequencies and damping ratios over the measured ones, in units of 0.1 % and 10 %. A parameter
+    that the data do not determine is an error (`measured.least_squares.fit`).
 
     Parameters
     ----------
     rotor
-        Rotor file, or the name of a packaged rotor; the packs' default without.
+        Rotor file, or the name of a packaged rotor; by default the packs' default rotor.
     measured
         File of responses or modes, or a measurement.
     free
-        Bounds by name of a parameter, or texts `bodies.wheel.mass=3:5`; names are the keys of the rotor file, with the
+        Bounds by parameter name, or texts `bodies.wheel.mass=3:5`. Names are keys of the rotor file, with the
         name or the number of an item of a list: `damping.modal.1`.
     loop
         `free`, the default, or `linear`: on bearings and seals of the rotor file.
     inputs, outputs, channels, up_to, estimator, segment, window
-        As of `response`.
+        As for `response`.
     speed
         Spin speed (rad/s), or a text with its unit; at rest by default.
 
     Raises
     ------
     ValueError
-        If a parameter does not exist, the measurement cannot be read or does not contain a parameter, or an argument is
-        not allowed.
+        If a parameter does not exist, the measurement cannot be read or does not determine a parameter, or an argument
+        is not allowed.
     """
     loop = loop or "free"
     if loop not in ("free", "linear"):
@@ -150,9 +150,9 @@ def fit(
     best = np.array([p.value for p in result.parameters.values()])
     before = after = None
     if curves:
-        shown = Measurement(content.responses)
-        before = response(rotor=model.rotor_with(model.start), measured=shown, loop=loop, speed=Omega)
-        after = response(rotor=model.rotor_with(best), measured=shown, loop=loop, speed=Omega)
+        compared = Measurement(content.responses)
+        before = response(rotor=model.rotor_with(model.start), measured=compared, loop=loop, speed=Omega)
+        after = response(rotor=model.rotor_with(best), measured=compared, loop=loop, speed=Omega)
     text = _file_text(model.data_with(best), result, chosen, name)
     return RotorFit(model.rotor_with(best).name, name, loop, result, before, after, text)
 
@@ -180,7 +180,7 @@ def response_residuals(rotor: Rotor, loop: Loop, Omega: float, curves: Sequence[
 
 
 def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> Array:
-    """Return ln(f/f_measured)/0.1 % and ln(zeta/zeta_measured)/10 % of the computed mode nearest to each measured."""
+    """Return ln(f/f_measured)/0.1 % and ln(zeta/zeta_measured)/10 % of the computed modes nearest to the measured."""
     full = assemble(rotor)
     model = full if loop == "free" else with_bearings(full, (*rotor.bearings, *rotor.seals))
     lowest = 2.0 * np.pi * ELASTIC * float(measured.frequencies.min())
@@ -197,7 +197,7 @@ def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> A
 
 
 def _file_text(data: Mapping[str, Any], result: Fit, free: Sequence[FreeParameter], measured: str) -> str:
-    """Return a rotor file with a note of what was fitted."""
+    """Return the text of a rotor file with a comment on the fitted parameters."""
     lines = [
         f"# Fitted to {measured} by least squares, {result.residuals} residuals; 95 % intervals of the parameters:"
     ]

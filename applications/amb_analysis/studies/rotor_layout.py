@@ -39,20 +39,20 @@ class RotorLayout(DrawnResult):
     """A rotor, its modes at rest on its bearings, and the reduced model of a plant.
 
     rotor
-        Its name.
+        Name of the rotor.
     mass, centre, polar_inertia, diametral_inertia
         Rigid-body properties: kg, m, kg m^2 about the axis, and kg m^2 about the centre of mass.
     length, nodes
         Length of the shaft (m), and number of nodes of the mesh.
     numbers
-        Numbers of nodes in the rotor file, by those of the mesh, which also has nodes for `z` and `[mesh]`.
+        Node numbers in the rotor file by node numbers of the mesh, which also has nodes for `z` and `[mesh]`.
     parts
         Bodies, bearings, contact sites and sensors.
     method, planes, coordinates, fastest
         The plant's model: reduction method, mesh nodes whose displacements are coordinates, number of coordinates, and
         frequency of its fastest mode without bearings (rad/s), 0 if it has no elastic mode.
     receptance
-        Error of its receptance between bearings and contact sites; None for a rotor with massless nodes.
+        Error of the plant's receptance between bearings and contact sites; None for a rotor with massless nodes.
     frequencies, error
         Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors of
         those of the plant's model (%).
@@ -96,9 +96,9 @@ class RotorLayout(DrawnResult):
         where += f" ({EXTRAPOLATED})" if is_extrapolated(self.limits, 0.0) else ""
         modes = text_table(f"Undamped, {where}", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
         for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
-            displayed = "-" if math.isnan(error) else f"{error:+.4f}"
+            percent = "-" if math.isnan(error) else f"{error:+.4f}"
             hertz = f"{frequency / (2.0 * math.pi):.3f}" if frequency > 0.0 else "diverges"
-            modes.add_row(str(k), f"{frequency:.3f}", hertz, displayed)
+            modes.add_row(str(k), f"{frequency:.3f}", hertz, percent)
         return [
             f"{self.rotor}: {self.mass:.4g} kg, {self.length:.4g} m, {self.nodes} nodes",
             f"centre of mass at {self.centre:.4g} m; {inertia}",
@@ -127,7 +127,7 @@ class RotorLayout(DrawnResult):
         return f"plant by {self.method}: {size}; {within}"
 
     def _receptance_table(self) -> list[TextBlock]:
-        """Return the table of the receptance's error, or nothing where there is none."""
+        """Return the table of the receptance's error; empty if it was not computed."""
         error = self.receptance
         if error is None or not len(error.frequencies):
             return []
@@ -169,13 +169,13 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
     >>> f"{result.mass:.1f} kg, {result.length:.3f} m, {result.nodes} nodes"
     '246.9 kg, 1.653 m, 56 nodes'
     """
-    result = load_rotor(rotor)
-    body, plant, error = rigid_body(result), reduced_rotor(result).model, reduction_error(result, COUNT)
-    z = result.shaft.nodes
-    nodes = ((result.shaft.node_at(place), k) for k, place in enumerate(numbered_positions(rotor), start=1))
+    description = load_rotor(rotor)
+    body, plant, error = rigid_body(description), reduced_rotor(description).model, reduction_error(description, COUNT)
+    z = description.shaft.nodes
+    nodes = ((description.shaft.node_at(place), k) for k, place in enumerate(numbered_positions(rotor), start=1))
     numbers = {node: k for node, k in nodes if node is not None}
     return RotorLayout(
-        rotor=result.name,
+        rotor=description.name,
         mass=body.mass,
         centre=body.centre,
         polar_inertia=body.polar_inertia,
@@ -183,17 +183,17 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         length=z[-1] - z[0],
         nodes=len(z),
         numbers=numbers,
-        parts=tuple(replace(part, node=numbers.get(part.node or 0)) for part in _parts(result)),
-        method=str(result.reduction.method),
+        parts=tuple(replace(part, node=numbers.get(part.node or 0)) for part in _parts(description)),
+        method=str(description.reduction.method),
         planes=tuple(plant.translations),
         coordinates=plant.size,
         fastest=float(free_modes(plant.M[::2, ::2], plant.K[::2, ::2])[0].max(initial=0.0)),
-        receptance=receptance_error(result),
+        receptance=receptance_error(description),
         frequencies=error.frequencies,
         error=error.percent,
-        whirl=whirl_error(result, COUNT),
-        description=result,
-        limits=limits_of((*result.bearings, *result.seals)),
+        whirl=whirl_error(description, COUNT),
+        description=description,
+        limits=limits_of((*description.bearings, *description.seals)),
     )
 
 
@@ -208,7 +208,7 @@ def _whirl_cells(frequencies: Array, percent: Array) -> list[tuple[str, str]]:
 
 
 def _damping(rotor: Rotor) -> str:
-    """The damping of a rotor without its bearings, in words."""
+    """Return the damping of a rotor without its bearings, in words."""
     damping = rotor.damping
     ratios = ", ".join(f"{100.0 * ratio:g} %" for ratio in damping.modal)
     values = {
@@ -217,8 +217,8 @@ def _damping(rotor: Rotor) -> str:
         f"{ratios} of the elastic modes": any(damping.modal),
         f"loss factor {damping.loss_factor:g}": damping.loss_factor,
     }
-    said = [words for words, value in values.items() if value]
-    return ", ".join([*said, f"{100.0 * damping.rotating:g} % turns with the shaft"]) if said else "none"
+    terms = [words for words, value in values.items() if value]
+    return ", ".join([*terms, f"{100.0 * damping.rotating:g} % turns with the shaft"]) if terms else "none"
 
 
 def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
@@ -234,10 +234,10 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
         )
     for kind, bearing in (*(("bearing", b) for b in rotor.bearings), *(("seal", s) for s in rotor.seals)):
         K, C, _ = bearing.at(0.0)
-        stated = f"{number(K[0, 0])} N/m, {number(C[0, 0])} N s/m along x"
+        coefficients = f"{number(K[0, 0])} N/m, {number(C[0, 0])} N s/m along x"
         if K[0, 1] or K[1, 0]:
-            stated += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N/m"
-        what = stated + (" at rest" if bearing.at_speed else "")
+            coefficients += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N/m"
+        what = coefficients + (" at rest" if bearing.at_speed else "")
         yield LayoutEntry(kind, bearing.name, bearing.node, z[bearing.node - 1], what)
     for site in rotor.sites:
         stator = f"stator of {site.stator}" if site.stator else "bush"

@@ -25,9 +25,9 @@ class RotorParameters:
     """A rotor file and the names of some of its numbers.
 
     data
-        Its content.
+        Content of the file.
     nodes
-        Nodes of its mesh (m), which remain.
+        Nodes of its mesh (m), which do not change.
     names, start
         Keys of the numbers, such as `bodies.wheel.mass`, and their values in the file.
     """
@@ -44,7 +44,7 @@ class RotorParameters:
         Raises
         ------
         ValueError
-            If it cannot be read, or a name is none of its numbers.
+            If it cannot be read, or a name is not that of a number in it.
         """
         rotor, path = load_rotor(source), rotor_path(source)
         data = parse_toml(read_text(path, f"rotor file {path}"), f"rotor file {path}")
@@ -74,7 +74,7 @@ def free_parameters(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -
     Raises
     ------
     ValueError
-        If there are none, or bounds are no numbers that ascend.
+        If there are no parameters, or bounds are not ascending numbers.
     """
     pairs = list(free.items()) if isinstance(free, Mapping) else [_split(text) for text in free]
     if not pairs:
@@ -83,7 +83,7 @@ def free_parameters(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -
         return [FreeParameter(name, float(low), float(high)) for name, (low, high) in pairs]
     except ValueError as error:
         if "could not convert" in str(error):
-            raise ValueError(f"a bound of free is no number: {error}") from None
+            raise ValueError(f"a bound of free is not a number: {error}") from None
         raise
 
 
@@ -122,7 +122,7 @@ def _key(holder: Any, part: str, name: str) -> Any:
             return names.index(part)
         if part.isdecimal() and 1 <= int(part) <= len(holder):
             return int(part) - 1
-        known = [item for item in names if item] or [str(k + 1) for k in range(len(holder))]
+        keys = [item for item in names if item] or [str(k + 1) for k in range(len(holder))]
     else:
-        known = list(holder) if isinstance(holder, dict) else []
-    raise ValueError(f"parameter {name!r} is not in the rotor file: it has no {part!r}; {suggest(part, known)}")
+        keys = list(holder) if isinstance(holder, dict) else []
+    raise ValueError(f"parameter {name!r} is not in the rotor file: it has no {part!r}; {suggest(part, keys)}")

@@ -29,13 +29,13 @@ from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 
 LONGEST_WINDOW = 1.0  # s, by default
-WINDOWS = 8  # in a run that is shorter, at least
-FEWEST = 16  # samples of a window
-PROMINENCE = 0.05  # of the largest amplitude, by which a peak stands out
-ORDERS = 2.5  # highest frequency by default, of the highest spin frequency
-UP_TO = 60.0  # Hz, the same of a rotor that does not turn
-BETWEEN_LINES = 0.84  # of its amplitude that a vibration has at a line, at least
-NEAR = 2.0  # lines of the spectrum by which a vibration counts as synchronous: half the width of the window's lobe
+WINDOWS = 8  # fewest in a shorter run, by default
+FEWEST = 16  # samples of a window, at least
+PROMINENCE = 0.05  # least prominence of a peak, over the largest amplitude
+ORDERS = 2.5  # default of the highest frequency, over the highest spin frequency
+UP_TO = 60.0  # Hz, default of the highest frequency of a rotor at rest
+BETWEEN_LINES = 0.84  # least amplitude of a vibration at its nearest line, over its true amplitude
+NEAR = 2.0  # lines within which a vibration is not distinguished from another: half the width of the window's lobe
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,10 +117,10 @@ class Waterfall(DrawnResult):
                 ", ".join(f"{peak:.2f}" for peak in result.resonances) or "-",
                 *result.other,
             )
-        apart = (
+        resolution = (
             f"vibrations up to {NEAR / self.window:.3g} Hz from the spin or from 0 Hz are not distinguished from these"
         )
-        return [table, f"negative frequencies are backward whirl; {apart}"]
+        return [table, f"negative frequencies are backward whirl; {resolution}"]
 
 
 def waterfall(
@@ -200,7 +200,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         return lines[order], middles, Z[order].T
 
     result: dict[str, BearingSpectra] = {}
-    of_turning, of_rest = spectra(np.exp(1j * theta))[2], spectra(np.ones(len(theta), dtype=np.complex128))[2]
+    synchronous_lobe, mean_lobe = spectra(np.exp(1j * theta))[2], spectra(np.ones(len(theta), dtype=np.complex128))[2]
     lines, middles = np.empty(0), np.empty(0)
     for bearing in places(recorded).bearings:
         x, y = signal(recorded, f"{bearing}.x"), signal(recorded, f"{bearing}.y")
@@ -209,14 +209,14 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         orbit = np.asarray(x + 1j * y)[after]
         lines, middles, Z = spectra(orbit)
         speeds = np.interp(middles, time - time[0], Omega) / (2.0 * np.pi)
-        _, _, turned_back = spectra(orbit * np.exp(-1j * theta))
-        displayed, synchronous = np.abs(lines) <= highest, turned_back[:, lines == 0.0]
-        others = Z - synchronous * of_turning
+        _, _, in_rotating_frame = spectra(orbit * np.exp(-1j * theta))
+        in_range, synchronous = np.abs(lines) <= highest, in_rotating_frame[:, lines == 0.0]
+        others = Z - synchronous * synchronous_lobe
         mean = others[:, lines == 0.0]
-        others -= mean * of_rest
-        rest = _Windows(orbit, np.exp(1j * theta), synchronous[:, 0], mean[:, 0], size, h)
-        amplitudes = np.abs(Z[:, displayed]), np.abs(others[:, displayed]), np.abs(synchronous[:, 0])
-        result[bearing] = _bearing(*amplitudes, lines[displayed], speeds, rest)
+        others -= mean * mean_lobe
+        windows = _Windows(orbit, np.exp(1j * theta), synchronous[:, 0], mean[:, 0], size, h)
+        amplitudes = np.abs(Z[:, in_range]), np.abs(others[:, in_range]), np.abs(synchronous[:, 0])
+        result[bearing] = _bearing(*amplitudes, lines[in_range], speeds, windows)
     if not result:
         raise ValueError("the run did not record the displacement at a bearing")
     lines = lines[np.abs(lines) <= highest]
@@ -257,8 +257,9 @@ class _Windows:
 def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) -> tuple[float, float, int]:
     """Return amplitude (m), frequency (Hz) and window of the largest vibration away from 0 Hz and the speeds (Hz).
 
-    Maxima over the lines are refined between these, where a vibration half way has 85 % of its amplitude. A vibration
-    within `NEAR` lines of 0 Hz or the speed is not distinguished from it, and the rest of its lobe is no vibration.
+    Maxima over the lines are refined between the lines; half way between two lines a vibration has 85 % of its
+    amplitude at both. A vibration within `NEAR` lines of 0 Hz or the speed is not distinguished from it, and neither is
+    the rest of its lobe.
     """
     spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
 
@@ -272,10 +273,10 @@ def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) ->
     for row, column in sorted(places, key=lambda place: -others[tuple(place)]):
         if others[row, column] < BETWEEN_LINES * largest[0]:
             break
-        near = lines[max(column - 1, 0) : column + 2]
+        adjacent = lines[max(column - 1, 0) : column + 2]
         amplitude, frequency = float(others[row, column]), float(lines[column])
-        if len(near) == 3:  # not at an end of the spectrum
-            frequencies, amplitudes = refined(partial(windows.amplitudes, int(row)), near, np.abs, resonant=False)
+        if len(adjacent) == 3:  # not at an end of the spectrum
+            frequencies, amplitudes = refined(partial(windows.amplitudes, int(row)), adjacent, np.abs, resonant=False)
             top = int(amplitudes.argmax())
             amplitude, frequency = float(amplitudes[top]), float(frequencies[top])
         if distance(frequency, speeds[row]) > NEAR:

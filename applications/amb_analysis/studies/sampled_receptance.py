@@ -23,7 +23,7 @@ from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from array_types import Array, Complex
 from signal_chain.presets import is_on
 
-ROUNDING = 1e-9  # relative; of a displacement that is a combination of others
+ROUNDING = 1e-9  # relative error of readings as a combination of the sensors
 
 
 def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
@@ -41,11 +41,11 @@ def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
     loop = model_of(
         machine.linear_components, added, [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
     )
-    local = parameters_of_loop(machine.controlled, parameters)
+    record = parameters_of_loop(machine.controlled, parameters)
     G = frequency_response(loop, np.exp(1j * omega * loop.dt))
     if is_on(parameters["chain.preset"], parameters["chain.delay"]):
         G = G * np.exp(-1j * omega * parameters["sample_time"])
-    return np.asarray(sensor_response(local, omega) @ G / _current_stiffnesses(machine))
+    return np.asarray(sensor_response(record, omega) @ G / _current_stiffnesses(machine))
 
 
 def inner_response(machine: Machine, order: int = 1) -> Complex | None:
@@ -54,30 +54,30 @@ def inner_response(machine: Machine, order: int = 1) -> Complex | None:
     None if the currents reach the magnetic bearings directly, or that controller reads displacements that the sensors
     of the synchronous control do not measure.
     """
-    made, added = machine.linear_components, _places_of_currents(machine)
-    system = made.assembly.system
+    source, added = machine.linear_components, _places_of_currents(machine)
+    system = source.assembly.system
     inner = {target.partition(".")[0] for target in added.values()}
     if inner == {ACTUATOR}:
         return None
     (name,) = inner
-    local = [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
+    sensors = [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
     links = [link for link in system.connections if link.target.startswith(f"{name}.")]
     readings = {link.target: link.source for link in links if link.source.startswith(f"{PLANT}.")}
-    displayed = _combination(made, list(readings.values()), local)
-    if displayed is None:
+    combination = _combination(source, list(readings.values()), sensors)
+    if combination is None:
         return None
     demands = [system.source_of(f"{ACTUATOR}.{axis}") or "" for axis in added]
     omega = order * machine.Omega
-    model = model_of(made, [*added.values(), *readings], demands, components=(name,))
+    model = model_of(source, [*added.values(), *readings], demands, components=(name,))
     part = frequency_response(model, np.exp(1j * omega * model.dt))
     law = np.linalg.solve(part[:, : len(added)], part[:, len(added) :])  # before a delay, which both have
     measured = sensor_response(parameters_of_loop(machine.controlled, machine.parameters[CONTROLLER]), omega)
-    return np.asarray(-_current_stiffnesses(machine)[:, None] * (law @ displayed @ np.linalg.inv(measured)))
+    return np.asarray(-_current_stiffnesses(machine)[:, None] * (law @ combination @ np.linalg.inv(measured)))
 
 
-def _combination(made: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> Array | None:
-    """Return T of readings = T sensors, with outputs of the plant; None if the readings are not such combinations."""
-    (plant,) = made.parts([PLANT])
+def _combination(source: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> Array | None:
+    """Return T with readings = T sensors, both outputs of the plant; None if the readings are no such combinations."""
+    (plant,) = source.parts([PLANT])
     rows, values = (plant.selected(plant.inputs, names).law.C for names in (readings, sensors))
     T = rows @ np.linalg.pinv(values)
     return T if np.abs(T @ values - rows).max() <= ROUNDING * np.abs(rows).max() else None

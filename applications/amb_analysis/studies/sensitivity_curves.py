@@ -53,7 +53,7 @@ def sensitivity_curves(
 
 
 def peak_beyond(system: control.StateSpace) -> list[tuple[float, float]]:
-    """Return the peak of |S| of each axis above `HIGHEST`, and its frequency (Hz); nothing if samples end there."""
+    """Return the peak of |S| of each axis above `HIGHEST`, and its frequency (Hz); empty if sampling ends below."""
     if 0.5 / system.dt <= HIGHEST * (1.0 + 1e-9):
         return []
     frequencies, curves = sensitivity_curves(system, HIGHEST, 0.5 / float(system.dt))

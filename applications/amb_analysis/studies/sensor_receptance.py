@@ -72,7 +72,7 @@ def receptance(
 
     R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B     (5.6)
 
-    The speeds are closer about the maxima of all its elements (`rotor_analysis.refinement`).
+    Speeds are closer about the maxima of all elements of R (`rotor_analysis.refinement`).
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 from signal_chain.presets import is_on
 
-ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each
+ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each zone
 COMPARED = 500.0  # Hz, up to which computed and measured sensitivity are compared
 
 
@@ -49,7 +49,7 @@ class AxisSensitivity:
     """Sensitivity of an axis.
 
     peak, peak_frequency, zone
-        Largest |S| that was computed (1), its frequency (Hz), and its zone.
+        Largest computed |S| (1), its frequency (Hz), and its zone.
     S
         1/(1 + L) at the frequencies of the study (1), complex, shape (n,).
     measured_frequencies, measured
@@ -57,7 +57,7 @@ class AxisSensitivity:
     largest_difference_below_500_hz, largest_difference
         Largest |S_measured/S_computed - 1| (1) up to 500 Hz, and at all measured frequencies.
     beyond
-        The peak above 2 kHz; None if half the sample rate is not above.
+        The peak above 2 kHz; None if half the sample rate is not above 2 kHz.
     """
 
     peak: float
@@ -285,7 +285,7 @@ def sensitivity(
 
 
 def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, DiskMargin]]:
-    """Return the four sensitivities at frequencies (Hz), and disk margins with their least values refined between."""
+    """Return the four sensitivities at frequencies (Hz), and disk margins, whose minima are refined between these."""
     n = len(loop.demands)
 
     def values(more: Array) -> Array:
@@ -294,12 +294,12 @@ def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, Di
         T = np.eye(n)[:, :, None] - S
         return np.stack([disk_margin(S), disk_margin(S_sensors), *map(_largest, (S, T, PS, CS))], axis=1)
 
-    closer, found = refined(values, frequencies, lambda of: 1.0 / of[:, :2])
-    first = np.isin(closer, frequencies)
-    margins = zip(("currents", "sensors"), found.T[:2], strict=True)
-    return GangOfFour(*found[first, 2:].T), {
+    closer, refined_values = refined(values, frequencies, lambda rows: 1.0 / rows[:, :2])
+    at_frequencies = np.isin(closer, frequencies)
+    margins = zip(("currents", "sensors"), refined_values.T[:2], strict=True)
+    return GangOfFour(*refined_values[at_frequencies, 2:].T), {
         place: DiskMargin(
-            alpha[first],
+            alpha[at_frequencies],
             float(alpha.min()),
             float(closer[alpha.argmin()]),
             *disk_gain_and_phase(float(alpha.min())),

@@ -19,9 +19,9 @@ class Freed:
     """Whether a control frees the rotor at the machine's point.
 
     frees
-        Whether it leaves no state in contact.
+        Whether it excludes all states in contact.
     currents
-        Currents that it demands of each bearing.
+        Demanded current of each bearing.
     words
         The verdict in words.
     """
@@ -43,12 +43,12 @@ def control_of(
     """
     trapped = [state for state in states if state.contact and state.stable]
     free = [state for state in states if not state.contact and state.stable]
-    local = free[0].currents if free else {}
+    free_currents = free[0].currents if free else {}
     if free and not trapped:
-        words = "free (no stable steady contact)" + _within(local)
+        words = "free (no stable steady contact)" + _within(free_currents)
     else:
         words = "may leave it in contact" if free else "cannot free it: no stable orbit misses all sites"
-    result = {"feedback alone": Freed(bool(free) and not trapped, local, words)}
+    result = {"feedback alone": Freed(bool(free) and not trapped, free_currents, words)}
     if not machine.loop(Omega).currents:
         return result
     result["synchronous control"] = _synchronous(machine, Omega)
@@ -56,42 +56,42 @@ def control_of(
         freed = Freed(False, {}, "cannot free it: no synchronous currents do")
     else:
         within = [d for d in demands if all(current.is_allowed for current in d.values())]
-        displayed = within[0] if within else demands[-1]
+        needed = within[0] if within else demands[-1]
         words = "can free it from any steady contact" if within else "cannot free it from all contact within its limits"
-        freed = Freed(bool(within), displayed, f"{words}{_within(displayed)}")
+        freed = Freed(bool(within), needed, f"{words}{_within(needed)}")
     result["contact-aware synchronous control"] = freed
     return result
 
 
 def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
-    """Return the states under the steady force of synchronous control, and whether it converges from contact."""
+    """Return whether synchronous control frees the rotor: with its steady force, and as it adapts during contact."""
     at, mu = machine.receptances(Omega), machine.mu(Omega)
-    rest, force = settled(at), machine.unbalance * Omega**2
-    r = (rest.P @ force)[None]
-    orbit = states_of((), rest.R, mu, machine.c, r)
-    values: Complex = rest.currents[1] @ force
+    converged, force = settled(at), machine.unbalance * Omega**2
+    r = (converged.P @ force)[None]
+    orbit = states_of((), converged.R, mu, machine.c, r)
+    values: Complex = converged.currents[1] @ force
     currents = currents_of(dict(zip(machine.loop(Omega).currents, values, strict=True)), machine)
     stuck = []
     for contact in all_sets(len(machine.sites))[1:]:
-        states = states_of(contact, rest.R, mu, machine.c, r)
+        states = states_of(contact, converged.R, mu, machine.c, r)
         for n in range(len(states.points)):
             if adaptation_rates(at, states, n, machine.c, mu).real.max() < 0.0:
                 stuck.append("+".join(machine.sites[k] for k in contact))
     if not len(orbit.points):
         return Freed(False, currents, "cannot free it: every orbit under its steady force touches a site")
     words = "can hold it free" + _within(currents)
-    local = _rates_of_feedback(machine, Omega)
-    turned = [name for name, rate in local.items() if rate > 0.0]
+    rates = _adaptation_growth(machine, Omega)
+    diverging = [name for name, rate in rates.items() if rate > 0.0]
     if stuck:
         words += f"; it may also come to rest in contact at {', '.join(sorted(frozenset(stuck)))}"
-    elif turned:
-        words += f"; in contact at {', '.join(turned)} its adaptation diverges"
+    elif diverging:
+        words += f"; in contact at {', '.join(diverging)} its adaptation diverges"
     possible = all(current.is_allowed for current in currents.values())
-    return Freed(possible and not stuck and not turned, currents, words)
+    return Freed(possible and not stuck and not diverging, currents, words)
 
 
-def _rates_of_feedback(machine: RubbingRotor, Omega: float) -> dict[str, float]:
-    """Return the largest growth rate of the adaptation, over alpha, in each contact state under feedback alone (1)."""
+def _adaptation_growth(machine: RubbingRotor, Omega: float) -> dict[str, float]:
+    """Return the largest growth rate of the adaptation, over alpha (1), for each set of sites in contact."""
     at, mu = machine.receptances(Omega), machine.mu(Omega)
     r = (at.P @ machine.unbalance * Omega**2)[None]
     result: dict[str, float] = {}
@@ -107,7 +107,7 @@ def _rates_of_feedback(machine: RubbingRotor, Omega: float) -> dict[str, float]:
 def _within(currents: Mapping[str, BearingCurrent]) -> str:
     if not currents:
         return ""
-    message = ", ".join(
+    amounts = ", ".join(
         f"{bearing} {number(current.amplitude)} of {number(current.allowed)} A" for bearing, current in currents.items()
     )
-    return f" ({message})"
+    return f" ({amounts})"

@@ -1,4 +1,4 @@
-"""States in a study of traps: where a rotor can stay with or without unbalance, and what follows."""
+"""Synchronous states and bearing currents as the study of traps reports them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.trap_map import Regime, SolvedState
 from amb_cosim.results.component_names import ACTUATOR
 
-VIBRATIONS = 6  # about a state that are reported, what decays least first
+VIBRATIONS = 6  # reported vibrations about a state, the least damped first
 KINDS = {
     Regime.FREE: "free rotation; no stable steady contact",
     Regime.BOTH: "free rotation or contact, depending on the start",
@@ -61,7 +61,7 @@ class SynchronousState:
     contact
         Sites in contact.
     normal_forces, friction_forces, phases
-        Values at each of them (N, N, deg from the unbalance's reference).
+        Values at each site in contact (N, N, and deg from the reference of unbalance).
     orbits
         Distance of the journal from the centre at each site (m).
     currents
@@ -71,7 +71,7 @@ class SynchronousState:
     vibrations
         Vibrations of the rotor in this state, the least damped first.
     stable, settles
-        Whether small motion decays, and within a thousand turns.
+        Whether small motion decays, and whether it falls to 1/e within a thousand turns.
     """
 
     contact: tuple[str, ...]
@@ -100,8 +100,8 @@ def regime_of(states: tuple[SynchronousState, ...]) -> Regime:
     """Return the possible behaviour of a rotor with these states."""
     free = any(not state.contact and state.stable for state in states)
     trapped = any(state.contact and state.stable for state in states)
-    rests = any(state.contact and state.settles for state in states)
-    return (Regime.BOTH if trapped else Regime.FREE) if free else (Regime.CONTACT if rests else Regime.WHIRL)
+    settled = any(state.contact and state.settles for state in states)
+    return (Regime.BOTH if trapped else Regime.FREE) if free else (Regime.CONTACT if settled else Regime.WHIRL)
 
 
 def report_state(state: SolvedState, machine: RubbingRotor, Omega: float) -> SynchronousState:

@@ -39,10 +39,10 @@ from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 
-POINTS = 644  # speeds of the curves, with the standstill, which is left out
-COARSE = 10  # of these speeds, between one of which and the next critical speeds are sought
-LEVITATED = 161  # the same of a levitated machine, whose peaks get more
-REACH = 2.0  # times the speed of a scenario, up to which its response is computed
+POINTS = 644  # speeds of the curves of a rotor alone, with speed 0, which is left out
+COARSE = 10  # speeds per interval of the search for critical speeds
+LEVITATED = 161  # speeds of the curves of a levitated machine, with speed 0, before its peaks are refined
+REACH = 2.0  # highest speed of a response, over that of the scenario
 
 
 def unbalance_response(
@@ -65,27 +65,27 @@ def unbalance_response(
 
     F are the forces of the magnetic bearings of a scenario, with controller, hold, delay and amplifiers
     (`machine.response`); a rotor alone has none. The speeds are closer about critical speeds and about all maxima
-    (`rotor_analysis.refinement`), which are those of the curves to 0.1 %, whatever `up_to`.
+    (`rotor_analysis.refinement`), which are accurate to 0.1 % for any `up_to`.
 
     Parameters
     ----------
     rotor
-        A rotor or a rotor file; that of the scenario, or the packs' default without.
+        A rotor or a rotor file; by default that of the scenario, or the packs' default rotor.
     scenario, controller
         Machine whose magnetic bearings levitate the rotor, and another controller for it.
     mass
-        Mass matrix of a rotor alone, `diagonal` or `consistent`; as the rotor says by default.
+        Mass matrix of a rotor alone, `diagonal` or `consistent`; by default that of the rotor file.
     up_to
-        Highest spin speed (rad/s), or a string with its unit; 628 rad/s of a rotor alone or at standstill, and of a
-        machine twice the scenario's, or less where the loop is stable only below.
+        Highest spin speed (rad/s), or a string with its unit. By default 628 rad/s for a rotor alone or a scenario at
+        rest, and for a machine twice the scenario's speed, or less if the loop becomes unstable below.
     unbalance
         Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or that of
-        grade G 2.5 if it has none; 10 g m of a rotor alone.
+        grade G 2.5 if it has none; 10 g m for a rotor alone.
     place, node
-        Name of the part, or number of the node in the rotor file, where it is; the first disc by default.
+        Part, or node number in the rotor file, with the unbalance; the first disc by default.
     clearance
-        Radial clearance (m), or a string with its unit, to compare all amplitudes with; by default the clearance of
-        the site there.
+        Radial clearance (m), or a string with its unit, to compare all amplitudes with; by default that of the site at
+        each place.
     set, flavour
         Values of the scenario's parameters by `component.variable`; flavour of the FMUs.
 
@@ -101,43 +101,45 @@ def unbalance_response(
     >>> [(item.place, f"{item.speed:.0f} rad/s") for item in response.critical_speeds]
     [('seal', '454 rad/s')]
     """
-    everywhere = None if clearance is None else positive(clearance, "m", "clearance")
+    clearance_of_all = None if clearance is None else positive(clearance, "m", "clearance")
     amount = None if unbalance is None else positive(unbalance, "kg.m", "unbalance")
     if scenario is not None:
         if mass is not None:
             raise ValueError(f"mass = {mass} is not allowed with a scenario; set it in the rotor file")
         values = controlled(scenario, rotor, controller)
         machine = machine_of(plan_run(values, set, options=RunOptions(flavour=flavour)))
-        return _of_machine(machine, values.name, _loads(machine, values.rotor, amount, place, node), up_to, everywhere)
+        return _of_machine(
+            machine, values.name, _loads(machine, values.rotor, amount, place, node), up_to, clearance_of_all
+        )
     if controller is not None or set:
-        raise ValueError("a controller or settings belong to a scenario; name one")
+        raise ValueError("a controller or settings require a scenario; name one")
     description = load_rotor(rotor)
     mass = mass or description.shaft.mass_matrix
     unplaced = node is None and place is None
     loaded = _first_disc(description) if unplaced else _node(description, rotor, place, node)
     places = _places(description)
-    stated = table_speeds((*description.bearings, *description.seals))
-    speeds = with_samples(speed_range(up_to or DEFAULT_RANGE, POINTS)[1:], stated)
+    speeds_of_tables = table_speeds((*description.bearings, *description.seals))
+    speeds = with_samples(speed_range(up_to or DEFAULT_RANGE, POINTS)[1:], speeds_of_tables)
     load = {loaded: complex(1e-2 if amount is None else amount)}
     coarse = np.unique([*speeds[::COARSE], speeds[-1]])
     rotor_model, nodes = supported_rotor(description, mass), tuple(places.values())
-    critical = resonances(partial(dynamic_stiffness, rotor_model.model), with_samples(coarse, stated))
+    critical = resonances(partial(dynamic_stiffness, rotor_model.model), with_samples(coarse, speeds_of_tables))
     speeds, response = refined(
         lambda more: steady_response(rotor_model, load, more, nodes),
         about_resonances(speeds, critical),
         lambda motion: orbit(motion)[0],
     )
-    curves = _curves(description, places, response, everywhere)
+    curves = _curves(description, places, response, clearance_of_all)
     limits = limits_of((*description.bearings, *description.seals))
     peaks = _peaks(speeds, curves, limits, None)
-    placed, floating = _described(description, load), floating_motions(description, speeds[::COARSE])
+    placed, floating = _placed(description, load), floating_motions(description, speeds[::COARSE])
     return UnbalanceResponse(
         description.name, mass, None, None, *placed, speeds, curves, peaks, limits, floating=floating
     )
 
 
 def _of_machine(
-    machine: Machine, name: str, loads: Mapping[int, complex], up_to: Number | None, everywhere: float | None
+    machine: Machine, name: str, loads: Mapping[int, complex], up_to: Number | None, clearance_of_all: float | None
 ) -> UnbalanceResponse:
     rotor, places, Omega = machine.rotor, _places(machine.rotor), machine.Omega or None
     highest = up_to or (DEFAULT_RANGE if Omega is None else REACH * Omega)
@@ -148,16 +150,16 @@ def _of_machine(
     machine.loop.check_stable(swept)
     stable_up_to = float(swept[-1]) if len(swept) < reach else None
     speeds, response = refined_response(machine, swept, [loads], tuple(places.values()))
-    shown = response[:, 0, [node - 1 for node in places.values()]]
-    curves = _curves(rotor, places, shown, everywhere)
+    motion = response[:, 0, [node - 1 for node in places.values()]]
+    curves = _curves(rotor, places, motion, clearance_of_all)
     clearances: dict[int, float] = {}
     for node, clearance, _ in machine.clearances.values():
         clearances[node] = min(clearance, clearances.get(node, clearance))
-    if everywhere is None:
+    if clearance_of_all is None:
         curves = {k: replace(c, clearance=clearances.get(c.node)) for k, c in curves.items()}
     limits = limits_of(rotor.seals)
     criticals = _peaks(speeds, curves, limits, Omega)
-    placed = _described(rotor, loads)
+    placed = _placed(rotor, loads)
     return UnbalanceResponse(
         rotor.name, rotor.shaft.mass_matrix, name, Omega, *placed, speeds, curves, criticals, limits, stable_up_to
     )
@@ -175,26 +177,26 @@ def _loads(
     machine: Machine, source: RotorSource, amount: float | None, place: str | None, node: int | None
 ) -> dict[int, complex]:
     """Return the unbalance (kg m) by node: that of the scenario, or an amount at a place."""
-    own = machine.unbalanced_nodes
-    if amount is None and place is None and node is None and own:
-        return own
+    planned = machine.unbalanced_nodes
+    if amount is None and place is None and node is None and planned:
+        return planned
     if place is not None or node is not None:
         at = _node(machine.rotor, source, place, node)
     else:
-        at = max(own, key=lambda number: abs(own[number])) if own else _first_disc(machine.rotor)
+        at = max(planned, key=lambda number: abs(planned[number])) if planned else _first_disc(machine.rotor)
     if amount is None:
-        if at not in own and not machine.Omega:
+        if at not in planned and not machine.Omega:
             raise ValueError(
-                "unbalance is missing: the scenario has none, and stands still, so that no grade gives one"
+                "unbalance is missing: the scenario has none, and at 0 rad/s a balancing grade does not define one"
             )
-        amount = abs(own[at]) if at in own else machine.rotor.mass * GRADE / machine.Omega
+        amount = abs(planned[at]) if at in planned else machine.rotor.mass * GRADE / machine.Omega
     return {at: complex(amount)}
 
 
 def _node(rotor: Rotor, source: RotorSource, place: str | None, node: int | None) -> int:
     """Return the node of a part of a rotor, or that with a number in its file."""
     if place is not None and node is not None:
-        raise ValueError(f"place = {place} is not allowed with node = {node}; give one of them")
+        raise ValueError(f"place = {place} is not allowed with node = {node}; set only one of them")
     parts = rotor.nodes_by_name
     if place is not None and place not in parts:
         raise ValueError(f"place = {place} is not allowed; {suggest(place, parts)}")
@@ -204,7 +206,7 @@ def _node(rotor: Rotor, source: RotorSource, place: str | None, node: int | None
     return node_numbers(node, "node", rotor, source)[0]
 
 
-def _described(rotor: Rotor, loads: Mapping[int, complex]) -> tuple[float, float, dict[str, PlacedUnbalance]]:
+def _placed(rotor: Rotor, loads: Mapping[int, complex]) -> tuple[float, float, dict[str, PlacedUnbalance]]:
     """Return the largest unbalance (kg m), its position (m), and all by the names of their places."""
     names = {node: name for name, node in reversed(rotor.nodes_by_name.items())}
     largest = max(loads, key=lambda node: abs(loads[node]))
@@ -218,14 +220,19 @@ def _described(rotor: Rotor, loads: Mapping[int, complex]) -> tuple[float, float
 
 
 def _curves(
-    rotor: Rotor, places: Mapping[str, int], response: Complex, everywhere: float | None
+    rotor: Rotor, places: Mapping[str, int], response: Complex, clearance_of_all: float | None
 ) -> dict[str, PlaceResponse]:
     """Return the curves of places from their displacements (m), shape (speeds, places, 2)."""
     amplitude, minor, phase = orbit(response)
     continuous, z = np.unwrap(phase, axis=0), rotor.shaft.nodes
     return {
         name: PlaceResponse(
-            node, z[node - 1], everywhere or _clearance(rotor, node), amplitude[:, k], continuous[:, k], minor[:, k]
+            node,
+            z[node - 1],
+            clearance_of_all or _clearance(rotor, node),
+            amplitude[:, k],
+            continuous[:, k],
+            minor[:, k],
         )
         for k, (name, node) in enumerate(places.items())
     }
@@ -234,8 +241,8 @@ def _curves(
 def _peaks(
     speeds: Array, places: Mapping[str, PlaceResponse], limits: Limits, operating: float | None
 ) -> tuple[CriticalResponse, ...]:
-    """Return the peaks; of those at several places within half of the half-power width the highest."""
-    found = highest_peaks(speeds, {name: place.amplitude for name, place in places.items()})
+    """Return the peaks; among peaks of several places within half the half-power width, only the highest."""
+    peaks = highest_peaks(speeds, {name: place.amplitude for name, place in places.items()})
     return tuple(
         CriticalResponse(
             name,
@@ -245,7 +252,7 @@ def _peaks(
             None if not operating else separation_margin(peak.Omega, operating, operating),
             is_extrapolated(limits, peak.Omega),
         )
-        for name, peak in found
+        for name, peak in peaks
     )
 
 
@@ -253,7 +260,7 @@ def _first_disc(rotor: Rotor) -> int:
     """Return the node of the first disc plane or, without one, of the first body."""
     nodes = (*rotor.disc_nodes, *(body.node for body in rotor.bodies))
     if not nodes:
-        raise ValueError("node is missing: a rotor without disc planes and bodies does not say where its unbalance is")
+        raise ValueError("node is missing: a rotor without disc planes and bodies has no default place of unbalance")
     return nodes[0]
 
 
@@ -267,5 +274,5 @@ def _places(rotor: Rotor) -> dict[str, int]:
 
 
 def _clearance(rotor: Rotor, node: int) -> float | None:
-    """Return the least clearance (m) of the sites at a node; None without one."""
+    """Return the least clearance (m) of the sites at a node; None without a site."""
     return min((site.clearance for site in rotor.sites if site.node == node), default=None)

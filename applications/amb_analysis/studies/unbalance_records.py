@@ -15,7 +15,7 @@ from array_types import Array
 from rotor_analysis.peaks import UNDAMPED
 from rotor_analysis.shaft import MassModel
 
-RESTING = 1e-9  # of the median amplitude, and of the major semi-axis; smaller motion has no sense of whirl
+RESTING = 1e-9  # motion over the median amplitude, and semi-axis ratio, up to which an orbit has no sense of whirl
 DAMPED = 2.5  # amplification below which a peak needs no separation margin (API 617)
 
 
@@ -24,9 +24,9 @@ class PlaceResponse:
     """Response at a point of the shaft.
 
     node
-        Number of its node on the mesh, which may have more nodes than the rotor file.
+        Number of the node on the mesh, which may have more nodes than the rotor file.
     z
-        Its position (m).
+        Axial position (m).
     amplitude
         Major semi-axis of the orbit (m), shape (n,).
     minor
@@ -35,7 +35,7 @@ class PlaceResponse:
     phase
         Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
     clearance
-        Radial clearance there (m), the smallest of the sites at this node; None if nothing can be touched.
+        Radial clearance (m), the smallest of the sites at this node; None without a site.
     """
 
     node: int
@@ -70,13 +70,14 @@ class CriticalResponse:
     """A peak of the response.
 
     place
-        Where it is highest.
+        Place of the highest amplitude.
     speed, amplitude
-        Spin speed (rad/s) and amplitude (m) there.
+        Spin speed (rad/s) and amplitude (m) of the peak.
     amplification
-        Of the half-power width (`rotor_analysis.peaks`); below 2.5 no separation margin is required (API 617).
+        Amplification by the half-power width (`rotor_analysis.peaks`); below 2.5 no separation margin is required
+        (API 617).
     margin
-        Distance from the operating speed (%), at least 0; None of a rotor alone.
+        Distance from the operating speed (%), at least 0; None for a rotor alone.
     extrapolated
         Whether a table of coefficients does not cover the speed.
     """
@@ -90,7 +91,7 @@ class CriticalResponse:
 
     @property
     def is_bounded(self) -> bool:
-        """Whether damping limits the peak, not rounding."""
+        """Whether damping, not rounding, limits the peak."""
         return self.amplification < UNDAMPED
 
 
@@ -101,7 +102,7 @@ class UnbalanceResponse(DrawnResult):
     rotor, mass
         Name of the rotor, and the mass matrix of its model.
     scenario, operating_speed
-        Name of the scenario of the machine, and its spin speed (rad/s); None of a rotor alone.
+        Name of the scenario of the machine, and its spin speed (rad/s); None for a rotor alone.
     unbalance, z
         Largest unbalance of a place (kg m), and its position (m).
     unbalances
@@ -115,7 +116,7 @@ class UnbalanceResponse(DrawnResult):
     limits
         Limits of the coefficients of bearings and seals.
     floating
-        Rigid-body motions, of four, that neither a bearing nor a seal resists with stiffness.
+        Number of the four rigid-body motions that no bearing or seal resists with stiffness.
     stable_up_to
         Speed (rad/s) at which the response ends because the loop of the machine is not stable above; otherwise None.
     """
@@ -144,9 +145,9 @@ class UnbalanceResponse(DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return tables of the largest amplitudes and of the critical speeds."""
-        of = self.scenario or self.rotor
+        name = self.scenario or self.rotor
         table = labelled_table(
-            f"{of}: largest amplitude, {self.load}", "place", "(mm)", "of the clearance", "at (rad/s)"
+            f"{name}: largest amplitude, {self.load}", "place", "(mm)", "of the clearance", "at (rad/s)"
         )
         for name, place in self.places.items():
             top = int(np.argmax(place.amplitude))
@@ -178,7 +179,7 @@ class UnbalanceResponse(DrawnResult):
         if not self.floating:
             return []
         return [
-            f"bearings and seals have no stiffness against {self.floating} of the 4 rigid-body motions: in these the "
+            f"bearings and seals have no stiffness against {self.floating} of the 4 rigid-body motions, in which the "
             "rotor floats, and only inertia and damping limit its response; they have no critical speed"
         ]
 
@@ -199,14 +200,14 @@ class UnbalanceResponse(DrawnResult):
 
 
 def _zero(speeds: Array, values: Array, first: int, second: int) -> float:
-    """Return the speed (rad/s) at which values are 0 between two samples, or that of the one that exists."""
+    """Return the speed (rad/s) at which values are 0 between two samples, or that of the only sample that exists."""
     if first < 0 or second >= len(speeds):
         return float(speeds[max(first, 0) if second >= len(speeds) else second])
     return float(speeds[first] + (speeds[second] - speeds[first]) * values[first] / (values[first] - values[second]))
 
 
 def amplification_text(item: CriticalResponse) -> str:
-    """Return an amplification, and that a peak is damped if no separation margin is required."""
+    """Return an amplification as text, with `(damped)` if no separation margin is required."""
     if not item.is_bounded:
         return "no bound"
     return f"{item.amplification:.3g}" + (" (damped)" if item.amplification < DAMPED else "")

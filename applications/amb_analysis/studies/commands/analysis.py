@@ -105,8 +105,8 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
         Whether the study shows its own progress bar.
     """
 
-    described = studies.study_of(name)
-    assert described is not None
+    entry = studies.study_of(name)
+    assert entry is not None
 
     def run(output: Path | None, **values: Any) -> None:
         from amb_cosim.presentation.plain_console import plain_console
@@ -127,8 +127,8 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     always: tuple[Option, ...] = (output(f"Folder for the results; default results/study_{name}."), UNITS)
     for add_option in (*always, *reversed(options)):
         decorated = add_option(decorated)
-    added = study.command(name, help=described.description)(decorated)
-    PACKAGES[added] = described.module.partition(".")[0] or GENERAL
+    added = study.command(name, help=entry.description)(decorated)
+    PACKAGES[added] = entry.module.partition(".")[0] or GENERAL
 
 
 add_study(

@@ -25,7 +25,7 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
     """Print a sampled controller and draw its Bode plots.
 
     With --rotor, the phase at each mode of the rotor on its bearings is printed: between -180 and 0 degrees the demand
-    damps a mode in which sensor and bearing move alike."""
+    damps a mode in which sensor and bearing move in phase."""
     from amb_analysis import studies
     from amb_analysis.studies.controller_description import describe_controller
 
@@ -49,6 +49,6 @@ def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
     from rotor_analysis.rotor_file import load_rotor
     from rotor_analysis.supported_rotor import supported_rotor
 
-    read = load_rotor(rotor)
-    model = supported_rotor(read, read.shaft.mass_matrix).model
+    description = load_rotor(rotor)
+    model = supported_rotor(description, description.shaft.mass_matrix).model
     return tuple(mode.frequency for mode in modes(model, quantity(speed, "rad/s", "speed"))[:MODES])

@@ -20,7 +20,7 @@ from amb_files.atomic import check_writable
 def show(name: str, output: Path | None, as_json: bool) -> None:
     """Show and draw parts, mass and modes of a rotor.
 
-    NAME is a packaged rotor or a rotor file. The plant's model of it is shown, too.
+    NAME is a packaged rotor or a rotor file. The plant's model of the rotor is described, too.
     """
     from amb_analysis import studies
     from rotor_analysis.packaged_rotors import rotor_path

@@ -28,8 +28,8 @@ def figure(result: DrawnResult) -> Figure:
     from amb_cosim.presentation.style import STYLE
 
     with mpl.rc_context(STYLE):
-        beside = type(result).__module__.rpartition(".")[0]
-        drawn: Figure = import_module(f"{beside}.figures.{result.name}").draw(result)
+        package = type(result).__module__.rpartition(".")[0]
+        drawn: Figure = import_module(f"{package}.figures.{result.name}").draw(result)
     return drawn
 
 

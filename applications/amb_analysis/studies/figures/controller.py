@@ -33,9 +33,9 @@ def draw(result: ControllerDescription) -> Figure:
     above.set(ylabel="gain (A/m)")
     below.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
     above.legend(loc="best")
-    available = any(path.continuous is not None for path in result.connections)
+    has_continuous = any(path.continuous is not None for path in result.connections)
     figure.suptitle(
-        "Sampled" + (", dashed: continuous" if available else "") + ("; grey: modes" if result.modes else "")
+        "Sampled" + (", dashed: continuous" if has_continuous else "") + ("; grey: modes" if result.modes else "")
     )
     return figure
 

@@ -1,4 +1,4 @@
-"""Contact forces over the modes kept, the mesh and the substep."""
+"""Contact forces over retained modes, mesh, substep and communication step."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ QUANTITIES = (
     ("mean_force", "mean over 1 ms (N)"),
     ("peak_impulse", "largest impact (N s)"),
 )
-NAMED = 8  # runs of a group that are named
+NAMED = 8  # most runs of a group whose names are written
 SITE_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (YELLOW, "v"))
 
 
 def draw(result: ContactConvergence) -> Figure:
     """Draw each quantity at each site for every run, with a band of 5 % around the scenario's value."""
-    local = [row for row in result.rows if row.varied == "scenario"]
+    scenario_rows = [row for row in result.rows if row.varied == "scenario"]
     groups = {
-        varied: [local[0], *(row for row in result.rows if row.varied == varied and row.start == 0)]
+        varied: [scenario_rows[0], *(row for row in result.rows if row.varied == varied and row.start == 0)]
         for varied in ("modes", "mesh", "substep", "step")
     }
-    groups = {"starts": local} | {varied: rows for varied, rows in groups.items() if len(rows) > 1}
-    if len(local) == 1:
+    groups = {"starts": scenario_rows} | {varied: rows for varied, rows in groups.items() if len(rows) > 1}
+    if len(scenario_rows) == 1:
         del groups["starts"]
     sites = list(dict.fromkeys(site for row in result.rows for site in row.sites))
     figure = StyledFigure(figsize=(9.2, 7.0), layout="constrained")
@@ -57,15 +57,15 @@ def _name(row: ConvergenceRow) -> str:
 def _draw_rows(axes: Axes, quantity: str, rows: list[ConvergenceRow], sites: list[str]) -> None:
     """Draw a quantity of each site over the runs."""
     for site, (colour, marker) in zip(sites, SITE_STYLES, strict=False):
-        local = rows[0].sites.get(site)
-        if local is not None:
-            value = getattr(local, quantity)
+        reference = rows[0].sites.get(site)
+        if reference is not None:
+            value = getattr(reference, quantity)
             axes.axhspan(value * (1.0 - CONVERGED), value * (1.0 + CONVERGED), color=colour, alpha=0.12, lw=0)
         for k, row in enumerate(rows):
             if site in row.sites:
                 face = colour if row.recovery == rows[0].recovery else "white"
-                displayed = site.upper() if k == 0 else None
+                label = site.upper() if k == 0 else None
                 value = getattr(row.sites[site], quantity)
-                axes.plot(k, value, marker, ms=5, color=colour, markerfacecolor=face, label=displayed, ls="none")
+                axes.plot(k, value, marker, ms=5, color=colour, markerfacecolor=face, label=label, ls="none")
     axes.set_xlim(-0.5, len(rows) - 0.5)
     axes.grid(color="0.9", lw=0.5)

@@ -9,7 +9,7 @@ from amb_analysis.studies.coupling_order import CouplingOrders
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, StyledFigure
 
 STYLES = ((BLUE, "s"), (ORANGE, "o"), (GREEN, "D"), (PURPLE, "^"), (SKY_BLUE, "v"))
-LEAST = 1e-4  # %, at which any smaller deviation is drawn, as "less"
+LEAST = 1e-4  # %; smaller deviations are drawn here, labelled "less"
 
 
 def draw(result: CouplingOrders) -> Figure:

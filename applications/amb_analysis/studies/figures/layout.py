@@ -20,7 +20,7 @@ from rotor_analysis.rotor import Rotor
 LANES = {"disc": (ORANGE, "o"), "bearing": (BLUE, "^"), "contact site": (PURPLE, "v"), "sensor": (GREEN, "s")}
 SHAFT, SLEEVE, BODY = "0.82", SKY_BLUE, "0.6"
 LANE, TALL_LANE = 0.42, 0.62  # inches; tall where names are turned
-WIDTH, LEFT, RIGHT = 8.2, 0.13, 0.98  # of the figure in inches, and of the axes in shares of it
+WIDTH, LEFT, RIGHT = 8.2, 0.13, 0.98  # width of the figure (inches), and ends of the axes over it
 
 
 def draw(result: RotorLayout) -> Figure:
@@ -41,9 +41,7 @@ def draw(result: RotorLayout) -> Figure:
     above.tick_params(bottom=False, labelbottom=False)
     above.spines["bottom"].set_visible(False)
     kinds = (("shaft", SHAFT, True), ("sleeve", SLEEVE, bool(rotor.shaft.sleeves)), ("body", BODY, bool(rotor.bodies)))
-    handles = [
-        Patch(facecolor=fill, edgecolor="black", lw=0.4, label=kind) for kind, fill, displayed in kinds if displayed
-    ]
+    handles = [Patch(facecolor=fill, edgecolor="black", lw=0.4, label=kind) for kind, fill, exists in kinds if exists]
     above.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.0)
     _draw_lanes(beneath, result, lanes)
     positive = result.frequencies[result.frequencies > 0.0]
@@ -80,7 +78,7 @@ def _draw_element(axes: Axes, begin: float, end: float, layer: Element, colour: 
 
 
 def _draw_lanes(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
-    """Draw a lane for each kind of part, and one for the master planes."""
+    """Draw a lane for each kind of part, and a lane for the master planes."""
     z = result.description.shaft.nodes
     for row, kind in enumerate(lanes):
         colour, marker = LANES[kind]
@@ -100,7 +98,7 @@ def _draw_lanes(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
 
 
 def _is_crowded(result: RotorLayout, kind: str) -> bool:
-    """Whether the labels of two parts of a kind would overlap."""
+    """Return whether the labels of two parts of a kind would overlap."""
     parts = sorted((part for part in result.parts if part.kind == kind), key=lambda part: part.z)
     width = 0.006 * result.length  # of a letter
     return any(b.z - a.z < width * len(a.name + b.name) for a, b in pairwise(parts))
@@ -112,7 +110,7 @@ def _largest_radius(rotor: Rotor) -> float:
 
 
 def _equivalent_disc(body: BodyOrDisc) -> tuple[float, float]:
-    """Radius and width (m) of the homogeneous disc with the mass and inertias of a body; 0 if there is none."""
+    """Return radius and width (m) of the homogeneous disc with the mass and inertias of a body; 0 without mass."""
     if body.mass == 0.0:
         return 0.0, 0.0
     radius = math.sqrt(2.0 * body.polar_inertia / body.mass)

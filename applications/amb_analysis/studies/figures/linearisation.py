@@ -47,12 +47,12 @@ def _draw_load_capacity(axes: Axes, load: LoadCurves) -> None:
     loads = unit.of(load.static_load)
     axes.plot(loads, unit.of(load.up), color=BLUE, label="up, against the load")
     axes.plot(loads, unit.of(load.down), color=ORANGE, label="down")
-    local = load.own.static_load
-    axes.axvline(local / unit.size, color="0.45", lw=0.8, ls=":")
+    static_load = load.own.static_load
+    axes.axvline(static_load / unit.size, color="0.45", lw=0.8, ls=":")
     axes.text(
-        local / unit.size,
+        static_load / unit.size,
         0.03,
-        f" {unit.text(local)}, at this static current",
+        f" {unit.text(static_load)}, at this static current",
         transform=axes.get_xaxis_transform(),
         fontsize=8,
     )

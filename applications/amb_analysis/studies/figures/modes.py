@@ -23,13 +23,13 @@ def draw(result: ModeShapes) -> Figure:
 
     An orbit begins at its dot, on the drawn axis, and ends before a full turn to show its direction.
     """
-    rotor, matches = result.description, result.modes
-    columns = min(len(matches), 4) or 1
-    rows = -(-len(matches) // columns) or 1
+    rotor, modes = result.description, result.modes
+    columns = min(len(modes), 4) or 1
+    rows = -(-len(modes) // columns) or 1
     height = 2.4 * rows + 0.9
     figure = StyledFigure(figsize=(max(3.1 * columns, 6.2), height))
     figure.subplots_adjust(0.0, 0.55 / height, 0.97, 1.0 - 0.5 / height, wspace=0.0, hspace=0.12)
-    for k, mode in enumerate(matches):
+    for k, mode in enumerate(modes):
         axes = figure.add_subplot(rows, columns, k + 1, projection="3d", computed_zorder=False)
         _draw_mode(axes, rotor, mode)
         ratio = round(mode.damping_ratio, 3) + 0.0  # not -0.000
@@ -47,7 +47,7 @@ def draw(result: ModeShapes) -> Figure:
     handles += [
         Line2D([], [], color=colour, label=f"{whirl} orbit")
         for whirl, (colour, _) in WHIRL_STYLES.items()
-        if any(m.whirl == whirl for m in matches)
+        if any(m.whirl == whirl for m in modes)
     ]
     figure.legend(handles=handles, loc="lower center", ncols=len(handles) if columns > 2 else 3)
     limits = result.frequencies.limits

@@ -34,8 +34,8 @@ HATCH: dict[str, Any] = {
 }
 SHADES = ("0.86", "0.92", "0.97")  # of the zones of damping
 SIZE = (7.4, 6.6)  # inches, of both plots
-DECADES = (1e-4, 1e1)  # that an axis of damping may have
-BOX = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}  # behind a text that lines may cross
+DECADES = (1e-4, 1e1)  # widest range of an axis of damping
+BOX = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}  # behind a text that lines cross
 IN_A_ROW = 5  # entries of a legend as wide as the plots
 LETTERS = 0.042  # share of the axes' height that a line of text takes
 
@@ -43,7 +43,7 @@ LETTERS = 0.042  # share of the axes' height that a line of text takes
 def draw_over_speed(
     figure: FigureBase, speeds: Array, vibrations: Sequence[Vibration], operating: float | None
 ) -> tuple[Axes, Axes]:
-    """Draw vibrations with their numbers, the lines 1x and 2x and the operating speed (rad/s), if known.
+    """Draw vibrations with their numbers, the lines 1x and 2x, and the operating speed (rad/s), if any.
 
     Return the axes of frequency and of damping.
     """
@@ -68,16 +68,16 @@ def draw_over_speed(
 
 def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool) -> None:
     """Set a logarithmic scale of damping, through zero if anything is unstable, and shade its zones."""
-    result = np.concatenate([np.ravel(values) for values in damping]) if damping else np.empty(0)
-    result = result[np.isfinite(result)]
-    positive = result[result > 0.0]
+    finite = np.concatenate([np.ravel(values) for values in damping]) if damping else np.empty(0)
+    finite = finite[np.isfinite(finite)]
+    positive = finite[finite > 0.0]
     low = max(DECADES[0], 10.0 ** math.floor(math.log10(positive.min(initial=0.01))))
     high = min(DECADES[1], 1.6 * positive.max(initial=1.0))
     limits = [decrement if is_decrement else damping_ratio(decrement) for decrement, _ in ZONES]
     bottom = low
-    if result.min(initial=0.0) < 0.0:
+    if finite.min(initial=0.0) < 0.0:
         axes.set_yscale("symlog", linthresh=low, linscale=0.6)
-        bottom = max(1.6 * float(result.min()), -DECADES[1])
+        bottom = max(1.6 * float(finite.min()), -DECADES[1])
     else:
         axes.set_yscale("log")
     axes.set_ylim(bottom, high)
@@ -94,7 +94,7 @@ def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool) -> N
 
 
 def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: float | None, *more: Artist) -> None:
-    """Add a legend of the whirl directions present, the operating speed, and more."""
+    """Add a legend of the whirl directions that occur, the operating speed, and `more`."""
     present = {whirl for directions, _, _ in vibrations for whirl in directions}
     handles: list[Artist] = [
         Line2D([], [], color=c, ls=ls, label=f"{w} whirl") for w, (c, ls) in WHIRL_STYLES.items() if w in present
@@ -111,10 +111,10 @@ def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) ->
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
     gap = LETTERS * (high - low)
-    displayed = [place for place in places if place[1] <= high]
-    heights = spread([y for _, y, _, _ in displayed], gap)
+    visible = [place for place in places if place[1] <= high]
+    heights = spread([y for _, y, _, _ in visible], gap)
     heights += max(low + 0.5 * gap - heights.min(initial=high), 0.0)
-    for (x, y, text, colour), height in zip(displayed, heights, strict=True):
+    for (x, y, text, colour), height in zip(visible, heights, strict=True):
         at = max(x - 0.015 * (right - left), left + 0.085 * (right - left))
         line = {"arrowstyle": "-", "color": colour, "lw": 0.4} if abs(height - y) > 0.5 * gap else None
         style: dict[str, Any] = {
@@ -146,15 +146,15 @@ def _number(axes: Axes, curves: Sequence[Array]) -> None:
     scale = axes.transData
     ends = {}
     for number, values in enumerate(curves, start=1):
-        available = values[np.isfinite(values)]
-        if available.size and low <= available[-1] <= high:
-            ends[number] = float(axes.transAxes.inverted().transform(scale.transform((0.0, available[-1])))[1])
+        finite = values[np.isfinite(values)]
+        if finite.size and low <= finite[-1] <= high:
+            ends[number] = float(axes.transAxes.inverted().transform(scale.transform((0.0, finite[-1])))[1])
     for number, height in zip(ends, spread(list(ends.values()), LETTERS), strict=True):
         axes.text(1.008, height, str(number), transform=axes.transAxes, va="center", fontsize=7, color="0.3")
 
 
 def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) -> list[Patch]:
-    """Hatch the speeds (rad/s) that a table of coefficients does not cover, and return their legend, if there are any.
+    """Hatch the speeds (rad/s) that a table of coefficients does not cover, and return their entry of the legend.
 
     `speeds` ascend; the panels have the spin speed as their x axis.
     """

@@ -53,7 +53,7 @@ def draw(result: ClosedLoopPoles) -> Figure:
 
 
 def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
-    """Mark critical speeds; hollow if the amplification is below 2.5, which API 617 does not count as critical."""
+    """Mark critical speeds; hollow if the amplification is below 2.5, which by API 617 is not critical."""
     unit, points = speed_unit(), []
     for critical in result.critical_speeds:
         at, colour = critical.speed / unit.size, "0.2"
@@ -63,11 +63,11 @@ def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
     label_points(axes, points)
 
 
-def _mark_unstable(of_speed: Sequence[Axes], result: ClosedLoopPoles) -> list[Line2D]:
-    """Draw a bar over the speeds at which the loop is not stable, a square at a single one, and return its legend."""
+def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line2D]:
+    """Draw a bar, or a square, at the speeds at which the loop is not stable, and return its entry of the legend."""
     unit = speed_unit()
     style: dict[str, Any] = {"color": UNSTABLE, "lw": 4.0, "marker": "s", "ms": 4.0}
-    for axes in of_speed:
+    for axes in panels:
         for ends in result.unstable_ranges:
             axes.plot(unit.of(np.array(ends)), [0.0, 0.0], transform=axes.get_xaxis_transform(), clip_on=False, **style)
     return [Line2D([], [], **style, label="not stable")] if result.unstable else []

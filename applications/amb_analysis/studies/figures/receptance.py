@@ -51,7 +51,7 @@ def _without_wraps(phase: Array) -> Array:
 
 
 def add_sensor_legend(figure: Figure, planes: Sequence[float]) -> None:
-    """Add a legend with the colour of each sensor plane, given by its axial position (m), and two line styles."""
+    """Add a legend of the sensor planes, by axial position (m), and of the two line styles."""
     handles = [
         Line2D([], [], color=colour, label=f"s{2 * k + 1}, s{2 * k + 2} at z = {z:.4g} m")
         for k, (colour, z) in enumerate(zip(PLANE_COLOURS, planes, strict=True))

@@ -14,24 +14,24 @@ from array_types import Array, Complex
 MOST = 6  # responses that are drawn
 COLUMNS = 3
 PANEL = (3.3, 3.9)  # inches, of a response
-LINEAR_BELOW = 8.0  # times the lowest frequency up to which the axis is linear
+LINEAR_BELOW = 8.0  # highest over lowest frequency, up to which the axis is linear
 
 
 def draw(result: FrequencyResponses) -> Figure:
     """Draw amplitude, phase and coherence of the first responses, measured below computed."""
-    shown = list(result.responses.items())[:MOST]
-    columns = min(COLUMNS, len(shown))
-    rows = -(-len(shown) // columns)
+    drawn = list(result.responses.items())[:MOST]
+    columns = min(COLUMNS, len(drawn))
+    rows = -(-len(drawn) // columns)
     width = max(columns * PANEL[0], 5.2)
     figure = StyledFigure(figsize=(width, rows * PANEL[1] + 0.5), layout="constrained")
-    with_coherence = any(item.coherence is not None for _, item in shown)
+    with_coherence = any(item.coherence is not None for _, item in drawn)
     heights = (3, 1.5, 1) if with_coherence else (3, 1.5)
     outer = figure.subfigures(rows, columns, squeeze=False)
-    for k, (name, item) in enumerate(shown):
+    for k, (name, item) in enumerate(drawn):
         part = outer[k // columns, k % columns]
         panels = part.subplots(len(heights), 1, sharex=True, height_ratios=heights)
         _draw_response(panels, name, item)
-    more = f", {len(shown)} of {len(result.responses)} responses" if len(result.responses) > MOST else ""
+    more = f", {len(drawn)} of {len(result.responses)} responses" if len(result.responses) > MOST else ""
     title = f"{result.rotor}: {result.loop}, {result.speed:.4g} rad/s{more}"
     figure.suptitle(fitted(title, width), fontsize=TITLE_SIZE)
     return figure

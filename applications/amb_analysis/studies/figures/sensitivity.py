@@ -20,7 +20,7 @@ from array_types import Complex
 
 ZONE_SHADES = {"A": "1.0", "B": "0.95", "C": "0.89", "D": "0.82"}
 CURVES, PLANE = 8.0, 5.0  # inches, widths of the curves over frequency and of the Nyquist plot
-AROUND = (1.3, 2.5)  # half the width of the Nyquist plot, which is about -1: least and largest
+AROUND = (1.3, 2.5)  # least and largest half width of the Nyquist plot, about -1
 
 
 def draw(result: StabilityMargin) -> Figure:
@@ -99,12 +99,12 @@ def _draw_direction(axes: Axes, L: Complex, around: float, colour: str) -> None:
 
 def _draw_all_loops(panels: Sequence[Axes], result: StabilityMargin) -> None:
     """Draw the largest singular values of S and T, and the disk margins of all loops at once."""
-    of_four, frequencies = result.gang_of_four, result.frequencies
-    for label, curve, colour in (("S", of_four.S, BLUE), ("T", of_four.T, ORANGE)):
+    gang, frequencies = result.gang_of_four, result.frequencies
+    for label, curve, colour in (("S", gang.S, BLUE), ("T", gang.T, ORANGE)):
         panels[0].loglog(frequencies, curve, color=colour, lw=0.8, label=label)
     for (place, margin), colour in zip(result.disk_margins.items(), (BLUE, ORANGE), strict=True):
-        displayed = f"at the {place}: {margin.least:.2f}, {margin.phase:.0f} deg"
-        panels[1].semilogx(frequencies, np.minimum(margin.alpha, 2.5), color=colour, lw=0.8, label=displayed)
+        label = f"at the {place}: {margin.least:.2f}, {margin.phase:.0f} deg"
+        panels[1].semilogx(frequencies, np.minimum(margin.alpha, 2.5), color=colour, lw=0.8, label=label)
     panels[0].set(ylabel="largest singular value", title="all loops")
     panels[1].set(ylabel="disk margin", ylim=(0.0, 2.5), title="all loops at once")
     for axes in panels:
@@ -124,8 +124,8 @@ def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
     """Draw the computed curve of an axis and some measured values, evenly spaced on the logarithmic axis."""
     frequencies, axis = result.frequencies, result.axes[name]
     lines, values = axis.measured_frequencies, axis.measured
-    displayed = np.unique(np.searchsorted(lines, np.geomspace(lines[0], lines[-1], 150)).clip(0, len(lines) - 1))
-    axes.semilogx(lines[displayed], values[displayed], "o", color=ORANGE, ms=2.6)
+    marked = np.unique(np.searchsorted(lines, np.geomspace(lines[0], lines[-1], 150)).clip(0, len(lines) - 1))
+    axes.semilogx(lines[marked], values[marked], "o", color=ORANGE, ms=2.6)
     axes.semilogx(frequencies, axis.computed, color=BLUE, lw=0.8)
     top = max(6.0, 1.15 * max(other.peak for other in result.axes.values()))
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))

@@ -30,7 +30,7 @@ from amb_cosim.presentation.units import force_unit, speed_unit, spin_label
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
-INSIDE = 6  # entries of a legend that hide no curves
+INSIDE = 6  # most entries of a legend inside the panel
 NO_CONTACT = "no steady contact at this unbalance, at any of these speeds"
 LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
 
@@ -52,7 +52,7 @@ def draw(result: Traps) -> Figure:
 
 
 def _draw_orbits(panel: Axes, result: Traps) -> None:
-    """Draw the unobstructed orbit at each site over its clearance; dotted where it exceeds a clearance."""
+    """Draw the contact-free orbit at each site over its clearance; dotted where it exceeds a clearance."""
     free, speeds = result.curves.states[0], speed_unit().of(result.curves.speeds)
     for k, (site, colour) in enumerate(zip(result.sites, cycle(COLOURS), strict=False)):
         share = result.orbits[:, k] / result.clearances[k]
@@ -69,19 +69,19 @@ def _draw_orbits(panel: Axes, result: Traps) -> None:
 def _draw_forces(panel: Axes, result: Traps) -> None:
     """Draw the sum of normal forces of every state in contact: stable thick, unstable thin and dashed."""
     speeds, at = speed_unit().of(result.curves.speeds), result.speed / speed_unit().size
-    totals = [matches.N.sum(axis=1) for matches in result.curves.states[1:]]
+    totals = [states.N.sum(axis=1) for states in result.curves.states[1:]]
     unit = force_unit(max((float(total.max()) for total in totals if len(total)), default=0.0))
     colours = cycle(COLOURS)
-    for matches, total_force in zip(result.curves.states[1:], totals, strict=True):
+    for states, total_force in zip(result.curves.states[1:], totals, strict=True):
         colour = next(colours)
-        if not len(matches.speed):
+        if not len(states.speed):
             continue
-        total, stable = unit.of(total_force), matches.stable
-        for branch in branches(matches, len(speeds)):
+        total, stable = unit.of(total_force), states.stable
+        for branch in branches(states, len(speeds)):
             for piece, is_stable in _pieces(branch, stable):
                 line = {"lw": 1.8} if is_stable else {"lw": 0.8, "ls": (0, (3, 1.5))}
-                panel.plot(speeds[matches.speed[piece]], total[piece], color=colour, **line)
-        label = "+".join(result.sites[k] for k in matches.contact)
+                panel.plot(speeds[states.speed[piece]], total[piece], color=colour, **line)
+        label = "+".join(result.sites[k] for k in states.contact)
         panel.plot([], [], color=colour, label=label)
     for state in result.states:
         if state.contact:

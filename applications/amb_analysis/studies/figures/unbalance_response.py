@@ -20,12 +20,12 @@ from amb_cosim.presentation.units import ShownUnit, length_unit, speed_unit, spi
 
 BODE, POLAR = 7.0, 4.8  # inches, widths
 BACKWARD = "#DCE9F5"
-FLOOR = 1e-3  # of the largest amplitude, where a logarithmic axis begins
-LABELS = (0.005, 0.34, 0.67)  # places of the labels of clearances, of the width
+FLOOR = 1e-3  # lower end of a logarithmic axis, over the largest amplitude
+LABELS = (0.005, 0.34, 0.67)  # positions of the labels of clearances, over the width
 
 
 def draw(result: UnbalanceResponse) -> Figure:
-    """Draw amplitude, with clearances, critical speeds, margins and backward whirl, and phase over speed; and polar."""
+    """Draw amplitude, with clearances, critical speeds, margins and backward whirl, and phase; and a polar plot."""
     whole = StyledFigure(figsize=(BODE + POLAR, 5.4), layout="constrained")
     figure, right = np.ravel(np.asarray(whole.subfigures(1, 2, width_ratios=(BODE, POLAR))))
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -106,7 +106,7 @@ def _mark_speeds(top: Axes, bottom: Axes, result: UnbalanceResponse, unit: Shown
 
 
 def _draw_polar(axes: Any, result: UnbalanceResponse, unit: ShownUnit) -> None:
-    """Draw amplitude over phase, which is counted counterclockwise from the unbalance, and the operating speed."""
+    """Draw amplitude over phase, counterclockwise from the unbalance, with critical and operating speeds."""
     for place, colour in zip(result.places.values(), cycle(COLOURS), strict=False):
         axes.plot(place.phase, unit.of(place.amplitude), color=colour)
         for item in result.critical_speeds:
@@ -127,8 +127,8 @@ def _draw_polar(axes: Any, result: UnbalanceResponse, unit: ShownUnit) -> None:
 
 def _clearances(result: UnbalanceResponse) -> dict[float, list[str]]:
     """Return the places of each clearance (m)."""
-    matches: dict[float, list[str]] = {}
+    places_by_clearance: dict[float, list[str]] = {}
     for name, place in result.places.items():
         if place.clearance is not None:
-            matches.setdefault(place.clearance, []).append(name)
-    return matches
+            places_by_clearance.setdefault(place.clearance, []).append(name)
+    return places_by_clearance

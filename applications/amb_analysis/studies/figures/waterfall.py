@@ -13,8 +13,8 @@ from amb_analysis.studies.run_spectra import Waterfall
 from amb_cosim.presentation.style import BLUE, DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import SIZES, length_unit, speed_unit
 
-HEIGHT = 0.22  # of the axis, of the largest amplitude of the stacked lines
-DECADES = 1e-4  # of the largest amplitude, the smallest that has a colour
+HEIGHT = 0.22  # height of the largest stacked amplitude, over the axis
+FLOOR = 1e-4  # smallest amplitude with a colour, over the largest
 
 
 def draw(result: Waterfall) -> Figure:
@@ -24,15 +24,15 @@ def draw(result: Waterfall) -> Figure:
     spin, hertz = speed_unit("Hz"), SIZES["speed"]["Hz"]
     spins = spin.of(hertz * result.speeds)
     place, label = (spins, f"spin speed ({spin.label})") if result.changing_speed else (result.times, "time (s)")
-    # A speed that rises and falls again has no order: then time is the axis.
+    # A speed that rises and falls does not order the windows: then time is the axis.
     if result.changing_speed and not np.all(np.diff(place) >= 0.0):
         place, label = result.times, "time (s)"
-    unit = length_unit(max(float(matches.amplitude.max()) for matches in result.bearings.values()))
-    for (stacked, coloured, held), (name, matches) in zip(rows, result.bearings.items(), strict=True):
-        amplitude = unit.of(matches.amplitude)
+    unit = length_unit(max(float(spectra.amplitude.max()) for spectra in result.bearings.values()))
+    for (stacked, coloured, held), (name, spectra) in zip(rows, result.bearings.items(), strict=True):
+        amplitude = unit.of(spectra.amplitude)
         _stack(stacked, result.frequencies, place, amplitude, unit.label)
-        floor = DECADES * float(amplitude.max())
-        displayed = coloured.pcolormesh(
+        floor = FLOOR * float(amplitude.max())
+        mesh = coloured.pcolormesh(
             result.frequencies,
             place,
             np.maximum(amplitude, floor),
@@ -40,8 +40,8 @@ def draw(result: Waterfall) -> Figure:
             cmap="viridis",
             rasterized=True,
         )
-        figure.colorbar(displayed, ax=coloured, label=f"amplitude ({unit.label})")
-        held.semilogy(result.frequencies, unit.of(matches.peak_hold), color=BLUE)
+        figure.colorbar(mesh, ax=coloured, label=f"amplitude ({unit.label})")
+        held.semilogy(result.frequencies, unit.of(spectra.peak_hold), color=BLUE)
         held.set(ylabel=f"largest amplitude ({unit.label})", ylim=(floor, None))
         held.grid(color="0.9", lw=0.5)
         for axes, colour in ((stacked, "0.2"), (coloured, "white")):
@@ -61,7 +61,7 @@ def draw(result: Waterfall) -> Figure:
 
 
 def _stack(axes: Axes, frequencies: np.ndarray, place: np.ndarray, amplitude: np.ndarray, unit: str) -> None:
-    """Draw the stacked spectra, the last one at the back, with a scale bar."""
+    """Draw the stacked spectra, the last at the back, with a scale bar."""
     span = float(place[-1] - place[0]) or 1.0
     largest = float(amplitude.max() or 1.0)
     scale = HEIGHT * span / largest
