@@ -37,12 +37,12 @@ Vary = Mapping[str, Any]  # names, or several joined by "&", with their values
 
 
 def is_moment(name: str) -> bool:
-    """Return whether the variation is the moment of an event, `LABEL.cycle` or `LABEL.time`."""
+    """Return whether a variation is the moment of an event, `LABEL.cycle` or `LABEL.time`."""
     return re.fullmatch(r"[^.]+\.(cycle|time)", name) is not None
 
 
 def is_phase(name: str) -> bool:
-    """Return whether the variation is periodic in the turns of the rotor, as the cycle of an event is."""
+    """Return whether a variation is periodic with the turns of the rotor, like the cycle of an event."""
     return is_moment(name) and name.endswith(".cycle")
 
 
@@ -112,13 +112,13 @@ def read_variations(vary: Vary) -> list[Variation]:
     Raises
     ------
     ValueError
-        If a text is invalid, a name is given twice, or values that are varied together differ in number.
+        If a text is invalid, a name is varied twice, or values that are varied together differ in number.
     """
     variations = [_variation(name, values) for name, values in vary.items()]
     names = [name for variation in variations for name in names_of(variation)]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise ValueError(f"{', '.join(twice)} is varied twice; it may be varied once")
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise ValueError(f"{', '.join(repeated)} is varied twice; it may be varied once")
     if not variations:
         raise ValueError("nothing is varied; a sweep needs --vary NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...")
     return variations
@@ -145,35 +145,35 @@ def names_of(variation: Variation) -> list[str]:
     return [part.name for part in variation]
 
 
-def _variation(name: str, settings: Any) -> Variation:
+def _variation(name: str, values: Any) -> Variation:
     names = [part.strip() for part in name.split("&")]
     for item in names:
         if not _NAME.fullmatch(item):
             raise ValueError(f"{item!r} is not a variable name; write for example Omega or rotor_contact.impeller.u")
-    if isinstance(settings, str) and settings.startswith("@"):
-        settings = _table(settings[1:])
-    if isinstance(settings, Mapping):
-        return _alternatives(name, settings)
+    if isinstance(values, str) and values.startswith("@"):
+        values = _table(values[1:])
+    if isinstance(values, Mapping):
+        return _alternatives(name, values)
     if len(names) == 1:
-        part = _values(name, settings)
+        part = _values(name, values)
         return (part,) if isinstance(part, Range) else Axis(name, (part,))
-    if isinstance(settings, str) or len(settings) != len(names):
+    if isinstance(values, str) or len(values) != len(names):
         raise ValueError(f"{name} needs values for each of its {len(names)} names")
-    parts = [_values(item, of_one) for item, of_one in zip(names, settings, strict=True)]
+    parts = [_values(item, of_name) for item, of_name in zip(names, values, strict=True)]
     columns = [part for part in parts if isinstance(part, Column)]
     if not columns:
         return tuple(part for part in parts if isinstance(part, Range))
     sizes = {column.name: len(column.values) for column in columns}
     if len(columns) < len(parts) or len(set(sizes.values())) > 1:
-        message = ", ".join(f"{item} {n}" for item, n in sizes.items())
-        raise ValueError(f"{name}: variables varied together need equal numbers of values: {message}")
+        counts = ", ".join(f"{column} {n}" for column, n in sizes.items())
+        raise ValueError(f"{name}: variables varied together need equal numbers of values: {counts}")
     return Axis(names[0], tuple(columns))
 
 
-def _alternatives(name: str, settings: Mapping[str, Any]) -> Axis:
-    if not settings or not all(isinstance(settings, Mapping) for settings in settings.values()):
+def _alternatives(name: str, tables: Mapping[str, Any]) -> Axis:
+    if not tables or not all(isinstance(table, Mapping) for table in tables.values()):
         raise ValueError(f"{name}: each label needs a table of settings, such as PID.'rolac_controller.rolac_enable'")
-    return Axis(name, (Column(name, tuple(str(label) for label in settings)),), tuple(map(dict, settings.values())))
+    return Axis(name, (Column(name, tuple(str(label) for label in tables)),), tuple(map(dict, tables.values())))
 
 
 def _table(path: str) -> dict[str, Any]:
@@ -182,12 +182,12 @@ def _table(path: str) -> dict[str, Any]:
     return read_toml(Path(path), f"table {path}")
 
 
-def _values(name: str, settings: Any) -> Column | Range:
-    if isinstance(settings, str):
-        return _range(name, settings) if ":" in settings and "/" not in settings else _list(name, settings.split(","))
-    if isinstance(settings, bool | int | float):
-        settings = [settings]
-    return _list(name, [v.item() if isinstance(v, np.generic) else v for v in settings])
+def _values(name: str, values: Any) -> Column | Range:
+    if isinstance(values, str):
+        return _range(name, values) if ":" in values and "/" not in values else _list(name, values.split(","))
+    if isinstance(values, bool | int | float):
+        values = [values]
+    return _list(name, [v.item() if isinstance(v, np.generic) else v for v in values])
 
 
 def _range(name: str, text: str) -> Column | Range:
@@ -208,19 +208,19 @@ def _range(name: str, text: str) -> Column | Range:
     return Column(name, tuple(float(v) for v in np.linspace(start, stop, int(parts[2]))), unit)
 
 
-def _list(name: str, settings: Sequence[Any]) -> Column:
-    """Return a column of numbers if all have one unit, of texts otherwise."""
-    items = [item.strip() if isinstance(item, str) else item for item in settings]
-    wrong = [item for item in items if not isinstance(item, bool | int | float | str) or item == ""]
-    if wrong or not items:
-        raise ValueError(f"{name} = {settings} is not allowed; it must be a list of numbers or texts")
-    result = [_quantity(item) if isinstance(item, str) else None for item in items]
-    numbers = [entry for entry in result if entry is not None]
+def _list(name: str, values: Sequence[Any]) -> Column:
+    """Return a column of numbers in the first unit if all values are numbers, otherwise of texts."""
+    items = [item.strip() if isinstance(item, str) else item for item in values]
+    invalid = [item for item in items if not isinstance(item, bool | int | float | str) or item == ""]
+    if invalid or not items:
+        raise ValueError(f"{name} = {values} is not allowed; it must be a list of numbers or texts")
+    quantities = [_quantity(item) if isinstance(item, str) else None for item in items]
+    numbers = [entry for entry in quantities if entry is not None]
     if len(numbers) == len(items):
         units = [unit for _, unit in numbers if unit]
         unit = units[0] if units else ""
-        values = (v if local in ("", unit) else to_unit(f"{v!r} {local}", unit, name) for v, local in numbers)
-        return Column(name, tuple(values), unit)
+        converted = (v if u in ("", unit) else to_unit(f"{v!r} {u}", unit, name) for v, u in numbers)
+        return Column(name, tuple(converted), unit)
     return Column(name, tuple(items))
 
 

@@ -1,7 +1,7 @@
 """Points of a sweep that are identical until an event share the run up to it: its state is restored, not recomputed.
 
 A run saves its state before each event that the sweep varies, in the memory of the FMUs. A later point continues from
-the latest saved state with the same past, bit for bit as if it had run alone. Points are therefore ordered so that
+the latest saved state with the same past; its results are the same bits as without sharing. Points are ordered so that
 variations before an event change last, and the moments of an event ascend.
 """
 
@@ -34,26 +34,26 @@ class Branches:
 
     def __init__(self, assembly: Assembly, instances: InstancePool, labels: Sequence[str]) -> None:
         self._assembly, self._instances = assembly, instances
-        able = all(interface.saves_state for interface in assembly.interfaces.values())
-        self._labels = tuple(labels) if able else ()
+        can_save = all(interface.saves_state for interface in assembly.interfaces.values())
+        self._labels = tuple(labels) if can_save else ()
         self._plans: dict[str, tuple[Plan, Checkpoint]] = {}
         self._generation = instances.generation
 
     def start_of(self, plan: Plan) -> Checkpoint | None:
-        """Return the latest state that a run of a plan can go on from, if any."""
+        """Return the latest state from which a run of a plan can continue, if any."""
         if self._generation != self._instances.generation:
             self._plans.clear()  # the FMUs whose memory held the states are gone
-        usable = [state for before, state in self._plans.values() if self._is_shared(before, plan, state.point)]
+        usable = [state for earlier, state in self._plans.values() if self._is_shared(earlier, plan, state.point)]
         return max(usable, key=lambda state: state.point, default=None)
 
     def saves_of(self, plan: Plan, start: Checkpoint | None) -> Saves:
-        """Return which states a run of a plan saves."""
+        """Return the points at which a run of a plan saves its state."""
         begin = plan.begin if start is None else start.point + 1
         marks = (plan.marks[label] for label in self._labels if label in plan.marks)
         return Saves(tuple(n for n in marks if begin <= n <= plan.last), held=True)
 
     def keep(self, plan: Plan, states: Mapping[int, Checkpoint]) -> None:
-        """Store the states that a run of a plan saved, each replacing the one for the same event."""
+        """Store the states that a run of a plan saved; each replaces that of the same event."""
         for label in self._labels:
             state = states.get(plan.marks.get(label, -1))
             if state is not None:
@@ -62,22 +62,22 @@ class Branches:
                 self._plans[label] = plan, state
         self._generation = self._instances.generation
 
-    def _is_shared(self, before: Plan, plan: Plan, n: int) -> bool:
-        """Return whether a plan has the same past as another of the same FMUs at point n."""
+    def _is_shared(self, earlier: Plan, plan: Plan, n: int) -> bool:
+        """Return whether a plan has the same past as an earlier plan of the same FMUs at point n."""
         return (
             n <= plan.last
-            and before.parameters == plan.parameters
-            and before.recorded == plan.recorded
-            and before.system.components == plan.system.components
-            and before.system.coupling == plan.system.coupling
-            and plan_past(self._assembly, before, n) == plan_past(self._assembly, plan, n)
+            and earlier.parameters == plan.parameters
+            and earlier.recorded == plan.recorded
+            and earlier.system.components == plan.system.components
+            and earlier.system.coupling == plan.system.coupling
+            and plan_past(self._assembly, earlier, n) == plan_past(self._assembly, plan, n)
         )
 
 
 def varied_labels(design: SamplePlan, labels: Sequence[str]) -> tuple[str, ...]:
     """Return which of these event labels, in order of time, a design varies."""
-    result = {_label_of(axis, labels) for axis in design.axes}
-    return tuple(label for label in labels if label in result)
+    varied = {_label_of(axis, labels) for axis in design.axes}
+    return tuple(label for label in labels if label in varied)
 
 
 def branching_order(design: SamplePlan, points: Sequence[int], labels: Sequence[str]) -> list[int]:
@@ -87,18 +87,18 @@ def branching_order(design: SamplePlan, points: Sequence[int], labels: Sequence[
     def key(point: int) -> tuple[Any, ...]:
         index = np.unravel_index(point, design.shape)
         places = [(axis, int(k)) for axis, k in zip(design.axes, index, strict=True)]
-        before = tuple(k for axis, k in places if _label_of(axis, labels) is None)
-        of_events = []
+        without_event = tuple(k for axis, k in places if _label_of(axis, labels) is None)
+        by_event = []
         for label in labels:
-            of_one = [(axis, k) for axis, k in places if _label_of(axis, labels) == label]
-            of_events.append(tuple(sorted((_moment(axis, k, label), k) for axis, k in of_one)))
-        return before, *of_events
+            of_label = [(axis, k) for axis, k in places if _label_of(axis, labels) == label]
+            by_event.append(tuple(sorted((_moment(axis, k, label), k) for axis, k in of_label)))
+        return without_event, *by_event
 
     return sorted(points, key=key) if labels else list(points)
 
 
 def _label_of(axis: Axis, labels: Sequence[str]) -> str | None:
-    """Return the first event to which the settings of an axis belong; None if any belongs to no event."""
+    """Return the first event that the settings of an axis belong to; None if a setting belongs to no event."""
     names = [name for setting in axis.alternatives for name in setting] or [column.name for column in axis.columns]
     heads = {name.partition(".")[0] for name in names}
     return next((label for label in labels if label in heads), None) if heads <= set(labels) else None

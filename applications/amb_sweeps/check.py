@@ -10,7 +10,7 @@ from amb_sweeps.worker import Runner, Task, event_of
 
 
 def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
-    """Check the values of a sweep one by one; return GUIDs of its FMUs, and units and descriptions of its variations.
+    """Check each value of a sweep; return GUIDs of its FMUs, and units and descriptions of its variations.
 
     FMUs are built if necessary.
 
@@ -22,7 +22,7 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
     runner = Runner(task)
     guids: dict[str, str] = {}
     units: dict[str, str] = {}
-    described: dict[str, str] = {}
+    descriptions: dict[str, str] = {}
     sampled = design.sampling != "grid" and len(design.axes) == 1
     for point in (0, design.size - 1) if sampled else design.corners():
         settings = design.settings(point)
@@ -37,7 +37,7 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
                 units.setdefault(name, ports[0].unit)
                 if (number := plain_number(value)) is not None:
                     stated.refuse_far(name, number, label)
-            if words := common_words([port.description for port in ports]):
+            if common := common_words([port.description for port in ports]):
                 since = f", from the {label.replace('_', ' ')} on" if label else ""
-                described.setdefault(name, first_words(words) + since if label else words)
-    return guids, units, described
+                descriptions.setdefault(name, first_words(common) + since if label else common)
+    return guids, units, descriptions

@@ -100,7 +100,7 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
 
 
 def _request(name: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return scenario and options of `amb_cosim.sweep`; given options override those of a ready sweep."""
+    """Return scenario and options of `amb_cosim.sweep`; `options` override those of a ready sweep."""
     from amb_files.packs import files_of
     from amb_sweeps.ready import read_sweep
 
@@ -120,7 +120,8 @@ def _function(text: str) -> Callable[..., Any]:
     file, _, name = text.rpartition(":")
     if not file or not Path(file).is_file():
         raise ValueError(f"--metric {text} is not allowed; it must be FILE:FUNCTION, and FILE must exist")
-    spec = importlib.util.spec_from_file_location(f"amb_cosim_metric_{Path(file).stem}", file)  # no package's name
+    unique = f"amb_cosim_metric_{Path(file).stem}"  # no package has this name
+    spec = importlib.util.spec_from_file_location(unique, file)
     if spec is None or spec.loader is None:
         raise ValueError(f"--metric {text}: {file} is not a Python file")
     module = importlib.util.module_from_spec(spec)

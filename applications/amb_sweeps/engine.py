@@ -1,6 +1,6 @@
-"""Sends the points of a sweep to the processes of a Dask cluster in batches, and collects the results.
+"""Sends the points of a sweep in batches to the processes of a Dask cluster, and collects the results.
 
-A batch takes about `BATCH_TIME`, estimated from earlier points. Each process has one batch at a time, so a crash can
+A batch takes about `BATCH_TIME`, estimated from earlier points. Each process runs a batch at a time, so a crash can
 only be due to its points. Dask repeats such a batch once; if that crashes a process too, its points are run one by one,
 and a point that crashes two processes alone is recorded as `crashed`.
 
@@ -79,7 +79,7 @@ def connect(scheduler: str | None = None, jobs: int | None = None) -> Iterator[C
             return
         try:
             _check_answer(scheduler)
-            client = _within(4 * ANSWER_TIME, lambda: Client(scheduler, timeout=ANSWER_TIME))  # it has many steps
+            client = _within(4 * ANSWER_TIME, lambda: Client(scheduler, timeout=ANSWER_TIME))  # in many steps
         except Exception as error:  # each protocol has its own errors
             why = str(error) or f"it did not respond within {ANSWER_TIME} s"
             raise ValueError(f"no Dask scheduler answers at {scheduler}: {why}") from error
@@ -136,21 +136,21 @@ def _check_answer(scheduler: str) -> None:
 
 
 def _within(seconds: float, call: Callable[[], T]) -> T:
-    """Return the result of a call, or raise TimeoutError; a call that never returns then blocks its thread only.
+    """Return the result of a call, or raise TimeoutError; a call that never returns blocks only its thread.
 
     The call has a thread, since the caller's may have an event loop. A starting Dask client can wait forever despite
     its time limit: if the scheduler disconnects, or if another client is garbage-collected.
     """
-    answer: futures.Future[T] = futures.Future()
+    outcome: futures.Future[T] = futures.Future()
 
     def run() -> None:
         try:
-            answer.set_result(call())
+            outcome.set_result(call())
         except BaseException as error:
-            answer.set_exception(error)
+            outcome.set_exception(error)
 
     threading.Thread(target=run, daemon=True).start()
-    return answer.result(seconds)
+    return outcome.result(seconds)
 
 
 def run_missing(client: Client, sweep: str, task: Task, store: SweepStore, report: Report) -> None:
@@ -180,11 +180,11 @@ class BatchScheduler:
         self._report, self._interruption = report, interruption
         self._waiting = deque(branching_order(store.design, store.missing, task.labels))
         self._suspects: deque[int] = deque()  # points of batches that crashed processes
-        self._under_way: dict[Future[Any], list[int]] = {}
-        self._landed: list[PointResult] = []  # since the store was last written
+        self._running: dict[Future[Any], list[int]] = {}
+        self._unwritten: list[PointResult] = []  # since the store was last written
         self._written = -math.inf
         self._done, self._total = store.design.size - len(self._waiting), store.design.size
-        self._seconds, self._ran = 0.0, 0
+        self._seconds, self._finished = 0.0, 0
         self._link = self._dashboard()
 
     def run(self) -> None:
@@ -193,23 +193,23 @@ class BatchScheduler:
         except BaseException:
             with suppress(Exception):
                 if self._threads():  # otherwise there is no answer
-                    self._client.cancel(list(self._under_way))
+                    self._client.cancel(list(self._running))
             raise
         finally:
             self._write()
 
     def _run(self) -> None:
         alive = time.monotonic()
-        self._tell()
-        while self._waiting or self._suspects or self._under_way:
+        self._report_progress()
+        while self._waiting or self._suspects or self._running:
             self._interruption.check()
             if self._client.status == "closed":
                 raise ClusterFailed("the scheduler has ended")
             workers = self._threads()
             alive = time.monotonic() if workers else alive
             if time.monotonic() > alive + START_TIME:
-                raise ClusterFailed(f"the scheduler has had no worker or given no answer for {START_TIME} s")
-            while len(self._under_way) < workers and (self._waiting or self._suspects):
+                raise ClusterFailed(f"the scheduler has had no worker or has not answered for {START_TIME} s")
+            while len(self._running) < workers and (self._waiting or self._suspects):
                 self._submit()
             if time.monotonic() > self._written + WRITE_TIME:
                 self._write()  # while the processes are busy
@@ -217,16 +217,16 @@ class BatchScheduler:
 
     def _store_results(self, results: Sequence[PointResult]) -> None:
         """Store the results of points."""
-        self._landed += results
+        self._unwritten += results
         self._done += len(results)
-        self._tell()
+        self._report_progress()
 
     def _threads(self) -> int:
-        """Return how many batches can run at once; 0 without a connection or an answer."""
+        """Return the number of batches that can run at once; 0 without a connection or an answer."""
         return sum(self._ask("ncores").values())  # called by `nthreads`, which would wait forever
 
     def _ask(self, question: str, **arguments: Any) -> dict[Any, Any]:
-        """Return the scheduler's answer; None without a connection or an answer."""
+        """Return the scheduler's answer; empty without a connection or an answer."""
         scheduler = self._client.scheduler
         if self._client.status == "running" and scheduler is not None:
             with suppress(Exception):
@@ -238,35 +238,35 @@ class BatchScheduler:
         points = [self._suspects.popleft()] if self._suspects else self._next_batch()
         batch = [(n, self._store.design.settings(n)) for n in points]
         future = self._client.submit(run_batch, self._sweep, self._task, batch, pure=False)
-        self._under_way[future] = points
+        self._running[future] = points
 
     def _next_batch(self) -> list[int]:
-        """Return points for about `BATCH_TIME`, fewer at the end, so that all processes finish together."""
-        size = int(BATCH_TIME * self._ran / self._seconds) if self._seconds > 0.0 else 1
+        """Return points for about `BATCH_TIME`; fewer at the end, so that all processes finish together."""
+        size = int(BATCH_TIME * self._finished / self._seconds) if self._seconds > 0.0 else 1
         share = len(self._waiting) // (2 * max(1, self._threads()))
         return [
             self._waiting.popleft() for _ in range(min(len(self._waiting), LARGEST_BATCH, max(1, size), share or 1))
         ]
 
     def _collect(self) -> None:
-        """Wait for results, and take all available ones."""
+        """Wait for results, and take all that are available."""
         from distributed import wait
 
-        if not self._under_way:
+        if not self._running:
             time.sleep(POLL)
             return
         with suppress(TimeoutError, CancelledError):
-            wait(list(self._under_way), timeout=POLL, return_when="FIRST_COMPLETED")
+            wait(list(self._running), timeout=POLL, return_when="FIRST_COMPLETED")
         results: list[PointResult] = []
-        for future in [future for future in self._under_way if future.done()]:
-            results += self._results(future, self._under_way.pop(future))
+        for future in [future for future in self._running if future.done()]:
+            results += self._results(future, self._running.pop(future))
         if results:
             self._store_results(results)
 
     def _write(self) -> None:
-        if self._landed:
-            self._store.add(self._landed)
-            self._landed, self._written = [], time.monotonic()
+        if self._unwritten:
+            self._store.add(self._unwritten)
+            self._unwritten, self._written = [], time.monotonic()
 
     def _results(self, future: Future[Any], points: Sequence[int]) -> list[PointResult]:
         """Return the results of a batch; points to repeat are queued."""
@@ -274,10 +274,10 @@ class BatchScheduler:
 
         if future.status == "finished":
             with suppress(Exception):  # a scheduler that ends while answering, or gives an invalid answer
-                matches: list[PointResult] = future.result(timeout=START_TIME)
-                self._seconds += sum(result.seconds for result in matches)
-                self._ran += len(matches)
-                return matches
+                batch: list[PointResult] = future.result(timeout=START_TIME)
+                self._seconds += sum(result.seconds for result in batch)
+                self._finished += len(batch)
+                return batch
         if future.status != "error":  # cancelled, or lost with the scheduler
             self._waiting.extend(points)
             return []
@@ -289,11 +289,11 @@ class BatchScheduler:
             return []
         return [PointResult(points[0], "crashed", "the process that ran it ended, twice")]
 
-    def _tell(self) -> None:
+    def _report_progress(self) -> None:
         self._report(self._done, self._total, self._link)
 
     def _dashboard(self) -> str:
-        """Return the address of the dashboard, which Dask would request from a scheduler endlessly."""
+        """Return the address of the dashboard without Dask's endless requests to the scheduler."""
         from distributed.utils import format_dashboard_link
 
         if self._client.cluster is not None:

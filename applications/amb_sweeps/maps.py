@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from amb_sweeps.run import Sweep
 
-SPREAD = 100.0  # ratio of largest to smallest value above which colours are logarithmic
+SPREAD = 100.0  # ratio of largest to smallest positive value above which colours are logarithmic
 DRAWN = ("contact_share", "averaged_contact_force", "peak_contact_force", "orbit_largest", "rolling")
 LABELS = {
     "contact_share": "fraction of time in contact between disturbance and relief",
@@ -38,7 +38,7 @@ LABELS = {
     "rolling": "rolling (1) or not (0)",
     "outcome": "outcome",
 }
-UNITS = {  # and the SI unit of the store
+UNITS = {  # function of the display unit, and unit of the store (SI)
     "averaged_contact_force": (force_unit, 1.0),
     "peak_contact_force": (force_unit, 1.0),
     "orbit_largest": (length_unit, 1e-3),
@@ -50,8 +50,8 @@ FAILED: dict[str, Any] = {
     "ms": 4.0,
     "mew": 0.8,
     "ls": "",
-}  # colour of points without a value
-OUTLINE = [Stroke(linewidth=2.0, foreground="k"), Normal()]  # of a white line, on white paper too
+}  # mark of failed runs
+OUTLINE = [Stroke(linewidth=2.0, foreground="k"), Normal()]  # of a white line, visible on white
 
 
 def draw_maps(swept: Sweep) -> list[str]:
@@ -97,8 +97,8 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
             ax.xaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
     axes[0].set_ylabel(_axis_label(dataset, across[1]) if len(across) > 1 else label)
     if name == "outcome":
-        result = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
-        handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in result]
+        occurring = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
+        handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in occurring]
         figure.legend(handles=handles, loc="outside right upper", frameon=False)
     else:
         if drawn is not None:
@@ -112,13 +112,13 @@ def in_display_unit(dataset: xr.Dataset, name: str) -> tuple[xr.Dataset, str]:
     """Return a sweep with a metric in its display unit, and the label."""
     if name not in UNITS:
         return dataset, LABELS[name]
-    unit_for, size = UNITS[name]
-    unit = unit_for(size * float(dataset[name].max()))
-    return dataset.assign({name: dataset[name] * (size / unit.size)}), f"{LABELS[name]} ({unit.label})"
+    unit_for, stored_unit = UNITS[name]
+    unit = unit_for(stored_unit * float(dataset[name].max()))
+    return dataset.assign({name: dataset[name] * (stored_unit / unit.size)}), f"{LABELS[name]} ({unit.label})"
 
 
 def _across(swept: Sweep) -> list[str]:
-    """Return the coordinates across a map, one or two."""
+    """Return the coordinates of the axes of a map, at most two."""
     numeric = numeric_axes(swept.design)
     if SAMPLE in numeric:
         return [column.name for axis in swept.design.axes if axis.name == SAMPLE for column in axis.columns][:2]
@@ -183,13 +183,13 @@ def failed_sample(dataset: xr.Dataset) -> list[Line2D]:
 
 
 def add_legend(figure: StyledFigure, handles: list[Line2D]) -> None:
-    """Explain marks of a figure below it."""
+    """Add a legend of marks below a figure."""
     if handles:
         figure.legend(handles=handles, loc="outside lower right", frameon=False, ncols=len(handles))
 
 
 def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str]) -> Line2D | None:
-    """Draw the boundary of a map, the refined points or the line half-way between grid points; return its sample."""
+    """Draw the boundary of a map, refined points or the line half-way between grid points; return its legend entry."""
     if len(across) < 2 or SAMPLE in dataset.dims or swept.boundary not in dataset:
         return None
     label = f"boundary ({swept.boundary.replace('_', ' ')})"

@@ -29,17 +29,17 @@ UNITS = {
 def needed(places: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of the variables that the key values need."""
     names = ("f_n*", "impulse", "mode", "whirl_speed")
-    of_sites = (f"{PLANT}.{site}.{name}" for site in places.sites for name in names)
-    moving = (f"{PLANT}.{place}.[xy]" for place in (*places.bearings, *places.apart))
-    return (f"{PLANT}.contact_state", *of_sites, *moving, *stability.needed())
+    site_variables = (f"{PLANT}.{site}.{name}" for site in places.sites for name in names)
+    displacements = (f"{PLANT}.{place}.[xy]" for place in (*places.bearings, *places.apart))
+    return (f"{PLANT}.contact_state", *site_variables, *displacements, *stability.needed())
 
 
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
-    """Return the outcome of a run, and its key values from cycle 0 on; NaN for those that it lacks.
+    """Return the outcome of a run, and its key values from cycle 0 on; NaN for values that it lacks.
 
     `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is the fraction of time in contact between disturbance
-    and relief. A value at a site or bearing has that as suffix, `peak_contact_force.seal`; without a suffix it is the
-    largest of all.
+    and relief. A value at a site or bearing has its name as suffix, `peak_contact_force.seal`; without a suffix it is
+    the largest of all.
     """
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
@@ -60,17 +60,17 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
         "peak_impulse": {site: contact_history.peak(signals, f"{site}.impulse") for site in sites},
         "orbit_largest": orbit_largest(signals),
     }
-    for name, of_place in at_places.items():
-        numbers = [_nan(value) for value in of_place.values()]
+    for name, by_place in at_places.items():
+        numbers = [_nan(value) for value in by_place.values()]
         values[name] = max((v for v in numbers if not math.isnan(v)), default=math.nan)
-        values |= {f"{name}.{place}": v for place, v in zip(of_place, numbers, strict=True)}
+        values |= {f"{name}.{place}": v for place, v in zip(by_place, numbers, strict=True)}
     return recovery, values
 
 
 def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     """Return the outcome of a run, and the reason if it ended early.
 
-    With a step in the scenario: `prevented`, `recovered`, `landed` or `trapped`. With or without: `unstable`, `stator`.
+    With a step in the scenario: `prevented`, `recovered`, `landed` or `trapped`. In any scenario: `unstable`, `stator`.
     Otherwise: `completed`, `stopped` or `failed`.
     """
     if outcome.failure is not None:

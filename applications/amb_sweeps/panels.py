@@ -61,7 +61,7 @@ def common_words(descriptions: Sequence[str]) -> str:
 
 
 def value_text(name: str, value: Any, unit: str, described: str = "") -> str:
-    """Return the value of a variable as text, `u = 25 g.m`, or `Unbalance: 25 g.m` where it is described."""
+    """Return the value of a variable as text, `u = 25 g.m`, or with a description `Unbalance: 25 g.m`."""
     number = value if isinstance(value, str) else format(value, ".4g")
     begin = f"{words_of(name, described)}:" if described else f"{short(name)} ="
     return f"{begin} {number} {unit if unit != '1' else ''}".rstrip()
@@ -78,7 +78,7 @@ def first_words(described: str) -> str:
 
 
 def short(name: str) -> str:
-    """Return the last part of a variable's name; for the moment of an event, also the event."""
+    """Return the last part of a variable's name; for the moment of an event, with the event."""
     label, _, last = name.rpartition(".")
     return f"{last} of the {label.replace('_', ' ')}" if is_moment(name) else last
 

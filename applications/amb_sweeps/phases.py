@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 METRIC = "peak_contact_force"
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
-_BEYOND = 1e300  # N, in place of infinity, which cannot be interpolated
+_BEYOND = 1e300  # N, instead of infinity, which cannot be interpolated
 FILE = "phase.png"
 
 
@@ -80,7 +80,7 @@ def phase_of(cycle: NDArray[Any]) -> Array:
 def distribution(part: xr.Dataset, along: str) -> Array:
     """Return the `QUANTILES` of the peak force along an axis, shape (quantiles, points).
 
-    Failed runs rank last: a quantile that falls on one is infinite.
+    Failed runs rank last: a quantile at a failed run is infinite.
     """
 
     def rows(values: xr.DataArray) -> NDArray[Any]:
@@ -95,5 +95,5 @@ def _draw_band(ax: Axes, phase: NDArray[Any], bands: Array) -> None:
     lowest, lower, median, upper, highest = bands
     if not np.array_equal(lowest, highest):
         ax.fill_between(phase, lowest, highest, color=BLUE, alpha=0.15, lw=0.0, label="all")
-        ax.fill_between(phase, lower, upper, color=BLUE, alpha=0.35, lw=0.0, label="half of them")
+        ax.fill_between(phase, lower, upper, color=BLUE, alpha=0.35, lw=0.0, label="middle half")
     ax.plot(phase, median, ".-", color=ORANGE, label="median")

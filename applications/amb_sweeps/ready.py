@@ -29,6 +29,6 @@ class NamedSweep(Table):
 
 
 def read_sweep(name: str, file: Path) -> NamedSweep:
-    """Read the sweep of a pack from its file; raises ValueError if that cannot be read or is invalid."""
+    """Read the sweep of a pack from its file; raises ValueError if the file cannot be read or is invalid."""
     what = f"sweep {name}"
     return validate(read_toml(file, what), NamedSweep, what)

@@ -32,13 +32,13 @@ def boundary_group(metric: str) -> str:
 
 @dataclass
 class Interval:
-    """Neighbours along an axis with different outcomes: the other grid indices, and both ends as fractional indices."""
+    """An interval between grid neighbours with different outcomes: its axis, grid indices, ends, and low value."""
 
     axis: int
     index: tuple[int, ...]
     low: float
     high: float
-    of_low: float
+    value_at_low: float
 
     @property
     def middle(self) -> float:
@@ -54,37 +54,37 @@ class Refinement:
     design, results
         A grid and its results.
     tolerance
-        Length at which an interval is short enough, as a fraction of its axis.
+        Length at which an interval is no longer halved, as a fraction of its axis.
     metric
-        The metric, 0 or 1, that has the boundary.
+        The metric, 0 or 1, whose boundary is located.
     """
 
     def __init__(self, design: SamplePlan, results: xr.Dataset, tolerance: float, metric: str) -> None:
         self.design, self.metric, self.tolerance = design, metric, tolerance
         self.intervals = _crossed(design, np.asarray(results[metric].values, np.float64))
         self.rounds = self.runs = 0
-        self._sought: list[Interval] = []
+        self._halved: list[Interval] = []
 
     def next_round(self) -> SamplePlan | None:
         """Return the points of the next round; None if every interval is short enough."""
-        self._sought = [i for i in self.intervals if i.high - i.low > self.tolerance * (self.design.shape[i.axis] - 1)]
-        if not self._sought:
+        self._halved = [i for i in self.intervals if i.high - i.low > self.tolerance * (self.design.shape[i.axis] - 1)]
+        if not self._halved:
             return None
         self.rounds += 1
-        self.runs += len(self._sought)
-        rows = [self._place(interval, interval.middle) for interval in self._sought]
-        settings = tuple(self._settings(interval) for interval in self._sought)
+        self.runs += len(self._halved)
+        rows = [self._place(interval, interval.middle) for interval in self._halved]
+        settings = tuple(self._settings(interval) for interval in self._halved)
         columns = [
             Column(c.name, tuple(row[c.name] for row in rows), c.unit) for a in self.design.axes for c in a.columns
         ]
         return SamplePlan((Axis(POINT, tuple(columns), settings),), f"round {self.rounds}")
 
     def learn(self, results: xr.Dataset) -> None:
-        """Halve each interval to the part whose ends differ; drop intervals whose middle has no outcome."""
-        for interval, value in zip(self._sought, results[self.metric].values, strict=True):
+        """Replace each interval by its half whose ends differ; drop intervals whose middle has no outcome."""
+        for interval, value in zip(self._halved, results[self.metric].values, strict=True):
             if math.isnan(value):
                 self.intervals.remove(interval)
-            elif value == interval.of_low:
+            elif value == interval.value_at_low:
                 interval.low = interval.middle
             else:
                 interval.high = interval.middle
@@ -140,7 +140,7 @@ class Refinement:
 
 
 def check_refinement(design: SamplePlan, tolerance: float, metric: str) -> None:
-    """Raise ValueError if a sweep cannot be refined in this way."""
+    """Raise ValueError if the boundary of a metric in a sweep cannot be refined to a tolerance."""
     if not 1e-6 <= tolerance < 1.0:
         raise ValueError(
             f"--certainty {tolerance:g} is not allowed; it must be >= 1e-06 and < 1, a fraction of an axis"

@@ -1,6 +1,6 @@
 """Robustness of the outcome of a scenario against identified H and small changes of values.
 
-If one of them flips the outcome, it is *fragile*: it depends on the digits of the input as much as on the machine.
+If such a change flips the outcome, it is *fragile*: it depends on the digits of the input as much as on the machine.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class RobustnessRow:
     changed
         The change from the scenario.
     outcome
-        Its outcome, whether the rotor rolls, and the sites in contact.
+        Outcome, whether the rotor rolls, and the sites in contact.
     reason
         Reason for an early end; otherwise empty.
     last_contact
@@ -104,14 +104,14 @@ class Robustness(DrawnResult):
             last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
             figures = [*(row.peak_force.get(site) for site in sites), *(row.orbit.get(at) for at in places)]
             table.add_row(row.changed, row.reason or row.outcome, last, *(number(value) for value in figures))
-        left_out = [f"not varied: {name}, {reason}" for name, reason in self.not_varied.items()]
+        not_varied = [f"not varied: {name}, {reason}" for name, reason in self.not_varied.items()]
         flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
-        message = f"fragile: {flips}" if flips else f"robust: every run is {self.outcome}"
+        verdict = f"fragile: {flips}" if flips else f"robust: every run is {self.outcome}"
         return [
             table,
             "peak force (N) of each site, largest orbit (mm) at each bearing and retainer",
-            *left_out,
-            message,
+            *not_varied,
+            verdict,
         ]
 
 
@@ -142,13 +142,13 @@ def robustness(
     flavour
         Flavour of the FMUs.
     progress
-        Whether to show a bar (default in a terminal and a notebook), or a function called with the number of runs done
+        Whether to show a bar (default in a terminal and a notebook), or a function called with the numbers of finished
         and of all runs.
 
     Raises
     ------
     ValueError
-        If the scenario, a value or a file is invalid, or the scenario itself does not reach its end.
+        If the scenario, a value or a file is invalid, or the run of the scenario does not reach its end.
     """
     require(1e-6 <= change <= 0.5, "change", change, "from 1e-6 to 0.5")
     scenario = as_scenario(scenario, rotor)
@@ -157,8 +157,8 @@ def robustness(
     try:
         with progress_bar(progress) as report:
             planned = runner.plan({})
-            result = variations(planned, settings, change, partial(_identified, scenario, settings, planned, flavour))
-            cases = [Variation(AS_IT_IS, {}), *result.made]
+            varied = variations(planned, settings, change, partial(_identified, scenario, settings, planned, flavour))
+            cases = [Variation(AS_IT_IS, {}), *varied.made]
             rows = []
             for k, case in enumerate(cases):
                 rows.append(_row(case, runner.run(k, case.settings)))
@@ -167,7 +167,7 @@ def robustness(
         runner.close()
     if rows[0].reason:
         raise ValueError(f"scenario {scenario.name}: {rows[0].reason}")
-    return Robustness(scenario.name, change, tuple(rows), dict(result.left_out))
+    return Robustness(scenario.name, change, tuple(rows), dict(varied.left_out))
 
 
 def _identified(

@@ -51,9 +51,9 @@ class Sweep:
     Attributes
     ----------
     folder
-        Folder of its store.
+        Folder of the store.
     design
-        Its points.
+        Points of the sweep.
     boundary
         Metric, 0 or 1, whose boundary the maps draw.
     """
@@ -81,7 +81,7 @@ class Sweep:
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """Number of points of each outcome."""
+        """Number of points with each outcome."""
         import numpy as np
 
         names, counts = np.unique(self.dataset["outcome"].values, return_counts=True)
@@ -138,8 +138,8 @@ def sweep(
         Address of a Dask scheduler; or the number of processes of a local cluster, one per processor by default. A
         script that starts a local cluster must do so under `if __name__ == "__main__":`.
     progress
-        Whether to show a bar, or a function that is called with the points done, their number, and the address of the
-        dashboard.
+        Whether to show a bar, or a function that is called with the numbers of finished and of all points, and the
+        address of the dashboard.
 
     Raises
     ------
@@ -168,11 +168,11 @@ def sweep(
     until = None if until is None else quantity(until, "s", "until")
     labels = varied_labels(design, _labels(scenario, design))
     task = Task(scenario, dict(set or {}), until, RunOptions(flavour=flavour), tuple(metrics), tuple(keep), labels)
-    guids, units, described = check_points(task, design)
+    guids, units, descriptions = check_points(task, design)
     design = design.with_units(units)
     requested = {**_request(task), "guids": guids}
     folder = Path(output)
-    provenance = {**_provenance(), "descriptions": described}
+    provenance = {**_provenance(), "descriptions": descriptions}
     with only_writer(folder):
         store = SweepStore(folder, design, {**requested, "design": design.as_dict()}, provenance)
         name = hashlib.sha256(json.dumps(requested, sort_keys=True).encode()).hexdigest()
@@ -206,9 +206,9 @@ def _refine(
     while (points := refinement.next_round()) is not None:
         group = f"{boundary}_{refinement.rounds}"
         request = {**request, "design": points.as_dict()}
-        of_round = SweepStore(store.folder, points, request, _provenance(), group)
-        run_missing(client, name, task, of_round, report)
-        refinement.learn(of_round.dataset())
+        round_store = SweepStore(store.folder, points, request, _provenance(), group)
+        run_missing(client, name, task, round_store, report)
+        refinement.learn(round_store.dataset())
     refinement.save(store)
 
 
@@ -219,7 +219,7 @@ def _request(task: Task) -> dict[str, Any]:
         "set": dict(task.settings),
         "until": task.until,
         "flavour": task.options.flavour,
-        "metrics": [_described(metric) for metric in task.metrics],
+        "metrics": [_metric_identity(metric) for metric in task.metrics],
         "keep": list(task.keep),
         "rotor": _rotor_file(task.scenario.rotor),
     }
@@ -235,7 +235,7 @@ def _rotor_file(rotor: RotorSource) -> dict[str, Any] | None:
     return None
 
 
-def _described(metric: Metric) -> str:
+def _metric_identity(metric: Metric) -> str:
     """Return the name of a function and the digest of its source, if any."""
     name = getattr(metric, "__qualname__", type(metric).__name__)
     try:

@@ -105,14 +105,14 @@ def make_design(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
 
 def sampled_axis(ranges: list[tuple[Range, ...]], shares: np.ndarray[Any, Any]) -> Axis:
     """Return the axis of points at these fractions of each range, shape (points, ranges)."""
-    columns = [part.at(of_group) for group, of_group in zip(ranges, shares.T, strict=True) for part in group]
+    columns = [part.at(of_range) for group, of_range in zip(ranges, shares.T, strict=True) for part in group]
     return Axis(SAMPLE, tuple(columns))
 
 
 def _method(sample: str) -> tuple[str, int]:
     match = re.fullmatch(r"(lhs|sobol|saltelli):(\d+)", sample)
     if match is None or not 1 <= int(match[2]) <= MOST_POINTS:
-        allowed = "grid, boundary:METRIC, lhs:N, sobol:N or saltelli:N, from 1 on"
+        allowed = f"grid, boundary:METRIC, lhs:N, sobol:N or saltelli:N, with N from 1 to {MOST_POINTS}"
         raise ValueError(f"--sample {sample} is not allowed; it must be {allowed}")
     return match[1], int(match[2])
 
@@ -134,7 +134,7 @@ def _saltelli(count: int, dimensions: int, seed: int) -> np.ndarray[Any, Any]:
     Raises
     ------
     ValueError
-        If the count is not one.
+        If the count is not a power of 2.
     """
     from SALib.sample import sobol
 

@@ -30,11 +30,11 @@ def sensitivity(design: SamplePlan, results: xr.Dataset, metric: str = "peak_con
     if not design.sampling.startswith("saltelli:") or len(design.axes) > 1:
         raise ValueError(f"a sensitivity needs one sample of saltelli:N, not {design.sampling} and other axes")
     if metric not in results:
-        raise ValueError(f"no metric {metric!r}; there are {', '.join(str(name) for name in results.data_vars)}")
+        raise ValueError(f"no metric {metric!r}; the sweep has {', '.join(str(name) for name in results.data_vars)}")
     values = np.asarray(results[metric].values, np.float64)
-    without = int(np.isnan(values).sum())
-    if without:
-        raise ValueError(f"{without} of {values.size} runs have no {metric}; the indices need all runs")
+    missing = int(np.isnan(values).sum())
+    if missing:
+        raise ValueError(f"{missing} of {values.size} runs have no {metric}; the indices need all runs")
     names = [column.name for axis in design.axes if axis.name == SAMPLE for column in axis.columns]
     indices = sobol.analyze(unit_problem(len(names)), values, calc_second_order=False, seed=design.seed or 0)
     if math.isclose(float(np.ptp(values)), 0.0, abs_tol=1e-300):

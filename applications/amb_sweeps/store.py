@@ -3,10 +3,10 @@
     folder/sweep.zarr      opens as xarray.open_zarr(path); rounds of refinement are groups, contact_1, contact_2, ...
     folder/runs            full records of selected points
 
-A single process writes it. Every chunk is a file with a checksum that is replaced atomically. `outcome` is written last
-and shows which points exist, so a sweep that was killed at any moment can resume. Metadata of the arrays exist twice,
-in a file per array and in one for all (`.zmetadata`), so damage to either is detected. Only temporary files of a killed
-process are removed.
+A single process writes the store. Every chunk is a file with a checksum that is replaced atomically. `outcome` is
+written last and shows which points exist, so a sweep that was killed at any moment can resume. Metadata of the arrays
+exist twice, in a file per array and in one for all (`.zmetadata`), so damage to either is detected. Only temporary
+files of a killed process are removed.
 """
 
 from __future__ import annotations
@@ -56,9 +56,9 @@ class SweepStore:
     folder
         Folder of the sweep.
     design
-        Its points.
+        Points of the sweep.
     request
-        The request, as JSON data; an existing store must have been made for the same.
+        The request, as JSON data; an existing store must have the same request.
     provenance
         Versions and other information to save with the results, as JSON data.
     group
@@ -88,10 +88,10 @@ class SweepStore:
         requested = json.loads(json.dumps(dict(request)))
         self._attrs = {"request": json.dumps(requested), "provenance": json.dumps(dict(provenance))}
         if os.path.lexists(self.path / group):
-            present = open_sweep(folder, group)
-            check_same(requested, json.loads(present.attrs.get("request", "null")), folder)
-            self._values = {str(name): np.array(variable.values) for name, variable in present.data_vars.items()}
-            self._clear_up()
+            existing = open_sweep(folder, group)
+            check_same(requested, json.loads(existing.attrs.get("request", "null")), folder)
+            self._values = {str(name): np.array(variable.values) for name, variable in existing.data_vars.items()}
+            self._finish_interrupted_write()
         else:
             self._create()
 
@@ -151,10 +151,10 @@ class SweepStore:
         self._values["seconds"] = np.full(self.design.shape, np.nan)
         self.folder.mkdir(parents=True, exist_ok=True)
         with temporary_folder(self.folder) as temporary:
-            whole = self._staged(self._labelled(tuple(self._values)), temporary)
+            staged = self._staged(self._labelled(tuple(self._values)), temporary)
             if not self.group:
-                consolidate(whole)
-            whole.rename(self.path / self.group)
+                consolidate(staged)
+            staged.rename(self.path / self.group)
         consolidate(self.path)
 
     def _labelled(self, names: Sequence[str]) -> xr.Dataset:
@@ -174,19 +174,19 @@ class SweepStore:
         if os.path.lexists(target):
             open_sweep(self.folder, name)
         with temporary_folder(self.folder) as temporary:
-            whole = write_group(dataset, temporary / "new")
+            staged = write_group(dataset, temporary / "new")
             forget_group(self.path, name)
             if target.exists():
                 target.rename(temporary / "old")
-            whole.rename(target)
+            staged.rename(target)
         consolidate(self.path)
 
     def _write_new(self, names: Sequence[str]) -> None:
         """Add arrays for new metrics, each atomically."""
         with temporary_folder(self.folder) as temporary:
-            whole = self._staged(self._labelled(names).drop_vars(list(self._coordinates())), temporary)
+            staged = self._staged(self._labelled(names).drop_vars(list(self._coordinates())), temporary)
             for name in names:
-                (whole / name).rename(self.path / self.group / name)
+                (staged / name).rename(self.path / self.group / name)
         consolidate(self.path)
 
     def _write(self) -> None:
@@ -206,11 +206,11 @@ class SweepStore:
                 self._arrays[name] = zarr.open_array(self.path / self.group / name, mode="r+", zarr_format=2)
         return self._arrays[name]
 
-    def _clear_up(self) -> None:
+    def _finish_interrupted_write(self) -> None:
         """Remove temporary files of a process that was killed while writing, and finish adding its arrays."""
-        for left in self.path.rglob("*.partial"):
-            if PARTIAL.search(left.name):
-                left.unlink()
+        for partial in self.path.rglob("*.partial"):
+            if PARTIAL.search(partial.name):
+                partial.unlink()
         consolidate(self.path)
 
 
@@ -231,11 +231,11 @@ def open_sweep(folder: str | Path, group: str = "") -> xr.Dataset:
 def check_same(request: Mapping[str, Any], stored: Mapping[str, Any], folder: Path) -> None:
     """Raise ValueError if a request differs from that of the sweep in a folder.
 
-    GUIDs follow from the rest of the request, the code, and files other than the rotor's. They are listed only if
+    GUIDs depend on the rest of the request, the code, and files other than the rotor's. They are listed only if
     nothing else differs.
     """
     differences = list_differences({**stored, "guids": None}, {**request, "guids": None})
-    if not differences and (of_fmus := list_differences(stored, request)):
-        differences = f"{of_fmus}\n  (the code of these FMUs or a file that they are made from differs)"
+    if not differences and (fmu_differences := list_differences(stored, request)):
+        differences = f"{fmu_differences}\n  (the code of these FMUs or a file that they are made from differs)"
     if differences:
         raise ValueError(f"the sweep in {folder} was made for another request; choose another folder\n{differences}")

@@ -53,7 +53,7 @@ def load_robustness(pack: str) -> Mapping[str, StoredOutcome]:
     if not file.is_file():
         return {}
     what = f"{FILE} of pack {pack}"
-    return {name: validate(of, StoredOutcome, f"{what}, {name}") for name, of in read_toml(file, what).items()}
+    return {name: validate(data, StoredOutcome, f"{what}, {name}") for name, data in read_toml(file, what).items()}
 
 
 def stored_outcomes() -> dict[str, StoredOutcome]:
@@ -64,8 +64,8 @@ def stored_outcomes() -> dict[str, StoredOutcome]:
 def write_robustness(pack: str, outcomes: Mapping[str, StoredOutcome]) -> Path:
     """Add outcomes to the file of a pack, in the order of their names; return its path."""
     file = packs()[pack] / FILE
-    available = {**load_robustness(pack), **outcomes}
-    data = {name: available[name].model_dump(exclude_defaults=True) for name in sorted(available)}
+    merged = {**load_robustness(pack), **outcomes}
+    data = {name: merged[name].model_dump(exclude_defaults=True) for name in sorted(merged)}
     write_file(file, HEAD.format(pack=pack) + tomli_w.dumps(data))
     load_robustness.cache_clear()
     return file

@@ -27,26 +27,26 @@ def summarise_sweep(dataset: xr.Dataset, design: SamplePlan, folder: Path, bound
     Parameters
     ----------
     dataset, design, folder, boundary
-        Those of a `Sweep`.
+        Results, points, folder and boundary of a `Sweep`.
     """
     parts = panels(design, numeric_axes(design), descriptions(dataset))
-    lines = [_of_part(panel.title, dataset.isel(panel.at)) for panel in parts]
+    lines = [_alternative_line(panel.title, dataset.isel(panel.at)) for panel in parts]
     return [
         *lines,
-        *_of_branching(dataset),
-        *_of_boundary(folder, design, boundary),
-        *_of_sensitivities(design, dataset),
-        *_of_failures(dataset),
+        *_branching_lines(dataset),
+        *_boundary_lines(folder, design, boundary),
+        *_sensitivity_lines(design, dataset),
+        *_failure_lines(dataset),
     ]
 
 
-def _of_part(title: str, part: xr.Dataset) -> str:
+def _alternative_line(title: str, part: xr.Dataset) -> str:
     """Return the number of runs of each outcome, worst first, and the largest forces."""
-    result = part["outcome"].values
-    counts = {name: int(np.sum(result == name)) for name in COLOURS}
-    outcomes = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
+    outcomes = part["outcome"].values
+    counts = {name: int(np.sum(outcomes == name)) for name in COLOURS}
+    numbers = [f"{count} {name or 'not run yet'}" for name, count in counts.items() if count]
     forces = "".join(_force(part, metric, words) for metric, words in FORCES.items())
-    return f"{title + ': ' if title else ''}{result.size} runs, {', '.join(outcomes)}{forces}"
+    return f"{title + ': ' if title else ''}{outcomes.size} runs, {', '.join(numbers)}{forces}"
 
 
 def _force(part: xr.Dataset, metric: str, words: str) -> str:
@@ -55,37 +55,37 @@ def _force(part: xr.Dataset, metric: str, words: str) -> str:
         return ""
     values = part[metric].values
     index = np.unravel_index(np.nanargmax(values), values.shape)
-    present = part.isel(dict(zip(part[metric].dims, (int(k) for k in index), strict=True)))
+    point = part.isel(dict(zip(part[metric].dims, (int(k) for k in index), strict=True)))
     largest = float(values[index])
-    of_sites = [str(name) for name in part if str(name).startswith(f"{metric}.") and float(present[name]) == largest]
-    at_site = "".join(f" at {name.removeprefix(f'{metric}.').upper()}" for name in of_sites[:1])
+    sites = [str(name) for name in part if str(name).startswith(f"{metric}.") and float(point[name]) == largest]
+    at_site = "".join(f" at {name.removeprefix(f'{metric}.').upper()}" for name in sites[:1])
     numbers = [name for name in part.coords if part[name].ndim and np.issubdtype(part[name].dtype, np.number)]
-    where = [value_text(str(name), present[name].item(), present[name].attrs.get("units", "")) for name in numbers]
-    whose = ", unknown for aborted runs," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
-    return f"; {words}{whose} up to {largest:.4g} N{at_site}, with {', '.join(where)}"
+    where = [value_text(str(name), point[name].item(), point[name].attrs.get("units", "")) for name in numbers]
+    qualification = ", unknown for aborted runs," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
+    return f"; {words}{qualification} up to {largest:.4g} N{at_site}, with {', '.join(where)}"
 
 
-def _of_branching(dataset: xr.Dataset) -> list[str]:
+def _branching_lines(dataset: xr.Dataset) -> list[str]:
     if "shared" not in dataset or not float(dataset["shared"].fillna(0.0).max()):
         return []
     return [f"{100.0 * float(dataset['shared'].mean()):.3g} % of all steps were shared with earlier points"]
 
 
-def _of_boundary(folder: Path, design: SamplePlan, boundary: str) -> list[str]:
+def _boundary_lines(folder: Path, design: SamplePlan, boundary: str) -> list[str]:
     group = boundary_group(boundary)
     if not (folder / STORE / group).is_dir():
         return []
-    result = open_sweep(folder, group)
-    tolerance, runs = float(result.attrs["tolerance"]), int(result.attrs["runs"])
-    finer = {axis.name for axis in refined_axes(design)}
-    as_fine = math.prod(math.ceil(1.0 / tolerance) + 1 if a.name in finer else len(a) for a in design.axes)
+    points = open_sweep(folder, group)
+    tolerance, runs = float(points.attrs["tolerance"]), int(points.attrs["runs"])
+    bisected = {axis.name for axis in refined_axes(design)}
+    equivalent_grid = math.prod(math.ceil(1.0 / tolerance) + 1 if a.name in bisected else len(a) for a in design.axes)
     return [
-        f"boundary of {boundary}: {result.sizes['point']} points, to within {100.0 * tolerance:.3g} % of an axis; "
-        f"{runs} additional runs, {design.size + runs} in total; a grid this fine takes {as_fine}"
+        f"boundary of {boundary}: {points.sizes['point']} points, to within {100.0 * tolerance:.3g} % of an axis; "
+        f"{runs} additional runs, {design.size + runs} in total; a grid this fine takes {equivalent_grid}"
     ]
 
 
-def _of_sensitivities(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
+def _sensitivity_lines(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
     if not design.sampling.startswith("saltelli:") or [a.name for a in design.axes] != [SAMPLE]:
         return []
     from amb_sweeps.sensitivity import sensitivity
@@ -102,7 +102,7 @@ def _of_sensitivities(design: SamplePlan, dataset: xr.Dataset) -> list[str]:
     return lines
 
 
-def _of_failures(dataset: xr.Dataset) -> list[str]:
+def _failure_lines(dataset: xr.Dataset) -> list[str]:
     """Return the reasons of failed runs, most frequent first."""
     failed = np.isin(dataset["outcome"].values, BROKEN_OFF)
     reasons, counts = np.unique(dataset["reason"].values[failed], return_counts=True)

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from amb_cosim.presentation.plain_console import plain_console
 from amb_cosim.presentation.progress import bars
 
-Report = Callable[[int, int, str], None]  # points done, their number, address of the dashboard
+Report = Callable[[int, int, str], None]  # finished points, all points, address of the dashboard
 
 
 @contextmanager
@@ -22,20 +22,20 @@ def sweep_bar(progress: bool | Report | None = None) -> Iterator[Report]:
         yield progress
         return
     console = plain_console(stderr=True)
-    with bars(console, progress) as displayed:
-        task = displayed.add_task("starting processes", total=None)
-        began: list[tuple[float, int]] = []
-        dashboards: set[str] = set()
+    with bars(console, progress) as progress_bars:
+        task = progress_bars.add_task("starting processes", total=None)
+        start: list[tuple[float, int]] = []
+        printed: set[str] = set()
 
         def report(done: int, total: int, dashboard: str) -> None:
-            if dashboard and dashboard not in dashboards:
-                dashboards.add(dashboard)
+            if dashboard and dashboard not in printed:
+                printed.add(dashboard)
                 console.print(f"dashboard {dashboard}", highlight=False)
-            if not began or done < began[0][1]:
-                began[:] = [(time.monotonic(), done)]
-            passed = time.monotonic() - began[0][0]
-            rate = (done - began[0][1]) / passed if passed > 0.0 else 0.0
+            if not start or done < start[0][1]:
+                start[:] = [(time.monotonic(), done)]
+            passed = time.monotonic() - start[0][0]
+            rate = (done - start[0][1]) / passed if passed > 0.0 else 0.0
             text = f"{done} of {total} runs, {rate:.3g} a second"
-            displayed.update(task, description=text, completed=done, total=total)
+            progress_bars.update(task, description=text, completed=done, total=total)
 
         yield report

@@ -17,7 +17,7 @@ from amb_files.wildcards import matches
 STEP = 2.0 * np.pi  # rad/s between speeds at which H is identified, for runs with a varying speed
 SWITCHES = {name: f"{CONTROLLER}.{name}" for name in ("rolac_enable", "identify")}
 
-# Quantities and their parameters, of a controller with the gains K_b and C_b, or k_p and k_d.
+# Quantities and their parameters: of a controller with gains K_b and C_b, of one with k_p and k_d, of the plant.
 ASSUMED = {"K_b": "*.k_b_?", "C_b": "*.c_b_?"}
 DIRECT = {"k_p": "*.k_p_?", "k_d": "*.k_d_?"}
 OF_PLANT = {"K_b": "*.k_b", "C_b": "*.c_b", "clearance": "*.clearance"}
@@ -28,7 +28,7 @@ Setting = Raw | ReceptanceTable
 
 @dataclass(frozen=True)
 class Variation:
-    """A change, and the values that a sweep sets for it."""
+    """A change, and the settings that make it."""
 
     name: str
     settings: Mapping[str, Setting]
@@ -54,9 +54,9 @@ def variations(
     planned
         The unchanged scenario.
     settings
-        Values that replaced its own.
+        Values that replaced those of the scenario.
     change
-        Fraction, such as 0.01.
+        Fraction by which each quantity is changed, such as 0.01.
     identified
         Identifies H and returns its table; called only if the controller uses one.
     """
@@ -93,17 +93,17 @@ def _quantities(planned: PlannedRun, settings: Mapping[str, Raw]) -> Iterator[tu
     values = {k: dict(v) for k, v in planned.plan.all_parameters(planned.interfaces).items()}
     controller, plant = values.get(CONTROLLER, {}), values.get(PLANT, {})
     gains = DIRECT if controller.get("pid.direct") else ASSUMED
-    result: dict[str, dict[str, float]] = {}
-    for component, of_one, patterns in ((CONTROLLER, controller, gains), (PLANT, plant, OF_PLANT)):
+    nominal: dict[str, dict[str, float]] = {}
+    for component, parameters, patterns in ((CONTROLLER, controller, gains), (PLANT, plant, OF_PLANT)):
         for quantity, pattern in patterns.items():
-            matching = {f"{component}.{n}": v for n, v in of_one.items() if v and matches(n, pattern)}
-            result[quantity] = result.get(quantity, {}) | matching
+            matching = {f"{component}.{n}": v for n, v in parameters.items() if v and matches(n, pattern)}
+            nominal[quantity] = nominal.get(quantity, {}) | matching
     if _is_on(planned, "rolac_enable"):
-        result["alpha"] = {f"{CONTROLLER}.rolac.alpha": controller["rolac.alpha"] or 0.0}
+        nominal["alpha"] = {f"{CONTROLLER}.rolac.alpha": controller["rolac.alpha"] or 0.0}
     else:
         yield "alpha", "the synchronous control is off"
-    for quantity, of_quantity in result.items():
-        yield quantity, _times(of_quantity) if any(of_quantity.values()) else "it is zero everywhere"
+    for quantity, values_of_quantity in nominal.items():
+        yield quantity, _times(values_of_quantity) if any(values_of_quantity.values()) else "it is zero everywhere"
     yield "unbalance", _unbalance(planned, settings)
 
 
@@ -112,15 +112,18 @@ def _times(values: Mapping[str, float]) -> Scaled:
 
 
 def _unbalance(planned: PlannedRun, settings: Mapping[str, Raw]) -> Scaled | str:
-    """Return settings that scale all unbalances, including those that replace the scenario's."""
+    """Return settings that scale all unbalances, including those set instead of the scenario's."""
     assignments = planned.assembly.assignments()
     first = {n: v for n, v in planned.plan.inputs.items() if v and assignments.port(n).unit == UNBALANCE}
     later = [n for _, n, value in planned.plan.events if value and assignments.port(n).unit == UNBALANCE]
     if not first and not later:
         return "there is none"
     replaced = {name for values in settings if "." in values for name in assignments.matching(values)} & first.keys()
-    local = planned.scenario.unbalance_factor
-    return lambda factor: {"unbalance_factor": local * factor, **{name: factor * first[name] for name in replaced}}
+    unbalance_factor = planned.scenario.unbalance_factor
+    return lambda factor: {
+        "unbalance_factor": unbalance_factor * factor,
+        **{name: factor * first[name] for name in replaced},
+    }
 
 
 def _is_on(planned: PlannedRun, switch: str) -> bool:
@@ -130,7 +133,7 @@ def _is_on(planned: PlannedRun, switch: str) -> bool:
 
 
 def _without_h(planned: PlannedRun) -> str:
-    """Return why a table of H would change nothing or be another run; empty if the outcome depends on H."""
+    """Return why identified H is not a variation of a run; empty if the outcome depends on H."""
     if not _is_on(planned, "rolac_enable"):
         return "the synchronous control is off"
     if _is_on(planned, "identify"):

@@ -64,7 +64,7 @@ class Task:
 
 @dataclass(frozen=True)
 class PointResult:
-    """Result of a point: outcome, reason of failure, metrics, wall-clock time (s), and its record as NetCDF."""
+    """Result of a point: outcome, reason for a failure, metrics, wall-clock time (s), and its record as NetCDF."""
 
     point: int
     outcome: str
@@ -100,8 +100,8 @@ class Runner:
             plan = planned.plan
             start = branches.start_of(plan)
             saves = branches.saves_of(plan, start)
-            here = replace(self.task.options, isolated=False)  # this process is expendable
-            options = replace(here, instances=instances, start=start, saves=saves)
+            in_process = replace(self.task.options, isolated=False)  # a crash of this process is handled
+            options = replace(in_process, instances=instances, start=start, saves=saves)
             recording = run_plan(planned.assembly, plan, options)
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
@@ -112,28 +112,28 @@ class Runner:
         recovery, values = evaluate(bare_signals(planned, recording))
         outcome, reason = outcome_of(recording.outcome, recovery)
         if outcome == "failed":
-            values = {}  # of an aborted run they have no meaning
+            values = {}  # those of an aborted run have no meaning
         elif self.task.metrics:
-            local, wrong = self._user_metrics(make_result(planned, recording))
-            values |= local
-            outcome, reason = ("failed", wrong) if wrong else (outcome, reason)
+            numbers, error_text = self._user_metrics(make_result(planned, recording))
+            values |= numbers
+            outcome, reason = ("failed", error_text) if error_text else (outcome, reason)
         if self.task.labels and values:
             values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
-        retained = "all" in self.task.keep or outcome in self.task.keep
-        record = _netcdf(make_result(planned, recording)) if retained else None
+        is_recorded = "all" in self.task.keep or outcome in self.task.keep
+        record = _netcdf(make_result(planned, recording)) if is_recorded else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
 
     def _user_metrics(self, result: Result) -> tuple[dict[str, float], str]:
-        """Return the numbers of the user's functions, and the error of the last one that failed."""
+        """Return the numbers of the user's functions, and the error of the last function that failed."""
         values: dict[str, float] = {}
-        wrong = ""
+        error_text = ""
         for metric in self.task.metrics:
             try:
                 values |= {_checked(name): float(value) for name, value in metric(result).items()}
             except (Exception, SystemExit) as error:  # any error of a user's function
                 name = getattr(metric, "__name__", type(metric).__name__)
-                wrong = f"metric {name}: {type(error).__name__}: {error}"
-        return values, wrong
+                error_text = f"metric {name}: {type(error).__name__}: {error}"
+        return values, error_text
 
     def close(self) -> None:
         """Free the FMUs."""
@@ -150,9 +150,9 @@ class Runner:
             self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels)
         assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
-        begun = key, repr({name: raw for name, raw in of_point.items() if not event_of(scenario, name)})
-        if self._first[0] != begun:
-            self._first = begun, first_values(scenario, assembly, values)
+        first_key = key, repr({name: raw for name, raw in of_point.items() if not event_of(scenario, name)})
+        if self._first[0] != first_key:
+            self._first = first_key, first_values(scenario, assembly, values)
         plan = plan_scenario(scenario, assembly, values, self.task.until, recorded, self._first[1])
         return PlannedRun(scenario, plan, assembly), instances, branches
 
@@ -191,7 +191,7 @@ def event_of(scenario: Scenario, name: str) -> str:
 def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
     """Return an event, in TOML form, with the time and values set for its label."""
     changes: dict[str, Any] = {}
-    values = {component: dict(of_one) for component, of_one in event.set.items()}
+    values = {component: dict(variables) for component, variables in event.set.items()}
     for name, raw in settings.items():
         label, _, rest = name.partition(".")
         if label != event.name:
@@ -209,7 +209,7 @@ def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:
 
 
 def _checked(name: str) -> str:
-    """Return the name of a user's metric, which becomes the name of a variable of the store."""
+    """Return the name of a user's metric if it can be the name of a variable of the store."""
     if not re.fullmatch(r"[A-Za-z_][\w.]*", name) or name in ("outcome", "reason", "seconds"):
         raise ValueError(f"{name!r} is not a name for a metric; it must be like friction_heat or friction_heat.seal")
     return name
@@ -225,7 +225,7 @@ _runners: dict[str, Runner] = {}  # runners of this process, by the sweep's iden
 
 
 def run_batch(sweep: str, task: bytes, points: Sequence[tuple[int, Mapping[str, Raw]]]) -> list[PointResult]:
-    """Run points of a sweep, reusing what earlier batches loaded in this process; `task` is pickled."""
+    """Run points of a sweep with the FMUs that earlier batches loaded in this process; `task` is pickled."""
     if sweep not in _runners:
         for runner in _runners.values():
             runner.close()

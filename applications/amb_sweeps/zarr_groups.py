@@ -1,4 +1,4 @@
-"""Groups of Zarr arrays whose chunks have checksums: damage by a disk or a copy is an error.
+"""Groups of Zarr arrays whose chunks have checksums, which detect damage by a disk or a copy.
 
 The checksum is of the compressed bytes, so damaged data are never unpacked. Empty chunks are written too; a missing
 chunk is therefore an error.
@@ -78,24 +78,24 @@ def consolidate(path: Path) -> None:
 
 
 def forget_group(path: Path, group: str) -> None:
-    """Remove the metadata of a group that is to be replaced from that file."""
-    available = json.loads((path / INDEX).read_bytes())
-    available["metadata"] = {
-        name: item for name, item in available["metadata"].items() if not name.startswith(f"{group}/")
-    }
-    write_file(path / INDEX, json.dumps(available))
+    """Remove the metadata of a group from the file with all metadata, before the group is replaced."""
+    index = json.loads((path / INDEX).read_bytes())
+    index["metadata"] = {name: item for name, item in index["metadata"].items() if not name.startswith(f"{group}/")}
+    write_file(path / INDEX, json.dumps(index))
 
 
 def _check_descriptions(path: Path) -> None:
     """Raise ValueError if the metadata file of a group or an array differs from the store's."""
     for name, content in json.loads((path / INDEX).read_bytes())["metadata"].items():
-        expected = {"zarr_format": 2} if name.endswith(".zgroup") else content  # Zarr has more there for groups
+        expected = (
+            {"zarr_format": 2} if name.endswith(".zgroup") else content
+        )  # for groups Zarr writes more into the index
         if json.loads((path / name).read_bytes()) != expected:
             raise ValueError(f"{name} and {INDEX} differ")
 
 
 def _check_chunks(folder: Path) -> None:
-    """Raise ValueError if an array lacks a chunk; those without checksums, of 0.2.0, may lack some."""
+    """Raise ValueError if an array lacks a chunk; arrays of 0.2.0, without checksums, may lack chunks."""
     import zarr
 
     array: Any = zarr.open_array(folder, mode="r", zarr_format=2)
