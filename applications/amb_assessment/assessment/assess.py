@@ -72,7 +72,7 @@ ANALYSES = {  # in the order of the page
     "recovery": Part("Relevitation and overload", recovery.answer, Needs.CONTACT_SITES),
 }
 
-ProgressCallback = Callable[[str, int, int], None]  # title of the part under way, parts done, their number
+ProgressCallback = Callable[[str, int, int], None]  # title of the current part, finished parts, all parts
 
 
 @dataclass(frozen=True)
@@ -82,9 +82,9 @@ class Analysis:
     key, title
         Name for `only`, and title on the page.
     answer, findings
-        Its results, and the verdicts on them.
+        Results, and the verdicts on them.
     reason
-        Reason of a failure; otherwise empty.
+        Reason for a failure; otherwise empty.
     wall
         Wall-clock time (s).
     """
@@ -123,7 +123,7 @@ class Assessment:
 
     @property
     def unevaluated(self) -> dict[str, str]:
-        """Criteria that have no value to compare here: of formulas without one, or of a loop that is not stable."""
+        """Criteria without a verdict, with reasons: their formula has no value, or the loop is not stable."""
         return {
             finding.criterion.key: finding.reason
             for finding in self.findings
@@ -132,7 +132,7 @@ class Assessment:
 
     @property
     def instability(self) -> str:
-        """The pole of the least stable loop, if one of the machine is unstable; otherwise empty."""
+        """The pole of the least stable loop, if any loop of the machine is unstable; otherwise empty."""
         radii = [finding.measured for finding in self.findings if finding.measured.quantity == "spectral_radius"]
         worst = max(radii, key=lambda radius: radius.value, default=None)
         return worst.where if worst is not None and worst.value > 1.0 else ""
@@ -195,20 +195,20 @@ def assess(
         raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
     subject = check_machine(file, flavour)
     chosen = chosen_parts(file, only)
-    why_not_stable = cache(lambda: instability(subject))
+    why_unstable = cache(lambda: instability(subject))
     parts = []
     for done, name in enumerate(chosen):
         part = ANALYSES[name]
         if progress is not None:
             progress(part.title, done, len(chosen))
-        parts.append(_answered(name, part, subject, requested, why_not_stable))
+        parts.append(_answered(name, part, subject, requested, why_unstable))
     return Assessment(file, subject.facts, requested, tuple(parts))
 
 
 def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:
     """Return the names of the parts in `only`, or of all parts that concern the machine, in the order of the page."""
-    needless = () if file.thrust_bearing is not None else ("axial", "axial_margins")
-    return [name for name in ANALYSES if (name in only if only else name not in needless)]
+    excluded = () if file.thrust_bearing is not None else ("axial", "axial_margins")
+    return [name for name in ANALYSES if (name in only if only else name not in excluded)]
 
 
 def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
@@ -218,7 +218,7 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
     ------
     ValueError
         If its components do not match, it begins with a fault, it has fewer than two magnetic bearings under a
-        controller, a stage or the thrust bearing is not at a part of the rotor, or the controller of the latter is
+        controller, a stage or the thrust bearing is not at a part of the rotor, or the thrust bearing's controller is
         wrong.
     """
     subject = subject_of(file, flavour)
@@ -228,7 +228,9 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
     if file.thrust_bearing is not None:
         _ = subject.rotor.node_of(file.thrust_bearing.at), file.thrust_bearing.law
     if faults := subject.faults:
-        raise ValueError(f"machine {file.name} begins with a fault ({', '.join(faults)}); an assessment is without")
+        raise ValueError(
+            f"machine {file.name} begins with a fault ({', '.join(faults)}); an assessment must begin without faults"
+        )
     if len(subject.magnets) < 2:
         count = f"{len(subject.magnets)} magnetic bearings under a controller"
         raise ValueError(f"machine {file.name} has {count}; an assessment requires two or more")
@@ -236,16 +238,16 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
 
 
 def _answered(
-    name: str, part: Part, subject: Subject, criteria: tuple[Criterion, ...], why_not_stable: Callable[[], str]
+    name: str, part: Part, subject: Subject, criteria: tuple[Criterion, ...], why_unstable: Callable[[], str]
 ) -> Analysis:
     begin = time.perf_counter()
     try:
-        if part.needs >= Needs.STABLE_LOOP and (reason := why_not_stable()):
+        if part.needs >= Needs.STABLE_LOOP and (reason := why_unstable()):
             raise ValueError(f"{reason}; this part needs a rotor that levitates")
         if part.needs >= Needs.CONTACT_SITES and not subject.sites:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = part.answer(subject)
-        findings = tuple(judge(answer.measured, criteria, subject.facts, why_not_stable))
+        findings = tuple(judge(answer.measured, criteria, subject.facts, why_unstable))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__
         return Analysis(name, part.title, AnalysisResult(), (), reason, time.perf_counter() - begin)
@@ -267,22 +269,22 @@ def _table_data(table: ResultTable) -> dict[str, Any]:
     return {"title": table.title, "heads": list(table.heads), "rows": [list(row) for row in table.rows]}
 
 
-def _finding_data(table: Finding) -> dict[str, Any]:
+def _finding_data(finding: Finding) -> dict[str, Any]:
     data: dict[str, Any] = {
-        "quantity": table.measured.quantity,
-        "where": table.measured.where,
-        "value": table.measured.value,
-        "unit": table.measured.unit,
-        "facts": dict(table.measured.facts),
-        "note": table.measured.note,
-        "verdict": table.verdict.value,
+        "quantity": finding.measured.quantity,
+        "where": finding.measured.where,
+        "value": finding.measured.value,
+        "unit": finding.measured.unit,
+        "facts": dict(finding.measured.facts),
+        "note": finding.measured.note,
+        "verdict": finding.verdict.value,
     }
-    if table.criterion is not None:
+    if finding.criterion is not None:
         data |= {
-            "limit": table.limit,
-            "zone": table.zone or None,
-            "reason": table.reason or None,
-            "advice": table.advice or None,
-            "criterion": table.criterion.model_dump(mode="json"),
+            "limit": finding.limit,
+            "zone": finding.zone or None,
+            "reason": finding.reason or None,
+            "advice": finding.advice or None,
+            "criterion": finding.criterion.model_dump(mode="json"),
         }
     return data

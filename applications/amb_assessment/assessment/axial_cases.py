@@ -42,7 +42,7 @@ class LoadCase:
     def sensitivity(self) -> tuple[Array, Array]:
         """Frequencies (Hz), and |S| there; only a stable loop has it."""
         first = curve_frequencies(self.loop.poles, self.loop.sample_time)
-        return refined(lambda more: np.abs(self.loop.sensitivity(more)), first, lambda of: of)
+        return refined(lambda more: np.abs(self.loop.sensitivity(more)), first, lambda S: S)
 
     @property
     def peak(self) -> tuple[float, float]:
@@ -53,11 +53,11 @@ class LoadCase:
 
     @cached_property
     def least(self) -> tuple[float, float]:
-        """Smallest logarithmic decrement of its vibrations and their frequency (Hz); -`LARGEST` of a growing drift."""
-        found = [(float(-2.0 * np.pi * s.real / s.imag), float(hertz(s.imag))) for s in self.loop.vibrations]
-        if not self.stability.is_stable and not any(decrement <= 0.0 for decrement, _ in found):
-            found.append((-LARGEST, 0.0))  # a bearing without enough stiffness lets the rotor go
-        return min(found, default=(LARGEST, 0.0))
+        """Smallest logarithmic decrement of the vibrations and its frequency (Hz); -`LARGEST` for a growing drift."""
+        decrements = [(float(-2.0 * np.pi * s.real / s.imag), float(hertz(s.imag))) for s in self.loop.vibrations]
+        if not self.stability.is_stable and not any(decrement <= 0.0 for decrement, _ in decrements):
+            decrements.append((-LARGEST, 0.0))  # without enough stiffness the rotor drifts away
+        return min(decrements, default=(LARGEST, 0.0))
 
 
 def thrust_bearing_of(subject: Subject) -> ThrustBearing:
@@ -66,7 +66,7 @@ def thrust_bearing_of(subject: Subject) -> ThrustBearing:
     Raises
     ------
     ValueError
-        If it has none.
+        If the machine has none.
     """
     bearing = subject.file.thrust_bearing
     if bearing is None:
@@ -82,8 +82,8 @@ def weight_along_z(subject: Subject) -> float:
 def static_forces(subject: Subject) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the static forces (N) that the bearing carries, and those beyond its capacity.
 
-    They are those of the least and the largest thrust, and the smallest force between them, at which the bearing has
-    the least negative stiffness.
+    The forces balance the least and the largest thrust; the third is the smallest force between these, at which the
+    bearing has the least negative stiffness.
     """
     bearing = thrust_bearing_of(subject)
     ends = bearing.loads(weight_along_z(subject))
@@ -111,7 +111,7 @@ def least_stable_case(cases: Mapping[str, LoadCase]) -> tuple[str, LoopStability
 
 
 def axial_instability(subject: Subject) -> str:
-    """Return why a machine's thrust bearing, if any, does not hold its rotor; empty if it does."""
+    """Return why a machine's thrust bearing does not hold its rotor; empty if it does, or if there is none."""
     if subject.file.thrust_bearing is None:
         return ""
     _, beyond = static_forces(subject)

@@ -56,18 +56,18 @@ def assess(
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
 
-    with refusing(), bars(plain_console(stderr=True), interval=0.0) as displayed:
+    with refusing(), bars(plain_console(stderr=True), interval=0.0) as progress:
         require_extra("report", "an assessment", "plotly")
-        read = load_machine(file)
-        folder = output or Path("results") / f"assess_{read.name}"
+        machine = load_machine(file)
+        folder = output or Path("results") / f"assess_{machine.name}"
         check_writable(folder, is_folder=True)
-        task = displayed.add_task("preparing (a first run compiles the models)", total=None)
+        task = progress.add_task("preparing (a first run compiles the models)", total=None)
 
         def report(title: str, done: int, total: int) -> None:
-            displayed.update(task, description=f"{done + 1} of {total}: {title}", completed=done, total=total)
+            progress.update(task, description=f"{done + 1} of {total}: {title}", completed=done, total=total)
 
         result = answer(
-            read,
+            machine,
             only=only,
             criteria=criteria,
             flavour=flavour,
@@ -84,7 +84,7 @@ def assess(
     unanswered = result.unanswered | {f"criterion {key}": why for key, why in result.unevaluated.items()}
     reasons = dict.fromkeys(unanswered.values())
     failures = [
-        f"{', '.join(name for name, of in unanswered.items() if of == reason)}: not answered, because {reason}"
+        f"{', '.join(name for name, why in unanswered.items() if why == reason)}: not answered, because {reason}"
         for reason in reasons
     ]
     if result.instability:

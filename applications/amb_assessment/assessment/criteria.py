@@ -1,4 +1,4 @@
-"""Criteria as data: requirements of a standard or a user on a quantity, with source and its reliability."""
+"""Criteria as data: requirements of a standard or a user on a quantity, with their source and its reliability."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ READINGS: Mapping[Reading, str] = {
 
 
 class Criterion(Table):
-    """A demand on a quantity.
+    """A requirement on a quantity.
 
     key, clause, what
-        Name; clause of the standard; the demand in the project's words.
+        Name; clause of the standard; the requirement in the project's words.
     quantity, unit
         Judged quantity, by its name in the parts of an assessment, and the unit of its limits.
     relation
@@ -41,7 +41,7 @@ class Criterion(Table):
     beyond
         Name of the zone above all others.
     when
-        Formula of the cases to which it applies; all by default.
+        Formula that is true in the cases to which it applies; all by default.
     source, known
         Source of the number, and its reliability. A criterion without a source is `missing`: it has no limit, and the
         quantity is reported without a verdict.
@@ -97,13 +97,13 @@ class Criterion(Table):
         return self.zones[self.accepted] if self.zones else evaluate(self.limit, facts)
 
     def zone_of(self, value: float) -> str:
-        """Return the zone of a value; nothing without zones."""
+        """Return the zone of a value; empty without zones."""
         if not self.zones:
             return ""
         return next((name for name, upper in self.zones.items() if value < upper), self.beyond)
 
     def is_met(self, value: float, facts: Mapping[str, float]) -> bool:
-        """Return whether a value meets it; a zone excludes its limit, a limit itself is allowed."""
+        """Return whether a value meets the criterion; a value equal to the limit does, unless it is that of a zone."""
         limit = self.limit_of(facts)
         if self.zones:
             return value < limit
@@ -121,9 +121,9 @@ class CriteriaFile(Table):
     @model_validator(mode="after")
     def _has_each_once(self) -> CriteriaFile:
         keys = [criterion.key for criterion in self.criterion]
-        twice = sorted({key for key in keys if keys.count(key) > 1})
-        if twice:
-            raise ValueError(f"two criteria have the key {twice[0]}")
+        repeated = sorted({key for key in keys if keys.count(key) > 1})
+        if repeated:
+            raise ValueError(f"two criteria have the key {repeated[0]}")
         return self
 
 
@@ -133,7 +133,7 @@ def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
     Raises
     ------
     ValueError
-        If one has no value; the message names its criterion.
+        If a formula has no value; the message names its criterion.
     """
     for criterion in criteria:
         for formula in filter(None, (criterion.limit, criterion.when)):
@@ -155,17 +155,19 @@ def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
     Raises
     ------
     ValueError
-        If there is no such file or it is invalid; a line for each mistake.
+        If there is no such file, or it is invalid; the message has a line for each mistake.
     """
-    return tuple(item for source in (sources or packaged_criteria()) for item in _of_file(source))
+    return tuple(item for source in (sources or packaged_criteria()) for item in _criteria_in(source))
 
 
-def _of_file(source: str | Path) -> list[Criterion]:
-    available = packaged_criteria()
-    path = available.get(str(source), Path(source))
+def _criteria_in(source: str | Path) -> list[Criterion]:
+    packaged = packaged_criteria()
+    path = packaged.get(str(source), Path(source))
     if not path.is_file():
-        raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), available)}")
+        raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), packaged)}")
     name = f"criteria {path.name}"
     file = validate(read_toml(path, name), CriteriaFile, name)
-    about = {"standard": file.standard, "edition": file.edition}
-    return [item.model_copy(update={k: v for k, v in about.items() if not getattr(item, k)}) for item in file.criterion]
+    common = {"standard": file.standard, "edition": file.edition}
+    return [
+        item.model_copy(update={k: v for k, v in common.items() if not getattr(item, k)}) for item in file.criterion
+    ]

@@ -30,7 +30,7 @@ MAGNET_HEADS = (
     "L (mH)",
     "L of the gap (mH)",
 )
-LEAKAGE = 4.0
+LEAKAGE = 4.0  # factor between the inductances of file and gap, above which the file is in doubt
 
 
 def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlock]:
@@ -60,7 +60,7 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
         "Seals and passive bearings at the largest speed", "seal", "z (mm)", "K (MN/m)", "C (kN s/m)", "M (kg)"
     )
     for seal in rotor.seals:
-        tensors = (scale * of for scale, of in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
+        tensors = (scale * tensor for scale, tensor in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
         seals.add_row(seal.name, number(1e3 * z[seal.node - 1]), *(_tensor(item) for item in tensors))
     check_sites(subject.file.retainer_bearings, subject.sites)
     balls = labelled_table(f"{TITLE}, under an equal share of the weight", "retainer", *DATA_HEADS)
@@ -76,20 +76,20 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
         f"sampled every {subject.loop.sample_time:g} s"
     )
     unread = sum(item.known != "read" and item.known != "own" for item in criteria)
-    message = f"{len(criteria)} criteria, {unread} of them written without access to the standard"
+    criteria_line = f"{len(criteria)} criteria, {unread} of them written without access to the standard"
     if not subject.parameters[PLANT]["gravity"]:
-        message += "; the machine has no gravity, so nothing lands"
+        criteria_line += "; the machine has no gravity, so nothing lands"
     tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
     tables += [axial] if subject.file.thrust_bearing is not None else []
     tables += [balls] if subject.file.retainer_bearings else []
-    return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), message]
+    return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), criteria_line]
 
 
 def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
     """Return gap (mm), coil currents (A), forces (N), K_s (MN/m), K_i (N/A), and inductances (mH).
 
-    Coils are the upper and the lower; forces are without and with all control current; inductances are of the file and
-    of the gap, L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns per pole, without leakage and iron.
+    Coil currents are those of upper and lower coils; forces are the least and the largest; inductances are that of the
+    file and that of the gap, L = 2 mu_0 N^2 A/s_0 of a coil pair with N turns per pole, without leakage and iron.
 
     Parameters
     ----------
@@ -98,23 +98,25 @@ def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
     """
     k_s, k_i = operating_constants(p, law)
     least, most = (float(linearisation(p, 0.0, i_c).force + static_pull(p)) for i_c in current_range(p))
-    of_gap = 2.0 * mu_0 * p.turns**2 * p.pole_area / p.gap
+    gap_inductance = 2.0 * mu_0 * p.turns**2 * p.pole_area / p.gap
     currents = (p.bias_current + p.static_current, p.bias_current)
-    numbers = (1e3 * p.gap, *currents, least, most, 1e-6 * k_s, k_i, 1e3 * p.inductance, 1e3 * of_gap)
+    numbers = (1e3 * p.gap, *currents, least, most, 1e-6 * k_s, k_i, 1e3 * p.inductance, 1e3 * gap_inductance)
     return tuple(map(float, numbers))
 
 
-def inductance_doubt(axis: str, value: float, of_gap: float) -> list[str]:
-    """Return a line for each inductance that differs from that of its gap by more than a factor of LEAKAGE.
+def inductance_doubt(axis: str, value: float, gap_inductance: float) -> list[str]:
+    """Return a warning if an inductance (mH) differs from that of its gap (mH) by more than the factor `LEAKAGE`.
 
-    Leakage and the iron's path change it by less; an omitted unit, or another magnet, by more.
+    Leakage and iron cause smaller differences; a missing unit, or the data of another magnet, larger ones.
     """
-    if of_gap / LEAKAGE <= value <= of_gap * LEAKAGE:
+    if gap_inductance / LEAKAGE <= value <= gap_inductance * LEAKAGE:
         return []
-    message = f"inductance_{axis[-1]} = {value:.4g} mH, but turns, area and gap give {of_gap:.4g} mH: check its unit"
-    return [f"{axis}: {message}"]
+    doubt = (
+        f"inductance_{axis[-1]} = {value:.4g} mH, but {gap_inductance:.4g} mH by turns, area and gap: check its unit"
+    )
+    return [f"{axis}: {doubt}"]
 
 
-def _tensor(of: Array) -> str:
+def _tensor(values: Array) -> str:
     """Return a tensor as text, xx, xy; yx, yy."""
-    return "; ".join(", ".join(f"{number:.4g}" for number in row) for row in of)
+    return "; ".join(", ".join(f"{number:.4g}" for number in row) for row in values)

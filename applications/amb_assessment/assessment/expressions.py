@@ -56,7 +56,6 @@ def evaluate(formula: str, values: Mapping[str, float]) -> float:
     values
         Quantities by name.
 
-    Every operand is evaluated once, in floating point.
 
     Raises
     ------
@@ -84,9 +83,9 @@ def _parsed(formula: str) -> ast.Expression:
 
 
 def _value(node: ast.AST, values: Mapping[str, float]) -> Any:
-    """Return the value of a part of a formula, which must be a number: min, max and comparisons do not pass on NaN."""
+    """Return the value of a part of a formula; NaN is an error, because min, max and comparisons may hide it."""
 
-    def of(inner: ast.AST) -> Any:
+    def number_of(inner: ast.AST) -> Any:
         value = _value(inner, values)
         if math.isnan(value):
             raise ValueError(f"{ast.unparse(inner)} is not a number here")
@@ -100,23 +99,23 @@ def _value(node: ast.AST, values: Mapping[str, float]) -> Any:
         case ast.Name(id=name):
             raise ValueError(f"there is no {name!r}; {suggest(name, values)}")
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
-            return _power(of(left), of(right))
+            return _power(number_of(left), number_of(right))
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
-            return OPERATORS[type(op)](of(left), of(right))
+            return OPERATORS[type(op)](number_of(left), number_of(right))
         case ast.UnaryOp(op=op, operand=operand) if type(op) in OPERATORS:
-            return OPERATORS[type(op)](of(operand))
+            return OPERATORS[type(op)](number_of(operand))
         case ast.BoolOp(op=ast.And(), values=parts):
-            return all(of(part) for part in parts)
+            return all(number_of(part) for part in parts)
         case ast.BoolOp(op=ast.Or(), values=parts):
-            return any(of(part) for part in parts)
+            return any(number_of(part) for part in parts)
         case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in OPERATORS:
-            return OPERATORS[type(op)](of(left), of(right))
+            return OPERATORS[type(op)](number_of(left), number_of(right))
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS:
             function, least, most = FUNCTIONS[name]
             if not least <= len(arguments) <= most:
                 count = f"{least} arguments or more" if most > least else "one argument"
                 raise ValueError(f"{name} with {len(arguments)} arguments is not allowed; it takes {count}")
-            return function(*(of(argument) for argument in arguments))
+            return function(*(number_of(argument) for argument in arguments))
     raise ValueError("only numbers, names, + - * / **, a comparison, and, or, not, and functions are allowed")
 
 

@@ -44,17 +44,17 @@ class Quantity:
     """A quantity of the machine.
 
     quantity, where
-        Its name in criteria, and place, axis, mode or speed.
+        Name in criteria, and place, axis, mode or speed.
     value, unit
         Number and unit.
     facts
-        Its variables for formulas of criteria.
+        Variables of this quantity for formulas of criteria.
     note
         Note for the reader.
     open
-        Reason why the value may become worse, so that a criterion can be missed but not met; empty without one.
+        Reason why the value may become worse, so that a criterion can be missed but not met; otherwise empty.
     levitated
-        Whether it describes a rotor that levitates: without a stable loop its criteria are not answered.
+        Whether it describes a levitated rotor: if the loop is unstable, its criteria are not answered.
     """
 
     quantity: str
@@ -131,7 +131,7 @@ class Finding:
         value, unit, limit = self.measured.value, self.measured.unit, self.limit
         number = number_text(value)
         if self.verdict is Judgement.MISSED and limit is not None and number == number_text(limit):
-            number = next(finer for n in range(5, 18) if (finer := f"{value:.{n}g}") != f"{limit:.{n}g}")
+            number = next(text for n in range(5, 18) if (text := f"{value:.{n}g}") != f"{limit:.{n}g}")
         text = number if unit in ("", "1") else f"{number} {unit}"
         return f"{text}, zone {self.zone}" if self.zone else text
 
@@ -157,29 +157,29 @@ def judge(
     machine
         Variables of the machine for formulas.
     unstable
-        Returns the reason why the machine does not levitate, empty if it does; called for `levitated` quantities alone.
+        Returns why the machine does not levitate, empty if it does; called only for `levitated` quantities.
     """
     result: list[Finding] = []
     for item in measured:
         facts = {**machine, **item.facts}
-        requested = [criterion for criterion in criteria if criterion.quantity == item.quantity]
-        fallen = unstable() if item.levitated and requested else ""
+        applicable = [criterion for criterion in criteria if criterion.quantity == item.quantity]
+        instability = unstable() if item.levitated and applicable else ""
         judged = [
-            verdict for criterion in requested if (verdict := _judged(item, criterion, facts, fallen)) is not None
+            verdict for criterion in applicable if (verdict := _judged(item, criterion, facts, instability)) is not None
         ]
         result += judged or [Finding(item, None, Judgement.NOT_JUDGED)]
     order = {criterion.key: k for k, criterion in enumerate(criteria)}
     return sorted(result, key=lambda item: len(order) if item.criterion is None else order[item.criterion.key])
 
 
-def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float], fallen: str) -> Finding | None:
+def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float], instability: str) -> Finding | None:
     try:
         if not criterion.applies(facts):
             return None
         if criterion.known == "missing":
             return Finding(item, criterion, Judgement.NOT_JUDGED, reason="No source for its limits was found")
-        if fallen:
-            return Finding(item, criterion, Judgement.UNANSWERED, reason=fallen)
+        if instability:
+            return Finding(item, criterion, Judgement.UNANSWERED, reason=instability)
         limit = criterion.limit_of(facts)
         verdict = Judgement.MET if criterion.is_met(item.value, facts) else Judgement.MISSED
     except ValueError as error:

@@ -27,16 +27,16 @@ from amb_files.toml import read_toml, validate
 from rotor_analysis.parts import AtSpeed, Bearing
 
 HIGHEST = 1e5  # rad/s
-GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # as ISO 21940-11 writes it, in mm/s
+GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # form of ISO 21940-11, in mm/s
 
 OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "communication_step", "fmu", "parameters")
-OF_SCENARIO = (*OF_MACHINE, "gradient", "inputs")  # of the scenario whose machine it is
+OF_SCENARIO = (*OF_MACHINE, "gradient", "inputs")  # fields of a scenario that define its machine
 
 
 class Speeds(Table):
     """Speeds of the machine: smallest and largest in operation, and the trip speed (default: 1.05 times maximum).
 
-    `run_up` and `run_down` are the times between standstill and the largest speed, even with time.
+    `run_up` and `run_down` are the times between standstill and the largest speed, at constant acceleration.
     """
 
     minimum: Value
@@ -67,7 +67,7 @@ class Speeds(Table):
 
     @property
     def tripping(self) -> float:
-        """Speed at which it trips (rad/s)."""
+        """Trip speed (rad/s)."""
         return 1.05 * self.highest if self.trip is None else quantity(self.trip, "rad/s", "speed.trip")
 
     @property
@@ -102,13 +102,13 @@ class CompressorStage(Table):
     """A stage that drives whirl: the rotor part that it acts `at`, and either its data or its coupling.
 
     kind, power, diameter, width, density_ratio
-        Centrifugal or axial; power, impeller's or pitch diameter, smallest width of diffuser or impeller, or height of
-        blades; ratio of discharge to suction density of a centrifugal stage.
+        Centrifugal or axial; power; diameter of the impeller, or pitch diameter of the blades; smallest width of
+        diffuser or impeller, or height of the blades; ratio of discharge to suction density of a centrifugal stage.
     cross_coupling
-        Anticipated cross-coupled stiffness in their place.
+        Anticipated cross-coupled stiffness, instead of these data.
     real
-        Result of a better calculation, for level II: cross-coupled stiffness, or stiffness, damping and mass over
-        speed, as for a seal in a rotor file; by default the anticipated coupling.
+        Result of a more accurate calculation, for level II: cross-coupled stiffness, or stiffness, damping and mass
+        over speed, as for a seal in a rotor file; by default the anticipated coupling.
     """
 
     at: str
@@ -173,7 +173,7 @@ class Tolerances(Table):
 
 
 class MachineFile(Table):
-    """A machine: its parts, its speeds, its loads.
+    """A machine: parts, speeds and loads.
 
     name, description, source
         Name, one-line description, and source of the data.
@@ -256,11 +256,11 @@ class MachineFile(Table):
 
     @property
     def has_synchronous_control(self) -> bool:
-        """Whether its scenario begins with synchronous control (ROLAC), which an assessment leaves out."""
+        """Whether its scenario begins with synchronous control (ROLAC), which an assessment turns off."""
         return bool(self._scenario_data().get("inputs", {}).get(CONTROLLER, {}).get("rolac_enable"))
 
     def as_scenario(self, Omega: float, **fields: Any) -> Scenario:
-        """Return a scenario of the machine at a speed (rad/s), a second without settling unless `fields` differ."""
+        """Return a scenario of the machine at a speed (rad/s): one second without settling, unless `fields` differ."""
         data = self._scenario_data()
         if self.tilt is not None and data.get("gravity") is not None:
             across = math.cos(self.shaft_tilt)
@@ -272,18 +272,18 @@ class MachineFile(Table):
         return make_scenario(data if {"end_time", "end_cycle"} & {*data} else data | {"end_time": 1.0}, self.name)
 
     def _scenario_data(self) -> dict[str, Any]:
-        """Return the data of its scenario, with what the file itself states."""
+        """Return the data of the scenario, replaced by those of the file."""
         base = read_scenario(self.scenario) if self.scenario else {}
         data = {key: base[key] for key in OF_SCENARIO if key in base}
-        local = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, include={*OF_MACHINE})
-        return overlaid(_without_motion(data), local)
+        of_file = self.model_dump(mode="json", exclude_unset=True, exclude_none=True, include={*OF_MACHINE})
+        return overlaid(_without_plant_inputs(data), of_file)
 
 
-def _without_motion(data: dict[str, Any]) -> dict[str, Any]:
-    """Return a scenario's data without the loads of its rotor."""
+def _without_plant_inputs(data: dict[str, Any]) -> dict[str, Any]:
+    """Return a scenario's data without the inputs of its rotor."""
     from amb_cosim.results.component_names import PLANT
 
-    inputs = {component: of for component, of in data.get("inputs", {}).items() if component != PLANT}
+    inputs = {component: values for component, values in data.get("inputs", {}).items() if component != PLANT}
     return {key: value for key, value in data.items() if key != "inputs"} | ({"inputs": inputs} if inputs else {})
 
 
@@ -305,13 +305,13 @@ def load_machine(source: str | Path) -> MachineFile:
     Raises
     ------
     ValueError
-        If there is none, or it is invalid; a line for each mistake.
+        If there is none, or it is invalid; the message has a line for each mistake.
     """
-    available = packaged_machines()
-    path = available.get(str(source), Path(source))
+    packaged = packaged_machines()
+    path = packaged.get(str(source), Path(source))
     if not path.is_file():
         kind = "file" if str(source).endswith(".toml") else "machine"
-        raise ValueError(f"no {kind} {str(source)!r}; {suggest(str(source), available)}")
+        raise ValueError(f"no {kind} {str(source)!r}; {suggest(str(source), packaged)}")
     name = f"machine file {path}"
     data = with_paths(read_toml(path, name), lambda file: str(path.parent / file))
     for key in ("controller", "scenario"):
@@ -323,6 +323,6 @@ def load_machine(source: str | Path) -> MachineFile:
     if isinstance(data.get("criteria"), list):
         from amb_assessment.assessment.criteria import packaged_criteria
 
-        present = packaged_criteria()
-        data["criteria"] = [item if item in present else str(path.parent / str(item)) for item in data["criteria"]]
+        with_names = packaged_criteria()
+        data["criteria"] = [item if item in with_names else str(path.parent / str(item)) for item in data["criteria"]]
     return validate({"name": path.stem} | data, MachineFile, name)

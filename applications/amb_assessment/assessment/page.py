@@ -55,7 +55,7 @@ def page(assessment: Assessment) -> str:
 
 
 def _sentences(*texts: str) -> str:
-    """Join texts, without the empty ones, into sentences that begin with a capital letter."""
+    """Join the texts that are not empty into sentences that begin with a capital letter."""
     return ". ".join(text[0].upper() + text[1:] for text in texts if text)
 
 

@@ -20,19 +20,19 @@ def browser() -> str | None:
 
 def print_page(page: Path) -> Path | None:
     """Print a page as PDF next to it and return its path; None without a browser or if printing fails."""
-    result = browser()
-    if result is None:
+    browser_path = browser()
+    if browser_path is None:
         return None
 
-    def printed(path: Path) -> None:
+    def print_to(path: Path) -> None:
         options = ("--headless", "--disable-gpu", "--no-pdf-header-footer", "--no-sandbox")
-        command = [result, *options, f"--print-to-pdf={path}", page.resolve().as_uri()]
+        command = [browser_path, *options, f"--print-to-pdf={path}", page.resolve().as_uri()]
         subprocess.run(command, check=True, capture_output=True, timeout=LONGEST)
         if not path.is_file():
             raise OSError("the browser wrote no file")
 
     try:
-        write_atomically(page.with_name(PDF), printed)
+        write_atomically(page.with_name(PDF), print_to)
     except (OSError, subprocess.SubprocessError):
         return None
     return page.with_name(PDF)

@@ -1,4 +1,4 @@
-"""Ball bearings of retainers in a machine file, and the loads of their balls in a landing."""
+"""Ball bearings of retainers in a machine file, and the loads of their balls during a landing."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DATA_HEADS = (
 
 
 class RetainerBearing(Table):
-    """The ball bearing of a retainer, as its catalogue has it.
+    """The ball bearing of a retainer, by its catalogue data.
 
     at
         Contact site of the rotor.
@@ -42,11 +42,11 @@ class RetainerBearing(Table):
     clearance
         Diametral internal clearance as mounted, without contact angle; negative for an interference.
     conformity
-        Radii of inner and outer groove over the ball's diameter.
+        Radii of the inner and outer groove over the ball's diameter.
     ball
         Material of the balls: steel or silicon_nitride.
     static_rating
-        C_0 of its catalogue; by ISO 76's pressure without.
+        C_0 of the catalogue; by default the load at the pressure of ISO 76.
     """
 
     at: str
@@ -113,11 +113,13 @@ class RetainerBearing(Table):
 
     def data(self, weight: float) -> tuple[str, ...]:
         """Return texts of a row of `DATA_HEADS`, with the stiffness under a radial force `weight` (N)."""
-        bearing, most = self.bearing, self.rating
-        slope = 0.02 * weight / (bearing.displacement_under(1.01 * weight) - bearing.displacement_under(0.99 * weight))
-        displacements = (f"{1e6 * bearing.displacement_under(force):.3g}" for force in (weight, most))
-        ratings = (f"{1e-3 * most:.4g}", f"{1e-3 * bearing.static_rating:.4g}")
-        return (self.at, f"{self.rows} x {self.balls}", *ratings, f"{1e-6 * slope:.4g}", *displacements)
+        bearing, rating = self.bearing, self.rating
+        stiffness = (
+            0.02 * weight / (bearing.displacement_under(1.01 * weight) - bearing.displacement_under(0.99 * weight))
+        )
+        displacements = (f"{1e6 * bearing.displacement_under(force):.3g}" for force in (weight, rating))
+        ratings = (f"{1e-3 * rating:.4g}", f"{1e-3 * bearing.static_rating:.4g}")
+        return (self.at, f"{self.rows} x {self.balls}", *ratings, f"{1e-6 * stiffness:.4g}", *displacements)
 
     def curve(self, most: float) -> Curve:
         """Return the radial displacement (um) over the force (N) up to `most`."""
@@ -126,7 +128,7 @@ class RetainerBearing(Table):
 
 
 def check_sites(bearings: Iterable[RetainerBearing], sites: Iterable[str]) -> None:
-    """Raise a ValueError if a bearing is at none of the `sites`, or two are at the same one."""
+    """Raise a ValueError if a bearing is at none of the `sites`, or two bearings are at the same site."""
     names, used = list(sites), list[str]()
     for item in bearings:
         if item.at not in names:
@@ -137,7 +139,7 @@ def check_sites(bearings: Iterable[RetainerBearing], sites: Iterable[str]) -> No
 
 
 def load_panels(loaded: Sequence[tuple[RetainerBearing, float]]) -> tuple[Panel, ...]:
-    """Return the displacement over the force of bearings, up to the forces on them (N) or their ratings."""
+    """Return a plot of displacement over force of bearings, up to their ratings or the forces on them (N)."""
     if not loaded:
         return ()
     most = max(max(force, item.rating) for item, force in loaded)

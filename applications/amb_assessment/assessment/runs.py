@@ -22,23 +22,23 @@ from array_types import Array
 from rotor_analysis.response import orbit
 
 SETTLING, LONGEST_SETTLING = 20.0, 400.0  # cycles
-REMAINS = 0.01  # of the motion at the start, which a run may have when it is judged from
-EXCITED = 2.0  # times the spin speed, up to which starting excites vibrations
+REMAINS = 0.01  # share of the transient that remains when a run is judged
+EXCITED = 2.0  # highest frequency of the transient, over the spin speed
 CYCLES = 60.0  # of a run at a speed
-SPEEDS = 81  # of a response, with more about critical speeds and maxima
-FRICTION = 0.15  # of a landing that is followed
+SPEEDS = 81  # of a response, before refinement about critical speeds and maxima
+FRICTION = 0.15  # of a landing to rest
 CHAIN = "chain.preset"
 NOISY = {"chain.noise": True, "chain.adc": True, "chain.dac": True, "chain.filter": False, "chain.delay": False}
 
 
 @dataclass(frozen=True)
 class PlacedUnbalance:
-    """The whole unbalance of the balancing grade at planes of the co-simulated rotor, placed for a mode.
+    """The unbalance of the balancing grade at planes of the co-simulated rotor, placed for a mode.
 
     case
         The mode.
     at
-        Unbalance (kg m) by plane, with the sign of the mode's shape there; their sizes sum to the whole.
+        Unbalance (kg m) by plane, with the sign of the mode's shape; the absolute values sum to the total.
     """
 
     case: UnbalanceCase
@@ -64,9 +64,9 @@ class WorstResponse:
     unbalance, Omega
         The unbalance and the speed (rad/s).
     site, share
-        Where it is largest, and the displacement over the clearance there (1).
+        Place of the largest displacement over the clearance, and that ratio (1).
     shares
-        The same at every place.
+        Displacement over the clearance at every place (1).
     """
 
     unbalance: PlacedUnbalance
@@ -97,11 +97,11 @@ def planes_of_unbalance(subject: Subject) -> dict[str, int]:
 def placed_unbalances(subject: Subject) -> list[PlacedUnbalance]:
     """Return the unbalance of the balancing grade placed for each mode.
 
-    Each lobe of the shape has its share by modal mass, at the plane within it where the shape is largest. A lobe
-    without a plane leaves its share to the others, in proportion: the whole is always placed, and no part of it
-    subtracts from another.
+    Each lobe of the shape has its share by modal mass, at the plane within it where the shape is largest. The share of
+    a lobe without a plane is distributed to the others in proportion, so that the total is always placed and no part
+    cancels another.
     """
-    planes, whole = planes_of_unbalance(subject), subject.unbalance_of_grade()
+    planes, total = planes_of_unbalance(subject), subject.unbalance_of_grade()
     result = []
     for case in unbalance_cases(subject):
         shares: dict[str, float] = {}
@@ -110,13 +110,13 @@ def placed_unbalances(subject: Subject) -> list[PlacedUnbalance]:
             if within:
                 chosen = max(within, key=lambda plane: abs(case.shape[planes[plane] - 1]))
                 shares[chosen] = share
-        scale = whole / sum(map(abs, shares.values()))
+        scale = total / sum(map(abs, shares.values()))
         result.append(PlacedUnbalance(case, {plane: scale * share for plane, share in shares.items()}))
     return result
 
 
 def worst_response(subject: Subject, lowest: float, highest: float, sites: Sequence[str] = ()) -> WorstResponse:
-    """Return the largest steady response at any speed (rad/s) from the lowest to the highest, of all modes' unbalances.
+    """Return the largest steady response to the modes' unbalances at any speed (rad/s) from the lowest to the highest.
 
     The speeds are refined about critical speeds and maxima (`rotor_analysis.refinement`); forces of the magnetic
     bearings are linear, with seals and stages.
@@ -126,19 +126,19 @@ def worst_response(subject: Subject, lowest: float, highest: float, sites: Seque
     subject, lowest, highest
         The machine, and the speeds.
     sites
-        Places that count; all by default.
+        Places to consider; all by default.
     """
     unbalances, planes, others = placed_unbalances(subject), planes_of_unbalance(subject), real_coefficients(subject)
     loads = [{planes[plane]: complex(u) for plane, u in placed.at.items()} for placed in unbalances]
     names = list(subject.clearances)
     nodes, limits, _ = zip(*subject.clearances.values(), strict=True)
-    counted = [names.index(site) for site in sites or names]
+    considered = [names.index(site) for site in sites or names]
     speeds = with_tables(subject, np.unique(np.linspace(lowest, highest, SPEEDS)))
-    speeds, motion = refined_response(subject, speeds, loads, [nodes[site] for site in counted], others)
+    speeds, motion = refined_response(subject, speeds, loads, [nodes[site] for site in considered], others)
     used = orbit(motion[:, :, [node - 1 for node in nodes]])[0] / np.array(limits)
-    n, k, top = np.unravel_index(int(used[:, :, counted].argmax()), (*used.shape[:2], len(counted)))
+    n, k, top = np.unravel_index(int(used[:, :, considered].argmax()), (*used.shape[:2], len(considered)))
     at_sites = dict(zip(names, used[n, k].tolist(), strict=True))
-    return WorstResponse(unbalances[k], float(speeds[n]), names[counted[top]], at_sites)
+    return WorstResponse(unbalances[k], float(speeds[n]), names[considered[top]], at_sites)
 
 
 def worst_inputs(subject: Subject) -> dict[str, float]:
@@ -205,15 +205,15 @@ def ended_at_magnet(subject: Subject, result: Result) -> bool:
     """Return whether a run ended because its actuator refused a rotor that had crossed an air gap."""
     used = clearance_used(subject, result)
     gaps = [used[air_gap(bearing)] for bearing in subject.air_gaps]
-    return result.outcome.component == ACTUATOR and any(len(of) and of[-1] >= 1.0 for of in gaps)
+    return result.outcome.component == ACTUATOR and any(len(shares) and shares[-1] >= 1.0 for shares in gaps)
 
 
 def settling_cycles(subject: Subject, Omega: float) -> float:
-    """Return the cycles in which vibrations that starting excites decay to `REMAINS`, between 20 and 400.
+    """Return the cycles in which the vibrations of a start decay to `REMAINS`, between 20 and 400.
 
         n = ln(1/REMAINS) Omega/(2 pi |sigma|)                                                         (1)
 
-    sigma is that of the slowest decaying vibration of the loop, stages aside, at up to twice the spin speed.
+    sigma is that of the slowest decay of a vibration of the loop, without stages, up to twice the spin speed.
 
     Parameters
     ----------
@@ -248,12 +248,12 @@ def _recorded(result: Result) -> Array:
 
 
 def without_power(subject: Subject, cycle: float, friction: float = FRICTION) -> dict[str, Any]:
-    """Return the fields of a scenario in which all amplifiers lose their power at a cycle, and coils discharge.
+    """Return the fields of a scenario in which all amplifiers lose power at a cycle, and the coils discharge.
 
-    Contacts have a friction coefficient.
+    `friction` is the friction coefficient of all contacts.
     """
-    local = subject.parameters[ACTUATOR]
-    limits = {f"{b}.discharge_voltage_{a}": local[f"{b}.voltage_limit_{a}"] for b, a in subject.loop.axes}
+    parameters = subject.parameters[ACTUATOR]
+    limits = {f"{b}.discharge_voltage_{a}": parameters[f"{b}.voltage_limit_{a}"] for b, a in subject.loop.axes}
     actuator = {"amplifier": "dynamic", "mean_current": True, **limits}
     return {
         "parameters": {ACTUATOR: actuator, PLANT: {"*.mu": friction}},
@@ -267,7 +267,7 @@ def longest(subject: Subject, duration: float, steps: int) -> float:
 
 
 def check_falls(subject: Subject) -> None:
-    """Raise a ValueError if a machine has no gravity at all, so that nothing makes its rotor land without power."""
+    """Raise a ValueError if a machine has no gravity, so that its rotor does not fall without power."""
     if has_no_gravity(subject):
         raise ValueError("the machine has no gravity, so the rotor does not fall; set gravity in the machine file")
 

@@ -11,24 +11,24 @@ from amb_assessment.assessment.findings import Quantity
 from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm
 
-SPEEDS = 41  # from zero to the trip speed, between which the least stable is sought
+SPEEDS = 41  # from zero to the trip speed, before refinement
 
 
 def least_stable(subject: Subject, variation: MachineVariation = NOMINAL, count: int = SPEEDS) -> LoopStability:
-    """Return the stability at the least stable speed from zero to the trip speed, which every run-up passes."""
+    """Return the stability at the least stable speed from zero to the trip speed, the range of a run-up."""
     speed = subject.file.speed
     speeds = with_tables(subject, np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest]))
     return coupled_loop(subject, real_coefficients(subject), variation).least_stable(speeds)
 
 
 def spectral_radius(quantity: str, stability: LoopStability, name: str = "") -> Quantity:
-    """Return the spectral radius of a loop with the motion of its pole and its speed; `name` is put first."""
+    """Return the spectral radius of a loop, described by `name`, the motion of its pole and its speed."""
     N = float(rpm(stability.speed))
     facts = {"growth_rate": stability.growth_rate, "frequency": hertz(stability.frequency), "N": N}
-    return Quantity(quantity, f"{name}{described(stability)}", stability.radius, "1", facts, stability.note)
+    return Quantity(quantity, f"{name}{motion_and_speed(stability)}", stability.radius, "1", facts, stability.note)
 
 
-def described(stability: LoopStability) -> str:
+def motion_and_speed(stability: LoopStability) -> str:
     """Return the motion of the pole that decides, and its speed."""
     return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} 1/min"
 
@@ -37,5 +37,5 @@ def instability(subject: Subject) -> str:
     """Return why the rotor of a machine does not levitate, across or along its shaft; empty if it does."""
     stability = least_stable(subject)
     if not stability.is_stable:
-        return f"the loop is not stable: {described(stability)}"
+        return f"the loop is not stable: {motion_and_speed(stability)}"
     return axial_instability(subject)

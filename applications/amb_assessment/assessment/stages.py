@@ -22,22 +22,19 @@ from rotor_analysis.rotor import Rotor
 
 
 def anticipated(subject: Subject, factor: float = 1.0) -> tuple[Bearing, ...]:
-    """Return the anticipated coupling of the stages at the largest speed times a factor, in place of the rotor's seals.
+    """Return the anticipated coupling of the stages at the largest speed, times a factor, without the rotor's seals.
 
-    This is the model of level I: rotor, bearings, and one coupling for everything that drives whirl.
+    This is the model of level I: rotor, bearings, and a coupling that stands for all causes of whirl.
     """
     speed = subject.file.speed.highest
     stages = (
         cross_coupling(s.at, subject.rotor.node_of(s.at), factor * s.anticipated(speed)) for s in subject.file.stages
     )
-    return (*stages, *(_without(seal) for seal in subject.rotor.seals))
+    return (*stages, *(_cancelling(seal) for seal in subject.rotor.seals))
 
 
 def real_coefficients(subject: Subject) -> tuple[Bearing, ...]:
-    """Return the stages by the better calculation of level II, by default with the anticipated coupling.
-
-    The rotor's seals are in its model.
-    """
+    """Return the coefficients of the stages for level II, by default the anticipated coupling, without the seals."""
     speed = subject.file.speed.highest
     return tuple(_level_two(stage, stage.at, subject.rotor.node_of(stage.at), speed) for stage in subject.file.stages)
 
@@ -50,7 +47,7 @@ def with_tables(subject: Subject, speeds: Array) -> Array:
 def table_notes(subject: Subject, highest: float) -> list[str]:
     """Return sentences on tables of seals, stages and controller that end between 0 and the highest speed (rad/s).
 
-    Coefficients that were frozen at a whirl frequency are named, too.
+    Coefficients frozen at a whirl frequency are listed, too.
     """
     limits = limits_of((*subject.rotor.seals, *real_coefficients(subject)))
     laws = subject.linear_components.table_speeds()
@@ -65,20 +62,20 @@ def cross_coupling(name: str, node: int, Q: float) -> Bearing:
 
 
 def _level_two(stage: CompressorStage, name: str, node: int, Omega: float) -> Bearing:
-    """Return a stage by the better calculation."""
+    """Return the coefficients of a stage for level II."""
     result = stage.coefficients()
     return (
         cross_coupling(name, node, stage.level_two(Omega)) if result is None else replace(result, name=name, node=node)
     )
 
 
-def _without(seal: Bearing) -> Bearing:
+def _cancelling(seal: Bearing) -> Bearing:
     """Return coefficients that cancel a seal of the rotor."""
 
-    def opposite(of: Bearing | AtSpeed) -> dict[str, Any]:
-        return {name: (-np.array(getattr(of, name))).tolist() for name in ("stiffness", "damping", "mass")}
+    def negated(coefficients: Bearing | AtSpeed) -> dict[str, Any]:
+        return {name: (-np.array(getattr(coefficients, name))).tolist() for name in ("stiffness", "damping", "mass")}
 
-    return replace(seal, **opposite(seal), at_speed=tuple(replace(row, **opposite(row)) for row in seal.at_speed))
+    return replace(seal, **negated(seal), at_speed=tuple(replace(row, **negated(row)) for row in seal.at_speed))
 
 
 def co_simulated(subject: Subject, Omega: float, **fields: Any) -> Scenario:
@@ -90,7 +87,7 @@ def co_simulated(subject: Subject, Omega: float, **fields: Any) -> Scenario:
 
 
 def with_stages(rotor: Rotor, stages: Sequence[CompressorStage], Omega: float) -> Rotor:
-    """Return a rotor with stages as seals, by the better calculation, at its parts of those names.
+    """Return a rotor with the level II coefficients of stages as seals, at the parts that the stages name.
 
     Parameters
     ----------
@@ -107,6 +104,6 @@ def with_stages(rotor: Rotor, stages: Sequence[CompressorStage], Omega: float) -
         names.add(name)
         seal = _level_two(stage, name, nodes[stage.at], Omega)
         mass = seal.at(Omega)[2].tolist()
-        rows = ((row.speed, *(of.tolist() for of in seal.at(row.speed)[:2]), mass) for row in seal.at_speed)
+        rows = ((row.speed, *(tensor.tolist() for tensor in seal.at(row.speed)[:2]), mass) for row in seal.at_speed)
         seals.append(replace(seal, at_speed=tuple(AtSpeed(*row) for row in rows)))
     return replace(rotor, seals=tuple(seals))

@@ -17,9 +17,9 @@ from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
 
-FAULT = "Fault:"  # beginning of the description of an input
+FAULT = "Fault:"  # beginning of the description of an input that is a fault
 NEARER = (
-    "Of a retainer and the air gap of its magnet, the one of which the rotor uses the larger share counts; it is named "
+    "Of a retainer and the air gap of its magnet, only the place is listed of which the rotor uses the larger share, "
     "with its radial clearance."
 )
 
@@ -51,7 +51,7 @@ class Subject(Machine):
 
     @cached_property
     def faults(self) -> tuple[str, ...]:
-        """Inputs that are not 0 at the start and by whose description a component has a fault."""
+        """Inputs that are a fault by their description and are not 0 at the start."""
         values = {name: value for name, value in self.planned.plan.inputs.items() if value}
         ports = {
             f"{component}.{name}": port
@@ -72,12 +72,12 @@ class Subject(Machine):
         return (*self.retainers, *gaps) if self.retainers else tuple(self.clearances)
 
     def nearest(self, shares: Mapping[str, float]) -> list[str]:
-        """Return the places that decide: of a retainer and the air gap of its magnet, that with the larger share.
+        """Return the decisive places: of a retainer and the air gap of its magnet, that with the larger share.
 
         Parameters
         ----------
         shares
-            Displacement over the clearance by place; every other place decides for itself.
+            Displacement over the clearance by place; all other places are decisive.
         """
         guarded = {air_gap(site.bearing): site.name for site in self.rotor.sites if site.bearing}
         groups: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""The thrust bearing in a machine file: its magnets, iron, amplifier, controller, and the thrust that it carries."""
+"""The thrust bearing in a machine file: magnets, iron, amplifier, controller, and the thrust that it carries."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from thrust_bearings.disc import CatalogueBearing, OperatingPoint, ThrustDisc, m
 from thrust_bearings.eddy_currents import LEAKAGE, SolidIron, corner_frequency
 from thrust_bearings.rational_lag import NO_LAG, RationalLag, rational_lag
 
-LOWEST = 2.0 * math.pi * 0.1  # rad/s, from which on the lag of eddy currents is approximated, up to the sample rate
+LOWEST = 2.0 * math.pi * 0.1  # rad/s, lowest frequency of the approximated lag of eddy currents
 LEAST_CORNER = 2.0 * math.pi  # rad/s
 OF_GEOMETRY = {
     "pole_area": "m2",
@@ -35,10 +35,10 @@ DATA_HEADS = ("K_i (N/A)", "K_s (MN/m)", "capacity (N)", "carries (N)", "tilt (N
 
 
 class SolidCore(Table):
-    """Solid iron of core and disc, by its material, or by the corner frequency of the lag, as measured.
+    """Solid iron of core and disc, by its material, or by the measured corner frequency of the lag.
 
     conductivity, permeability, slot_depth, leakage
-        Conductivity and relative permeability, depth of the coil's slot, and flux in the iron over that between the
+        Conductivity, relative permeability, depth of the coil's slot, and flux in the iron over that between the
         poles.
     corner
         Frequency at which eddy currents have the reluctance of the gap.
@@ -52,8 +52,8 @@ class SolidCore(Table):
 
     @model_validator(mode="after")
     def _is_complete(self) -> SolidCore:
-        given = [name for name in OF_IRON if getattr(self, name) is not None]
-        if (self.corner is None) != (len(given) == len(OF_IRON)) or (self.corner is not None and given):
+        stated = [name for name in OF_IRON if getattr(self, name) is not None]
+        if (self.corner is None) != (len(stated) == len(OF_IRON)) or (self.corner is not None and stated):
             raise ValueError(f"iron of the thrust bearing needs either corner, or {', '.join(OF_IRON)}")
         if self.corner is None:
             _ = self.material
@@ -64,12 +64,12 @@ class SolidCore(Table):
 
     @property
     def measured_corner(self) -> float:
-        """The given corner frequency (rad/s)."""
+        """The measured corner frequency (rad/s)."""
         return _value("corner", self.corner, "rad/s")
 
     @property
     def material(self) -> SolidIron:
-        """The given material."""
+        """The material."""
         sigma, mu_r, depth = (_value(name, getattr(self, name), unit) for name, unit in OF_IRON.items())
         return SolidIron(sigma, mu_r, depth, self.leakage)
 
@@ -88,11 +88,11 @@ class ThrustBearing(Table):
     inner_radius, outer_radius
         Inner edge of the inner pole, outer edge of the outer pole.
     pole_area, gap, turns, bias_current, current_limit, saturation
-        As of `ThrustDisc`.
+        As for `ThrustDisc`.
     k_i, k_s, capacity
-        In place of these: constants of a data sheet, and the largest static force.
+        Instead of these, constants of a data sheet, and the largest static force.
     iron
-        Solid iron of core and disc; without, they are laminated.
+        Solid iron of core and disc; by default they are laminated.
     """
 
     at: str
@@ -127,7 +127,7 @@ class ThrustBearing(Table):
             omega_b, (low, high) = self.amplifier_bandwidth, self.thrusts
             require(0.0 < omega_b < math.inf, "bandwidth", f"{omega_b:g} rad/s", "> 0 rad/s")
             slowest = math.inf if self.corner is None else self.corner
-            allowed = f">= {LEAST_CORNER:.3g} rad/s (1 Hz); iron that lags so much makes no bearing"
+            allowed = f">= {LEAST_CORNER:.3g} rad/s (1 Hz); a bearing with such a lag cannot work"
             require(slowest >= LEAST_CORNER, "corner of the eddy currents", f"{slowest:.3g} rad/s", allowed)
             require(-math.inf < low <= high < math.inf, "thrust", f"{low:g} to {high:g} N", "finite, ascending")
         except ValueError as error:
@@ -160,7 +160,7 @@ class ThrustBearing(Table):
 
     @property
     def corner(self) -> float | None:
-        """Corner frequency of the lag of eddy currents (rad/s); none with laminated iron."""
+        """Corner frequency of the lag of eddy currents (rad/s); None for laminated iron."""
         if self.iron is None:
             return None
         if self.iron.corner is not None:
@@ -186,18 +186,18 @@ class ThrustBearing(Table):
         ValueError
             If its file cannot be read, or it has more than one signal, demand or speed.
         """
-        made = linear_controller(Path(self.controller))
+        controller = linear_controller(Path(self.controller))
         name = Path(self.controller).name
-        signals, demands = len(made.ports.signals), len(made.ports.demands)
+        signals, demands = len(controller.ports.signals), len(controller.ports.demands)
         if (signals, demands) != (1, 1):
             raise ValueError(
                 f"controller {name} of the thrust bearing has {signals} signals and {demands} demands; it must have "
                 "one of each"
             )
-        if len(made.laws) > 1:
+        if len(controller.laws) > 1:
             raise ValueError(f"controller {name} of the thrust bearing depends on speed; it must be one law")
-        (law,) = made.laws.values()
-        return (law.A, law.B, law.C, law.D), made.sample_time, float(made.starts.get("delay", 0.0))
+        (law,) = controller.laws.values()
+        return (law.A, law.B, law.C, law.D), controller.sample_time, float(controller.starts.get("delay", 0.0))
 
     def loop(self, mass: float, point: OperatingPoint, factors: tuple[float, float] = (1.0, 1.0)) -> AxialLoop:
         """Return the sampled loop of the rotor's axial motion at a static force.
@@ -205,11 +205,11 @@ class ThrustBearing(Table):
         Parameters
         ----------
         mass
-            Of the rotor (kg).
+            Mass of the rotor (kg).
         point
-            Of the bearing under its static force.
+            Operating point of the bearing under its static force.
         factors
-            On K_i and K_s (1).
+            Factors on K_i and K_s (1).
         """
         law, sample_time, delay = self.law
         k_i, k_s = factors[0] * point.k_i, factors[1] * point.k_s
@@ -217,7 +217,7 @@ class ThrustBearing(Table):
         return AxialLoop(plant, law, sample_time, delay)
 
     def moment_stiffness(self, load: float = 0.0) -> float:
-        """Return the moment per tilt of the disc (N m/rad), positive: destabilising, under a static force (N)."""
+        """Return the moment per tilt of the disc (N m/rad) under a static force (N); positive is destabilising."""
         return moment_stiffness(self.bearing.operating_point(load).k_s, self.bearing.rings)
 
     def data(self, weight: float) -> tuple[str, ...]:

@@ -12,9 +12,9 @@ from amb_cosim.presentation.digits import significant
 from array_types import Array
 from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_masses
 
-MOST = 5  # modes
-BEYOND = 1.5  # of the trip speed, up to which the critical speed of a mode may be
-SOFTEST = 0.02  # of the largest stiffness of a bearing, in place of less
+MOST = 5  # modes, at most
+BEYOND = 1.5  # highest critical speed of a mode, over the trip speed
+SOFTEST = 0.02  # least stiffness of a bearing, over the largest
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class UnbalanceCase:
     """Unbalance that excites a mode.
 
     name
-        Its name.
+        Name of the case.
     shape
-        Its shape at the nodes, the largest 1.
+        Shape of the mode at the nodes, the largest value 1.
     shares
         Share of the total unbalance by node, with the sign of the shape: the modal mass of each lobe, at its antinode.
     lobes
@@ -36,23 +36,23 @@ class UnbalanceCase:
     shares: dict[int, float]
     lobes: tuple[tuple[int, int], ...]
 
-    def of(self, whole: float) -> dict[int, complex]:
+    def of(self, total: float) -> dict[int, complex]:
         """Return the unbalance (kg m) by node for a total (kg m)."""
-        return {node: complex(share * whole) for node, share in self.shares.items()}
+        return {node: complex(share * total) for node, share in self.shares.items()}
 
 
 def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
     """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, at least two.
 
-    The shapes are those of the rotor on its bearings with their stiffness at the largest speed; where it differs along
-    x and y, those of either direction.
+    The shapes are those of the rotor on the stiffness of its bearings at the largest speed; if it differs along
+    x and y, there are cases for each direction.
     """
     speed = subject.file.speed
     directions = directional_stiffness(subject, np.array([speed.highest]))
     return [
         case
-        for direction, of in directions.items()
-        for case in _along(subject, direction, {name: float(k[0].real) for name, k in of.items()})
+        for direction, stiffness in directions.items()
+        for case in _along(subject, direction, {name: float(k[0].real) for name, k in stiffness.items()})
     ]
 
 

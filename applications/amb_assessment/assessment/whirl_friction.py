@@ -18,12 +18,14 @@ from array_types import Array
 from rotor_analysis.refinement import refined
 from rotor_analysis.static_load import carried_at
 
-SPEEDS = 5  # from standstill to the trip speed, with more about minima
-MARGIN = 2.0  # of this friction over that of landings, above which none whirls by chance, as in the criteria
+SPEEDS = 5  # from standstill to the trip speed, before refinement about minima
+MARGIN = (
+    2.0  # least ratio of this friction to that of landings, as in the criteria; above it no landing whirls by chance
+)
 
 
 def whirl_friction(subject: Subject, friction: float) -> Quantity:
-    """Return the least friction coefficient of one or two retainers at any speed (`swing`), up to the trip speed.
+    """Return the least friction coefficient (`swing`) of any one or two retainers at any speed up to the trip speed.
 
     Parameters
     ----------
@@ -33,7 +35,7 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
         Largest friction coefficient of its landings, for criteria.
     """
     highest = subject.file.speed.tripping
-    made = of_planned(plan_run(co_simulated(subject, subject.file.speed.highest)))
+    linear_source = of_planned(plan_run(co_simulated(subject, subject.file.speed.highest)))
     nodes = {site.name: site.node for site in subject.rotor.sites}
     masses = _carried(subject, [nodes[site] for site in subject.retainers])
     c = np.array([subject.parameters[PLANT][f"{site}.clearance"] for site in subject.retainers])
@@ -42,10 +44,10 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
     sets = [list(chosen) for chosen in all_sets(len(c), 2)[1:]]
 
     def least(Omega: float) -> list[float]:
-        relative = relative_receptances(made, Omega, subject.retainers)
+        relative = relative_receptances(linear_source, Omega, subject.retainers)
         weights = [across * float(c[at] @ masses[at] / c[at].mean()) for at in sets]
         forces = [whirl_forces(relative, at, c[at], g) for at in sets]
-        return [least_swinging_friction(of, W, g) for of, W in zip(forces, weights, strict=True)]
+        return [least_swinging_friction(F, W, g) for F, W in zip(forces, weights, strict=True)]
 
     speeds, values = refined(
         lambda speeds: np.array([least(float(Omega)) for Omega in speeds]),
@@ -60,7 +62,7 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
 
 
 def chance(least: Quantity) -> str:
-    """Return the reason why chance decides whether a landing whirls; empty if friction is too small for that."""
+    """Return why chance decides whether a landing whirls; empty if the friction is too small for a whirl."""
     friction = least.facts["friction"]
     if least.value >= MARGIN * friction:
         return ""
@@ -76,5 +78,5 @@ def whirl_facts(least: Quantity) -> dict[str, float]:
 
 
 def _carried(subject: Subject, nodes: list[int]) -> Array:
-    """Return the mass (kg) at each retainer; all of it at a single one."""
+    """Return the mass (kg) at each retainer; the whole rotor's if all are at the same node."""
     return np.array(carried_at(subject.rotor, nodes) if len(set(nodes)) > 1 else [subject.rotor.mass] * len(nodes))

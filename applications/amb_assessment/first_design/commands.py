@@ -82,36 +82,36 @@ def new(
         if places is not None and len(places) != 2:
             raise ValueError(f"bearings = {bearings!r} is not allowed; it must be two positions, such as '0.2 m 1.0 m'")
         positions = None if places is None else (places[0], places[1])
-        with bars(plain_console(stderr=True)) as displayed:
-            task = displayed.add_task(STARTING, total=None)
+        with bars(plain_console(stderr=True)) as progress:
+            task = progress.add_task(STARTING, total=None)
 
             def report(sample_time: float, tried: int) -> None:
-                displayed.update(task, description=f"samples of {1e6 * sample_time:g} us, {tried} gains tried")
+                progress.update(task, description=f"samples of {1e6 * sample_time:g} us, {tried} gains tried")
 
-            made = new_machine(folder, text, Omega, positions, magnet, flavour, report)
-    for bearing, point in made.points.items():
+            machine = new_machine(folder, text, Omega, positions, magnet, flavour, report)
+    for bearing, point in machine.points.items():
         click.echo(
-            f"bearing {bearing}, each axis: {made.sizes.loads[bearing]:.4g} N of the weight by "
+            f"bearing {bearing}, each axis: {machine.sizes.loads[bearing]:.4g} N of the weight with "
             f"{point.static_current:.3g} A; K_s {point.k_s:.4g} N/m, K_i {point.k_i:.4g} N/A"
             + ("" if magnet is None else f" (data sheet: {magnet.k_s:.4g} N/m, {magnet.k_i:.4g} N/A)")
         )
-        if made.sizes.retainers and bearing not in {site.bearing for site in made.sizes.retainers}:
+        if machine.sizes.retainers and bearing not in {site.bearing for site in machine.sizes.retainers}:
             click.echo(
                 f"bearing {bearing} has no retainer; if it is passive, list it under [[seals]] of the rotor file"
             )
-    sizes = made.sizes
+    sizes = machine.sizes
     click.echo(
         f"magnets: {sizes.turns} turns on each pole, {1e4 * sizes.pole_area:.3g} cm2, gap {1e3 * sizes.gap:.3g} mm, "
-        f"bias {sizes.bias_current:.3g} A" + _beside(magnet, made.typical)
+        f"bias {sizes.bias_current:.3g} A" + _comparison(magnet, machine.typical)
     )
     if magnet is not None:
         click.echo(_assumed(magnet))
-    click.echo(_lag(made.design))
+    click.echo(_lag(machine.design))
     if not sizes.retainers:
         click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
-    if "bearings" in made.assumed:
+    if "bearings" in machine.assumed:
         click.echo("retainers and sensors are placed next to the bearings; move them in rotor.toml if necessary")
-    if "damping" in made.assumed:
+    if "damping" in machine.assumed:
         click.echo("damping of the bending modes is assumed: 0.3, 0.5, then 1 %; enter measured values in rotor.toml")
     reduction = sizes.rotor.reduction
     if reduction.method == "free_modes" and not reduction.speed:
@@ -123,7 +123,7 @@ def new(
         click.echo(
             "no windage is assumed: without spin.drag in levitation.toml only retainers slow a rotor without drive"
         )
-    _echo_design(made.design)
+    _echo_design(machine.design)
     first = folder / ("landing.toml" if sizes.retainers else "levitation.toml")
     click.echo(f"wrote {folder}; next: amb-cosim run {first}")
 
@@ -151,7 +151,7 @@ def _magnet(
 
 
 def _assumed(magnet: MagnetData) -> str:
-    """Return what is assumed of a magnet of a data sheet."""
+    """Return the assumptions on a magnet of a data sheet."""
     constants = "K_i and K_s hold without load"
     if magnet.keeps_k_s:
         constants = (
@@ -159,12 +159,12 @@ def _assumed(magnet: MagnetData) -> str:
         )
     elif magnet.gap is None and magnet.bias is None:
         constants += ", and the gap is assumed"
-    way = "both coils share the load" if magnet.drive == "differential" else "the upper coils carry the load"
-    return f"of the data sheet: {constants}; {way} ({magnet.drive} drive)"
+    sharing = "both coils share the load" if magnet.drive == "differential" else "the upper coils carry the load"
+    return f"of the data sheet: {constants}; {sharing} ({magnet.drive} drive)"
 
 
 def _echo_design(design: Design) -> None:
-    """Print gains, sensitivity and damping of a design, and what it lacks."""
+    """Print gains, sensitivity, damping and shortfalls of a design."""
     loop, pid = design.loop, design.pid
     for bearing, k_b in pid.k_b.items():
         click.echo(f"bearing {bearing}: K_b = {k_b:.3g} N/m, C_b = {pid.c_b[bearing]:.3g} N s/m")
@@ -173,14 +173,14 @@ def _echo_design(design: Design) -> None:
         f"{loop.peak.frequency:.0f} Hz), and {loop.peak_beyond.value:.3g} above 2 kHz; damping ratios at least "
         f"{loop.damping}"
     )
-    for lack in design.shortfalls:
-        click.echo(f"lacks: {lack}")
+    for shortfall in design.shortfalls:
+        click.echo(f"lacks: {shortfall}")
 
 
 def _lag(design: Design) -> str:
     """Return the assumed lag of amplifier, filter and computer at the vibration that is nearest to its target.
 
-    A first-order amplifier lags by atan(f/f_b); a demand that is held for a sample, a sample late, by 1.5 T.
+    A first-order amplifier lags by atan(f/f_b), a demand that is held for a sample after a sample of delay by 1.5 T.
     """
     from amb_assessment.first_design.sizing import BANDWIDTH
 
@@ -193,13 +193,13 @@ def _lag(design: Design) -> str:
     )
 
 
-def _beside(magnet: MagnetData | None, typical: MagnetData) -> str:
-    """Return the constants of a magnet sized for the rotor, and a question if those of a data sheet differ much."""
+def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
+    """Return the constants of a magnet sized for the rotor, with a question if those of a data sheet differ much."""
     if magnet is None:
         return ""
     text = f"; one sized for this rotor would have K_s {typical.k_s:.4g} N/m, K_i {typical.k_i:.4g} N/A"
     ratio = max(magnet.k_i / typical.k_i, typical.k_i / magnet.k_i)
-    return f"{text}, {ratio:.2g} times apart: are the given ones of an axis or of a pole?" if ratio > APART else text
+    return f"{text}, {ratio:.2g} times apart: are the constants of an axis or of a pole?" if ratio > APART else text
 
 
 def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | None, Omega: float) -> str:
@@ -215,7 +215,7 @@ def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | No
         return plain_shaft(name, m, quantity(length or click.prompt("Length"), "m", "length"), Omega)
     for key, values in (("mass", mass), ("length", length)):
         if values is not None:
-            raise ValueError(f"{key} = {values!r} conflicts with the rotor file, which has its own; set one of them")
+            raise ValueError(f"{key} = {values!r} conflicts with the rotor file, which states it; set only one of them")
     path = rotor_path(rotor)
     load_rotor(path)  # errors name this file
     return read_text(path, f"rotor file {path}")

@@ -22,7 +22,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.scenario import Scenario
 
-START = (1.0, 1.0, 0.2)  # ratios of the gains in the scenario that is linearised
+START = (1.0, 1.0, 0.2)  # ratios (`pid_of`) of the gains in the scenario that is linearised
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class Design:
     """A controller.
 
     sample_time
-        Of the controller (s).
+        Sample time of the controller (s).
     pid
-        Its gains.
+        Gains.
     levitation
-        Behaviour of its sampled loop; None before that is computed.
+        Behaviour of the sampled loop; None before it is computed.
     shortfalls
         Sentences on missed targets and their causes.
     """
@@ -60,44 +60,44 @@ def first_design(
     flavour: Flavour,
     progress: Progress = lambda sample_time, tried: None,
 ) -> Design:
-    """Return the design whose loop lacks least, at the first sample time that lacks nothing or at the best of all.
+    """Return the best design: of the first sample time whose loop is in zone A, or with the smallest shortfall of all.
 
     Parameters
     ----------
     sizes
-        Of the magnets.
+        Sizes of the magnets.
     scenario
         Returns the scenario of the machine with a controller.
     flavour
-        Of the FMUs to linearise.
+        Flavour of the FMUs to linearise.
     progress
         Called with the sample time and the number of gains tried at it.
 
     Raises
     ------
     ValueError
-        If none levitates the rotor; the message names the motion that grows, and suggests a change.
+        If no design levitates the rotor; the message names the growing motion, and suggests a change.
     """
     k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
-    found = []
+    candidates = []
     for sample_time in SAMPLE_TIMES:
         start = pid_of(k_s, [*START[:2] * len(k_s), START[2]], sample_time)
         designer = Designer(scenario(Design(sample_time, start)), sizes, flavour, partial(progress, sample_time))
         pid = designer.best()
         machine = designer.machine(pid)
         levitation = levitation_of(machine.loop, sizes.speed, pid, designer.wanted)
-        found.append((Design(sample_time, pid, levitation), machine))
+        candidates.append((Design(sample_time, pid, levitation), machine))
         if levitation.zone == "A":
             break
-    best, machine = min(found, key=lambda item: item[0].loop.lack)
+    best, machine = min(candidates, key=lambda item: item[0].loop.lack)
     if not best.loop.is_stable:
         raise ValueError(_refusal(sizes, best, machine))
-    lacks = (*shortfalls(machine, best.loop, sizes.speed), *soft_bearings(best.pid, k_s))
-    return replace(best, shortfalls=lacks)
+    missed = (*shortfalls(machine, best.loop, sizes.speed), *soft_bearings(best.pid, k_s))
+    return replace(best, shortfalls=missed)
 
 
 def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:
-    """Return that no PID that was tried levitates a rotor, with the motion that grows, and what to change."""
+    """Return the message that no PID levitates the rotor, with the growing motion, and what to change."""
     loop = best.loop
     gains = ", ".join(f"{k:.3g} N/m" for k in best.pid.k_b.values())
     advice = "it bends: give the rotor its measured [damping], and move sensors to their bearings, away from its nodes"

@@ -54,7 +54,7 @@ def new_machine(
     flavour: Flavour = "native",
     progress: Progress = lambda sample_time, tried: None,
 ) -> NewMachine:
-    """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate it.
+    """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate the rotor.
 
     A rotor without retainers has no drop scenarios.
 
@@ -63,14 +63,14 @@ def new_machine(
     folder
         The folder, which has the name of the machine.
     rotor
-        Text of a rotor file: of `plain_shaft`, or of a drawing. Without `[damping]`, a default is assumed; without
+        Text of a rotor file, from `plain_shaft` or a drawing. Without `[damping]`, a default is assumed; without
         `[reduction]`, the plant is that of a rotor that may spin at the trip speed.
     speed
         Highest operating speed (rad/s).
     bearings
         Positions of two magnetic bearings (m), if the rotor file has none; by default `supports` places them.
     magnet
-        K_i and K_s of the axes by a data sheet; by default those of the first design.
+        K_i and K_s of the axes from a data sheet; by default those of the first design.
     flavour
         Flavour of the FMUs to linearise.
     progress
@@ -79,8 +79,8 @@ def new_machine(
     Raises
     ------
     ValueError
-        If the folder exists, its name is not allowed in a TOML file, the rotor file is not valid, it has bearings and
-        positions are given, it lacks what `machine_sizes` needs, or no gains levitate the rotor.
+        If the folder exists, its name is not allowed in a TOML file, the rotor file is not valid or lacks parts that
+        `machine_sizes` needs, bearings are both in the file and placed, or no gains levitate the rotor.
     """
     require_name(folder.name)
     if folder.exists():
@@ -90,13 +90,13 @@ def new_machine(
     has_damping = "damping" in stated
     rotor += "" if has_damping else damping()
     rotor += "" if "reduction" in stated else reduction(TRIP * speed)
-    bare = _rotor_of(rotor, name)
-    if bare.bearings and bearings:
-        present = ", ".join(f"{b.name} at {bare.shaft.nodes[b.node - 1]:g} m" for b in bare.bearings)
+    drawn = _rotor_of(rotor, name)
+    if drawn.bearings and bearings:
+        present = ", ".join(f"{b.name} at {drawn.shaft.nodes[b.node - 1]:g} m" for b in drawn.bearings)
         raise ValueError(
-            f"bearing positions conflict with the rotor file, which has its own: {present}; omit one of the two"
+            f"bearing positions conflict with the rotor file, which has bearings {present}; omit one of the two"
         )
-    supported = bare if bare.bearings else _rotor_of(rotor + supports(bare, bearings), name)
+    supported = drawn if drawn.bearings else _rotor_of(rotor + supports(drawn, bearings), name)
     sizes = machine_sizes(supported, speed, magnet)
     points = operating_points(sizes)
 
@@ -108,13 +108,13 @@ def new_machine(
         return make_scenario(parse_toml(texts(design)[LEVITATION], what) | {"rotor": supported}, LEVITATION)
 
     design = first_design(sizes, scenario, flavour, progress)
-    if not bare.bearings:
-        rotor += supports(bare, bearings, design.pid.k_b, design.pid.c_b)
+    if not drawn.bearings:
+        rotor += supports(drawn, bearings, design.pid.k_b, design.pid.c_b)
     files = {ROTOR: rotor, **texts(design)}
     folder.parent.mkdir(parents=True, exist_ok=True)
     create_atomically(folder, lambda draft: [(draft / file).write_text(t, "utf-8") for file, t in files.items()])
-    assumed = {"bearings": not bare.bearings, "damping": not has_damping}
-    parts = tuple(part for part, is_so in assumed.items() if is_so)
+    assumed = {"bearings": not drawn.bearings, "damping": not has_damping}
+    parts = tuple(part for part, is_assumed in assumed.items() if is_assumed)
     return NewMachine(folder, parts, sizes, machine_sizes(supported, speed).magnet, points, design)
 
 
@@ -126,7 +126,7 @@ def _rotor_of(text: str, name: str) -> Rotor:
 def _filled(values: dict[str, str], falls: bool) -> dict[str, str]:
     """Return the templates with values, by file name.
 
-    Without retainers those of a fall are missing, as are lines that name one of them.
+    Without retainers the templates of a fall are omitted, and lines that name them.
     """
     texts = {file.name: file.read_text(encoding="utf-8") for file in sorted(TEMPLATES.iterdir())}
     omitted = set() if falls else {name for name, text in texts.items() if name == FALL or f'base = "{FALL}"' in text}
@@ -137,7 +137,7 @@ def _filled(values: dict[str, str], falls: bool) -> dict[str, str]:
     return result
 
 
-def _of_magnets(sizes: MachineSizes) -> str:
+def _coil_lines(sizes: MachineSizes) -> str:
     """Return the lines of magnets that are driven differentially, I_0 + i_s above and I_0 - i_s below."""
     lines = []
     for bearing, coils in sizes.coils.items():
@@ -153,13 +153,13 @@ def _of_magnets(sizes: MachineSizes) -> str:
 
 
 def _first_bending(rotor: Rotor) -> float:
-    """First bending frequency of the free rotor (Hz)."""
+    """Return the first bending frequency of the free rotor (Hz)."""
     full = assemble(rotor)
     return float(free_modes(full.M[::2, ::2], full.K[::2, ::2])[0][0] / (2.0 * math.pi))
 
 
-def _does(design: Design) -> str:
-    """Return behaviour and shortfalls of the sampled loop of a design as Markdown; nothing before they are computed."""
+def _behaviour(design: Design) -> str:
+    """Return behaviour and shortfalls of the sampled loop of a design as Markdown; empty before they are computed."""
     loop = design.levitation
     if loop is None:
         return ""
@@ -173,7 +173,7 @@ def _does(design: Design) -> str:
 
 
 def _values(name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], design: Design) -> dict[str, str]:
-    """The texts that fill the templates."""
+    """Return the values of the templates."""
     r = 0.5 * sizes.diameter
     race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * STANDARD_GRAVITY * r
     races = [
@@ -193,10 +193,10 @@ def _values(name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], d
         "races": "\n".join(races),
         "friction": '"*.mu" = 0.12  # steel on steel, lubricated' if races else "# no retainers",
         "bearing_rows": "\n".join(rows),
-        "of_magnets": _of_magnets(sizes),
+        "of_magnets": _coil_lines(sizes),
         "gains": "\n".join(gains),
         "bearings": ", ".join(f"{b} {k:.3g} N/m and {pid.c_b[b]:.3g} N s/m" for b, k in pid.k_b.items()),
-        "does": _does(design),
+        "does": _behaviour(design),
         "of_limits": "".join(f'\n"{b}.i_max_?" = "{c.bias_current:.5g} A"' for b, c in sizes.coils.items()),
         "first_bending": f"{_first_bending(sizes.rotor):.0f}",
     }

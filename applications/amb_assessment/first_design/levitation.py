@@ -1,6 +1,6 @@
 """The PID of a first design: stiffness and damping of each bearing, and the derivative's filter, by the sampled loop.
 
-The search minimises the sum of all shortfalls from wanted values (index w):
+The search minimises the sum of all shortfalls from targets (index w):
 
     4 sum max(0, |S|/S_w - 1) + sum max(0, 1 - zeta/zeta_w) + sum max(0, k_w/k - 1),   k = K_b/K_s      (1)
 
@@ -42,21 +42,21 @@ from array_types import Array
 from rotor_analysis.rotor import Rotor
 
 STIFFNESSES = (0.75, 1.1, 1.6)  # k = K_b/K_s of the grid
-LEADS = (0.4, 0.8, 1.6, 3.2)  # C_b/(K_b + K_s) of the grid over 1 ms
+LEADS = (0.4, 0.8, 1.6, 3.2)  # C_b/(K_b + K_s) of the grid (ms)
 FILTERS = (0.2, 2.0)  # derivative's filter of the grid, over the sample time
-TRIP = 1.05  # of the highest speed, as in machine files
+TRIP = 1.05  # trip speed over the highest speed, as in machine files
 SEARCHED = (0.0, 0.6, TRIP)  # speeds of the search over the highest
 JUDGED = (0.0, 0.4, 0.8, 1.0, TRIP)  # first speeds of the verdict over the highest
-RANGE = 1.2  # of the highest speed, up to which unbalance excites vibrations
+RANGE = 1.2  # highest frequency that unbalance excites, over the highest speed
 WITHIN_RANGE, WITHIN_TWICE, BEYOND = 0.1, 0.02, 0.002  # wanted damping ratios
-MODES = 20  # whose own damping is examined
-LEFT = 0.5  # of the rotor's own damping, wanted beyond if that is less
+MODES = 20  # of the rotor whose damping is examined
+LEFT = 0.5  # share of the rotor's damping that is wanted beyond, if that is less than `BEYOND`
 PEAK, PEAK_BEYOND = 2.6, 4.0  # wanted |S| up to 2 kHz, with reserve to zone A, and above
-OF_PEAKS = 4.0  # weight of sensitivities
+OF_PEAKS = 4.0  # weight of the sensitivities in (1)
 STIFFNESS = 0.7  # wanted K_b/K_s: |S| is then 3.8 at rest with 15 % more K_s, 10 % less K_i and 5 % less gap
 BOUNDS = ((0.3, 5.0), (0.1, 8.0), (0.02, 20.0))  # of k, leads and filters of the search
 STARTS, EVALUATIONS = 2, 120  # of simplex searches, from the best of the grid; of each
-UNSTABLE = 1e3
+UNSTABLE = 1e3  # value of (1) for an unstable loop
 BANDS = ("within the range of speed", "up to twice the trip speed", "beyond")
 
 
@@ -81,7 +81,7 @@ class Pid:
     def parameters(self) -> dict[str, float]:
         """Parameters of the controller by name."""
         gains = {"k_b": self.k_b, "c_b": self.c_b}
-        axes = {f"{b}.{name}_{a}": value for name, of in gains.items() for b, value in of.items() for a in "xy"}
+        axes = {f"{b}.{name}_{a}": value for name, values in gains.items() for b, value in values.items() for a in "xy"}
         return {**axes, "derivative_time": self.derivative_time}
 
 
@@ -136,7 +136,7 @@ class Levitation:
 
     @property
     def lack(self) -> float:
-        """The sum (1) without its stiffness; 0 if the loop has all that is wanted."""
+        """The sum (1) without the terms of stiffness; 0 if the loop meets all targets."""
         return UNSTABLE if self.motion else _lack(self.peak.value, self.peak_beyond.value, self.ratios, self.wanted)
 
     @property
@@ -167,11 +167,11 @@ def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float) -
     Parameters
     ----------
     k_s
-        Of the bearings (N/m).
+        K_s of the bearings (N/m).
     ratios
         k (1) and t (ms) of each bearing, and the derivative's filter over the sample time.
     sample_time
-        Of the controller (s).
+        Sample time of the controller (s).
     """
     k, lead = np.reshape(ratios[:-1], (-1, 2)).T
     k_b = {bearing: float(k[n] * value) for n, (bearing, value) in enumerate(k_s.items())}
@@ -180,34 +180,36 @@ def pid_of(k_s: dict[str, float], ratios: Sequence[float], sample_time: float) -
 
 
 def wanted_ratios(rotor: Rotor) -> tuple[float, float, float]:
-    """Return the wanted damping ratios in the three bands: beyond, at most half the rotor's own, if it has any."""
-    own = float(rotor.damping.ratios(MODES).min())
-    return WITHIN_RANGE, WITHIN_TWICE, min(BEYOND, LEFT * own) if own > 0.0 else BEYOND
+    """Return the wanted damping ratios in the three bands; in the last, at most half the rotor's damping, if any."""
+    rotor_ratio = float(rotor.damping.ratios(MODES).min())
+    return WITHIN_RANGE, WITHIN_TWICE, min(BEYOND, LEFT * rotor_ratio) if rotor_ratio > 0.0 else BEYOND
 
 
 def levitation_of(loop: Loop, speed: float, pid: Pid, wanted: tuple[float, float, float]) -> Levitation:
-    """Return what the sampled loop of a PID does up to the trip speed, of a highest speed (rad/s).
+    """Return the behaviour of the sampled loop of a PID up to the trip speed.
 
     Parameters
     ----------
     loop
-        Of the machine whose controller has these gains.
+        Loop of the machine with these gains.
     speed
         Highest speed in operation (rad/s).
     pid
         The gains.
     wanted
-        Damping ratios (`wanted_ratios`).
+        Wanted damping ratios (`wanted_ratios`).
     """
     speeds = speed * np.array(JUDGED)
-    closer, at_speeds = vibrations_over(loop, speeds, lambda of: _least(of.poles.imag, of.ratios(), speed))
-    worst = max((of.stability for of in at_speeds), key=lambda one: one.radius)
+    closer, at_speeds = vibrations_over(loop, speeds, lambda v: _least(v.poles.imag, v.ratios(), speed))
+    worst = max((v.stability for v in at_speeds), key=lambda stability: stability.radius)
     if not worst.is_stable:
         lost = Peak(math.inf, worst.place, worst.frequency / (2.0 * math.pi), worst.speed)
         ratio = -worst.growth_rate / math.hypot(worst.growth_rate, worst.frequency)
         return Levitation(ratio, ratio, ratio, worst.frequency, worst.speed, lost, lost, wanted, worst.motion)
-    zetas, omegas = (np.concatenate(of) for of in zip(*((v.ratios(), v.poles.imag) for v in at_speeds), strict=True))
-    spins = np.repeat(closer, [len(of.poles) for of in at_speeds])
+    zetas, omegas = (
+        np.concatenate(parts) for parts in zip(*((v.ratios(), v.poles.imag) for v in at_speeds), strict=True)
+    )
+    spins = np.repeat(closer, [len(v.poles) for v in at_speeds])
     least = sum(within * zeta for within, zeta in zip(_bands(omegas, speed), wanted, strict=True))
     furthest = int((zetas / least).argmin())
     peaks = largest_peaks(loop, pid.parameters, speeds)
@@ -229,9 +231,9 @@ class Designer:
     scenario
         Scenario of the machine, with any gains.
     sizes
-        Of the magnets.
+        Sizes of the magnets.
     flavour
-        Of the FMUs to linearise.
+        Flavour of the FMUs to linearise.
     progress
         Called with the number of gains tried.
     """
@@ -249,24 +251,24 @@ class Designer:
         return LoopSearch(self.machine().loop, [share * self.speed for share in SEARCHED])
 
     def machine(self, pid: Pid | None = None) -> Machine:
-        """Return the machine, with other gains if any."""
+        """Return the machine with the gains of a PID, by default those of the scenario."""
         values = {} if pid is None else {f"{CONTROLLER}.{name}": value for name, value in pid.parameters.items()}
         return Machine(plan_run(self._scenario.machine(), values, options=RunOptions(flavour=self._flavour)))
 
     def best(self) -> Pid:
-        """Return the best PID, or the first with all that is wanted."""
-        found = {at: self.lack(at) for at in product(STIFFNESSES, LEADS, FILTERS)}
-        n, result = len(self._k_s), []
-        for k, lead, tau in sorted(found, key=lambda at: found[at])[:STARTS]:
-            result.append(self._refined([*[k, lead] * n, tau]))
-            if result[-1].lack == 0.0:
-                return self.pid(result[-1].ratios)
-        best = min(result, key=lambda end: end.lack)
+        """Return the best PID, or the first that meets all targets."""
+        grid = {ratios: self.lack(ratios) for ratios in product(STIFFNESSES, LEADS, FILTERS)}
+        n, ends = len(self._k_s), []
+        for k, lead, tau in sorted(grid, key=lambda ratios: grid[ratios])[:STARTS]:
+            ends.append(self._refined([*[k, lead] * n, tau]))
+            if ends[-1].lack == 0.0:
+                return self.pid(ends[-1].ratios)
+        best = min(ends, key=lambda end: end.lack)
         return self.pid(self._refined(best.ratios).ratios)
 
     def _refined(self, ratios: Sequence[float] | Array) -> _End:
-        """Return the end of a simplex search from ratios; it stops where nothing lacks."""
-        ends = [*BOUNDS[:2]] * len(self._k_s) + [BOUNDS[2]]
+        """Return the end of a simplex search from ratios; it stops when all targets are met."""
+        bounds = [*BOUNDS[:2]] * len(self._k_s) + [BOUNDS[2]]
 
         def stop(intermediate_result: OptimizeResult) -> None:
             if intermediate_result.fun <= 0.0:
@@ -276,7 +278,7 @@ class Designer:
             lambda x: self.lack(np.exp(x)),
             np.log(ratios),
             method="Nelder-Mead",
-            bounds=np.log(ends),
+            bounds=np.log(bounds),
             callback=stop,
             options={"maxfev": EVALUATIONS, "xatol": 0.01, "fatol": 1e-3},
         )
@@ -289,7 +291,7 @@ class Designer:
         return pid_of(self._k_s, [*repeated, tau], self._search.sample_time)
 
     def lack(self, ratios: Sequence[float] | Array) -> float:
-        """Return the sum (1) for ratios (`pid_of`), or how fast the loop grows beyond `UNSTABLE`."""
+        """Return the sum (1) for ratios (`pid_of`); for an unstable loop `UNSTABLE` or more, rising with its growth."""
         self._tried += 1
         self._progress(self._tried)
         pid, search = self.pid(ratios), self._search
@@ -306,8 +308,8 @@ class Designer:
 
 def _lack(peak: float, peak_beyond: float, ratios: Sequence[float], wanted: Sequence[float]) -> float:
     """Return the terms of (1) of sensitivities and damping ratios."""
-    of_peaks = max(0.0, peak / PEAK - 1.0) + max(0.0, peak_beyond / PEAK_BEYOND - 1.0)
-    return OF_PEAKS * of_peaks + sum(max(0.0, 1.0 - zeta / least) for zeta, least in zip(ratios, wanted, strict=True))
+    excess = max(0.0, peak / PEAK - 1.0) + max(0.0, peak_beyond / PEAK_BEYOND - 1.0)
+    return OF_PEAKS * excess + sum(max(0.0, 1.0 - zeta / least) for zeta, least in zip(ratios, wanted, strict=True))
 
 
 def _bands(omegas: Array, speed: float) -> list[NDArray[np.bool_]]:
@@ -317,6 +319,6 @@ def _bands(omegas: Array, speed: float) -> list[NDArray[np.bool_]]:
 
 
 def _least(omegas: Array, zetas: Array, speed: float) -> tuple[float, float, float]:
-    """Return the smallest damping ratio in each band; 1 where it has no vibration."""
+    """Return the smallest damping ratio in each band; 1 for a band without vibration."""
     first, second, third = (float(zetas[within].min(initial=1.0)) for within in _bands(omegas, speed))
     return first, second, third

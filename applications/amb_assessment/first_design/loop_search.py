@@ -1,10 +1,10 @@
-"""Figures of the sampled loop under many controllers, from a single model of rotor and magnets at each speed.
+"""Poles and sensitivities of the sampled loop under many controllers, from a model of the plant at each speed.
 
     x(n+1) = A x(n) + B i(n),   y(n) = C x(n),   G(z) = C (z - A)^-1 B                              (1)
     i = K(z) y + e   =>   i = S e,   S = (1 - K G)^-1,   poles: eigenvalues of the loop of (1) and K  (2)
 
 i are the demanded currents, held over a sample, y the displacements at the sensors. The diagonal of S holds the
-sensitivities of the axes, with the loops of all others closed (ISO 14839-3). K is the law of the controller's own
+sensitivities of the axes, with the loops of all others closed (ISO 14839-3). K is the law of the controller's
 linear model, with its delay and its filter.
 """
 
@@ -28,9 +28,9 @@ from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 
-COARSE = 60  # frequencies of the search, besides those about poles
+COARSE = 60  # frequencies of the search, in addition to those about poles
 ABOUT = (-1.0, -0.3, 0.3, 1.0)  # distances of frequencies from a pole over its decay rate
-LIGHTLY = 0.8  # modulus from which a pole has a peak
+LIGHTLY = 0.8  # modulus above which a pole has a peak
 VIBRATES = 1.0  # rad/s, least frequency of a vibration
 
 
@@ -46,19 +46,19 @@ class Peak:
 
 @dataclass(frozen=True, eq=False)
 class SampledPlant:
-    """Rotor, magnets and amplifiers at a spin speed (rad/s), sampled with held demands, by (1), and its modes."""
+    """Rotor, magnets and amplifiers at a spin speed (rad/s), sampled with held demands, by (1), and in modal form."""
 
     Omega: float
     A: Array
     B: Array
     C: Array
     poles: Complex
-    seen: Complex
-    moved: Complex
+    modal_output: Complex
+    modal_input: Complex
 
     def response(self, z: Complex) -> Complex:
         """Return G at points z, shape (n, readings, axes)."""
-        return np.asarray((self.seen / (z[:, None, None] - self.poles)) @ self.moved)
+        return np.asarray((self.modal_output / (z[:, None, None] - self.poles)) @ self.modal_input)
 
 
 class LoopSearch:
@@ -67,7 +67,7 @@ class LoopSearch:
     Parameters
     ----------
     loop
-        Of the machine, with any gains.
+        Loop of the machine, with any gains.
     speeds
         Spin speeds (rad/s).
     """
@@ -112,15 +112,15 @@ class LoopSearch:
 
     def peaks(self, law: Law) -> tuple[Peak, Peak]:
         """Return the largest |S| up to 2 kHz and above, at frequencies close together about each pole."""
-        found = [(Peak(0.0), Peak(0.0))]
+        by_speed = [(Peak(0.0), Peak(0.0))]
         for plant, z in zip(self.plants, self.poles(law), strict=True):
             hertz = curve_frequencies(z, self.sample_time, LOWEST, 0.5 / self.sample_time)
             points = self._z(hertz)
             S = _sensitivity(_response(law, points), plant.response(points))
-            found.append(
+            by_speed.append(
                 (self._largest(plant, hertz, S, hertz <= HIGHEST), self._largest(plant, hertz, S, hertz > HIGHEST))
             )
-        low, high = (max(of_band, key=lambda peak: peak.value) for of_band in zip(*found, strict=True))
+        low, high = (max(band, key=lambda peak: peak.value) for band in zip(*by_speed, strict=True))
         return low, high
 
     def _largest(self, plant: SampledPlant, hertz: Array, S: Array, within: NDArray[np.bool_]) -> Peak:
@@ -135,27 +135,27 @@ class LoopSearch:
 
 
 def largest_peaks(loop: Loop, gains: Mapping[str, float], speeds: Array) -> tuple[Peak, Peak]:
-    """Return the largest |S| up to 2 kHz and above, at any speed from the first to the last of some, ascending (rad/s).
+    """Return the largest |S| up to 2 kHz and above, at any speed from the first to the last of `speeds`.
 
     Parameters
     ----------
     loop
-        Of the machine, stable with these gains.
+        Loop of the machine, stable with these gains.
     gains
-        Of the PID, by parameter.
+        Gains of the PID, by parameter.
     speeds
-        Speeds between whose neighbours each maximum is refined, shape (n,).
+        Speeds (rad/s), ascending, between which each maximum is refined, shape (n,).
     """
-    found: list[tuple[Peak, Peak]] = []
+    by_speed: list[tuple[Peak, Peak]] = []
 
     def values(more: Array) -> Array:
         for Omega in map(float, more):
             search = LoopSearch(loop, [Omega])
-            found.append(search.peaks(search.law(gains)))
-        return np.array([[low.value, high.value] for low, high in found[len(found) - len(more) :]])
+            by_speed.append(search.peaks(search.law(gains)))
+        return np.array([[low.value, high.value] for low, high in by_speed[len(by_speed) - len(more) :]])
 
-    refined(values, speeds, lambda of: of, resonant=False)
-    low, high = (max(of_band, key=lambda peak: peak.value) for of_band in zip(*found, strict=True))
+    refined(values, speeds, lambda peaks: peaks, resonant=False)
+    low, high = (max(band, key=lambda peak: peak.value) for band in zip(*by_speed, strict=True))
     return low, high
 
 
@@ -168,8 +168,8 @@ def damping_ratios(z: Complex, sample_time: float) -> tuple[Array, Array]:
 
 def _sampled(loop: Loop, Omega: float) -> SampledPlant:
     source = loop.linear_components.at(Omega)
-    seen = [source.assembly.system.source_of(reading) or "" for reading in loop.readings]
-    model = model_of(source, loop.demands, seen, [PLANT, ACTUATOR])
+    sources = [source.assembly.system.source_of(reading) or "" for reading in loop.readings]
+    model = model_of(source, loop.demands, sources, [PLANT, ACTUATOR])
     A, B = zoh(model.A, model.B, loop.sample_time)
     poles, V = np.linalg.eig(A)
     return SampledPlant(Omega, A, B, model.C, poles, model.C @ V, np.linalg.solve(V, B.astype(np.complex128)))

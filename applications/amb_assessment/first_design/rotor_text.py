@@ -1,6 +1,6 @@
-"""The text of a rotor file for a start: a plain shaft with a wheel; supports, damping and reduction where it has none.
+"""Text of a first rotor file: a plain shaft with a wheel, and supports, damping and reduction for a rotor without them.
 
-A drawing's rotor file replaces the first and, if it has bearings, retainers and sensors, also the second.
+The rotor file of a drawing replaces the shaft and, if it has bearings, retainers and sensors, also the supports.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from amb_files.checks import require
 from rotor_analysis.rotor import Rotor
 
 STEEL = 7850.0  # kg/m3
-SHAFT_SHARE = 0.7  # fraction of the mass in the shaft; the rest is one wheel
+SHAFT_SHARE = 0.7  # fraction of the mass in the shaft; the rest is in the wheel
 WHEEL_PLACE = 0.45  # of the length
-RIM_SPEED = 400.0  # m/s that the wheel may have
+RIM_SPEED = 400.0  # m/s, highest of the wheel
 BEARING_PLACES = (0.18, 0.82)  # of the length
 SENSOR_OFFSET, RETAINER_OFFSET = 0.02, -0.05  # of the length, towards the middle
 TEMPLATES = Path(__file__).parent / "rotor_templates"
 
 
 def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
-    """Return a rotor file of a steel cylinder and one wheel, without supports.
+    """Return a rotor file of a steel cylinder and a wheel, without supports.
 
     d = sqrt(4 m_shaft/(pi rho L)),  m_shaft = 0.7 m;  the wheel's rim has 400 m/s at most    (1)
 
     Parameters
     ----------
     name
-        Of the rotor.
+        Name of the rotor.
     mass, length, speed
-        Of the rotor (kg, m), and its highest speed in operation (rad/s).
+        Mass (kg) and length (m) of the rotor, and its highest operating speed (rad/s).
 
     Raises
     ------
@@ -71,19 +71,19 @@ def supports(
     k_b: Mapping[str, float] | None = None,
     c_b: Mapping[str, float] | None = None,
 ) -> str:
-    """Return the text of bearings, retainers and sensors for a rotor file without any.
+    """Return the text of bearings, retainers and sensors for a rotor file without them.
 
     s_0 = d/250, 0.3 to 1 mm,  clearance = s_0/2,  d of the shaft in the bearings    (2)
 
     Parameters
     ----------
     rotor
-        The rotor without them.
+        The rotor without these parts.
     places
-        Positions of the two bearings along the shaft (m); 0.18 and 0.82 of the length without.
+        Positions of the two bearings along the shaft (m); by default 0.18 and 0.82 of the length.
     k_b, c_b
-        Stiffness (N/m) and damping (N s/m) of the bearings `left` and `right` in analyses without a controller; as
-        stiff without that the weight sags by half the clearance, and undamped.
+        Stiffness (N/m) and damping (N s/m) of the bearings `left` and `right` in analyses without a controller; by
+        default undamped, and so stiff that the weight deflects them by half the clearance.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def supports(
     offsets = {"bearing": 0.0, "sensor": SENSOR_OFFSET * length, "retainer": RETAINER_OFFSET * length}
     values = {f"{part}_left": left + offset for part, offset in offsets.items()}
     values |= {f"{part}_right": right - offset for part, offset in offsets.items()}
-    values |= {f"{key}_{name}": of[name] for key, of in (("k_b", k_b), ("c_b", c_b)) for name in names}
+    values |= {f"{key}_{name}": gains[name] for key, gains in (("k_b", k_b), ("c_b", c_b)) for name in names}
     return _filled("supports.toml", clearance=clearance, **values)
 
 
@@ -118,7 +118,7 @@ def gap_for(diameter: float) -> float:
 
 
 def damping() -> str:
-    """Return the text of the damping that is assumed for a rotor file without any."""
+    """Return the text of the damping that is assumed for a rotor file without damping."""
     return _filled("damping.toml")
 
 

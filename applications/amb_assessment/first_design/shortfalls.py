@@ -17,9 +17,9 @@ from amb_cosim.cosim.system.values import RPM
 from rotor_analysis.mode_reach import REACHED, ModeReach, mode_reaches
 from rotor_analysis.rotor import Rotor
 
-ACCEPTED = "AB"  # zones in which a new machine may run without time limit (ISO 14839-3)
+ACCEPTED = "AB"  # zones of unrestricted long-term operation (ISO 14839-3)
 MODES = 6  # of the free rotor that are examined
-WELL = 0.3  # reach from which a bearing damps a mode well
+WELL = 0.3  # least reach of a bearing that damps a mode well
 
 
 def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[str, ...]:
@@ -35,14 +35,14 @@ def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[
         Highest speed in operation (rad/s).
     """
     return (
-        *_of_loop(levitation),
-        *_of_damping(machine.rotor, levitation),
+        *_loop_shortfalls(levitation),
+        *_damping_shortfall(machine.rotor, levitation),
         *hindering_positions(machine, levitation, speed),
         *saturating_axes(machine, speed),
     )
 
 
-def _of_loop(loop: Levitation) -> Iterator[str]:
+def _loop_shortfalls(loop: Levitation) -> Iterator[str]:
     if loop.zone not in ACCEPTED:
         yield (
             f"sensitivity {loop.peak.value:.3g} is in zone {loop.zone}, and zone B ends at {ZONES['B']:g}: "
@@ -64,7 +64,7 @@ def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
     pid
         The gains.
     k_s
-        Of the bearings (N/m).
+        K_s of the bearings (N/m).
     """
     short = {bearing: k / k_s[bearing] for bearing, k in pid.k_b.items() if k < 0.99 * STIFFNESS * k_s[bearing]}
     if short:
@@ -75,25 +75,25 @@ def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
         )
 
 
-def _of_damping(rotor: Rotor, loop: Levitation) -> Iterator[str]:
-    """Yield the rotor's own damping where it limits the gains: with more of it the high modes tolerate more."""
-    own = loop.wanted[2] / LEFT
-    if loop.zone not in ACCEPTED and own < 2.0 * BEYOND:
+def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:
+    """Yield the rotor's damping if it limits the gains, because high modes with little damping tolerate little gain."""
+    least = loop.wanted[2] / LEFT
+    if loop.zone not in ACCEPTED and least < 2.0 * BEYOND:
         yield (
-            f"rotor {rotor.name!r} has damping ratios from {own:.3g}, so that its high bending modes tolerate hardly "
+            f"rotor {rotor.name!r} has damping ratios from {least:.3g}, so that its high bending modes tolerate hardly "
             "any gain beyond the phase lead of the PID: measure its damping, or use faster amplifiers and samples"
         )
 
 
 def hindering_positions(machine: Machine, loop: Levitation, speed: float) -> Iterator[str]:
-    """Yield the bending modes up to twice the trip speed that a bearing drives, or no bearing reaches well enough."""
+    """Yield the bending modes up to twice the trip speed that a bearing drives, or that no bearing reaches enough."""
     is_short = any(zeta < wanted for zeta, wanted in zip(loop.ratios[:2], loop.wanted[:2], strict=True))
     for mode in mode_reaches(machine.rotor, machine.magnets, MODES):
         if mode.frequency <= 2.0 * TRIP * speed and mode.deciding.value < (WELL if is_short else REACHED):
-            yield _of_mode(mode)
+            yield _mode_shortfall(mode)
 
 
-def _of_mode(mode: ModeReach) -> str:
+def _mode_shortfall(mode: ModeReach) -> str:
     at, name = mode.deciding, f"bending mode {mode.number} ({mode.frequency / (2.0 * math.pi):.0f} Hz)"
     if at.value < -REACHED:
         return (
@@ -102,9 +102,9 @@ def _of_mode(mode: ModeReach) -> str:
             "magnet's side of the node"
         )
     places = ", ".join(
-        f"{one.bearing} {one.at_magnet:+.2f}, {one.sensor} {one.at_sensor:+.2f}" for one in mode.bearings
+        f"{reach.bearing} {reach.at_magnet:+.2f}, {reach.sensor} {reach.at_sensor:+.2f}" for reach in mode.bearings
     )
-    return f"{name} has nodes close to magnets or sensors, so that no gains damp it well: its shape is {places}"
+    return f"{name} has nodes close to magnets or sensors, so no gains damp it well: its shape is {places}"
 
 
 def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:

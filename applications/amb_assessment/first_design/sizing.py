@@ -27,10 +27,10 @@ SURFACE_SPEED = 200.0  # m/s, limit of laminations on the shaft
 CAPACITY = 4.0  # force of an axis over its share of the weight
 FLUX = 1.2  # T in the gap at twice the bias current
 CURRENT = 10.0  # A, current limit of the amplifier
-ROOM = 2.5  # of the bias current over the current that carries the weight, where neither gap nor bias is known
-WIDEST = 3.0  # of an assumed gap over that of a first design
+ROOM = 2.5  # least bias current over the current that carries the weight, if neither gap nor bias is stated
+WIDEST = 3.0  # largest assumed gap, over that of a first design
 BANDWIDTH = 1400.0  # Hz, of the amplifier for small signals
-SAMPLE_TIMES = (50e-6, 25e-6)  # s, the second where no gains bear the delay of the first
+SAMPLE_TIMES = (50e-6, 25e-6)  # s; the second is used if no gains tolerate the delay of the first
 
 
 Drive = Literal["differential", "one-sided"]
@@ -41,8 +41,8 @@ class MagnetData:
     """K_i (N/A) and K_s (N/m) of an axis at its centre, from a data sheet.
 
     gap, bias
-        Air gap (m) and bias current I_0 (A) of its coils, if known; one gives the other. With one of them K_i and K_s
-        are those without a load, otherwise those at the operating point.
+        Air gap (m) or bias current I_0 (A) of its coils, if stated; each follows from the other. If one is stated, K_i
+        and K_s are those without load, otherwise those at the operating point.
     drive
         How the coils carry a load: `differential`, I_0 + i_s and I_0 - i_s, or `one-sided`, I_0 + I_s and I_0.
     """
@@ -56,14 +56,14 @@ class MagnetData:
     def __post_init__(self) -> None:
         for name, unit, value in (("K_i", "N/A", self.k_i), ("K_s", "N/m", self.k_s)):
             require(0.0 < value < math.inf, name, f"{value:g} {unit}", f"> 0 {unit}")
-        for name, unit, known in (("gap", "m", self.gap), ("bias", "A", self.bias)):
-            require(known is None or 0.0 < known < math.inf, name, f"{known} {unit}", f"> 0 {unit}")
+        for name, unit, stated in (("gap", "m", self.gap), ("bias", "A", self.bias)):
+            require(stated is None or 0.0 < stated < math.inf, name, f"{stated} {unit}", f"> 0 {unit}")
         if self.gap is not None and self.bias is not None:
-            raise ValueError("gap and bias are both set; K_i and K_s give one from the other, so set one of them")
+            raise ValueError("gap and bias are both set; each follows from the other by K_i and K_s; set only one")
 
     @property
     def keeps_k_s(self) -> bool:
-        """Whether K_s is that of the loaded axis: nothing else is known of it."""
+        """Whether K_s is that of the loaded axis, because neither gap nor bias is stated."""
         return self.gap is None and self.bias is None and self.drive == "differential"
 
 
@@ -72,7 +72,7 @@ class CoilCurrents:
     """Coils of an axis under its load.
 
     bias_current, static_current
-        Current of the lower coils (A), and what the upper coils have in addition (A).
+        Current of the lower coils (A), and additional current of the upper coils (A).
     pole_area
         Pole area (m2).
     """
@@ -84,22 +84,22 @@ class CoilCurrents:
 
 @dataclass(frozen=True)
 class MachineSizes:
-    """The magnets of a rotor, identical in all bearings, sized for the most loaded one.
+    """The magnets of a rotor, identical in all bearings, sized for the bearing with the largest load.
 
     rotor, speed
         The rotor, and its highest speed in operation.
     mass, diameter
-        Of the rotor; of the shaft in its bearings, where it is thickest.
+        Mass of the rotor, and largest diameter of the shaft in its bearings.
     plane, retainers
-        The plane of unbalance next to the centre of mass; the sites that are retainers of the bearings.
+        The plane of unbalance next to the centre of mass, and the sites that are retainers of the bearings.
     gap
-        Of the magnets, twice the least clearance of a retainer; without retainers `gap_for` the shaft.
+        Air gap of the magnets, twice the least clearance of a retainer; without retainers `gap_for` the shaft.
     turns, pole_area, bias_current, current_limit
-        Of a magnet.
+        Values of a magnet.
     resistance, inductance, voltage_limit
-        Of a coil and its amplifier.
+        Values of a coil and its amplifier.
     unbalance
-        That of the balancing grade at the speed.
+        Unbalance of the balancing grade at this speed.
     loads
         Share of the weight that an axis at 45 degrees carries, by bearing.
     coils
@@ -136,27 +136,27 @@ class MachineSizes:
 
 
 def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) -> MachineSizes:
-    """Return first sizes of the magnets of a rotor, or those that have the constants of a data sheet.
+    """Return first sizes of the magnets of a rotor, or sizes that give the constants of a data sheet.
 
     N = B s_0/(2 mu_0 I_b),  A = mu_0 F/B^2,  F = 4 W + 2 m G Omega,  W = m_b g/sqrt(2)      (1)
     L = 2 mu_0 N^2 A/s_0,  U = 2 R I_max + L I_b 2 Omega                                    (2)
     I_0 = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
     K_s(i_s) = K_s (1 + (i_s/I_0)^2),  i_s = W/K_i                                          (4)
 
-    m_b is the share of the flexible rotor's mass on a bearing (`carried_masses`). (1) has the flux B at twice the bias
-    current, where a control force of the bias current takes the magnet, and room for the unbalance of twice the
-    balancing grade; (2) a bandwidth of full swing of about twice the speed. (3), from (2.8) and (2.9) without a static
-    current, takes the place of (1) where a data sheet is given. (4) holds for differential drive. Unless gap or bias is
-    known, I_0 is such that K_s(i_s) is the data sheet's, and the gap such that I_0 is at least `ROOM` times i_s.
+    m_b is the share of the flexible rotor's mass on a bearing (`carried_masses`). In (1) B is the flux density at twice
+    the bias current, the largest with a control current of the bias current, and the force includes the unbalance of
+    twice the balancing grade. (2) gives a full-swing bandwidth of about twice the speed. For a data sheet, (3), from
+    (2.8) and (2.9) without a static current, replaces (1). (4) holds for differential drive. Unless gap or bias is
+    stated, I_0 is such that K_s(i_s) is the data sheet's, and the gap such that I_0 is at least `ROOM` times i_s.
 
     Parameters
     ----------
     rotor
-        With its bearings, all of them magnetic, a sensor, and a plane of unbalance.
+        The rotor, with magnetic bearings only, a sensor, and a plane of unbalance.
     speed
-        Its highest speed in operation (rad/s).
+        Highest operating speed (rad/s).
     magnet
-        Of a data sheet.
+        Constants of a data sheet.
 
     Raises
     ------
@@ -171,14 +171,12 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
         (rotor.discs, "a plane of unbalance", "a body with unbalance = true"),
     ):
         if not present:
-            raise ValueError(f"rotor {rotor.name!r} has not {what}; its file needs {key}")
+            raise ValueError(f"rotor {rotor.name!r} lacks {what}; its file needs {key}")
     nodes = rotor.shaft.nodes
     diameter = max(diameter_at(rotor, nodes[node - 1]) for node in rotor.bearing_nodes)
     fastest = 2.0 * SURFACE_SPEED / diameter
-    allowed = (
-        f"<= {fastest:.4g} rad/s: the surface of the shaft in its bearings, {1e3 * diameter:.3g} mm thick, then has"
-    )
-    require(speed <= fastest, "speed", f"{speed:.4g} rad/s", f"{allowed} {SURFACE_SPEED:g} m/s")
+    surface = f"the surface of the shaft in its bearings ({1e3 * diameter:.3g} mm) then has {SURFACE_SPEED:g} m/s"
+    require(speed <= fastest, "speed", f"{speed:.4g} rad/s", f"<= {fastest:.4g} rad/s: {surface}")
     body = rigid_body(rotor)
     loads = {name: mass * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried_masses(rotor).items()}
     gap = 2.0 * min((site.clearance for site in retainers), default=0.5 * gap_for(diameter))
@@ -231,25 +229,24 @@ def _gap_with(magnet: MagnetData, gap: float, load: float) -> float:
 def _differential(magnet: MagnetData, bias: float, area: float, loads: Mapping[str, float]) -> dict[str, CoilCurrents]:
     """Return the currents of coils that share the load of each bearing, by (4); empty for one-sided drive.
 
-    Without a known gap or bias I_0 + i_s^2/I_0 = s_0 K_s/K_i, and the pole area is in inverse proportion to I_0.
+    If neither gap nor bias is stated, I_0 + i_s^2/I_0 = s_0 K_s/K_i, and the pole area is proportional to 1/I_0.
     """
     if magnet.drive == "one-sided":
         return {}
     result = {}
     for bearing, load in loads.items():
-        shift, own = abs(load) / magnet.k_i, bias
+        shift, unloaded_bias = abs(load) / magnet.k_i, bias
         if magnet.keeps_k_s:
-            own = 0.5 * (bias + math.sqrt(bias**2 - 4.0 * shift**2))
-        result[bearing] = CoilCurrents(own - shift, 2.0 * shift, area * bias / own)
+            unloaded_bias = 0.5 * (bias + math.sqrt(bias**2 - 4.0 * shift**2))
+        result[bearing] = CoilCurrents(unloaded_bias - shift, 2.0 * shift, area * bias / unloaded_bias)
     return result
 
 
 def _area_with(magnet: MagnetData, gap: float, bias: float, turns: int, load: float) -> float:
     """Return the pole area (m2) with which an axis has the K_i of a data sheet, and can carry a load (N)."""
     swing = 0.5 * bias if magnet.keeps_k_s else bias
-    allowed = (
-        f"> {load / swing:.4g} N/A, to carry {load:.4g} N by a swing of {swing:.3g} A, which gap, K_i and K_s give"
-    )
+    reason = f"to carry {load:.4g} N with a swing of {swing:.3g} A, which follows from gap, K_i and K_s"
+    allowed = f"> {load / swing:.4g} N/A, {reason}"
     require(magnet.k_i * swing > load, "K_i", f"{magnet.k_i:g} N/A", allowed)
     return 1e-4 * magnet.k_i / _constants(turns, 1e-4, gap, bias).k_i
 

@@ -20,7 +20,7 @@ from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes
 from array_types import Array, Bools, Indices
 
-MOST_POINTS = 2400  # of a curve
+MOST_POINTS = 2400  # of a curve, at most
 HERTZ = 2.0 * np.pi  # rad/s
 
 
@@ -38,7 +38,7 @@ class Curve:
 class Panel:
     """A plot: title, labels of its axes, curves, whether both axes have the same scale, and which are logarithmic.
 
-    Zones are ranges of y from the least: the value at which each ends, and its name.
+    Zones are ranges of y, ascending: the upper end and the name of each.
     """
 
     title: str
@@ -50,7 +50,7 @@ class Panel:
     zones: tuple[tuple[float, str], ...] = ()
 
     def as_data(self) -> dict[str, Any]:
-        """Return the plot for JSON; points are little-endian 32-bit numbers in base64, as Plotly reads them."""
+        """Return the plot for JSON; points are little-endian 32-bit numbers in base64, the format of Plotly."""
         finite = [c.y[np.isfinite(c.y)] for c in self.curves]
         return {
             "title": self.title,
@@ -66,10 +66,12 @@ class Panel:
     def in_chosen_units(self) -> Panel:
         """Return the plot with speeds, lengths and forces in the units that were chosen (`presentation.units`).
 
-        Places along the shaft, lengths on the horizontal axis, keep theirs.
+        Axial positions, which are lengths on the horizontal axis, do not change.
         """
-        (x, of_x), (y, of_y) = relabelled(self.x, "speed"), relabelled(self.y, "speed", "length", "force")
-        curves = (replace(c, name=convert_units_in_text(c.name), x=of_x * c.x, y=of_y * c.y) for c in self.curves)
+        (x, x_factor), (y, y_factor) = relabelled(self.x, "speed"), relabelled(self.y, "speed", "length", "force")
+        curves = (
+            replace(c, name=convert_units_in_text(c.name), x=x_factor * c.x, y=y_factor * c.y) for c in self.curves
+        )
         return replace(self, title=convert_units_in_text(self.title), x=x, y=y, curves=tuple(curves))
 
 
@@ -90,54 +92,54 @@ def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, .
 
 
 def horizontal_axis(run: Signals) -> tuple[Array, str, Bools]:
-    """Return cycles, or spin speeds where they change, from cycle 0 on, their label, and the samples that these are."""
-    displayed = np.asarray(cycles(run) >= 0.0)
+    """Return cycles, or spin speeds if these change, from cycle 0 on, their label, and the mask of these samples."""
+    from_cycle_0 = np.asarray(cycles(run) >= 0.0)
     if speed_changes(run):
-        return speed(run)[displayed] / HERTZ, "spin speed (Hz)", displayed
-    return cycles(run)[displayed], "cycle", displayed
+        return speed(run)[from_cycle_0] / HERTZ, "spin speed (Hz)", from_cycle_0
+    return cycles(run)[from_cycle_0], "cycle", from_cycle_0
 
 
 def curve(name: str, x: ArrayLike, y: ArrayLike, style: str = "lines") -> Curve:
-    """Return a curve of at most `MOST_POINTS` points: of more, the extremes of equal parts stay."""
+    """Return a curve of at most `MOST_POINTS` points; a longer curve is reduced to the extremes of equal parts."""
     xs, ys = np.asarray(x, np.float64), np.asarray(y, np.float64)
     if len(xs) > MOST_POINTS:
-        retained = _extremes(ys, MOST_POINTS // 2)
-        xs, ys = xs[retained], ys[retained]
+        extremes = _extremes(ys, MOST_POINTS // 2)
+        xs, ys = xs[extremes], ys[extremes]
     return Curve(name, xs, ys, style)
 
 
 def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
-    axis, label, displayed = horizontal_axis(run)
+    axis, label, from_cycle_0 = horizontal_axis(run)
     bearings = places(run).bearings
     relative = {mb: _relative_radius(run, mb) for mb in bearings}
     yield Panel(
         "Radial displacement over clearance",
         label,
         "r / C_r",
-        tuple(curve(mb.upper(), axis, r[displayed]) for mb, r in relative.items()),
+        tuple(curve(mb.upper(), axis, r[from_cycle_0]) for mb, r in relative.items()),
     )
-    result = {site: peaks(run, site) for site in touchable(run)}
-    forces = {site: force[displayed] for site, force in result.items() if force is not None}
+    forces_of_sites = {site: peaks(run, site) for site in touchable(run)}
+    forces = {site: force[from_cycle_0] for site, force in forces_of_sites.items() if force is not None}
     if any(force.any() for force in forces.values()):
         curves = tuple(curve(site.upper(), axis, 1e-3 * force) for site, force in forces.items())
         yield Panel("Normal contact force", label, "N (kN)", curves)
-        state = np.asarray(signal(run, "contact_state"))[displayed]
+        state = np.asarray(signal(run, "contact_state"))[from_cycle_0]
         meaning = ", ".join(f"{k} {name}" for k, name in enumerate(places(run).contact_states))
         yield Panel(f"Contact state: {meaning}", label, "state", (curve("state", axis, state),))
     modes = [signal(run, f"{site}.mode") for site in forces]
     if any(mode is not None and (mode == ROLLING).any() for mode in modes):
-        whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[displayed] for site in forces}
+        whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[from_cycle_0] for site in forces}
         curves = tuple(curve(site.upper(), axis, whirl) for site, whirl in whirls.items())
         yield Panel("Whirl speed", label, "phi-dot (rad/s)", curves)
     for draw in others:
         yield from draw(run)
     if not speed_changes(run):
         title = "Orbits over clearance" + ("" if rolling_from(run) is None else ", until it rolls")
-        yield Panel(title, "x / C_r", "y / C_r", tuple(_orbits(run, displayed)), is_round=True)
+        yield Panel(title, "x / C_r", "y / C_r", tuple(_orbits(run, from_cycle_0)), is_round=True)
 
 
 def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
-    """Yield the clearance and the orbits; of a rotor that rolls, from before the disturbance until it does."""
+    """Yield the clearance and the orbits; if the rotor rolls, from before the disturbance until it begins to roll."""
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     yield Curve("clearance", np.cos(angle), np.sin(angle), "dashed")
     rolling = rolling_from(run)
@@ -146,9 +148,9 @@ def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
         inside = inside & (cycles(run) >= begin) & (cycles(run) < rolling + 0.02)
     every = max(1, np.count_nonzero(inside) // (2 * MOST_POINTS))
     for mb, site in places(run).bearings.items():
-        of_place = path(run, support(run, mb))
-        if of_place is not None:
-            x, y = of_place[:, inside][:, ::every] / _clearance(run, site)
+        orbit = path(run, support(run, mb))
+        if orbit is not None:
+            x, y = orbit[:, inside][:, ::every] / _clearance(run, site)
             yield Curve(mb.upper(), x, y)
 
 
@@ -165,11 +167,11 @@ def _clearance(run: Signals, site: str) -> float:
 def _extremes(values: Array, parts: int) -> Indices:
     """Return the indices of the least and the largest value in each of some equal parts, ascending."""
     edges = np.linspace(0, len(values), parts + 1).astype(int)
-    retained = {0, len(values) - 1}
+    extremes = {0, len(values) - 1}
     for first, last in pairwise(edges):
         part = values[first:last]
-        retained.update((first + int(np.argmin(part)), first + int(np.argmax(part))))
-    return np.array(sorted(retained), dtype=np.intp)
+        extremes.update((first + int(np.argmin(part)), first + int(np.argmax(part))))
+    return np.array(sorted(extremes), dtype=np.intp)
 
 
 def _packed(values: Array) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""A picture of several plots, for a page that runs no scripts."""
+"""A picture of several plots, for a page without scripts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LINES: tuple[Any, ...] = ("-", (0, (1, 1)), (0, (5, 1, 1, 1)))  # of curves beyo
 
 
 def picture_of(panels: Sequence[Panel]) -> bytes:
-    """Return a PNG of the plots; nothing without plots."""
+    """Return a PNG of the plots; empty without plots."""
     picture = BytesIO()
     if panels:
         figure_of(panels).savefig(picture, format="png", dpi=RESOLUTION)
@@ -56,8 +56,8 @@ def figure_of(panels: Sequence[Panel]) -> Figure:
 
 def _legend_columns(names: Sequence[str]) -> int:
     """Return the number of columns of a legend, at most three, that fit below a plot."""
-    of_column = LEGEND_SIZE * (0.55 * max(len(name) for name in names) + 4.0)  # with handle and gap
-    return max(1, min(3, int(72.0 * WIDTH / of_column)))
+    column_width = LEGEND_SIZE * (0.55 * max(len(name) for name in names) + 4.0)  # with handle and gap
+    return max(1, min(3, int(72.0 * WIDTH / column_width)))
 
 
 def _draw_zones(axes: Axes, panel: Panel) -> None:

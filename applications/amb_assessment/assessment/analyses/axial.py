@@ -27,7 +27,7 @@ HEADS = ("bearing force (N)", "control current (A)", "K_s (MN/m)", "Hz", "dampin
 
 
 def answer(subject: Subject) -> AnalysisResult:
-    """Return the used share of the capacity, stability, frequency and decrement of the axial loop.
+    """Return the used share of the capacity, and stability, frequency and decrement of the axial loop.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def _notes(subject: Subject, bearing: ThrustBearing, weight: float) -> tuple[str
         f"{weight:.4g} N. Sampled every {sample_time:g} s; the delay of the demands is {delay:g} times that."
     )
     if bearing.corner is None:
-        iron = "The iron is taken as laminated: without eddy currents, which a solid disc always has."
+        iron = "The iron is assumed to be laminated, without eddy currents, which a solid disc always has."
     else:
         iron = (
             f"Eddy currents: half-order lag with corner {hertz(bearing.corner):.4g} Hz as {len(lag.poles)} first-order "
@@ -141,7 +141,7 @@ def _notes(subject: Subject, bearing: ThrustBearing, weight: float) -> tuple[str
                 "measured corner."
             )
     tilt = (
-        f"Tilted, the disc has a moment stiffness of {-bearing.moment_stiffness():.4g} N m/rad, negative as it tilts "
-        "further. The lateral analyses do not contain it."
+        f"Against tilt the disc has a moment stiffness of {-bearing.moment_stiffness():.4g} N m/rad; if negative, it "
+        "tilts the disc further. The lateral analyses do not contain it."
     )
     return (first, iron, tilt, "The axial axis does not act in the co-simulation: no landing on axial retainers.")

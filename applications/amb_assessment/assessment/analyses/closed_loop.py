@@ -14,7 +14,7 @@ from amb_analysis.studies.closed_loop_poles import whirl_of
 from amb_analysis.studies.damping_zones import ZONES
 from amb_analysis.studies.loop_vibrations import Vibrations, followed, vibrations
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stability import described, least_stable, spectral_radius
+from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius
 from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm, subject_of
 from amb_assessment.reporting.panels import Curve, Panel, curve
@@ -26,11 +26,11 @@ from rotor_analysis.refinement import refined
 POINTS = 41  # speeds
 MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic
 ROUNDING = 1e-9  # relative difference of decrements of the same pole
-SPEEDS_OF_ALL_MODES = 21  # from zero to the trip speed, with more about the least
+SPEEDS_OF_ALL_MODES = 21  # from zero to the trip speed, before refinement about the least decrement
 
 
 def answer(subject: Subject) -> AnalysisResult:
-    """Return stability from zero to the trip speed, damped frequencies and decrements, the least in operation."""
+    """Return stability from zero to the trip speed, damped frequencies, and the least decrement in operation."""
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
     speeds = np.unique([*np.linspace(0.01 * speed.tripping, speed.tripping, POINTS), speed.lowest, speed.highest])
@@ -38,7 +38,7 @@ def answer(subject: Subject) -> AnalysisResult:
     result = [vibrations(loop, float(Omega)).up_to(limit) for Omega in speeds]
     operating = speeds[(speeds >= speed.lowest) & (speeds <= speed.tripping)]
     least = least_decrement_over("decrement", lambda Omega: vibrations(loop, Omega).up_to(limit), operating)
-    everything = least_decrement_over("decrement_anywhere", lambda Omega: vibrations(loop, Omega), operating)
+    at_all_frequencies = least_decrement_over("decrement_anywhere", lambda Omega: vibrations(loop, Omega), operating)
     stability = spectral_radius("spectral_radius", least_stable(subject))
     tracks = followed(result, len(result[0].poles))
     at = int(np.flatnonzero(speeds == speed.highest)[0])
@@ -51,15 +51,17 @@ def answer(subject: Subject) -> AnalysisResult:
     notes += [f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T)."]
     if hertz(limit) > 0.5 / loop.sample_time:
         half = f"Half the sample rate is {0.5 / loop.sample_time:.0f} Hz"
-        notes.append(f"{half}: faster vibrations are at the frequency of the rotor's mode, control sees their alias.")
+        notes.append(
+            f"{half}: faster vibrations are listed at the frequency of the rotor's mode; control sees their alias."
+        )
     notes += [
-        f"Stability: all poles, of drifts without vibration too, at all speeds from 0 to {rpm(speed.tripping):.0f} "
+        f"Stability: all poles, including drifts without vibration, at all speeds from 0 to {rpm(speed.tripping):.0f} "
         "1/min, with the stages' coefficients of the largest speed where they have no table over speed."
     ]
     if subject.file.has_synchronous_control:
         notes.append("The scenario's synchronous control (rolac_enable) is off in all parts of this assessment.")
     notes += [f"{sentence}." for sentence in viscous_losses(subject.planned.assembly)]
-    measured = (stability, least, everything, *_with_all_modes(subject))
+    measured = (stability, least, at_all_frequencies, *_with_all_modes(subject))
     return AnalysisResult(measured, _panels(subject, speeds, result, tracks), (table,), tuple(notes))
 
 
@@ -85,21 +87,21 @@ def _with_all_modes(subject: Subject) -> list[Quantity]:
 def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]]) -> Quantity:
     """Return the smallest logarithmic decrement of vibrations at speeds (rad/s), and its speed.
 
-    Of a loop that is not stable the pole that grows most counts, too: a drift without vibration has -`LARGEST`.
+    If the loop is not stable, the pole that grows most is included: a drift without vibration has -`LARGEST`.
     """
-    all_of = [
+    candidates = [
         (float(d), Omega, float(s.imag), float(sense))
-        for Omega, of in vibrations
-        for d, s, sense in zip(of.decrements(), of.poles, of.senses, strict=True)
+        for Omega, at_speed in vibrations
+        for d, s, sense in zip(at_speed.decrements(), at_speed.poles, at_speed.senses, strict=True)
     ]
-    least, Omega, omega, sense = min(all_of, default=(LARGEST, 0.0, 0.0, 0.0))
-    growing = [of.stability for _, of in vibrations if not of.stability.is_stable]
+    least, Omega, omega, sense = min(candidates, default=(LARGEST, 0.0, 0.0, 0.0))
+    growing = [at_speed.stability for _, at_speed in vibrations if not at_speed.stability.is_stable]
     worst = min(growing, key=lambda stability: stability.decrement, default=None)
     if worst is not None and worst.decrement < least * (1.0 + ROUNDING):
         facts = {"frequency": hertz(worst.frequency), "N": float(rpm(worst.speed))}
         note = "the value stands for any growing drift" if worst.is_drift else ""
-        return Quantity(quantity, described(worst), worst.decrement, "1", facts, note, levitated=True)
-    if not all_of:
+        return Quantity(quantity, motion_and_speed(worst), worst.decrement, "1", facts, note, levitated=True)
+    if not candidates:
         return Quantity(quantity, "nothing vibrates", LARGEST, "1", levitated=True)
     where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {whirl_of(sense)}"
     facts = {"frequency": hertz(omega), "N": float(rpm(Omega))}
@@ -107,16 +109,16 @@ def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]
 
 
 def least_decrement_over(quantity: str, vibrating: Callable[[float], Vibrations], speeds: Array) -> Quantity:
-    """Return the smallest logarithmic decrement at any speed (rad/s) from the first to the last, between them too."""
-    found: dict[float, Vibrations] = {}
+    """Return the smallest logarithmic decrement at any speed (rad/s) from the first to the last of `speeds`."""
+    by_speed: dict[float, Vibrations] = {}
 
     def growths(more: Array) -> Array:
         new = {Omega: vibrating(Omega) for Omega in map(float, more)}
-        found.update(new)
+        by_speed.update(new)
         return np.array([-least_decrement(quantity, [item]).value for item in new.items()])
 
-    refined(growths, speeds, lambda of: of, resonant=False)
-    return least_decrement(quantity, list(found.items()))
+    refined(growths, speeds, lambda values: values, resonant=False)
+    return least_decrement(quantity, list(by_speed.items()))
 
 
 def _panels(
@@ -126,18 +128,18 @@ def _panels(
     damping: list[Curve] = []
     beyond: list[Curve] = []
     for track in tracks:
-        alive = [k for k, n in enumerate(track) if n is not None]
+        rows = [k for k, n in enumerate(track) if n is not None]
         chosen = [(k, n) for k, n in enumerate(track) if n is not None]
         s = np.array([vibrations[k].poles[n] for k, n in chosen])
         last, number = chosen[-1]
         name = f"{hertz(s[-1].imag):.0f} Hz {whirl_of(vibrations[last].senses[number])}"
         decrement = -2.0 * np.pi * s.real / s.imag
-        displayed = decrement.min() < MAX_DECREMENT
-        (frequency if displayed else beyond).append(curve(name, rpm(speeds[alive]), hertz(s.imag)))
-        if displayed:
-            damping.append(curve(name, rpm(speeds[alive]), np.clip(decrement, MIN_DECREMENT, MAX_DECREMENT)))
+        is_drawn = decrement.min() < MAX_DECREMENT
+        (frequency if is_drawn else beyond).append(curve(name, rpm(speeds[rows]), hertz(s.imag)))
+        if is_drawn:
+            damping.append(curve(name, rpm(speeds[rows]), np.clip(decrement, MIN_DECREMENT, MAX_DECREMENT)))
     frequency += beyond  # last, so that the others have the same colours in both figures
-    lowest = min((float(of.y.min()) for of in damping), default=MIN_DECREMENT)
+    lowest = min((float(line.y.min()) for line in damping), default=MIN_DECREMENT)
     ends = rpm(np.array([0.0, subject.file.speed.tripping]))
     frequency.append(curve("1x", ends, ends / 60.0, "dashed"))
     for limit in (subject.file.speed.lowest, subject.file.speed.highest):

@@ -15,11 +15,11 @@ from rotor_analysis.damping import free_modes
 COUNT = 5  # critical speeds
 POINTS = 41  # stiffnesses, and speeds
 LEAST = 1e-3  # of the largest dynamic stiffness: replaces smaller and negative values
-DECADES = (-3.0, 1.5)  # of stiffness, about that at which the first bending mode of half the rotor would stand
+DECADES = (-3.0, 1.5)  # of stiffness, about m omega^2/2 with the rotor's mass and first free bending frequency
 
 
 def answer(subject: Subject) -> AnalysisResult:
-    """Return the critical speed map, and the critical speeds at the bearings' own dynamic stiffness."""
+    """Return the critical speed map, and the critical speeds at the bearings' dynamic stiffness."""
     bending = free_modes(subject.free.M[::2, ::2], subject.free.K[::2, ::2])[0][0]
     scale = 0.5 * subject.rotor.mass * bending**2
     stiffnesses = scale * np.logspace(*DECADES, POINTS)
@@ -31,11 +31,11 @@ def answer(subject: Subject) -> AnalysisResult:
     highest = 1.5 * subject.file.speed.tripping
     swept = np.linspace(0.02, 1.0, POINTS) * highest
     directions = directional_stiffness(subject, swept)
-    dynamic = {f"{name}{direction}": k for direction, of in directions.items() for name, k in of.items()}
+    dynamic = {f"{name}{direction}": k for direction, at in directions.items() for name, k in at.items()}
     measured = tuple(
         Quantity("undamped_critical_speed", f"number {number}{direction}", float(rpm(Omega)), "1/min")
-        for direction, of in directions.items()
-        for number, Omega in bearing_critical_speeds(subject, swept, {name: k.real for name, k in of.items()})
+        for direction, bearings in directions.items()
+        for number, Omega in bearing_critical_speeds(subject, swept, {name: k.real for name, k in bearings.items()})
     )
     rows = tuple(
         (
@@ -60,7 +60,7 @@ def answer(subject: Subject) -> AnalysisResult:
 
 
 def bearing_critical_speeds(subject: Subject, speeds: Array, stiffness: dict[str, Array]) -> list[tuple[int, float]]:
-    """Return number and speed (rad/s) of each undamped critical speed at the bearings' own stiffness.
+    """Return number and speed (rad/s) of each undamped critical speed at the bearings' stiffness.
 
     The k-th critical speed Omega_k(K(Omega)) crosses Omega; crossings between speeds are interpolated linearly.
 
@@ -71,7 +71,7 @@ def bearing_critical_speeds(subject: Subject, speeds: Array, stiffness: dict[str
     speeds
         Ascending (rad/s), shape (n,).
     stiffness
-        Real part of the dynamic stiffness (N/m) at these, by bearing; `LEAST` replaces smaller and negative values.
+        Real part of the dynamic stiffness (N/m) at these speeds, by bearing, of at least `LEAST` of the largest.
     """
     floor = LEAST * max(float(np.max(np.abs(k))) for k in stiffness.values())
     excess = np.full((COUNT, len(speeds)), np.nan)
@@ -90,13 +90,13 @@ def bearing_critical_speeds(subject: Subject, speeds: Array, stiffness: dict[str
 
 def _panel(subject: Subject, stiffnesses: Array, lines: Array, swept: Array, dynamic: dict[str, Complex]) -> Panel:
     curves: list[Curve] = []
-    for k, line in enumerate(lines):
-        displayed = np.isfinite(line) & (rpm(line) < 20.0 * rpm(subject.file.speed.tripping))
-        if displayed.any():
-            curves.append(curve(f"critical speed {k + 1}", stiffnesses[displayed], rpm(line[displayed])))
-    for name, of_bearing in dynamic.items():
-        positive = of_bearing.real > stiffnesses[0]
-        curves.append(curve(f"bearing {name}", of_bearing.real[positive], rpm(swept[positive]), "dots"))
+    for number, line in enumerate(lines, start=1):
+        in_range = np.isfinite(line) & (rpm(line) < 20.0 * rpm(subject.file.speed.tripping))
+        if in_range.any():
+            curves.append(curve(f"critical speed {number}", stiffnesses[in_range], rpm(line[in_range])))
+    for name, k in dynamic.items():
+        positive = k.real > stiffnesses[0]
+        curves.append(curve(f"bearing {name}", k.real[positive], rpm(swept[positive]), "dots"))
     for what, speed in (("minimum", subject.file.speed.lowest), ("maximum", subject.file.speed.highest)):
         curves.append(curve(f"{what} speed", stiffnesses[[0, -1]], rpm(np.array([speed, speed])), "dashed"))
     return Panel("Undamped critical speed map", "support stiffness (N/m)", "speed (1/min)", tuple(curves), log="xy")

@@ -16,13 +16,13 @@ from amb_assessment.reporting.panels import Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
 
-MOST = 30.0  # times the anticipated cross coupling, up to which the threshold is sought
-POINTS = 25  # of the sweep, with more about maxima of the growth rate
+MOST = 30.0  # largest searched cross coupling, over the anticipated
+POINTS = 25  # of the sweep, before refinement about maxima of the growth rate
 
 
 def growth_rates(swept: NDArray[np.object_]) -> Array:
-    """Return the growth rate (1/s) that decides on the stability of each of some vibrations."""
-    return np.array([of.stability.growth_rate for of in swept])
+    """Return the growth rate (1/s) of each loop of a sweep."""
+    return np.array([vibrations.stability.growth_rate for vibrations in swept])
 
 
 def answer(subject: Subject) -> AnalysisResult:
@@ -44,8 +44,8 @@ def answer(subject: Subject) -> AnalysisResult:
 
     first = np.concatenate([[0.0], np.geomspace(0.1, MOST, POINTS - 1)])
     factors, swept = refined(swept_over, first, growth_rates, resonant=False)
-    curve_of = np.array([least_decrement("", [(speed, of)]).value for of in swept])
-    unstable = np.flatnonzero([not of.stability.is_stable for of in swept])
+    decrements = np.array([least_decrement("", [(speed, at_factor)]).value for at_factor in swept])
+    unstable = np.flatnonzero([not at_factor.stability.is_stable for at_factor in swept])
     note, ratio = "", MOST
     if len(unstable) and unstable[0] > 0:
         ratio = float(brentq(growth, factors[unstable[0] - 1], factors[unstable[0]], xtol=1e-4))
@@ -69,13 +69,15 @@ def answer(subject: Subject) -> AnalysisResult:
         "cross coupling of all stages (MN/m)",
         "decrement",
         (
-            curve("least decrement", 1e-6 * total * factors, curve_of),
-            curve("anticipated", 1e-6 * np.array([total, total]), [min(0.0, curve_of.min()), curve_of.max()], "dashed"),
+            curve("least decrement", 1e-6 * total * factors, decrements),
+            curve(
+                "anticipated", 1e-6 * np.array([total, total]), [min(0.0, decrements.min()), decrements.max()], "dashed"
+            ),
             curve("0.1", ends, [0.1, 0.1], "dashed"),
         ),
     )
     notes = (
         "Each stage acts at its position, with its share of the anticipated coupling. Seals of the rotor file are "
-        "omitted: in level I, one coupling represents everything that drives whirl.",
+        "omitted: in level I, the anticipated coupling represents all causes of whirl.",
     )
     return AnalysisResult(measured, (panel,), (table,), notes)

@@ -18,28 +18,28 @@ from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances
 
-POINTS = 90  # speeds, with more about critical speeds and maxima
+POINTS = 90  # speeds, before refinement about critical speeds and maxima
 
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return the worst-case requirements of each axis up to the trip speed, with the balancing grade's unbalance."""
-    whole, others = subject.unbalance_of_grade(), real_coefficients(subject)
-    loads = [case.of(whole) for case in unbalance_cases(subject)]
+    total, others = subject.unbalance_of_grade(), real_coefficients(subject)
+    loads = [case.of(total) for case in unbalance_cases(subject)]
 
     def requirements(speeds: Array) -> Array:
         q = synchronous_response(subject, speeds, loads, others)
         forces, currents = largest_needed(subject, speeds, q)
-        of_amplifiers = (_voltages(subject, speeds, currents), *_shares(subject, speeds, forces, currents))
-        return np.stack([forces, currents, *of_amplifiers], axis=1)
+        voltages_and_shares = (_voltages(subject, speeds, currents), *_shares(subject, speeds, forces, currents))
+        return np.stack([forces, currents, *voltages_and_shares], axis=1)
 
     speeds = with_tables(subject, response_speeds(subject, POINTS))
     speeds = speeds[speeds <= subject.file.speed.tripping]
     critical = about_resonances(speeds, resonances(stiffness_of(subject, others), speeds))
-    speeds, needed = refined(requirements, critical, lambda of: of.reshape(len(of), -1))
+    speeds, needed = refined(requirements, critical, lambda values: values.reshape(len(values), -1))
     forces, currents, voltages, shares, slews = np.moveaxis(needed, 1, 0)
     measured: list[Quantity] = []
     rows: list[tuple[str, ...]] = []
-    in_force, in_current = [], []
+    force_curves, current_curves = [], []
     for k, (bearing, axis) in enumerate(subject.loop.axes):
         p, name = subject.axis(bearing, axis), f"{bearing}.{axis}"
         force, current = forces[:, k], currents[:, k]
@@ -57,19 +57,19 @@ def answer(subject: Subject) -> AnalysisResult:
                 f"{(speeds * force).max():.4g} of {available:.4g}",
             )
         )
-        in_force.append(curve(name, rpm(speeds), force))
-        in_current.append(curve(f"{name} needs", rpm(speeds), current))
+        force_curves.append(curve(name, rpm(speeds), force))
+        current_curves.append(curve(f"{name} needs", rpm(speeds), current))
         if axis == AXES[0]:
-            in_current.append(curve(f"{bearing} can give", rpm(speeds), allowed, "dashed"))
+            current_curves.append(curve(f"{bearing} can give", rpm(speeds), allowed, "dashed"))
     heads = ("axis", "force (N), at 1/min", "current (A)", "voltage (V)", "slew rate (N/s)")
     panels = (
-        Panel("Amplitude of the bearing forces", "speed (1/min)", "N", tuple(in_force)),
-        Panel("Amplitude of the control currents", "speed (1/min)", "A", tuple(in_current)),
+        Panel("Amplitude of the bearing forces", "speed (1/min)", "N", tuple(force_curves)),
+        Panel("Amplitude of the control currents", "speed (1/min)", "A", tuple(current_curves)),
     )
     grade = 1e3 * subject.file.balancing.speed
     notes = (
-        f"Unbalance: {1e6 * whole:.4g} g mm, of balancing grade G {grade:g} at the largest speed (ISO 21940-11), "
-        "placed for each mode as for the response; at each speed the worst mode applies. The current is the "
+        f"Unbalance: {1e6 * total:.4g} g mm, of balancing grade G {grade:g} at the largest speed (ISO 21940-11), "
+        "placed for each mode as for the response; values are of the worst mode at each speed. The current is the "
         "controller's demand, within the controller's limits and the range of its DAC; coils follow it within the "
         "voltage limit R I_0 + I |R + j Omega L| <= V.",
     )

@@ -23,10 +23,10 @@ from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from array_types import Array
 
-SLOW = 0.1  # of the largest speed, where a run-up begins
+SLOW = 0.1  # speed at which a run-up begins, over the largest speed
 LONGEST = 5.0  # s of a run-up or run-down that is simulated; a slower one passes its critical speeds in steady motion
-POINTS = 13  # of the speed of a run-down
-FAULT = 0.15  # s after a fault
+POINTS = 13  # of the speed over time of a run-down
+FAULT = 0.15  # s, duration of a run with a fault
 SHOCK = 5.0 * STANDARD_GRAVITY  # m/s^2, a half sine
 SHOCK_TIME = 0.011  # s
 SHOCK_STEPS = 8
@@ -40,12 +40,12 @@ def answer(subject: Subject) -> AnalysisResult:
     faults, rows = _faults(subject)
     notes = (
         f"Run-up and run-down between {rpm(SLOW * speed.highest):.0f} 1/min and the trip speed, with the unbalance of "
-        f"the mode that moves the rotor most between them: {passed.unbalance.note}. One that takes more than "
-        f"{LONGEST:g} s, or an unknown time, counts as steady motion at the worst speed, {rpm(passed.Omega):.0f} "
-        "1/min: a slow one comes to it, a fast one stays below. The keys `run_up` and `run_down` state times; without "
-        "them, a machine runs down as `spin.drag` brakes it.",
-        "Faults are at the largest speed, one at a time; of each kind the worst counts. A rotor on its retainers, "
-        "or across the air gap of a magnet, is at 100 %. A magnet with power that it reaches ends the run.",
+        f"the mode that moves the rotor most between them: {passed.unbalance.note}. A run that takes more than "
+        f"{LONGEST:g} s, or an unknown time, is judged by steady motion at the worst speed, {rpm(passed.Omega):.0f} "
+        "1/min: a slow run reaches this motion, a fast run stays below. The keys `run_up` and `run_down` state times; "
+        "without them, a machine runs down as `spin.drag` brakes it.",
+        "Faults are at the largest speed, one at a time; the worst of each kind is judged. A rotor on its retainers, "
+        "or across the air gap of a magnet, is at 100 %. The run ends if the rotor reaches a magnet with power.",
     )
     panel = Panel("Largest displacement over clearance", "time (s)", "%", tuple(line for _, line in running))
     heads = ("fault", "nearest at", "largest (% of clearance)", "at the end (%)", "contact at the end")
@@ -55,9 +55,9 @@ def answer(subject: Subject) -> AnalysisResult:
 
 def _durations(subject: Subject) -> dict[str, float]:
     """Return the durations (s) of run-up and run-down between `SLOW` and the trip speed; infinite if unknown."""
-    speed, local = subject.file.speed, subject.parameters[PLANT]
-    drag, span = local.get("spin.drag", 0.0), (speed.tripping - SLOW * speed.highest) / speed.highest
-    coasting = local["spin.inertia"] / drag * math.log(speed.tripping / (SLOW * speed.highest)) if drag else math.inf
+    speed, p = subject.file.speed, subject.parameters[PLANT]
+    drag, span = p.get("spin.drag", 0.0), (speed.tripping - SLOW * speed.highest) / speed.highest
+    coasting = p["spin.inertia"] / drag * math.log(speed.tripping / (SLOW * speed.highest)) if drag else math.inf
     stated = {"run-up": speed.run_up_time, "run-down": speed.run_down_time}
     return {
         name: span * time if time is not None else coasting if name == "run-down" else math.inf
@@ -69,7 +69,7 @@ def _running(subject: Subject, name: str, time: float, passed: WorstResponse) ->
     """Return the largest displacement over the clearance of a run-up or run-down, and its curve."""
     if time > LONGEST:
         used = steady_vibration(subject, passed)
-        value, note = passed.with_run(passed.site, max(float(of.max()) for of in used.values()))
+        value, note = passed.with_run(passed.site, max(float(shares.max()) for shares in used.values()))
         duration = len(used[passed.site]) * float(subject.planned.plan.step_size)
         where = f"{name}, {passed.site} at {rpm(passed.Omega):.0f} 1/min"
         length = f"takes {time:.4g} s" if math.isfinite(time) else "takes an unknown time"
@@ -86,7 +86,7 @@ def _running(subject: Subject, name: str, time: float, passed: WorstResponse) ->
 
 
 def _speeds(subject: Subject, name: str) -> list[tuple[float, float]]:
-    """Return shares of the duration and speeds (rad/s): even with time if a time is stated, or as drag brakes."""
+    """Return shares of the duration and speeds (rad/s): linear in time, or as drag brakes if no time is stated."""
     speed = subject.file.speed
     ends = np.array([SLOW * speed.highest, speed.tripping])
     if name == "run-up":
@@ -104,30 +104,30 @@ def _faults(subject: Subject) -> tuple[list[Quantity], list[tuple[str, ...]]]:
     measured: list[Quantity] = []
     rows: list[tuple[str, ...]] = []
     for kind, cases in _kinds(subject).items():
-        found: list[tuple[float, str, float]] = []
+        outcomes: list[tuple[float, str, float]] = []
         for name, events in cases.items():
             result = simulate(subject, highest, unbalance.inputs, to_magnets=True, end_time=FAULT, event=events)
             used = clearance_used(subject, result)
             site, largest, end = _nearest(used)
-            left = "the run ends at the magnet" if result.outcome.failure else result.summary.recovery or "no contact"
-            rows.append((name, site, f"{largest:.3g}", f"{end:.3g}", left))
-            found.append((largest, f"{name}, {site}", end))
-        largest, where, end = max(found, key=lambda item: (item[0], item[2]))
-        count = f"the worst of {len(found)}; " if len(found) > 1 else ""
+            ending = "the run ends at the magnet" if result.outcome.failure else result.summary.recovery or "no contact"
+            rows.append((name, site, f"{largest:.3g}", f"{end:.3g}", ending))
+            outcomes.append((largest, f"{name}, {site}", end))
+        largest, where, end = max(outcomes, key=lambda item: (item[0], item[2]))
+        count = f"the worst of {len(outcomes)}; " if len(outcomes) > 1 else ""
         note = f"{kind}: {count}at the end {end:.3g} %"
         measured.append(Quantity("clearance_used_fault", where, largest, "%", {}, note))
     return measured, rows
 
 
 def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:
-    """Return the site that is used most, and the largest displacement over the clearance (%), at the end too."""
+    """Return the site with the largest displacement over the clearance, this (%), and the largest at the end (%)."""
     site = max(used, key=lambda site_name: float(used[site_name].max()))
-    end = max(float(of[-max(1, len(of) // 10) :].max()) for of in used.values())
+    end = max(float(shares[-max(1, len(shares) // 10) :].max()) for shares in used.values())
     return site, 100.0 * float(used[site].max()), 100.0 * end
 
 
 def _kinds(subject: Subject) -> dict[str, dict[str, list[dict[str, Any]]]]:
-    """Return the events of each fault, by its name, by its kind."""
+    """Return the events of each fault, by kind and name."""
     readings = dict.fromkeys(reading.partition(".")[2] for reading in subject.loop.readings)
     axes = subject.loop.axes
     settings: dict[str, dict[str, dict[str, dict[str, Any]]]] = {

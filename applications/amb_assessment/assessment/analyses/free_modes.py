@@ -11,13 +11,13 @@ from amb_assessment.assessment.subject import Subject, hertz
 from amb_assessment.reporting.panels import Panel, curve
 from rotor_analysis.mode_reach import BearingReach, ModeReach, mode_reaches
 
-LEAST, MOST = 3, 6  # modes that are displayed
+LEAST, MOST = 3, 6  # listed modes
 
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return the bending modes of the free rotor at rest up to the judged frequency, at least three.
 
-    Without a mode up to this frequency the first is judged.
+    If no mode is below this frequency, the first is judged.
     """
     modes = mode_reaches(subject.rotor, subject.magnets, MOST)
     within = sum(mode.frequency <= subject.file.highest_frequency for mode in modes)
@@ -34,8 +34,8 @@ def answer(subject: Subject) -> AnalysisResult:
     notes = (
         "Numbers are the shape at magnet and sensor, relative to its maximum. If they differ in sign, a node lies "
         "between them and the magnet acts on this mode with the wrong sign: the mode requires the opposite phase. The "
-        "reach is the root of their product, with its sign: that of the bearing that drives the mode most, or, if none "
-        "does, of the bearing that reaches it best. Modes above the judged frequency are displayed only.",
+        "reach is the root of their product, with its sign, at the bearing that drives the mode most or, if none does, "
+        "at the bearing that reaches it best. Modes above the judged frequency are listed without a verdict.",
     )
     title = "Shape at the magnet, and at its sensor"
     return AnalysisResult(tuple(measured), (_panel(subject, modes),), (ResultTable(title, heads, texts),), notes)

@@ -16,7 +16,7 @@ from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 
 PHASES = 4  # of a turn, at which the power is lost
 FRICTIONS = (0.05, 0.15)
-FIRST, LONGEST, MOST_STEPS = 0.4, 2.0, 100_000  # s, s, and steps, for which a landing is followed
+FIRST, LONGEST, MOST_STEPS = 0.4, 2.0, 100_000  # s, s, and steps, over which a landing is simulated
 BALLS = "of the largest force averaged over 1 ms, slow motion, rigid rings"
 
 
@@ -29,11 +29,11 @@ class Landing:
     forces, heat
         Largest forces (N) by site, and heat (J).
     whirls_backward, rests, rocks_within
-        How it ended: in backward whirl, at rest, or in steady rocking to and fro (deg); none of these if it did not.
+        How it ended: in backward whirl, at rest, or in steady rocking to and fro (deg); in none if it did not.
     touches, stators
-        Sites that are no retainers and were touched, and the magnetic bearings whose stators are among them.
+        Touched sites other than retainers, and the magnetic bearings whose stators are among them.
     failure
-        Reason of a simulation that ended early.
+        Reason for an early end of the simulation; otherwise empty.
     """
 
     friction: float
@@ -49,7 +49,7 @@ class Landing:
 
     @property
     def is_final(self) -> bool:
-        """Whether it whirls backward, lies at rest, or failed: nothing is to be followed any more."""
+        """Whether it whirls backward, lies at rest, or failed, so that a longer simulation is not needed."""
         return self.whirls_backward or self.rests or bool(self.failure)
 
     @property
@@ -74,7 +74,7 @@ class Landing:
 
 
 def answer(subject: Subject) -> AnalysisResult:
-    """Return least friction of a whirl; force, whirl, contact elsewhere and heat of landings from the largest speed."""
+    """Return the least friction of a whirl, and force, whirl, contact elsewhere and heat of landings at full speed."""
     if not subject.retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
     check_falls(subject)
@@ -100,10 +100,12 @@ def answer(subject: Subject) -> AnalysisResult:
         )
 
     balls = subject.file.retainer_bearings
-    driven = chance(least)
-    judged = [landing for landing in landings if not (driven and landing.whirls_backward)]  # chance decides which whirl
+    by_chance = chance(least)
+    judged = [
+        landing for landing in landings if not (by_chance and landing.whirls_backward)
+    ]  # chance decides which whirl
     bearings = [(item, max((landing.forces.get(item.at, 0.0) for landing in judged), default=0.0)) for item in balls]
-    may_change = driven or not_ended
+    may_change = by_chance or not_ended
     measured = (
         least,
         share("landing_failed", sum(bool(landing.failure or landing.stators) for landing in judged), may_change),
@@ -112,7 +114,7 @@ def answer(subject: Subject) -> AnalysisResult:
         Quantity("landing_force", where, worst.force / weight, "1", {"weight": weight}, "over the rotor's weight"),
         Quantity("landing_heat", f"largest within {followed:.3g} s", max(landing.heat for landing in done), "J"),
         *(
-            Quantity("landing_ball_pressure", item.at, item.pressure(force), "MPa", note=BALLS, open=driven)
+            Quantity("landing_ball_pressure", item.at, item.pressure(force), "MPa", note=BALLS, open=by_chance)
             for item, force in bearings
         ),
     )
@@ -122,15 +124,15 @@ def answer(subject: Subject) -> AnalysisResult:
     )
     heads = ("friction", "phase (deg)", "force (N)", "end", "touches elsewhere", "heat (J)")
     notes = (
-        f"All amplifiers lose their power at {rpm(Omega):.0f} 1/min. A landing is followed until it whirls backward or "
+        f"All amplifiers lose power at {rpm(Omega):.0f} 1/min. A landing is simulated until it whirls backward or "
         f"lies at rest, for at most {followed:.3g} s, with only the modes of the rotor file's reduction. It has ended, "
         "too, if the rotor then rocks steadily: in the last quarter of the time it swings to and fro by less than "
-        "90 deg, and still would if the swing grew on for twice the time. Forces are averaged over 1 ms, which "
-        "converges, unlike peaks within an impact. The drive remains on; the part `rest` follows a landing without it.",
-        "Which landings whirl backward is chance: last bits decide. The friction that drives a fall over the top of "
-        "the retainers is a property of the machine. With less than half of it none of 90 landings of four machines "
-        "whirled, so it must be twice that of the landings. If it is less, landings that whirl are counted, and what "
-        "they touch does not change a verdict: the whirl itself is missed.",
+        "90 deg, and would still do so if the swing grew for twice the time. Forces are averaged over 1 ms, which "
+        "converges, unlike peaks within an impact. The drive remains on; in the part `rest` it is off.",
+        "Chance decides which landings whirl backward: rounding changes it. The friction that drives a fall over the "
+        "top of the retainers is a property of the machine. With less than half of it none of 90 landings of four "
+        "machines whirled, so it must be twice that of the landings. If it is less, landings that whirl are counted, "
+        "and contact elsewhere in these changes no verdict, because the whirl itself misses its criterion.",
         "Retainers without mounts are rigid. The force of a rotor that rolls backward in them is unbounded: values "
         "above a thousand times the weight are meaningless.",
     )
@@ -151,14 +153,14 @@ def _landed(subject: Subject, inputs: dict[str, float], mu: float, phase: float)
             result = simulate(subject, Omega, inputs, end_time=duration, **fields)
         except ValueError as error:
             return replace(landing, failure=str(error))
-        landing = _of_run(result, landing, subject.retainers)
+        landing = _with_results(result, landing, subject.retainers)
         if landing.is_final:
             break
     return landing
 
 
-def _of_run(result: Result, landing: Landing, retainers: Sequence[str]) -> Landing:
-    """Return a landing with what a run of it shows."""
+def _with_results(result: Result, landing: Landing, retainers: Sequence[str]) -> Landing:
+    """Return a landing with the results of its run."""
     summary, touchdown = result.summary, result.summary.touchdown
     touched = {} if touchdown is None else touchdown.retainers
     return replace(

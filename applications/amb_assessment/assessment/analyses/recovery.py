@@ -23,9 +23,9 @@ from amb_cosim.results.result import Result
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 
 WITHOUT_POWER = 0.3  # s
-BACK = 0.3  # s with power after that
+BACK = 0.3  # s, with power again
 TOUCHED = 1.0 - 1e-9  # of the clearance
-ROUNDING = 1e-9  # of a time: a contact at the end of a step counts with the acceleration before
+ROUNDING = 1e-9  # of a time: contact at the end of a step belongs to the acceleration of this step
 OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the weight
 
 
@@ -37,7 +37,9 @@ def answer(subject: Subject) -> AnalysisResult:
     again = simulate(subject, Omega, inputs, to_magnets=True, end_time=WITHOUT_POWER + BACK, **returned)
     overload, rising = _overload(subject, Omega, inputs)
     panels = tuple(
-        Panel(title, "time (s)", "%", tuple(curve(site, times_of(run), 100.0 * of) for site, of in used.items()))
+        Panel(
+            title, "time (s)", "%", tuple(curve(site, times_of(run), 100.0 * shares) for site, shares in used.items())
+        )
         for title, run, used in (
             ("Power returns", again, clearance_used(subject, again)),
             ("Rising overload", rising, clearance_used(subject, rising)),
@@ -45,8 +47,8 @@ def answer(subject: Subject) -> AnalysisResult:
     )
     notes = (
         f"The overload is an acceleration of the base along x or y, in either sense, that rises by {OVERLOAD_STEP:g} g "
-        f"every {1e3 * OVERLOAD_TIME:g} ms, on top of gravity and unbalance; the worst of the four counts.",
-        "A rotor that crosses the air gap of a magnet counts as in contact; with power it ends the run there.",
+        f"every {1e3 * OVERLOAD_TIME:g} ms, in addition to gravity and unbalance; the worst of the four is judged.",
+        "A rotor that crosses the air gap of a magnet is in contact; if the magnet has power, the run ends.",
     )
     return AnalysisResult((_relevitation(subject, again), overload), panels, (), notes)
 
@@ -59,11 +61,11 @@ def _with_power_back(lost: Mapping[str, Any], after: float) -> dict[str, Any]:
 def _relevitation(subject: Subject, again: Result) -> Quantity:
     """Return the share of the clearance that the rotor uses in the last tenth of the run after the power returns."""
     used = clearance_used(subject, again)
-    last = {site: float(of[-max(1, len(of) // 10) :].max()) for site, of in used.items()}
+    last = {site: float(shares[-max(1, len(shares) // 10) :].max()) for site, shares in used.items()}
     site = max(last, key=lambda site_name: last[site_name])
     is_off = times_of(again) < WITHOUT_POWER
-    fallen = max(float(of[is_off].max()) for of in used.values())
-    reason = "" if fallen >= TOUCHED else f"the rotor touches nothing in {WITHOUT_POWER:g} s without power"
+    largest = max(float(shares[is_off].max()) for shares in used.values())
+    reason = "" if largest >= TOUCHED else f"the rotor touches nothing in {WITHOUT_POWER:g} s without power"
     if has_no_gravity(subject):
         reason = "the machine has no gravity: nothing is lifted"
     when = f"{BACK:g} s after the power returns" if again.outcome.failure is None else "where the run ends"
@@ -74,7 +76,7 @@ def _relevitation(subject: Subject, again: Result) -> Quantity:
 def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, Result]:
     """Return the least acceleration of the base, over g, at which the rotor first touches anything, and its run."""
     runs = [_rising(subject, Omega, inputs, axis, sign) for axis in "xy" for sign in "+-"]
-    *_, overload, run = min(runs, key=lambda of: of[:2])
+    *_, overload, run = min(runs, key=lambda rising: rising[:2])
     return overload, run
 
 
@@ -83,7 +85,7 @@ def _rising(
 ) -> tuple[float, float, Quantity, Result]:
     """Return the acceleration, over g, of the base along an axis at which the rotor first touches anything.
 
-    After it come the largest displacement over the clearance, with a minus, the quantity, and the run.
+    The other values are the negative of the largest displacement over the clearance, the quantity, and the run.
     """
     count, step = round(MOST / OVERLOAD_STEP), float(f"{sign}1") * STANDARD_GRAVITY * OVERLOAD_STEP
     events = [{"time": k * OVERLOAD_TIME, "set": {PLANT: {f"base.a_{axis}": step * k}}} for k in range(1, count)]

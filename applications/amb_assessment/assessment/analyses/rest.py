@@ -29,12 +29,12 @@ from amb_cosim.results.touchdown import STANDSTILL, Retainer, Touchdown
 from array_types import Array
 from rotor_analysis.reduced_rotor import elastic_shapes
 
-LONGEST, MOST_STEPS = 40.0, 1_000_000  # s, and steps, after which a landing is not followed any more
-RECORDS = 50_000
+LONGEST, MOST_STEPS = 40.0, 1_000_000  # s, and steps, over which a landing is simulated
+RECORDS = 50_000  # samples, at most
 STOPPED = 0.9 * STANDSTILL  # of the first speed, at which the run ends
 CONVERGENCE = 0.2  # s, over which forces are compared with those of more modes
 FEWEST = 4  # modes of the finer rotor
-ROUNDING = 1e-9  # of the speed, by which it may differ without being lost
+ROUNDING = 1e-9  # change of the speed, relative, that is no loss
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def answer(subject: Subject) -> AnalysisResult:
     check_falls(subject)
     Omega = subject.file.speed.highest
     inputs, lost = worst_inputs(subject), without_power(subject, 1.0)
-    fallen = simulate(subject, Omega, inputs, **_followed(subject, Omega, lost))
+    fallen = simulate(subject, Omega, inputs, **_without_drive(subject, Omega, lost))
     touchdown = fallen.summary.touchdown
     if touchdown is None:
         raise ValueError("the rotor touches nothing after the power is lost")
@@ -60,16 +60,20 @@ def answer(subject: Subject) -> AnalysisResult:
         *_landed(subject, touchdown, times),
         *_convergence(subject, Omega, inputs, lost),
     )
-    displayed = times >= 0.0
-    curves = tuple(curve(site, times[displayed], 100.0 * of) for site, of in clearance_used(subject, fallen).items())
+    after_start = times >= 0.0
+    curves = tuple(
+        curve(site, times[after_start], 100.0 * shares) for site, shares in clearance_used(subject, fallen).items()
+    )
     panels = (
         Panel("Displacement over clearance without power", "time (s)", "%", curves),
-        Panel("Speed without power", "time (s)", "1/min", (curve("spin", times[displayed], rpm(speeds[displayed])),)),
+        Panel(
+            "Speed without power", "time (s)", "1/min", (curve("spin", times[after_start], rpm(speeds[after_start])),)
+        ),
     )
     heads = ("place", "free (s)", "sliding (s)", "rolling (s)", "whirl", "heat (J)", "temperature (K)")
     rows = tuple((site, *_texts(result)) for site, result in touchdown.retainers.items())
     notes = (
-        f"From {rpm(Omega):.0f} 1/min with friction {FRICTION:g}, the drive off and the spin free. At rest: the rotor "
+        f"From {rpm(Omega):.0f} 1/min with friction {FRICTION:g}, drive off and free spin. At rest: the rotor "
         f"stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run ends at "
         f"{100.0 * STOPPED:g} % of its speed, at the latest after {longest(subject, LONGEST, MOST_STEPS):.4g} s.",
         "In addition to friction, the machine's drag brakes it: spin.drag (gas, windage), race_drag and "
@@ -80,7 +84,7 @@ def answer(subject: Subject) -> AnalysisResult:
     return AnalysisResult(measured, panels, (ResultTable(f"{times[-1]:.4g} s without power", heads, rows),), notes)
 
 
-def _followed(subject: Subject, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
+def _without_drive(subject: Subject, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
     """Return the loss of power with a free spin whose drive is off, until it stands still."""
     parameters = {**lost["parameters"], PLANT: {**lost["parameters"][PLANT], "spin.free": True}}
     event, *others = lost["event"]
@@ -107,9 +111,9 @@ def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> Coas
     Parameters
     ----------
     times, speeds
-        Ascending (s), and spin speed (rad/s), shape (n,), n > 3.
+        Times (s), ascending, and spin speeds (rad/s), shape (n,), n > 3.
     inertia, drag
-        Of the spin: J (kg m^2), and the viscous drag on it (N m s), 0 or more.
+        Polar moment of inertia J (kg m^2), and viscous drag of the spin (N m s), >= 0.
     """
     half = len(times) // 2
     t, Omega, b = times[half:] - times[half], np.abs(speeds[half:]), drag / inertia
@@ -118,9 +122,9 @@ def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> Coas
     if -slope * u[-1] <= ROUNDING * first:
         return None
     a = -float(slope)
-    left = (math.log1p(b * float(Omega[-1]) / a) / b) if b else float(Omega[-1]) / a
-    angle = (float(Omega[-1]) - a * left) / b if b else 0.5 * float(Omega[-1]) * left
-    return CoastDown(float(times[-1]) + left, inertia * a * angle)
+    remaining = (math.log1p(b * float(Omega[-1]) / a) / b) if b else float(Omega[-1]) / a
+    angle = (float(Omega[-1]) - a * remaining) / b if b else 0.5 * float(Omega[-1]) * remaining
+    return CoastDown(float(times[-1]) + remaining, inertia * a * angle)
 
 
 def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array) -> Iterator[Quantity]:
@@ -138,24 +142,24 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
         yield Quantity("standstill_time", "simulated to the end", touchdown.standstill_after, "s", {}, "drive off")
         yield Quantity("heat_to_standstill", "all retainers, simulated to the end", heat, "J")
         return
-    local = subject.parameters[PLANT]
-    J, drag = local["spin.inertia"], local["spin.drag"]
-    on = coast_down(times, speeds, J, drag)
-    if on is None:
+    parameters = subject.parameters[PLANT]
+    J, drag = parameters["spin.inertia"], parameters["spin.drag"]
+    coasting = coast_down(times, speeds, J, drag)
+    if coasting is None:
         return
     before = coast_down(times[: 3 * len(times) // 4], speeds[: 3 * len(times) // 4], J, drag)
     other = "never" if before is None else f"after {before.time:.4g} s"
     share = 100.0 * abs(float(speeds[-1] / speeds[0]))
-    sure = (
+    basis = (
         f"extrapolated from {share:.3g} % of the speed, with the friction of the second half of the run; without "
         f"its last quarter {other}"
     )
-    yield Quantity("standstill_time", "extrapolated", on.time, "s", {}, sure)
-    yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + on.heat, "J", {}, sure)
+    yield Quantity("standstill_time", "extrapolated", coasting.time, "s", {}, basis)
+    yield Quantity("heat_to_standstill", "all retainers, extrapolated", heat + coasting.heat, "J", {}, basis)
     if hottest is not None:
-        most = max(_at_most(subject, touchdown, site, on.heat) for site in sites)
-        message = "extrapolated, as if retainers dissipated no heat"
-        yield Quantity("temperature_to_standstill", "at most", most, "K", {}, message)
+        most = max(_at_most(subject, touchdown, site, coasting.heat) for site in sites)
+        bound = "extrapolated, as if retainers dissipated no heat"
+        yield Quantity("temperature_to_standstill", "at most", most, "K", {}, bound)
 
 
 def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
@@ -164,12 +168,12 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
     others = [site for site in touchdown.retainers if site not in subject.retainers]
     whirls = [site for site, item in touchdown.retainers.items() if item.whirl == "backward"]
     ends = touchdown.rest_after, touchdown.rocks_within, touchdown.standstill_after
-    ended = any(end_of is not None for end_of in ends)
+    ended = any(time is not None for time in ends)
     reason = "" if ended else f"neither at rest nor in steady rocking within {end}, the end of the run"
     least = whirl_friction(subject, FRICTION)
-    driven = chance(least)
+    by_chance = chance(least)
     for quantity, sites, may_change in (
-        ("landing_contact_elsewhere", [] if driven and whirls else others, driven or reason),
+        ("landing_contact_elsewhere", [] if by_chance and whirls else others, by_chance or reason),
         ("landing_backward_whirl", whirls, ""),
     ):
         where = f"{', '.join(sites)}, in {end}" if sites else f"in {end}"
@@ -178,15 +182,15 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
 
 def _at_most(subject: Subject, touchdown: Touchdown, site: str, more: float) -> float:
     """Return the temperature (K) of a retainer after its share of the remaining heat."""
-    result, all_of = touchdown.retainers[site], sum(item.heat or 0.0 for item in touchdown.retainers.values())
+    retainer, total = touchdown.retainers[site], sum(item.heat or 0.0 for item in touchdown.retainers.values())
     capacity = subject.parameters[PLANT][f"{site}.heat_capacity"]
-    if result.temperature is None or not capacity or not all_of:
+    if retainer.temperature is None or not capacity or not total:
         return 0.0
-    return result.temperature + more * (result.heat or 0.0) / all_of / capacity
+    return retainer.temperature + more * (retainer.heat or 0.0) / total / capacity
 
 
 def _without_temperature(touchdown: Touchdown) -> tuple[str, ...]:
-    """List the retainers without a temperature, because their heat capacity is unknown."""
+    """Return a note on retainers without a temperature, whose heat capacity is unknown."""
     names = [site for site, result in touchdown.retainers.items() if result.temperature is None]
     if not names:
         return ()

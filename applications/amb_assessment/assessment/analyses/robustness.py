@@ -14,12 +14,12 @@ from amb_assessment.assessment.analyses.closed_loop import least_decrement_over
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities, sensitivities_over
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.machine_file import Tolerances
-from amb_assessment.assessment.stability import described, least_stable, spectral_radius
+from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius
 from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, rpm
 
-OPERATING = 4  # speeds from the least to the trip speed, between which the least decrement of a corner is sought
-SPEEDS = 9  # from zero to the trip speed, between which the least stable of a corner is sought
+OPERATING = 4  # speeds of a corner from the smallest to the trip speed, before refinement about the least decrement
+SPEEDS = 9  # of a corner from zero to the trip speed, before refinement about the least stable speed
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
 UNSTABLE_CORNER = "not stable, so without a sensitivity; the value stands for that"
 
@@ -27,8 +27,8 @@ UNSTABLE_CORNER = "not stable, so without a sensitivity; the value stands for th
 def answer(subject: Subject) -> AnalysisResult:
     """Return the largest spectral radius, the smallest decrement and the largest sensitivity over the tolerances.
 
-    All corners and all poles count, from zero to the trip speed. For a corner that is not stable, which has no
-    sensitivity, `NO_SENSITIVITY` stands.
+    All corners and all poles are included, from zero to the trip speed. A corner that is not stable has no sensitivity;
+    its value is `NO_SENSITIVITY`.
     """
     speed, tolerances = subject.file.speed, subject.file.tolerances
     limit, others = subject.file.highest_frequency, real_coefficients(subject)
@@ -51,12 +51,12 @@ def answer(subject: Subject) -> AnalysisResult:
         peak, where = (
             largest_over(loop, {Omega: sensitivities(loop, Omega) for Omega in (speed.lowest, speed.highest)})
             if stability.is_stable
-            else (NO_SENSITIVITY, described(stability))
+            else (NO_SENSITIVITY, motion_and_speed(stability))
         )
         note = "" if stability.is_stable else UNSTABLE_CORNER
         peaks.append(Quantity("sensitivity_varied", f"{name}: {where}", peak, "1", {}, note))
-        displayed = f"{peak:.2f}" if stability.is_stable else "not stable"
-        rows.append((name, f"{stability.radius:.7f}", described(stability), f"{least.value:.3g}", displayed))
+        peak_text = f"{peak:.2f}" if stability.is_stable else "not stable"
+        rows.append((name, f"{stability.radius:.7f}", motion_and_speed(stability), f"{least.value:.3g}", peak_text))
     worst = int(np.argmax([item.value for item in peaks]))
     if peaks[worst].value < NO_SENSITIVITY:
         name, variation = list(variations(tolerances).items())[worst]
@@ -74,10 +74,10 @@ def answer(subject: Subject) -> AnalysisResult:
     )
     notes = (
         f"Tolerances: {shares}, all corners. Stability is judged from zero to the trip speed, decrements from the "
-        "smallest to it, sensitivities at smallest and largest speed, up to half the sample rate, and of the corner "
-        "with the largest one between these speeds, too. A gap wider by a "
+        "smallest speed to the trip speed, and sensitivities, up to half the sample rate, at the smallest and the "
+        "largest speed; for the corner with the largest sensitivity also between these. A gap wider by a "
         "fraction d divides K_i by (1 + d)^2 and K_s by (1 + d)^3. Modes are the free rotor's bending modes, all "
-        "changed alike.",
+        "with the same factor.",
     )
     heads = ("changed", "largest |z|", "of", "least decrement", "largest |S|")
     return AnalysisResult(tuple(measured), (), (ResultTable("Corners of the tolerances", heads, tuple(rows)),), notes)
@@ -95,11 +95,11 @@ def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:
     return result
 
 
-def largest_over(loop: Loop, found: Mapping[float, Sequence[AxisPeaks]]) -> tuple[float, str]:
+def largest_over(loop: Loop, by_speed: Mapping[float, Sequence[AxisPeaks]]) -> tuple[float, str]:
     """Return the largest peak of sensitivities by speed (rad/s), up to half the sample rate, and where it is."""
     peaks = (
         (*max(axis.peaks), name, Omega)
-        for Omega, axes in found.items()
+        for Omega, axes in by_speed.items()
         for name, axis in zip(loop.axis_names, axes, strict=True)
     )
     peak, hz, name, Omega = max(peaks)

@@ -17,24 +17,25 @@ from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
 
-SPEEDS = 4  # from the least to the largest, with more about maxima between them
+SPEEDS = 4  # from the smallest to the largest, before refinement about maxima
 
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return the peak of each axis over the operating speeds, and the measured one at the largest speed."""
     speed = subject.file.speed
     loop = coupled_loop(subject, real_coefficients(subject))
-    found = sensitivities_over(subject, loop)
+    by_speed = sensitivities_over(subject, loop)
     measured = []
     for band, quantity in enumerate(("sensitivity_peak", "sensitivity_peak_beyond")):
         for k, name in enumerate(loop.axis_names):
-            above = [(of[k].peaks[band], Omega) for Omega, of in found.items() if band < len(of[k].peaks)]
-            if above:
-                (peak, hz), Omega = max(above)
+            peaks = [(axes[k].peaks[band], Omega) for Omega, axes in by_speed.items() if band < len(axes[k].peaks)]
+            if peaks:
+                (peak, hz), Omega = max(peaks)
                 where = f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} 1/min"
                 measured.append(Quantity(quantity, where, peak, "1", {"frequency": hz}))
     curves = {
-        name: (axis.frequencies, axis.values) for name, axis in zip(loop.axis_names, found[speed.highest], strict=True)
+        name: (axis.frequencies, axis.values)
+        for name, axis in zip(loop.axis_names, by_speed[speed.highest], strict=True)
     }
     study = sensitivity(co_simulated(subject, speed.highest), flavour=subject.flavour)
     for name, axis in study.axes.items():
@@ -47,7 +48,7 @@ def answer(subject: Subject) -> AnalysisResult:
         )
     note = (
         f"Amplifiers are {study.amplifier}. The delay of the demands is {study.delay:g} times the sample time. Zones "
-        "count up to 2 kHz, or half the sample rate; the peak above 2 kHz is judged by a criterion of the package."
+        "are judged up to 2 kHz, or half the sample rate; the peak above 2 kHz by a criterion of the package."
     )
     return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), (note,))
 
@@ -83,15 +84,15 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
 def sensitivities_over(subject: Subject, loop: Loop) -> dict[float, list[AxisPeaks]]:
     """Return `sensitivities` of a loop at operating speeds (rad/s) of a machine, closer about maxima of any peak."""
     speed = subject.file.speed
-    found: dict[float, list[AxisPeaks]] = {}
+    by_speed: dict[float, list[AxisPeaks]] = {}
 
     def peaks(speeds: Array) -> Array:
-        found.update({Omega: sensitivities(loop, Omega) for Omega in map(float, speeds)})
-        return np.array([[peak for axis in found[Omega] for peak, _ in axis.peaks] for Omega in map(float, speeds)])
+        by_speed.update({Omega: sensitivities(loop, Omega) for Omega in map(float, speeds)})
+        return np.array([[peak for axis in by_speed[Omega] for peak, _ in axis.peaks] for Omega in map(float, speeds)])
 
     speeds = with_tables(subject, np.unique(np.linspace(speed.lowest, speed.highest, SPEEDS)))
-    refined(peaks, speeds, lambda of: of, resonant=False)
-    return found
+    refined(peaks, speeds, lambda values: values, resonant=False)
+    return by_speed
 
 
 def _panel(subject: Subject, curves: dict[str, tuple[Array, Array]], study: StabilityMargin) -> Panel:

@@ -15,15 +15,15 @@ from array_types import Array
 from rotor_analysis.peaks import Peak, highest_peaks, separation_margin
 from rotor_analysis.response import orbit
 
-FACTOR = 2.0  # times the residual unbalance U_r
+FACTOR = 2.0  # unbalance over the residual unbalance U_r
 LEAST_SCALE, LARGEST_SCALE = 1.0, 6.0  # S_cc
 
 
 def answer(subject: Subject) -> AnalysisResult:
     """Return the response at probes and clearances under twice the residual unbalance, placed for each mode."""
     cases = unbalance_cases(subject)
-    whole = FACTOR * subject.residual_unbalance()
-    loads = [case.of(whole) for case in cases]
+    total = FACTOR * subject.residual_unbalance()
+    loads = [case.of(total) for case in cases]
     nodes = tuple({*subject.probes.values(), *(place.node for place in subject.clearances.values())})
     first = with_tables(subject, response_speeds(subject))
     speeds, response = refined_response(subject, first, loads, nodes, real_coefficients(subject))
@@ -40,7 +40,7 @@ def answer(subject: Subject) -> AnalysisResult:
             margin, row = _critical(subject, case, probe, peak)
             measured.append(margin)
             rows.append(row)
-        largest = max(float(of[operating].max()) for of in at_probes.values())
+        largest = max(float(values[operating].max()) for values in at_probes.values())
         where = max(at_probes, key=lambda name: float(at_probes[name][operating].max()))
         measured.append(Quantity("probe_displacement", f"{where}, {case.name}", largest, "um"))
         limit = _probe_limit(subject)
@@ -58,15 +58,15 @@ def answer(subject: Subject) -> AnalysisResult:
         panels.append(_panel(subject, case, speeds, at_probes))
     heads = ("case", "probe", "critical speed (1/min)", "amplification", "margin (%)")
     placed = ResultTable(
-        "Unbalance of each mode", ("case", "g mm, with its sign, at z (mm)"), _placed(subject, cases, whole)
+        "Unbalance of each mode", ("case", "g mm, with its sign, at z (mm)"), _placed(subject, cases, total)
     )
     notes = (
-        f"Unbalance: {FACTOR:g} U_r = {1e6 * whole:.4g} g mm in all, U_r = 6350 m/N g mm with the total mass m in kg; "
+        f"Unbalance: {FACTOR:g} U_r = {1e6 * total:.4g} g mm in total, U_r = 6350 m/N g mm with the mass m in kg; "
         f"each lobe of a mode's shape has its share by mass times shape, at its antinode. Speeds up to 1.5 times the "
         "largest.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
         "A_vl/A_max, probe limit over largest displacement at the probes in operation, from 1 to 6. The published text "
-        "gives the 6 alone; the scale stands for vibration that rises to the limit, so it never makes a share smaller.",
+        "states only the 6; the scale represents vibration that rises to the limit, so it never reduces a share.",
         NEARER,
         *table_notes(subject, float(speeds[-1])),
     )
@@ -75,13 +75,13 @@ def answer(subject: Subject) -> AnalysisResult:
     )
 
 
-def _placed(subject: Subject, cases: list[UnbalanceCase], whole: float) -> tuple[tuple[str, ...], ...]:
+def _placed(subject: Subject, cases: list[UnbalanceCase], total: float) -> tuple[tuple[str, ...], ...]:
     """Return the unbalance of each mode at each position."""
     return tuple(
         (
             case.name.split(",")[0],
             ", ".join(
-                f"{1e6 * share * whole:+.3g} at {significant(1e3 * subject.z[node - 1])}"
+                f"{1e6 * share * total:+.3g} at {significant(1e3 * subject.z[node - 1])}"
                 for node, share in case.shares.items()
             ),
         )
@@ -107,9 +107,9 @@ def _probe_limit(subject: Subject) -> float:
 
 
 def _panel(subject: Subject, case: UnbalanceCase, speeds: Array, at_probes: dict[str, Array]) -> Panel:
-    curves = [curve(name, rpm(speeds), of) for name, of in at_probes.items()]
+    curves = [curve(name, rpm(speeds), values) for name, values in at_probes.items()]
     speed = subject.file.speed
-    top = max(float(of.max()) for of in at_probes.values())
+    top = max(float(values.max()) for values in at_probes.values())
     limit = _probe_limit(subject)
     curves.append(curve("probe limit", rpm(np.array([speed.lowest, speed.tripping])), [limit, limit], "dashed"))
     for at in (speed.lowest, speed.highest):

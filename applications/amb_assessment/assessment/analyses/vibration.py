@@ -11,7 +11,7 @@ from amb_assessment.reporting.panels import Panel, curve
 
 
 def answer(subject: Subject) -> AnalysisResult:
-    """Return the largest displacement over the clearance at retainers and air gaps, with unbalance of the grade.
+    """Return the largest displacement over the clearance at retainers and air gaps, with the grade's unbalance.
 
     The machine runs at the ends of its operating speeds and at the speed between them with the largest steady response.
     """
@@ -23,10 +23,10 @@ def answer(subject: Subject) -> AnalysisResult:
     for Omega in map(float, speeds):
         response = worst if Omega == worst.Omega else worst_response(subject, Omega, Omega, stops)
         used = steady_vibration(subject, response)
-        found = {place: response.with_run(place, float(used[place].max())) for place in stops}
-        deciding = subject.nearest({place: value for place, (value, _) in found.items()})
+        by_place = {place: response.with_run(place, float(used[place].max())) for place in stops}
+        deciding = subject.nearest({place: value for place, (value, _) in by_place.items()})
         for place in deciding:
-            value, note = found[place]
+            value, note = by_place[place]
             where, note = f"{place} at {rpm(Omega):.0f} 1/min", f"of {subject.clearance_text(place)}: {note}"
             measured.append(Quantity("clearance_used", where, value, "%", {}, note))
         name = deciding[0]
