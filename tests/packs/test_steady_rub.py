@@ -8,7 +8,7 @@ import pytest
 import amb_cosim
 from amb_analysis.linear.components import frequency_response
 from amb_analysis.linear.linearisable import of_planned
-from amb_analysis.steady_contact.contact_whirl import contact_whirls, pressed
+from amb_analysis.steady_contact.contact_whirl import contact_forces, contact_whirls
 from amb_analysis.steady_contact.forward_loop import contact_pair, flat, parts_in_contact
 from amb_analysis.steady_contact.freeing import smallest_demand, smallest_freeing
 from amb_analysis.steady_contact.receptances import receptances
@@ -201,6 +201,6 @@ def test_relieved_rotor_keeps_whirling_in_contact_at_its_frequency():
     bands = [whirl for whirl in contact_whirls(relieved, 140.0) if whirl.signs == (1, 1)]
     assert [whirl.frequencies[0] < frequency < whirl.frequencies[1] for whirl in bands] == [True]
     at = receptances(relieved.loop(140.0), frequency)
-    forces = pressed(at.R[None], (0, 1), (1, 1), relieved.c)[0][0].real
+    forces = contact_forces(at.R[None], (0, 1), (1, 1), relieved.c)[0][0].real
     means = [run[f"rotor_contact.{site}.f_n_mean"].values[late].mean() for site in relieved.sites]
     np.testing.assert_allclose(means, forces, rtol=0.02)
