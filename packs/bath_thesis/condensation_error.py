@@ -43,11 +43,11 @@ def condensation_error(
     Parameters
     ----------
     rotor
-        Its description.
+        The rotor.
     speeds
         Spin speeds (rad/s), shape (n,).
     planes
-        Node numbers that support the rotor; its master planes by default.
+        Node numbers to condense to, which must support the rotor; by default its master planes.
     count
         Number of modes to compare.
 
@@ -61,11 +61,11 @@ def condensation_error(
     full, condensed = supported_rotor(rotor), supported_rotor(rotor, planes=chosen)
     frequency, eigenvalue = np.full((2, count, len(speeds)), np.nan)
     for k, Omega in enumerate(speeds):
-        exact, result = modes(full.model, float(Omega), count), modes(condensed.model, float(Omega))
-        shapes = [condensed.reduction.right @ mode.shape for mode in result]
+        exact, approximate = modes(full.model, float(Omega), count), modes(condensed.model, float(Omega))
+        shapes = [condensed.reduction.right @ mode.shape for mode in approximate]
         for row, (index, _) in enumerate(pair_modes(full.model.M, [mode.shape for mode in exact], shapes)):
             if index is not None:
-                mode, approximation = exact[row], result[index]
+                mode, approximation = exact[row], approximate[index]
                 frequency[row, k] = 100.0 * (approximation.frequency / mode.frequency - 1.0)
                 eigenvalue[row, k] = 100.0 * abs(approximation.eigenvalue - mode.eigenvalue) / abs(mode.eigenvalue)
     return CondensationError(chosen, np.asarray(speeds, dtype=np.float64), frequency, eigenvalue)

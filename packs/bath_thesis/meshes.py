@@ -14,7 +14,7 @@ def refine(rotor: Rotor, count: int) -> Rotor:
     Parameters
     ----------
     rotor
-        Its description; parts and masters keep their positions on the shaft.
+        The rotor; parts and masters keep their positions on the shaft.
     count
         Number of nodes, at least those of `rotor`.
 
@@ -38,7 +38,7 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
     Parameters
     ----------
     rotor
-        Its description.
+        The rotor.
     nodes
         Node numbers to keep: both ends, and those of parts and masters.
 
@@ -48,19 +48,20 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
         If a required node is missing, or the section of the shaft changes between two of the nodes.
     """
     z = rotor.shaft.nodes
-    needed = {1, len(z), *rotor.part_nodes, *rotor.masters}
+    required = {1, len(z), *rotor.part_nodes, *rotor.masters}
     require(set(nodes) <= set(range(1, len(z) + 1)), "nodes", list(nodes), f"node numbers from 1 to {len(z)}")
-    require(needed <= set(nodes), "nodes", list(nodes), f"a list that includes {sorted(needed)}, with parts or masters")
+    requirement = f"a list that includes {sorted(required)}, with parts or masters"
+    require(required <= set(nodes), "nodes", list(nodes), requirement)
     return rotor.on_mesh(rotor.shaft.on_nodes(tuple(z[node - 1] for node in sorted(set(nodes)))))
 
 
 def mesh_family(rotor: Rotor) -> dict[int, Rotor]:
-    """Return variants of `rotor` by number of nodes: ten and six additional nodes, unchanged, and only its masters.
+    """Return meshes of `rotor` by number of nodes: with ten and six more nodes, unchanged, and only its masters.
 
     The last is omitted if the masters do not form a mesh.
     """
     count = len(rotor.shaft.nodes)
-    meshes = {count + more: refine(rotor, count + more) for more in (10, 6)} | {count: rotor}
+    meshes = {count + added: refine(rotor, count + added) for added in (10, 6)} | {count: rotor}
     try:
         coarse = coarsen(rotor, rotor.masters)
     except ValueError:

@@ -34,8 +34,8 @@ from source_check.study_quantities import parameter as start_of
 SENSOR_PLANES = [(f"s{n}", f"s{n + 1}") for n in (1, 3, 5, 7)]
 END_PLANES = {"motor end": ("s1", "s2"), "non-driven end": ("s7", "s8")}
 HERTZ = 2.0 * np.pi  # rad/s
-ROUNDING = 1e-11  # relative error of H, below which it is not drawn
-FLOOR = 1e-5  # %, that stands for smaller errors in plots
+ROUNDING = 1e-11  # smallest relative error of H in plots
+FLOOR = 1e-5  # %; smaller errors are drawn there
 REFERENCE = "23_node"  # mesh that the thesis compares with, with consistent mass
 
 
@@ -68,8 +68,8 @@ def frequency_errors(
     `reference` is a mesh, with consistent mass unless `reference_mass` says otherwise.
     """
     exact = frequencies(tables, reference, reference_mass or "consistent", speed)
-    result = frequencies(tables, mesh, mass, speed)
-    return [a / b - 1.0 for a, b in zip(result, exact, strict=True)]
+    approximate = frequencies(tables, mesh, mass, speed)
+    return [a / b - 1.0 for a, b in zip(approximate, exact, strict=True)]
 
 
 def error_sizes(tables: MeshAndCondensation, mesh: str, mass: str, speed: float) -> Annotated[list[float], "1"]:
@@ -103,14 +103,14 @@ def current_stiffness(inputs: ModelInputs) -> Annotated[float, "N/A"]:
 
 def h_norm(result: InverseReceptance, frequency: float) -> Annotated[float, "N/m"]:
     """Return the Frobenius norm of H at a speed (Hz) (N/m) (5.10)."""
-    at = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
-    return float(np.linalg.norm(result.h[at]))
+    nearest = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
+    return float(np.linalg.norm(result.h[nearest]))
 
 
 def h_row_norms(result: InverseReceptance, frequency: float) -> Annotated[list[float], "N/m"]:
     """Return the norm of the row of H for each force at a speed (Hz) (N/m)."""
-    at = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
-    return [float(value) for value in np.linalg.norm(result.h[at], axis=1)]
+    nearest = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
+    return [float(value) for value in np.linalg.norm(result.h[nearest], axis=1)]
 
 
 def test_amplitude(force: IdentificationForce, frequency: float) -> Annotated[float, "N"]:
@@ -140,8 +140,8 @@ def test_response(force: IdentificationForce, frequency: float) -> Annotated[flo
 
 def measured_norm(result: SynchronousResponse, axis: int, frequency: float) -> Annotated[float, "m/N"]:
     """Return the norm of a column of the receptance identified in a co-simulation at a speed (Hz) (m/N) (5.18)."""
-    at = int(np.argmin(np.abs(np.asarray(result.at_speeds.speeds) - frequency)))
-    return float(result.at_speeds.measured[at, axis])
+    nearest = int(np.argmin(np.abs(np.asarray(result.at_speeds.speeds) - frequency)))
+    return float(result.at_speeds.measured[nearest, axis])
 
 
 def critical_speed_shift(result: ModelReduction, model: str) -> Annotated[float, "1"]:
@@ -156,17 +156,17 @@ def response_error(result: ModelReduction, model: str) -> Annotated[float, "1"]:
     return 0.01 * result.largest_response_error[model]
 
 
-FASTEST = 300.0  # rad/s, up to which critical speeds are looked for
+FASTEST = 300.0  # rad/s; largest critical speed
 
 
 def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]:
     """Return the lowest critical speeds with forward whirl (rad/s) on bearings with the gains of axis x of MB1."""
     k_b, c_b = (parameter(run, "rolac_controller", f"mb1.{gain}_x") or 0.0 for gain in ("k_b", "c_b"))
-    stated = json.loads(run.attrs["scenario_data"]).get("rotor")
-    rotor = validate(stated, Rotor, "rotor of the run") if isinstance(stated, dict) else load_rotor(stated)
+    data = json.loads(run.attrs["scenario_data"]).get("rotor")
+    rotor = validate(data, Rotor, "rotor of the run") if isinstance(data, dict) else load_rotor(data)
     rotor = rotor.on_equal_bearings(k_b, c_b)
-    result = campbell(supported_rotor(rotor).model, np.linspace(0.0, FASTEST, 121), 2 * count)
-    return [crossing.Omega for crossing in result.critical_speeds if crossing.whirl == "forward"][:count]
+    diagram = campbell(supported_rotor(rotor).model, np.linspace(0.0, FASTEST, 121), 2 * count)
+    return [crossing.Omega for crossing in diagram.critical_speeds if crossing.whirl == "forward"][:count]
 
 
 def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:
@@ -239,17 +239,15 @@ def h_panels(result: InverseReceptance) -> list[Panel]:
 def force_panels(result: IdentificationForce) -> list[Panel]:
     """Return S, amplitude, revolutions of a slot and duration of the test force, and the motion of the journals."""
     columns, thesis = result.columns, result.at_the_speeds_of_the_thesis
-    displayed = thesis.frequencies <= columns.frequencies[-1]
+    in_range = thesis.frequencies <= columns.frequencies[-1]
 
     def over_frequency(title: str, label: str, name: str) -> Panel:
-        at_speeds = curve(
-            "speeds of the thesis", thesis.frequencies[displayed], getattr(thesis, name)[displayed], "dots"
-        )
+        at_speeds = curve("speeds of the thesis", thesis.frequencies[in_range], getattr(thesis, name)[in_range], "dots")
         computed = curve("controller", columns.frequencies, getattr(columns, name))
         return Panel(title, "frequency (Hz)", label, (computed, at_speeds))
 
-    moved = {"MB1": columns.response_mb1, "MB2": columns.response_mb2}
-    responses = [curve(name, columns.frequencies, 1e3 * response) for name, response in moved.items()]
+    amplitudes = {"MB1": columns.response_mb1, "MB2": columns.response_mb2}
+    responses = [curve(name, columns.frequencies, 1e3 * amplitude) for name, amplitude in amplitudes.items()]
     responses.append(curve("intended", columns.frequencies[[0, -1]], np.full(2, 1e3 * INTENDED), "dashed"))
     return [
         over_frequency("Test force", "A (N)", "amplitude"),
@@ -278,14 +276,14 @@ def reduction_panels(result: ModelReduction) -> list[Panel]:
     """Return frequencies and response of the full, the condensed and the 6-node model over the spin speed."""
     frequencies, responses, errors = [], [], []
     full = result.models[FULL].displacement
-    for model, of_model in result.models.items():
-        name = f"{model.replace('_', ' ')}, {of_model.coordinates} coordinates"
-        speeds = np.tile(np.append(result.speeds, np.nan), len(of_model.frequencies))
-        rows = np.hstack([np.append(row, np.nan) for row in of_model.frequencies])
+    for model, over_speed in result.models.items():
+        name = f"{model.replace('_', ' ')}, {over_speed.coordinates} coordinates"
+        speeds = np.tile(np.append(result.speeds, np.nan), len(over_speed.frequencies))
+        rows = np.hstack([np.append(row, np.nan) for row in over_speed.frequencies])
         frequencies.append(Curve(name, speeds, rows))
-        responses.append(curve(name, result.speeds, 1e3 * of_model.displacement))
+        responses.append(curve(name, result.speeds, 1e3 * over_speed.displacement))
         if model != FULL:
-            error = 100.0 * np.abs(of_model.displacement / full - 1.0)
+            error = 100.0 * np.abs(over_speed.displacement / full - 1.0)
             errors.append(curve(name, result.speeds, np.maximum(error, FLOOR)))
     frequencies.append(curve("synchronous", result.speeds, result.speeds, "dashed"))
     speed, title = "spin speed (rad/s)", f"Largest response to {1e3 * result.unbalance:.3g} g m on D1"
@@ -319,9 +317,9 @@ def end_panels(run: Signals) -> Iterator[Panel]:
     """Yield the radial displacement of the shaft's ends, of a run without contact."""
     if contact_cycles(run)[0] is not None:
         return
-    axis, label, displayed = horizontal_axis(run)
+    axis, label, drawn = horizontal_axis(run)
     ends = [(name, signal(run, x), signal(run, y)) for name, (x, y) in END_PLANES.items()]
-    seen = [(name, np.hypot(x, y)[displayed]) for name, x, y in ends if x is not None and y is not None]
-    if seen:
-        curves = tuple(curve(name, axis, 1e3 * r) for name, r in seen)
+    radii = [(name, np.hypot(x, y)[drawn]) for name, x, y in ends if x is not None and y is not None]
+    if radii:
+        curves = tuple(curve(name, axis, 1e3 * r) for name, r in radii)
         yield Panel("Radial displacement of the shaft's ends", label, "r (mm)", curves)

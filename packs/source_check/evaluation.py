@@ -33,22 +33,22 @@ class Computation(NamedTuple):
 class Judged:
     """A statement with its computed value and verdict.
 
-    source
-        Name of the source of the verdict; empty if nothing is computed.
-    ours
-        The computed value, in the statement's unit.
-    reading
-        The factor or reading used.
-    ratios
-        Computed over stated value, for each number.
-    reason
-        Reason why it is missed or not computed.
-    beside
-        Results of other ways, which are not judged, by name.
-    converged, converged_is_met
-        The same on the model with more modes, and whether the statement is met there; None if not computed.
-    robustness
-        Whether the stated outcome is robust, and what flips it; empty if unknown.
+        source
+            Name of the source of the verdict; empty if nothing is computed.
+        ours
+            The computed value, in the statement's unit.
+        reading
+            The factor or reading used.
+        ratios
+            Computed over stated value, for each number.
+        reason
+    Reason why the statement is missed or not computed.
+        beside
+    Results of other ways to compute it, which are not judged, by name.
+        converged, converged_is_met
+    The value of the model with more modes, and whether it meets the statement; None if not computed.
+        robustness
+            Whether the stated outcome is robust, and what flips it; empty if unknown.
     """
 
     statement: Statement
@@ -120,31 +120,31 @@ def assess(
 ) -> Report:
     """Compute and judge statements.
 
-    Parameters
-    ----------
-    statements
-        The content of a file.
-    folder
-        Where answers are stored; those that fit are used again.
-    only
-        Chapters (`ch4`) and groups of statements, such as a table (`table3_1`); all without.
-    processes
-        Most processes at a time; as many as there are processors by default.
-    progress
-        Called with the number of sources done and of all.
-    outcomes
-        Whether the outcomes of runs are robust, by their names (`load_robustness`).
+        Parameters
+        ----------
+        statements
+            The content of a file.
+        folder
+    Folder of stored answers; those of unchanged jobs are reused.
+        only
+    Chapters (`ch4`) and groups of statements, such as a table (`table3_1`); by default all.
+        processes
+            Most processes at a time; as many as there are processors by default.
+        progress
+            Called with the number of sources done and of all.
+        outcomes
+    Whether the outcomes of runs are robust, by name of the run (`load_robustness`).
 
-    Raises
-    ------
-    ValueError
-        If `only` contains an unknown name.
-    OSError
-        If an answer cannot be written.
+        Raises
+        ------
+        ValueError
+            If `only` contains an unknown name.
+        OSError
+            If an answer cannot be written.
     """
     chosen = selected(statements, only)
-    result = answers(jobs_of(statements, chosen, folder), processes, progress)
-    return Report(statements, tuple(judged(item, statements, result, outcomes) for item in chosen), result)
+    by_source = answers(jobs_of(statements, chosen, folder), processes, progress)
+    return Report(statements, tuple(judged(item, statements, by_source, outcomes) for item in chosen), by_source)
 
 
 def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -> list[Job]:
@@ -157,7 +157,9 @@ def jobs_of(statements: Statements, chosen: Iterable[Statement], folder: Path) -
             for way in ways(statement, statements):
                 requests.setdefault(way.source, []).append(way.request)
     code, module = code_digest(), statements.quantities
-    jobs = [job_of(name, statements.sources[name], module, of, folder, code) for name, of in requests.items()]
+    jobs = [
+        job_of(name, statements.sources[name], module, requested, folder, code) for name, requested in requests.items()
+    ]
     return sorted(jobs, key=lambda job: bool(job.source.scenario))  # studies take longer than runs
 
 
@@ -181,12 +183,12 @@ def judged(
     if verdict is Verdict.PICTURE:
         return Judged(statement, verdict, statement.source)
     if verdict is Verdict.NOT_COMPUTED:
-        failed = (by_source[way.source].failures.get(way.request.key, "") for way in tried)
-        return Judged(statement, verdict, reason=statement.missing or next(filter(None, failed), ""))
+        reasons = (by_source[way.source].failures.get(way.request.key, "") for way in tried)
+        return Judged(statement, verdict, reason=statement.missing or next(filter(None, reasons), ""))
     way, ours = tried[chosen], values[chosen]
-    displayed = [(other.reading, value_of(other)) for other in alternatives(statement, statements)]
-    present = next((value_of(other) for other in on_converged(statement, statements)), None)
-    repeated = outcomes.get(way.source)  # an outcome is a text or a truth value
+    others = [(other.reading, value_of(other)) for other in alternatives(statement, statements)]
+    converged = next((value_of(other) for other in on_converged(statement, statements)), None)
+    stored = outcomes.get(way.source)  # an outcome is a text or a truth value
     return Judged(
         statement,
         verdict,
@@ -195,10 +197,10 @@ def judged(
         way.reading,
         ratios(statement, ours),
         reason=statement.why if verdict is Verdict.MISSED else "",
-        beside=tuple((how, value) for how, value in displayed if value is not None),
-        converged=present,
-        converged_is_met=None if present is None else meets(statement, present),
-        robustness=repeated.text if repeated is not None and isinstance(statement.value, str | bool) else "",
+        beside=tuple((how, value) for how, value in others if value is not None),
+        converged=converged,
+        converged_is_met=None if converged is None else meets(statement, converged),
+        robustness=stored.text if stored is not None and isinstance(statement.value, str | bool) else "",
     )
 
 
@@ -210,7 +212,7 @@ def computations(statement: Statement, statements: Statements) -> list[Computati
 
 
 def alternatives(statement: Statement, statements: Statements) -> list[Computation]:
-    """Return the additional ways to display with a statement."""
+    """Return the ways to compute the values that are displayed beside a statement."""
     return [_way(statement, way, statements) for way in statement.beside]
 
 

@@ -34,8 +34,8 @@ class Section:
     @property
     def reading(self) -> str:
         """The common reading of all its statements, if any."""
-        counted = (Verdict.REPRODUCED, Verdict.WITH_READING, Verdict.MISSED)
-        readings = {item.reading for item in self.judged if item.verdict in counted}
+        with_reading = (Verdict.REPRODUCED, Verdict.WITH_READING, Verdict.MISSED)
+        readings = {item.reading for item in self.judged if item.verdict in with_reading}
         return readings.pop() if len(readings) == 1 else ""
 
     @property
@@ -57,8 +57,8 @@ def page(report: Report) -> str:
         badge=lambda verdict: verdict.name.lower(),
     )
     chapters = [(chapter, tuple(sections(report, chapter))) for chapter in report.chapters]
-    displayed = {part.name: part.answer for _, parts in chapters for part in parts if part.answer is not None}
-    drawn = {name: [panel.in_chosen_units().as_data() for panel in answer.panels] for name, answer in displayed.items()}
+    answers = {part.name: part.answer for _, parts in chapters for part in parts if part.answer is not None}
+    plots = {name: [panel.in_chosen_units().as_data() for panel in answer.panels] for name, answer in answers.items()}
     return environment.get_template("report.html.j2").render(
         report=report,
         statements=report.statements,
@@ -69,7 +69,7 @@ def page(report: Report) -> str:
         style=asset("report.css"),
         script=asset("report.js"),
         plotly=plotly_script(),
-        plots=in_script(drawn),
+        plots=in_script(plots),
     )
 
 

@@ -23,14 +23,14 @@ Quantities = Mapping[str, tuple[Callable[..., Any], str]]
 
 def quantities_of_runs(module: str = "") -> Quantities:
     """Return the quantities of runs, with those of a module, if any."""
-    available = _functions(run_quantities.__name__, module)
-    return {f.call.__name__: (f.call, f.unit) for f in available if f.subject is Signals and not f.draws}
+    functions = _functions(run_quantities.__name__, module)
+    return {f.call.__name__: (f.call, f.unit) for f in functions if f.subject is Signals and not f.draws}
 
 
 def quantities_of_studies(module: str = "") -> Quantities:
     """Return the quantities of studies, with those of a module, if any."""
-    available = _functions(study_quantities.__name__, module)
-    return {f.call.__name__: (f.call, f.unit) for f in available if is_dataclass(f.subject) and not f.draws}
+    functions = _functions(study_quantities.__name__, module)
+    return {f.call.__name__: (f.call, f.unit) for f in functions if is_dataclass(f.subject) and not f.draws}
 
 
 def panels_of_run(run: Signals, module: str = "") -> tuple[Panel, ...]:
@@ -40,8 +40,8 @@ def panels_of_run(run: Signals, module: str = "") -> tuple[Panel, ...]:
 
 def panels_of_study(result: Any, module: str = "") -> tuple[Panel, ...]:
     """Return the plots of a study's result, of this package or of a module; none if a study has no curves."""
-    available = [f for f in _functions(study_panels.__name__, module) if f.draws and is_dataclass(f.subject)]
-    return next((tuple(f.call(result)) for f in available if isinstance(result, f.subject)), ())
+    plots = [f for f in _functions(study_panels.__name__, module) if f.draws and is_dataclass(f.subject)]
+    return next((tuple(f.call(result)) for f in plots if isinstance(result, f.subject)), ())
 
 
 class _Function(NamedTuple):

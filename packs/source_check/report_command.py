@@ -52,8 +52,9 @@ def report(output: Path, packs: tuple[str, ...], only: tuple[str, ...], jobs: in
         return
     with refusing():
         check_writable(output, is_folder=True)
-        available = {pack: load_statements(pack) for pack in packs or packs_with_statements()}
-    chosen = {pack: of for pack, of in available.items() if of.named.keys() >= {*only}} or available
+        by_pack = {pack: load_statements(pack) for pack in packs or packs_with_statements()}
+    with_all = {pack: statements for pack, statements in by_pack.items() if statements.named.keys() >= {*only}}
+    chosen = with_all or by_pack
     for pack, statements in chosen.items():
         folder = output if len(chosen) == 1 else output / pack
         failures |= _assess(statements, folder, only, jobs, pack).failures
@@ -75,13 +76,13 @@ def _assess(statements: Statements, folder: Path, only: tuple[str, ...], jobs: i
     from source_check.table import TABLE, markdown
     from source_check.verdict import Verdict
 
-    with refusing(), bars(plain_console(stderr=True)) as displayed:
+    with refusing(), bars(plain_console(stderr=True)) as progress_bars:
         require_extra("report", "a report", "plotly")
-        task = displayed.add_task("computing (a first run compiles the models)", total=None)
+        task = progress_bars.add_task("computing (a first run compiles the models)", total=None)
 
         def progress(done: int, total: int) -> None:
             text = f"{done} of {total} runs and studies"
-            displayed.update(task, description=text, completed=done, total=total)
+            progress_bars.update(task, description=text, completed=done, total=total)
 
         result = assess(statements, folder, only, jobs, progress, load_robustness(pack))
         for name, text in ((DATA, result.to_json()), (TABLE, markdown(result)), (PAGE, page(result))):

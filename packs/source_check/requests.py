@@ -23,7 +23,7 @@ class QuantityRequest:
 
     @property
     def key(self) -> str:
-        """Text that identifies it."""
+        """Text that identifies the request."""
         return json.dumps([self.quantity, dict(self.arguments), self.unit], sort_keys=True)
 
 
@@ -36,7 +36,7 @@ def evaluate(subject: Any, request: QuantityRequest, quantities: Mapping[str, An
         If there is no such quantity, or the unit is of another dimension.
     """
     if request.quantity not in quantities:
-        raise ValueError(f"there is no quantity {request.quantity!r}; there are {', '.join(quantities)}")
+        raise ValueError(f"there is no quantity {request.quantity!r}; it must be one of {', '.join(quantities)}")
     function, unit = quantities[request.quantity]
     value = json_data(function(subject, **dict(request.arguments)))
     if value is None or isinstance(value, bool | str):

@@ -31,25 +31,25 @@ class OutcomeCase:
 
 
 def store_robustness(pack: str, only: tuple[str, ...], jobs: int | None) -> dict[str, str]:
-    """Repeat the runs of a pack, store which outcomes are robust, and return the reasons for missing ones, by name.
+    """Repeat the runs of a pack, store which outcomes are robust, and return the reasons of failures, by name.
 
     Runs are repeated with H identified and with 1 % more and less of each quantity. The report and pages show the
     stored results.
     """
-    retained = 0
+    stored = 0
     failures: dict[str, str] = {}
-    with refusing(), bars(plain_console(stderr=True)) as displayed:
+    with refusing(), bars(plain_console(stderr=True)) as progress_bars:
         cases = outcome_cases(pack, only)
-        task = displayed.add_task("scenarios", total=len(cases))
+        task = progress_bars.add_task("scenarios", total=len(cases))
         for begin in range(0, len(cases), BATCH):
             batch = cases[begin : begin + BATCH]
-            result = simulate_in_processes(outcome_of_case, batch, lambda *_: None, jobs)
-            results = {case.name: item for case, item in zip(batch, result, strict=True) if not isinstance(item, str)}
-            failures |= {case.name: item for case, item in zip(batch, result, strict=True) if isinstance(item, str)}
-            file, retained = write_robustness(pack, results), retained + len(results)
+            answers = simulate_in_processes(outcome_of_case, batch, lambda *_: None, jobs)
+            outcomes = {case.name: item for case, item in zip(batch, answers, strict=True) if not isinstance(item, str)}
+            failures |= {case.name: item for case, item in zip(batch, answers, strict=True) if isinstance(item, str)}
+            file, stored = write_robustness(pack, outcomes), stored + len(outcomes)
             done = begin + len(batch)
-            displayed.update(task, description=f"{done} of {len(cases)} scenarios", completed=done)
-    click.echo(f"{retained} outcomes in {file}")
+            progress_bars.update(task, description=f"{done} of {len(cases)} scenarios", completed=done)
+    click.echo(f"{stored} outcomes in {file}")
     return failures
 
 
@@ -59,24 +59,25 @@ def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
     Parameters
     ----------
     pack
-        Its name.
+        Name of the pack.
     only
         Names of the requested runs; by default all.
 
     Raises
     ------
     ValueError
-        If there is no such pack, or a name is not that of a run.
+        If there is no such pack, or `only` contains a name without a run.
     """
     if pack not in packs.packs():
         raise ValueError(f"there is no pack {pack!r}; {suggest(pack, packs.packs())}")
     names = sorted(file.stem for file in (packs.packs()[pack] / "scenarios").glob("[!_]*.toml"))
     cases = [OutcomeCase(name, load_scenario(name), {}) for name in names]
-    stated = load_statements(pack) if pack in packs_with_statements() else None
-    beside = {statement.converged for statement in stated.statement} if stated is not None else set()
-    for name, source in stated.sources.items() if stated is not None else ():
-        if source.scenario and name not in beside.union(names):
-            cases.append(OutcomeCase(name, scenario_of(source), dict(source.set)))
+    if pack in packs_with_statements():
+        statements = load_statements(pack)
+        converged = {statement.converged for statement in statements.statement}
+        for name, source in statements.sources.items():
+            if source.scenario and name not in converged.union(names):
+                cases.append(OutcomeCase(name, scenario_of(source), dict(source.set)))
     unknown = [name for name in only if name not in {case.name for case in cases}]
     if unknown:
         raise ValueError(f"--only {unknown[0]} is not allowed; {suggest(unknown[0], [case.name for case in cases])}")
@@ -86,7 +87,7 @@ def outcome_cases(pack: str, only: tuple[str, ...] = ()) -> list[OutcomeCase]:
 
 
 def outcome_of_case(case: OutcomeCase) -> StoredOutcome | str:
-    """Return the outcome of a run and what flips it, or the reason why there is none."""
+    """Return the outcome of a run and what flips it, or the reason of a failure."""
     from amb_sweeps.robustness import robustness
 
     try:

@@ -1,4 +1,4 @@
-"""Named quantities of a run: each takes its signals and returns a number in SI units, a text, or None if it has none.
+"""Named quantities of a run: each takes its signals and returns a number in SI units, a text, or None without a value.
 
 Windows `begin` and `end` are in cycles of the initial speed; by default they cover the run from cycle 0.
 """
@@ -58,8 +58,8 @@ def second_site_after(run: Signals) -> Annotated[float | None, "1"]:
     state, from_0 = signal(run, "contact_state"), cycles(run) >= 0.0
     if state is None:
         return None
-    touching = [from_0 & (np.asarray(state, int) >> k & 1 > 0) for k in range(len(places(run).bearings))]
-    first = sorted(float(cycles(run)[np.argmax(item)]) for item in touching if item.any())
+    at_site = [from_0 & (np.asarray(state, int) >> k & 1 > 0) for k in range(len(places(run).bearings))]
+    first = sorted(float(cycles(run)[np.argmax(touching)]) for touching in at_site if touching.any())
     return first[1] - first[0] if len(first) > 1 else None
 
 
@@ -78,9 +78,9 @@ def contact_duration(run: Signals) -> Annotated[float | None, "1"]:
 def first_spell(
     run: Signals, bounce: float = BOUNCE, states: str = "", begin: float = 0.0
 ) -> Annotated[float | None, "1"]:
-    """Return the duration of the first contact from a cycle, in any or some states; both in cycles.
+    """Return the duration (cycles) of the first contact after cycle `begin`, in any or in some states.
 
-    A break longer than `bounce` ends it.
+    A break longer than `bounce` (cycles) ends it.
     """
     inside = _is_in(run, states) if states else _is_in_any(run)
     spells = _spells(cycles(run), inside & _window(run, begin, np.inf), bounce)
@@ -88,12 +88,12 @@ def first_spell(
 
 
 def first_site(run: Signals, begin: float = 0.0) -> str:
-    """Return the retainer that is touched first, by name, `both` or `none`."""
-    result = _is_in_any(run) & _window(run, begin, np.inf)
+    """Return the name of the retainer that is touched first, `both` or `none`."""
+    touching = _is_in_any(run) & _window(run, begin, np.inf)
     state = signal(run, "contact_state")
-    if state is None or not result.any():
+    if state is None or not touching.any():
         return "none"
-    return _states(run)[int(state[np.argmax(result)])]
+    return _states(run)[int(state[np.argmax(touching)])]
 
 
 def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
@@ -180,7 +180,7 @@ def bearings_that_calm(run: Signals) -> str:
 def speed_of_largest_radius(
     run: Signals, bearing: str, lowest: float, highest: float
 ) -> Annotated[float | None, "rad/s"]:
-    """Return the spin speed (Hz) of the largest radius at a bearing between two speeds (Hz), before any contact."""
+    """Return the spin speed (rad/s) with the largest radius at a bearing before any contact, within a range (Hz)."""
     values, Omega = radius(run, bearing), speed(run)
     if values is None:
         return None
@@ -214,13 +214,13 @@ def _is_in_any(run: Signals) -> Bools:
 
 
 def _spells(when: Array, inside: Bools, bounce: float = BOUNCE) -> list[tuple[float, float]]:
-    """Return begin and end of each spell inside, in cycles; breaks up to `bounce` do not end one."""
+    """Return begin and end of each interval (cycles) with samples inside; breaks up to `bounce` do not end one."""
     spells: list[tuple[float, float]] = []
-    for moment in when[inside].tolist():
-        if spells and moment - spells[-1][1] <= bounce:
-            spells[-1] = (spells[-1][0], moment)
+    for cycle in when[inside].tolist():
+        if spells and cycle - spells[-1][1] <= bounce:
+            spells[-1] = (spells[-1][0], cycle)
         else:
-            spells.append((moment, moment))
+            spells.append((cycle, cycle))
     return spells
 
 
@@ -231,8 +231,8 @@ def _clearance(run: Signals, bearing: str) -> float:
 
 def parameter(run: Signals, component: str, name: str) -> float | None:
     """Return a parameter of a component, in its unit."""
-    result = json.loads(run.attrs["parameters"]).get(component, {}).get(name)
-    return None if result is None else float(result)
+    value = json.loads(run.attrs["parameters"]).get(component, {}).get(name)
+    return None if value is None else float(value)
 
 
 def unbalance_factor(run: Signals) -> Annotated[float, "1"]:

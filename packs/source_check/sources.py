@@ -49,7 +49,7 @@ OTHER = (
     "reporting/page_parts.py",
     "commands",
 )
-FOLDER = "sources"  # in that of the report
+FOLDER = "sources"  # in the folder of the report
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class SourceResult:
     """Results of a source.
 
     key
-        That of the job.
+        Key of the job.
     values, failures
         Requested values in their units, by key, and reasons for missing ones.
     title, text, parameters
@@ -151,7 +151,7 @@ def keep_answer(job: Job) -> None:
     """Run the source of a job, evaluate the requests, and store the answer; a failure is part of the answer."""
     begin = time.perf_counter()
     try:
-        facts = _of_run(job) if job.source.scenario else _of_study(job)
+        facts = _run_facts(job) if job.source.scenario else _study_facts(job)
     except (ValueError, LookupError, ArithmeticError, RuntimeError) as error:
         reason = f"{type(error).__name__}: {error}" if not str(error) else str(error)
         facts = {"values": {}, "failures": {item.key: reason for item in job.requests}, "title": job.name, "text": ""}
@@ -160,7 +160,7 @@ def keep_answer(job: Job) -> None:
     write_file(job.file, text)
 
 
-def _of_run(job: Job) -> dict[str, Any]:
+def _run_facts(job: Job) -> dict[str, Any]:
     source = job.source
     planned = plan_source(source)
     result = run_planned(planned)
@@ -174,11 +174,11 @@ def _of_run(job: Job) -> dict[str, Any]:
         "text": scenario_text(source.scenario),
         "parameters": _texts(scenario_parameters(source.scenario) | changes),
         **_evaluate_all(job, result.signals, quantities_of_runs(job.quantities)),
-        **_drawn(panels_of_run(result.signals, job.quantities)),
+        **_plots(panels_of_run(result.signals, job.quantities)),
     }
 
 
-def _of_study(job: Job) -> dict[str, Any]:
+def _study_facts(job: Job) -> dict[str, Any]:
     source = job.source
     result = compute(source.study, dict(source.arguments))
     return {
@@ -186,7 +186,7 @@ def _of_study(job: Job) -> dict[str, Any]:
         "text": "",
         "parameters": [("study", source.study), *_texts(source.arguments)],
         **_evaluate_all(job, result, quantities_of_studies(job.quantities)),
-        **_drawn(panels_of_study(result, job.quantities)),
+        **_plots(panels_of_study(result, job.quantities)),
     }
 
 
@@ -194,7 +194,7 @@ def _texts(values: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [(name, str(value)) for name, value in values.items()]
 
 
-def _drawn(panels: Sequence[Panel]) -> dict[str, Any]:
+def _plots(panels: Sequence[Panel]) -> dict[str, Any]:
     picture = base64.b64encode(picture_of(panels)).decode("ascii")
     return {"panels": [panel.as_data() for panel in panels], "picture": picture}
 
@@ -214,8 +214,8 @@ def scenario_text(name: str) -> str:
     """Return the text of a scenario's file, preceded by those of its bases."""
     text = read_text(files_of("scenarios")[name], name)
     base = parse_toml(text, name).get("base")
-    local = f"# {name}.toml\n{text}"
-    return local if base is None else f"{scenario_text(str(base))}\n{local}"
+    headed = f"# {name}.toml\n{text}"
+    return headed if base is None else f"{scenario_text(str(base))}\n{headed}"
 
 
 def scenario_parameters(name: str) -> dict[str, Any]:
@@ -225,13 +225,15 @@ def scenario_parameters(name: str) -> dict[str, Any]:
     if scenario.unbalance_factor != 1.0:
         result["unbalance_factor"] = scenario.unbalance_factor
     for table in (scenario.inputs, scenario.parameters):
-        result |= {f"{component}.{variable}": raw for component, of in table.items() for variable, raw in of.items()}
+        result |= {
+            f"{component}.{variable}": raw for component, values in table.items() for variable, raw in values.items()
+        }
     for event in scenario.event:
         when = f"cycle {event.cycle:g}" if event.cycle is not None else str(event.time)
         result |= {
             f"{component}.{variable}, {when}": raw
-            for component, of in event.set.items()
-            for variable, raw in of.items()
+            for component, values in event.set.items()
+            for variable, raw in values.items()
         }
     return result
 

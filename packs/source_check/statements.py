@@ -51,7 +51,7 @@ class Source(Table):
     """Assumptions on open points of the source, and deviations from it."""
 
     @model_validator(mode="after")
-    def _is_one(self) -> Source:
+    def _has_scenario_or_study(self) -> Source:
         if bool(self.scenario) == bool(self.study):
             raise ValueError("a source needs either scenario or study")
         return self
@@ -67,7 +67,7 @@ class Reading(Table):
     arguments: Values | None = None
     """Arguments of the quantity, if they differ."""
     how: str = ""
-    """The same in words."""
+    """Description of the way in words."""
 
 
 class Statement(Table):
@@ -88,7 +88,7 @@ class Statement(Table):
     tolerance: float = Field(default=0.0, ge=0.0)
     """Allowed deviation, relative to the value; the larger of this and `absolute` applies."""
     absolute: float = Field(default=0.0, ge=0.0)
-    """The same in its unit."""
+    """Allowed deviation in the unit of the value."""
     because: str = ""
     """Reason for the tolerance."""
     source: str = ""
@@ -98,7 +98,7 @@ class Statement(Table):
     arguments: Values = Field(default={})
     """Arguments of the quantity."""
     reading: tuple[Reading, ...] = ()
-    """Other ways to compute it, tried in turn if the first one misses."""
+    """Other ways to compute it, tried in turn if the value is missed."""
     beside: tuple[Reading, ...] = ()
     """Other ways, which are shown but not judged."""
     converged: str = ""
@@ -155,15 +155,15 @@ class Statements(Table):
     title: str
     """Title of the page."""
     about: str = ""
-    """Sentence on what it compares."""
+    """Sentence on what the page compares."""
     note: str = ""
-    """Note on its verdicts."""
+    """Note on the verdicts."""
     label: str = "stated"
     """Name of the source in table headings."""
     converged: str = "converged model"
     """Name of the model with more modes in table headings."""
     quantities: str = ""
-    """Module with its own quantities and plots, see `source_check.quantities`."""
+    """Module with additional quantities and plots, see `source_check.quantities`."""
     chapter: tuple[Chapter, ...] = (Chapter(key="all", name="statements"),)
     """Parts of the statements; default: one."""
     sources: dict[str, Source]
@@ -174,9 +174,9 @@ class Statements(Table):
     @model_validator(mode="after")
     def _fits(self) -> Statements:
         keys = [statement.key for statement in self.statement]
-        twice = sorted({key for key in keys if keys.count(key) > 1})
-        if twice:
-            raise ValueError(f"two statements have the key {twice[0]}")
+        repeated = sorted({key for key in keys if keys.count(key) > 1})
+        if repeated:
+            raise ValueError(f"two statements have the key {repeated[0]}")
         for statement in self.statement:
             if not any(chapter.has(statement) for chapter in self.chapter):
                 raise ValueError(f"statement {statement.key}: no chapter has groups that match {statement.group}")

@@ -33,11 +33,11 @@ def model_inputs() -> ModelInputs:
     """Return the start values of all parameters of the three models, and their default rotor."""
     from amb_cosim.export import models
 
-    made = {name: getattr(models, name)()[0] for name in models.MODELS}
+    by_name = {name: getattr(models, name)()[0] for name in models.MODELS}
     return ModelInputs(
         {
             name: {v.name: float(v.start) for v in model.interface.variables if v.causality == "parameter"}
-            for name, model in made.items()
+            for name, model in by_name.items()
         },
         load_rotor(),
     )
@@ -54,7 +54,7 @@ def compute(study: str, arguments: dict[str, Any]) -> Any:
     if study == "model_inputs":
         return model_inputs()
     if study not in studies.STUDIES:
-        raise ValueError(f"there is no study {study!r}; there are {', '.join(studies.STUDIES)}, model_inputs")
+        raise ValueError(f"there is no study {study!r}; it must be one of {', '.join(studies.STUDIES)}, model_inputs")
     function = getattr(studies, study)
     quiet = {"progress": False} if "progress" in inspect.signature(function).parameters else {}
     return function(**arguments, **quiet)
@@ -119,8 +119,8 @@ def static_load(axis: BearingAxis) -> Annotated[float, "N"]:
 
 def mode_frequency(modes: ModeShapes, pair: int) -> Annotated[float, "rad/s"]:
     """Return the mean of a pair of natural frequencies, backward and forward, counted from 1 (rad/s)."""
-    result = modes.frequencies.speeds[modes.speed].frequencies
-    return float(np.mean(result[2 * pair - 2 : 2 * pair]))
+    frequencies = modes.frequencies.speeds[modes.speed].frequencies
+    return float(np.mean(frequencies[2 * pair - 2 : 2 * pair]))
 
 
 def mode_kind(modes: ModeShapes, pair: int) -> str:
@@ -151,5 +151,5 @@ def rotor_length(result: RotorLayout) -> Annotated[float, "m"]:
 
 def column_norm(result: SensorReceptance, axis: int, frequency: float) -> Annotated[float, "m/N"]:
     """Return the norm of a column of the receptance at a speed (Hz), S_i = |R_i| (m/N) (5.18)."""
-    at = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
-    return float(np.linalg.norm(result.receptance[at][:, axis]))
+    nearest = int(np.argmin(np.abs(np.asarray(result.speeds) - frequency)))
+    return float(np.linalg.norm(result.receptance[nearest][:, axis]))

@@ -8,7 +8,7 @@ from source_check.statements import Expected, Statement
 from source_check.verdict import Computed, Verdict
 
 RELATIONS = {"equal": "", "below": "at most ", "above": "at least "}
-MOST_NUMBERS = 4  # of a list, that are displayed
+MOST_NUMBERS = 4  # displayed numbers of a list
 
 
 def value_text(value: Expected | Computed | None, unit: str = "") -> str:
@@ -50,7 +50,7 @@ def converged_text(item: Judged) -> str:
 def remark_text(item: Judged, omitted: str = "") -> str:
     """Return the reading of a verdict, the reason of a miss, or a remark; and the results of other ways.
 
-    A reading that is `known` to the reader is omitted.
+    `omitted` is a reading that the page states elsewhere, and is left out here.
     """
     reading = (
         item.reading if item.verdict in (Verdict.WITH_READING, Verdict.WITHIN_LIMIT) and item.reading != omitted else ""

@@ -59,7 +59,7 @@ def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tu
     statement
         The statement.
     values
-        Computed values in order of its ways, each with factor or reading (empty if none).
+        Computed values in order of trial, each with its factor or reading (empty if none).
     """
     if statement.picture:
         return Verdict.PICTURE, 0
@@ -74,7 +74,7 @@ def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tu
 
 
 def _when_met(statement: Statement, reading: str) -> Verdict:
-    """Return the verdict on a statement that is met: the weakest claim."""
+    """Return the verdict on a statement that is met: of those that apply, the one that claims least."""
     if statement.given:
         return Verdict.GIVEN
     if statement.definition:

@@ -18,7 +18,7 @@ ForceLaw = Callable[[float, float], float]
 """Normal force (N) at a penetration (m) and its rate (m/s)."""
 
 POINTS = 401  # of a loop
-LONGEST = 100.0  # times the duration that is expected
+LONGEST = 100.0  # largest duration of a blow, over the approximate one
 LEAST_RESTITUTION = 0.15  # below it the spring and damper of (4.3) does not oscillate
 
 
@@ -28,7 +28,7 @@ def law_of_plant(law: str, k_c: float, delta_c: float, c_c: float, alpha_c: floa
     Parameters
     ----------
     law
-        Its name, one of `rotor_contact.enumerations.LAWS`.
+        Name of the law, one of `rotor_contact.enumerations.LAWS`.
     k_c, delta_c, c_c, alpha_c, eta
         Parameters of the site: stiffness (N/m), penetration (m), damping (N s/m), damping (s/m) and loss (1).
     """
@@ -50,7 +50,7 @@ def blow(law: ForceLaw, mass: float, speed: float, duration: float) -> tuple[Arr
     mass, speed
         Mass (kg) and speed of approach (m/s).
     duration
-        Approximate duration of the contact (s); a blow over a hundred times longer is refused.
+        Approximate duration of the contact (s); the mass must leave within a hundred times this.
 
     Raises
     ------

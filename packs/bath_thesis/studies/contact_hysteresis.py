@@ -125,10 +125,11 @@ def contact_laws(
 ) -> ContactLaws:
     """Return force over penetration of a mass that hits a retainer, for each classical law of the plant.
 
-    The thesis draws Figs 4.1 and 4.2 without numbers and gives no parameters of the laws. Stiffness and penetration
+    The thesis has no numbers in Figs 4.1 and 4.2, and no parameters of the laws. Stiffness and penetration
     are the start values of the plant; the damped laws are tuned to return the same share e of the speed,
-    (4.3) by e = exp(-zeta (pi - 2 asin zeta)/sqrt(1 - zeta^2)), c_c = 2 zeta sqrt(k_c m), which (4.4) and (4.13) take
-    over, (4.6) by e = 1 - alpha_c v (4.7), which holds to first order, and (4.8) by e^2 = (1 - 3/2 eta)/(1 + 3/2 eta).
+    (4.3) by e = exp(-zeta (pi - 2 asin zeta)/sqrt(1 - zeta^2)), c_c = 2 zeta sqrt(k_c m), also used in (4.4)
+    and (4.13), (4.6) by e = 1 - alpha_c v (4.7), which holds to first order, and (4.8) by
+    e^2 = (1 - 3/2 eta)/(1 + 3/2 eta).
 
     Parameters
     ----------

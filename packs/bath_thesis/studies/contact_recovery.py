@@ -37,7 +37,7 @@ class RecoveryStatistics:
     recovered_share
         Share of the trials that end free of contact (1).
     median_cycles
-        Median of the cycles from the step to the last contact of those; 0 without contact, None if there are none.
+        Median of the cycles from the step to the last contact of these; 0 without contact, None if there are none.
     runs
         Each trial.
     """
@@ -142,7 +142,7 @@ def recovery(
     ]
     with progress_bar(progress) as report:
         rows = simulate_all(trials, report)
-    scenario, left = load_scenario(SCENARIO), iter(rows)
+    scenario, remaining_rows = load_scenario(SCENARIO), iter(rows)
     return ControlComparison(
         scenario=SCENARIO,
         speed=quantity(scenario.Omega, "Hz", "Omega"),
@@ -152,7 +152,7 @@ def recovery(
         instants=instants,
         added=tuple(added),
         controls={
-            control: tuple(_statistics(tuple(next(left) for _ in range(instants))) for _ in added)
+            control: tuple(_statistics(tuple(next(remaining_rows) for _ in range(instants))) for _ in added)
             for control in CONTROLS
         },
     )

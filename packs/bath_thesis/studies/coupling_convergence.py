@@ -24,7 +24,7 @@ from bath_thesis.studies.coupled_orbit import SUBSTEP, Scheme, cosimulated
 from bath_thesis.studies.monolithic import Levitation, free_orbit
 
 DURATION = 0.1  # s from rest, two turns
-EXACT = 1e-6  # relative error of the orbit; below it the plant's own integration decides
+EXACT = 1e-6  # relative error of the orbit, below which the error of the plant's integration is larger
 
 
 @dataclass(frozen=True)

@@ -131,7 +131,9 @@ def frequency_tables(rotor: Rotor) -> FrequencyTables:
         models[f"fem_{len(rotor.shaft.nodes)}"] = _by_speed(supported_rotor(rotor))
         models["condensed"] = _by_speed(supported_rotor(rotor, planes=rotor.masters))
         errors = dict(zip(SPEEDS, condensation_error(rotor, np.array(SPEEDS)).frequency_error.T, strict=True))
-    condensed = {f"{speed:g}": {name: of[f"{speed:g}"] for name, of in models.items()} for speed in SPEEDS if models}
+    condensed = {
+        f"{speed:g}": {name: by_speed[f"{speed:g}"] for name, by_speed in models.items()} for speed in SPEEDS if models
+    }
     is_rig = rotor == load_rotor("bath_rig_thesis")
     deviations = _deviations(by_mesh | {"condensed": {"diagonal": models["condensed"]}}) if is_rig else None
     return FrequencyTables(by_mesh, condensed, errors, deviations)
@@ -146,11 +148,11 @@ def _deviations(computed: dict[str, ByMassAndSpeed]) -> dict[str, ByMassAndSpeed
     return {
         model: {
             mass: {
-                speed: [100.0 * (local / theirs - 1.0) for local, theirs in zip(result[speed], row, strict=True)]
+                speed: [100.0 * (ours / printed - 1.0) for ours, printed in zip(by_speed[speed], row, strict=True)]
                 for speed, row in rows.items()
             }
             for mass, rows in masses.items()
-            for result in (computed[model][mass],)
+            for by_speed in (computed[model][mass],)
         }
         for model, masses in table_of("frequencies").items()
     }

@@ -124,35 +124,36 @@ def h_matrix(
     ValueError
         If the rotor lacks the planes of the sensors and bearings, an argument is out of range, or an R is singular.
     """
-    description = load_rotor(rotor)
-    loop = control_loop(description)
+    rotor_data = load_rotor(rotor)
+    loop = control_loop(rotor_data)
     speeds = np.unique(np.concatenate([speed_range(up_to, POINTS, SPEEDS[0]), SPEEDS]))
-    R = levitated_receptance(description, speeds, k_b, c_b)
+    R = levitated_receptance(rotor_data, speeds, k_b, c_b)
     exact = np.array([inverse_receptance(r) for r in R])
     every_hertz = HERTZ * np.arange(5.0, np.ceil(speeds[-1] / HERTZ) + 1.0)
     table_speeds = {"thesis": np.array(SPEEDS), "every_hertz": every_hertz}
-    result = {
-        name: interpolated(loop, rows, levitated_receptance(description, rows, k_b, c_b), speeds)
+    interpolated_h = {
+        name: interpolated(loop, rows, levitated_receptance(rotor_data, rows, k_b, c_b), speeds)
         for name, rows in table_speeds.items()
     }
-    in_print = None
-    if description == load_rotor("bath_rig_thesis"):
-        (at_10_hz,) = levitated_receptance(description, np.array([FREQUENCY * HERTZ]), k_b, c_b)
-        in_print = compare_with_print(inverse_receptance(at_10_hz), loop.axis_names)
+    comparison = None
+    if rotor_data == load_rotor("bath_rig_thesis"):
+        (at_10_hz,) = levitated_receptance(rotor_data, np.array([FREQUENCY * HERTZ]), k_b, c_b)
+        comparison = compare_with_print(inverse_receptance(at_10_hz), loop.axis_names)
     return InverseReceptance(
-        rotor=description.name,
-        planes=sensor_planes(description),
+        rotor=rotor_data.name,
+        planes=sensor_planes(rotor_data),
         speeds=speeds / HERTZ,
         table=np.array([speed / HERTZ for speed in SPEEDS]),
         forces=loop.axis_names,
         h=exact,
-        h_interpolated=result["thesis"],
+        h_interpolated=interpolated_h["thesis"],
         condition_number=np.array([condition_number(r) for r in R]),
         tables={
-            name: InterpolationError(_relative_error(H, exact), _force_after_step(H, R)) for name, H in result.items()
+            name: InterpolationError(_relative_error(H, exact), _force_after_step(H, R))
+            for name, H in interpolated_h.items()
         },
         norm_by_force=np.linalg.norm(exact, axis=2),
-        at_10_hz=in_print,
+        at_10_hz=comparison,
     )
 
 

@@ -25,9 +25,9 @@ K_B, C_B = 1e6, 5000.0  # N/m and N s/m of the closed bearings
 LOWEST = 5.0  # Hz, below which there is no synchronous signal
 POINTS_PER_HZ = 20
 HEADINGS = ("f (Hz)", "S", "A (N)", "N_per", "t_halt (s)", "moves mb1 (mm)", "mb2 (mm)")
-INTENDED = 1e-4  # m, the response that the gain of 220 N is chosen for
+INTENDED = 1e-4  # m, amplitude for which the gain of 220 N is chosen
 SLOTS = 6  # of an identification of four axes
-JUMP = 30.0  # Hz, where the rule of 6.6 is not continuous
+JUMP = 30.0  # Hz, where S of (6.6) is not continuous
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,13 +82,13 @@ class IdentificationForce(DrawnResult):
         at = self.at_the_speeds_of_the_thesis
         responses = zip(1e3 * at.response_mb1, 1e3 * at.response_mb2, strict=True)
         rows = zip(at.frequencies, at.s, at.amplitude, at.periods_per_slot, at.t_halt, responses, strict=True)
-        for f, s, amplitude, slots, halt, moved in rows:
-            ours = (f"{response:.3f}" for response in moved)
-            table.add_row(f"{f:g}", f"{s:.2f}", f"{amplitude:.1f}", f"{slots:.0f}", f"{halt:.2f}", *ours)
-        every = 1e3 * np.concatenate([self.columns.response_mb1, self.columns.response_mb2])
+        for f, s, amplitude, slots, halt, by_bearing in rows:
+            cells = (f"{response:.3f}" for response in by_bearing)
+            table.add_row(f"{f:g}", f"{s:.2f}", f"{amplitude:.1f}", f"{slots:.0f}", f"{halt:.2f}", *cells)
+        over_range = 1e3 * np.concatenate([self.columns.response_mb1, self.columns.response_mb2])
         parts: list[TextBlock] = [
             table,
-            f"the force moves its journal by {every.min():.3f} to {every.max():.3f} mm; "
+            f"the force moves its journal by {over_range.min():.3f} to {over_range.max():.3f} mm; "
             f"the thesis chose its gain for about {1e3 * INTENDED:g} mm",
         ]
         if len(self.at_the_jump.frequencies):
@@ -137,7 +137,7 @@ def _responses(frequencies: Sequence[float], amplitudes: Sequence[float]) -> tup
     rotor = load_rotor("bath_rig_thesis")
     loop = control_loop(rotor)
     R = levitated_receptance(rotor, 2.0 * math.pi * np.array(frequencies), K_B, C_B).reshape(-1, *loop.shape)
-    local = [
+    pairs = [
         (loop.sensor_names.index(sensor), k) for k, (_, direction, sensor) in enumerate(loop.axes) if direction == "x"
     ]
-    return tuple(np.array(amplitudes) * np.abs(R[:, sensor, k]) for sensor, k in local)
+    return tuple(np.array(amplitudes) * np.abs(R[:, sensor, k]) for sensor, k in pairs)

@@ -78,15 +78,15 @@ class SynchronousResponse(DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return a table with a row for each speed of the measurement, for the forces in x."""
-        displayed = range(0, len(self.forces), 2)
+        x_forces = range(0, len(self.forces), 2)
         kinds = {"model": "continuous", "sampled": "sampled", "measured": "measured"}
-        headings = [f"{kind} {self.forces[k]}" for kind in kinds for k in displayed]
+        headings = [f"{kind} {self.forces[k]}" for kind in kinds for k in x_forces]
         title = f"{self.rotor}: norm of the synchronous response S (um/N)"
         table = labelled_table(title, "f (Hz)", "(5.19)", *headings, "measured over (5.19)")
         at = self.at_speeds
         for n, f in enumerate(at.speeds):
-            values = [1e6 * getattr(at, kind)[n, k] for kind in kinds.values() for k in displayed]
-            ratios = ", ".join(f"{at.measured[n, k] / at.thesis[n]:.2f}" for k in displayed)
+            values = [1e6 * getattr(at, kind)[n, k] for kind in kinds.values() for k in x_forces]
+            ratios = ", ".join(f"{at.measured[n, k] / at.thesis[n]:.2f}" for k in x_forces)
             table.add_row(f"{f:g}", f"{1e6 * at.thesis[n]:.2f}", *(f"{value:.3f}" for value in values), ratios)
         difference = np.abs(at.measured / at.sampled - 1.0).max()
         return [table, f"measured and sampled model differ by {100.0 * difference:.2g} % at most"]
@@ -136,11 +136,11 @@ def synchronous_response(
         "rolac_controller.*.k_b_?": quantity(k_b, "N/m", "k-b"),
         "rolac_controller.*.c_b_?": quantity(c_b, "N.s/m", "c-b"),
     }
-    matches = identify(chosen.tolist(), rotor=rotor, set=settings, flavour=flavour, progress=progress)
-    if matches.interruption:
-        raise KeyboardInterrupt(matches.interruption)
+    identification = identify(chosen.tolist(), rotor=rotor, set=settings, flavour=flavour, progress=progress)
+    if identification.interruption:
+        raise KeyboardInterrupt(identification.interruption)
     measured = []
-    for result in matches.results:
+    for result in identification.results:
         if result.receptance is None:
             raise ValueError(f"the identification at {result.frequency:g} Hz failed: {result.reason}")
         measured.append(result.receptance)
@@ -155,14 +155,14 @@ def synchronous_response(
             speeds=chosen / HERTZ,
             thesis=linearised_norm(chosen / HERTZ),
             continuous=continuous,
-            sampled=_norm(np.array([result.model for result in matches.results])),
+            sampled=_norm(np.array([result.model for result in identification.results])),
             measured=_norm(np.array(measured)),
         ),
     )
 
 
 def linearised_norm(frequencies: Array) -> Array:
-    """Return S(f) of (5.19) (m/N) at some frequencies (Hz), in which the thesis counts micrometres."""
+    """Return S(f) of (5.19) (m/N) at some frequencies (Hz); the thesis states it in micrometres."""
     rounded = np.round(frequencies, 9)
     return np.array([1e-6 * FORCE / amplitude_at(float(f)) for f in rounded])
 

@@ -36,7 +36,7 @@ class Levitation:
     """A levitated rotor: spin speed (rad/s), unbalance (kg m) at `disc`, constants of bearing and controller (SI).
 
     k_i
-        Current stiffness (N/A); it matters only to the law (2.6), which depends on the current itself.
+        Current stiffness (N/A); needed only by the law (2.6), which depends on the current itself.
     bandwidth
         Bandwidth of the amplifiers (Hz); None for ideal ones.
     nonlinear
@@ -56,7 +56,7 @@ class Levitation:
 
 
 class MonolithicSystem:
-    """The extended linear system z = (r, r', exp(i theta), F_1, F_2, C_1, C_2), in which all forcings are states."""
+    """The extended linear system z = (r, r', exp(i theta), F_1, F_2, C_1, C_2), with all excitations as states."""
 
     def __init__(self, levitation: Levitation) -> None:
         rotor = load_rotor()
@@ -134,6 +134,6 @@ def _integrated(system: MonolithicSystem) -> Complex:
             dz[n : 2 * n] += system.Minv[:, row] * extra
         return dz
 
-    part = solve_ivp(rate, (0.0, levitation.sample_time), system.z, "DOP853", rtol=1e-10, atol=1e-14)
-    end: Complex = part.y[:, -1]
+    motion = solve_ivp(rate, (0.0, levitation.sample_time), system.z, "DOP853", rtol=1e-10, atol=1e-14)
+    end: Complex = motion.y[:, -1]
     return end

@@ -16,7 +16,7 @@ FREQUENCY = 10.0  # Hz
 
 @dataclass(frozen=True, eq=False)
 class PrintedH:
-    """H at 10 Hz, computed and printed. Only magnitudes: the minus signs of the printed matrix are not known.
+    """Magnitudes of H at 10 Hz, computed and printed; the signs of the printed matrix are not known.
 
     forces
         Names of the forces, in the order of the rows.
@@ -65,19 +65,19 @@ class PrintedH:
 
 def compare_with_print(H: Complex, forces: tuple[str, ...]) -> PrintedH:
     """Return H of the rig at 10 Hz (N/m), shape (4, 8), and the printed matrix."""
-    result, stated = np.abs(H), np.abs(printed_h())
+    computed, printed = np.abs(H), np.abs(printed_h())
     return PrintedH(
         forces=forces,
-        computed=result,
-        printed=stated,
-        frobenius_norm_computed=float(np.linalg.norm(result)),
-        frobenius_norm_printed=float(np.linalg.norm(stated)),
-        norm_by_force_computed=np.linalg.norm(result, axis=1),
-        norm_by_force_printed=np.linalg.norm(stated, axis=1),
-        norm_by_sensor_computed=np.linalg.norm(result, axis=0),
-        norm_by_sensor_printed=np.linalg.norm(stated, axis=0),
-        across_computed=_across(result),
-        across_printed=_across(stated),
+        computed=computed,
+        printed=printed,
+        frobenius_norm_computed=float(np.linalg.norm(computed)),
+        frobenius_norm_printed=float(np.linalg.norm(printed)),
+        norm_by_force_computed=np.linalg.norm(computed, axis=1),
+        norm_by_force_printed=np.linalg.norm(printed, axis=1),
+        norm_by_sensor_computed=np.linalg.norm(computed, axis=0),
+        norm_by_sensor_printed=np.linalg.norm(printed, axis=0),
+        across_computed=_across(computed),
+        across_printed=_across(printed),
     )
 
 
@@ -88,7 +88,7 @@ def printed_h() -> Complex:
 
 
 def _across(H: Array) -> float:
-    """Return the share of the norm in elements between an axis and the other."""
+    """Return the share of the norm in elements that couple x and y."""
     parts = np.stack([H[::2, 1::2], H[1::2, ::2]])
     return float(np.linalg.norm(parts) / np.linalg.norm(H))
 

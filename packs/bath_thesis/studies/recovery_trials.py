@@ -42,7 +42,7 @@ class RecoveryTrial:
 
 @dataclass(frozen=True)
 class TrialRow:
-    """A trial in the result: cycle of the step, whether the rotor recovered, and cycles from step to last contact."""
+    """Result of a trial: cycle of the step, whether the rotor recovered, and cycles from step to last contact."""
 
     disturbance_cycle: float
     recovered: bool
@@ -57,7 +57,7 @@ def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[Tr
     ValueError
         If a trial cannot be run, or does not reach its end.
     """
-    for trial in {trial.control: trial for trial in trials}.values():  # one of each, with the largest unbalance
+    for trial in {trial.control: trial for trial in trials}.values():  # one for each control, the largest unbalance
         plan_trial(trial)  # checks the input and builds the FMUs before processes are started
     return simulate_in_processes(simulate_trial, trials, progress)
 
@@ -68,7 +68,7 @@ def simulate_trial(trial: RecoveryTrial) -> TrialRow:
     Raises
     ------
     ValueError
-        If it does not reach its end.
+        If the run does not reach its end.
     """
     result = run_planned(plan_trial(trial), trial.options)
     if result.outcome.failure is not None:
@@ -77,7 +77,7 @@ def simulate_trial(trial: RecoveryTrial) -> TrialRow:
 
 
 def row_of(trial: RecoveryTrial, is_free: bool, last: float | None) -> TrialRow:
-    """Return the row of a trial with the last contact in cycle `last`, None without any."""
+    """Return the row of a trial with the last contact in cycle `last`; None without contact."""
     return TrialRow(trial.cycle, is_free, max(0.0, (last or 0.0) - trial.cycle))
 
 

@@ -118,8 +118,8 @@ class ModelReduction(DrawnResult):
         deviations = labelled_table(title, "model", "mass matrix", "speed", *(str(k + 1) for k in range(COUNT)))
         for model, by_mass in self.frequencies.items():
             for mass, by_speed in by_mass.items():
-                for speed, result in by_speed.items():
-                    cells = (f"{value:.2f}" for value in result.deviation)
+                for speed, frequencies in by_speed.items():
+                    cells = (f"{value:.2f}" for value in frequencies.deviation)
                     deviations.add_row(model.replace("_", " "), mass, speed, *cells)
         response = ", ".join(f"{error:.2g} % {name}" for name, error in self.largest_response_error.items())
         amplitudes = f"amplitudes deviate from those of the full model by up to {response.replace('_', ' ')}"
@@ -135,8 +135,7 @@ class ModelReduction(DrawnResult):
             "consistent matrices bound the frequencies of finer meshes from above (Ritz), and its lumped ones raise "
             f"the diametral inertia by {more:.1f} %, which lowers the conical mode. The first frequency printed for "
             f"6 nodes, {first:.0f} % above that for 13, would require {inertia:.0f} % of the inertia, and the third "
-            f"pair "
-            f"lies {-third:.0f} % below: these are not frequencies of a coarser mesh of the same rotor."
+            f"pair lies {-third:.0f} % below: these are not frequencies of a coarser mesh of the same rotor."
         )
 
 
@@ -156,12 +155,15 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
         If an argument is out of range.
     """
     u, speeds = positive(unbalance, "kg.m", "unbalance"), speed_range(up_to, POINTS)[1:]
-    rotor, stated = load_rotor("bath_rig_thesis"), table_of("reduction")
+    rotor, printed = load_rotor("bath_rig_thesis"), table_of("reduction")
     meshes = {f"{count}_node": mesh for count, mesh in mesh_family(rotor).items()}
     built = {model: {mass: supported_rotor(mesh, mass) for mass in MASSES} for model, mesh in meshes.items()} | {
         CONDENSED: {mass: supported_rotor(rotor, mass, rotor.masters) for mass in MASSES}
     }
-    rows = {model: {mass: _rows(result.model) for mass, result in by_mass.items()} for model, by_mass in built.items()}
+    rows = {
+        model: {mass: _rows(rotor_model.model) for mass, rotor_model in by_mass.items()}
+        for model, by_mass in built.items()
+    }
     finest = rows[max(meshes, key=lambda model: len(meshes[model].shaft.nodes))]["consistent"]
     coarse_planes = tuple(range(1, len(rotor.masters) + 1))
     planes = {FULL: rotor.masters, CONDENSED: rotor.masters, COARSE: coarse_planes}
@@ -172,13 +174,13 @@ def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> 
     }
     errors: dict[str, dict[str, MeanError]] = {
         model: {
-            mass: _mean_error(built[model][mass], result, finest, stated["mean_error"].get(model, {}).get(mass))
-            for mass, result in by_mass.items()
+            mass: _mean_error(built[model][mass], frequencies, finest, printed["mean_error"].get(model, {}).get(mass))
+            for mass, frequencies in by_mass.items()
         }
         for model, by_mass in rows.items()
     }
     beside = {
-        model: {mass: _beside(rows[model][mass], by_speed) for mass, by_speed in stated[model].items()}
+        model: {mass: _beside(rows[model][mass], by_speed) for mass, by_speed in printed[model].items()}
         for model in ("19_node", COARSE)
     }
     change = 100.0 * (beside[COARSE]["diagonal"]["90"].thesis / table_of("frequencies")[FULL]["diagonal"]["90"] - 1.0)
@@ -227,5 +229,5 @@ def _over_speed(model: SupportedRotor, speeds: Array, unbalance: float, planes: 
     """Return frequencies and response of a model with unbalance at the first plane."""
     diagram: Campbell = follow_modes(model.model, speeds, COUNT)
     major, _, _ = orbit(steady_response(model, {planes[0]: unbalance}, speeds, planes))
-    critical = tuple(result.Omega for result in diagram.critical_speeds)
+    critical = tuple(crossing.Omega for crossing in diagram.critical_speeds)
     return ReducedModel(model.model.size, diagram.frequencies, critical, major.max(axis=1))

@@ -31,8 +31,8 @@ def _draw_errors(axes: Axes, comparison: ComparisonErrors) -> None:
     """Draw the errors of a comparison."""
     steps, schemes = 1e6 * np.array(comparison.steps), comparison.schemes
     for (name, scheme), (colour, marker) in zip(schemes.items(), SCHEME_STYLES, strict=False):
-        displayed = "exact" if scheme.order is None else f"{scheme.order:.2f}"
-        axes.loglog(steps, scheme.errors, color=colour, marker=marker, ms=4, label=f"{name} ({displayed})")
+        order_text = "exact" if scheme.order is None else f"{scheme.order:.2f}"
+        axes.loglog(steps, scheme.errors, color=colour, marker=marker, ms=4, label=f"{name} ({order_text})")
     rounded = {name: round(scheme.order) for name, scheme in schemes.items() if scheme.order is not None}
     for order in set(rounded.values()):
         largest = max(schemes[name].errors[-1] for name in rounded if rounded[name] == order)
