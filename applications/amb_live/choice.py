@@ -11,12 +11,12 @@ from amb_live.rig import Rig, rig
 
 
 def rigs_of(name: str | None = None, rotor: str | None = None, *, alone: bool = False) -> list[Rig]:
-    """Return the rigs of a page: that of a scenario and, unless `alone` or with another rotor, those of the packs.
+    """Return the rigs of a page: one for a scenario and, unless `alone` or with another rotor, those of the packs.
 
     Parameters
     ----------
     name
-        Name of a packaged scenario, or scenario file; default: that of the packs.
+        Name of a packaged scenario, or scenario file; default: the packs' default scenario.
     rotor
         Rotor that replaces the scenario's.
 

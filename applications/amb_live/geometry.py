@@ -16,7 +16,7 @@ from rotor_analysis.reduction import msdc
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor
 
-DENSITY = 7850.0  # kg/m3, steel: of bodies that are given by their inertia
+DENSITY = 7850.0  # kg/m3, of steel, for bodies described by their inertia
 
 
 def geometry(
@@ -94,7 +94,7 @@ def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
 
 
 def _radii(rotor: Rotor) -> list[float]:
-    """Return the outer radius (m) of the element that begins at each node, at the last one of that which ends there."""
+    """Return the outer radius (m) of the shaft at each node: of the element that begins there, or the last element."""
     radii = [max(layer.diameter[0] for layer in layers) / 2.0 for layers in rotor.elements]
     return [*radii, radii[-1]]
 

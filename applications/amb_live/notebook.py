@@ -50,24 +50,24 @@ def live(
     Parameters
     ----------
     scenario
-        Name of a packaged scenario, or scenario file; default: that of the packs.
+        Name of a packaged scenario, or scenario file; default: the packs' default scenario.
     rotor
         Rotor that replaces the scenario's.
     others
         Whether the page includes the scenarios of the packs.
     height
-        Of the frame in a notebook (pixels), 200 or more.
+        Height of the frame in a notebook (pixels), 200 or more.
 
     Raises
     ------
     ValueError
-        If the scenario, the rotor or a file is wrong, a browser cannot run the scenario, or the height is smaller.
+        If the scenario, the rotor or a file is wrong, a browser cannot run the scenario, or the height is below 200.
     """
     from amb_live.choice import rigs_of
     from amb_live.page import page
 
     if height < 200:
         raise ValueError(f"height = {height} px is not allowed; it must be 200 px or more")
-    name, of_rotor = (None if values is None else str(values) for values in (scenario, rotor))
-    rigs = rigs_of(name, of_rotor, alone=not others)
+    name, rotor_name = (None if source is None else str(source) for source in (scenario, rotor))
+    rigs = rigs_of(name, rotor_name, alone=not others)
     return LivePage(rigs[0].data["scenario"], page(rigs), height)

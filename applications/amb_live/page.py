@@ -34,10 +34,10 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
     Parameters
     ----------
     rigs
-        Its scenarios; the first is shown.
+        Scenarios of the page; the first is shown.
     documentation
-        Address of the documentation's folder `docs`, relative or absolute, for links to theory pages; by default there
-        are none.
+        Address of the documentation's folder `docs`, relative or absolute, for links to theory pages; without
+        links by default.
     """
     environment = templates_of("amb_live", "page")
     sources = dict(_sources())
@@ -53,8 +53,8 @@ def page(rigs: Sequence[Rig], documentation: str = "") -> str:
 
 
 def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
-    """Data of the page, compressed: each rig, and shared parts once."""
-    displayed: list[dict[str, Any]] = []
+    """Return the compressed data of the page: each rig, and shared parts once."""
+    rigs_data: list[dict[str, Any]] = []
     variables: dict[str, Any] = {}
     parts: dict[str, bytes] = {}
     for rig in rigs:
@@ -62,20 +62,20 @@ def _data(rigs: Iterable[Rig], documentation: str) -> dict[str, Any]:
         for component in rig.data["components"]:
             variables[component["guid"]] = component["variables"]
             components.append({**component, "variables": component["guid"]})
-        displayed.append({**rig.data, "components": components})
+        rigs_data.append({**rig.data, "components": components})
         parts |= rig.parts
-    described = {"documentation": documentation, "rigs": displayed, "variables": variables}
-    text = json.dumps(described, allow_nan=False, separators=(",", ":"))
-    return {"described": _packed(text.encode()), "parts": {key: _packed(content) for key, content in parts.items()}}
+    content = {"documentation": documentation, "rigs": rigs_data, "variables": variables}
+    text = json.dumps(content, allow_nan=False, separators=(",", ":"))
+    return {"described": _packed(text.encode()), "parts": {key: _packed(part) for key, part in parts.items()}}
 
 
 def _packed(content: bytes) -> str:
-    """Gzipped bytes, which browsers can decompress, in base64; the same bytes give the same text."""
+    """Return bytes compressed by gzip, which browsers can decompress, in base64; equal bytes give equal texts."""
     return base64.b64encode(gzip.compress(content, mtime=0)).decode("ascii")
 
 
 def _sources() -> Iterable[tuple[str, str]]:
-    """Path and text of each module of the page."""
+    """Yield path and text of each module of the page."""
     yield from _modules(files("amb_live") / "page", "")
 
 
@@ -92,10 +92,10 @@ def _text(name: str) -> Markup:
 
 
 def _script(text: str) -> Markup:
-    """JavaScript escaped for a script element; escaped characters occur only in strings."""
+    """Return JavaScript escaped for a script element; escaped characters occur only in strings."""
     return Markup(text.replace("</script", "<\\/script").replace("<!--", "<\\!--"))
 
 
 def _json(data: Any) -> Markup:
-    """JSON escaped for a script element."""
+    """Return JSON escaped for a script element."""
     return Markup(json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"))

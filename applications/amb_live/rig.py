@@ -49,7 +49,7 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
     Parameters
     ----------
     source
-        As `model_source`; several rigs may share models.
+        Function like `model_source`; several rigs may share models.
 
     Raises
     ------
@@ -150,7 +150,7 @@ def _events(planned: PlannedRun) -> list[dict[str, Any]]:
 
 
 def _gravity_angle(planned: PlannedRun) -> float:
-    """Direction of gravity (rad), from x towards y."""
+    """Return the direction of gravity (rad), from x towards y."""
     interface: FmuInterface = planned.interfaces[PLANT]
     start = interface.ports["gravity_angle"].start or 0.0
     return planned.plan.parameters[PLANT].get("gravity_angle", start)
@@ -165,8 +165,8 @@ def _fmu(planned: PlannedRun, source: Callable[..., Made]) -> tuple[Model, dict[
     from fmi_export.building.native.engines import engine, engine_key
     from fmi_export.building.native.package import native_guid
 
-    made = made_for(planned.plan.system, source, **planned.assembly.options)
-    model, constants = assembled(planned.plan, made)
+    models = made_for(planned.plan.system, source, **planned.assembly.options)
+    model, constants = assembled(planned.plan, models)
     key, guid = engine_key(model.compiled), native_guid(model, constants)
     module = engine(model.compiled, WEBASSEMBLY).library
     return model, {key: module, guid: model_data(model, constants, guid, key)}

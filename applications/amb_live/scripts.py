@@ -80,25 +80,25 @@ def read_module(path: str, source: str) -> Module:
     listed = [name.strip() for names in LISTED.findall(text) for name in names.split(",") if name.strip()]
     exports = (*EXPORT.findall(text), *listed)
     text = EXPORT.sub("", LISTED.sub("", text))
-    wrong = LEFT_OVER.search(text)
-    if wrong is not None:
+    unsupported = LEFT_OVER.search(text)
+    if unsupported is not None:
         raise ValueError(
-            f"{path}: {wrong.group()!r} is not allowed; it must be import {{ names }} from a relative path, "
+            f"{path}: {unsupported.group()!r} is not allowed; it must be import {{ names }} from a relative path, "
             "or export before a function, class or const, or of names"
         )
     return Module(text.strip() + "\n", imports, exports)
 
 
 def _names(names: str) -> tuple[tuple[str, str], ...]:
-    """Names of an import: in the other module and here."""
+    """Return the names of an import, in the other module and in this one."""
     pairs = [name.split(" as ") for name in names.replace("\n", " ").split(",") if name.strip()]
     return tuple((pair[0].strip(), pair[-1].strip()) for pair in pairs)
 
 
 def _wrapped(path: str, module: Module, number: Mapping[str, int]) -> str:
-    taken = "".join(
+    imports = "".join(
         f"const {{ {', '.join(a if a == b else f'{a}: {b}' for a, b in names)} }} = module{number[place]};\n"
         for place, names in module.imports
     )
     values = f"return {{ {', '.join(module.exports)} }};\n"
-    return f"// {path}\nconst module{number[path]} = (() => {{\n{taken}{module.text}{values}}})();\n"
+    return f"// {path}\nconst module{number[path]} = (() => {{\n{imports}{module.text}{values}}})();\n"

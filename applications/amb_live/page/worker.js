@@ -1,13 +1,13 @@
-// The worker: hands requests to a session, and lets it work in slices between them.
+// The worker: passes requests to a session, which computes in slices between them.
 
 import { Session } from "./engine/session.js";
 
-const REST = 4; // ms between slices where nothing is late
+const REST = 4; // ms between slices while the run is on time
 
 const scope = /** @type {{ postMessage: (message: unknown, transfer?: ArrayBuffer[]) => void, onmessage: unknown }} */ (
   /** @type {unknown} */ (globalThis));
 const session = new Session((answer, transfer = []) => scope.postMessage(answer, transfer));
-const channel = new MessageChannel(); // its messages come as soon as those of the page have been heard
+const channel = new MessageChannel(); // its messages arrive after those of the page that are waiting
 let due = false;
 
 function slice() {

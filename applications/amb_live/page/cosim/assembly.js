@@ -6,7 +6,7 @@ import { Instance } from "../fmi/instance.js";
 /** @typedef {import("../protocol.js").Variable} Variable */
 
 /**
- * State of everything at a point; `state` is an address.
+ * State of the rig at a point: its signals, and the address of the FMU's saved state.
  * @typedef {{ point: number, values: Float64Array, state: number }} Snapshot
  */
 
@@ -18,7 +18,7 @@ export class Assembly {
    * @param {Rig} rig
    * @param {import("../fmi/library.js").Library} library
    * @param {Readonly<Record<string, number>>} settings values of parameters, inputs and signals in place of the rig's
-   * @throws {import("../fmi/instance.js").FmuError} if it refuses a value, or to start
+   * @throws {import("../fmi/instance.js").FmuError} if the FMU rejects a value or fails to start
    */
   constructor(rig, library, settings = {}) {
     const variables = variablesOf(rig), all = [...variables.keys()];
@@ -28,10 +28,10 @@ export class Assembly {
     const free = all.filter((name) => isFree(variableOf(variables, name)));
     const outputs = KINDS.flatMap((kind) => all.filter((name) => isOutput(variableOf(variables, name), kind)));
     this.rig = rig;
-    this.point = rig.first; // at which it is
-    this.names = [...free, ...outputs]; // of all signals: what may be set while it runs, then outputs
+    this.point = rig.first; // present communication point
+    this.names = [...free, ...outputs]; // of all signals: free inputs and tunable parameters, then outputs
     this.position = new Map(this.names.map((name, i) => [name, i]));
-    this.free = free.map((name) => variableOf(variables, name)); // of the first positions
+    this.free = free.map((name) => variableOf(variables, name)); // variables at the first positions
     this.values = new Float64Array(this.names.length);
     this.instance = new Instance(library, rig.scenario, rig.guid, rig.data);
     this.outputs = this.instance.exchange(outputs.map((name) => variableOf(variables, name)));
@@ -39,7 +39,7 @@ export class Assembly {
       Object.entries(values).forEach(([name, value]) => this.instance.put(variableOf(variables, name), value));
       free.forEach((name, i) => { this.values[i] = values[name] ?? variableOf(variables, name).start ?? 0; });
       this.instance.initialise(rig.first * rig.stepSize);
-      this.instance.log.length = 0; // what initialisation said on the way
+      this.instance.log.length = 0; // without the messages of initialisation
       this.instance.fetch(this.outputs, this.values, free.length);
     } catch (error) {
       this.close();
@@ -54,7 +54,7 @@ export class Assembly {
   }
 
   /**
-   * Set a value from outside: from now on it holds.
+   * Set a free input or tunable parameter from the present point on.
    * @param {number} position
    * @param {number} value
    */
@@ -65,7 +65,7 @@ export class Assembly {
 
   /**
    * Step from the present point to the next.
-   * @throws {import("../fmi/instance.js").FmuError} if it does not complete it; `goBack` leads on
+   * @throws {import("../fmi/instance.js").FmuError} if the step fails; `goBack` then restores an earlier state
    */
   advance() {
     this.instance.step(this.point * this.rig.stepSize, this.rig.stepSize);
@@ -73,12 +73,12 @@ export class Assembly {
     this.point += 1;
   }
 
-  /** Save the state of everything. */
+  /** Save the state of the rig. */
   snapshot() {
     return { point: this.point, values: this.values.slice(), state: this.instance.save() };
   }
 
-  /** Go back to where a snapshot was taken. @param {Snapshot} snapshot */
+  /** Restore a snapshot. @param {Snapshot} snapshot */
   goBack({ point, values, state }) {
     this.instance.restore(state);
     this.values.set(values);
@@ -92,7 +92,7 @@ export class Assembly {
 }
 
 /**
- * Return the variables of the FMU by name; they are those of the components, with references of that FMU.
+ * Return the variables of the FMU by name: those of the components, with the value references of that FMU.
  * @param {Rig} rig
  */
 function variablesOf({ components, signals, variables }) {

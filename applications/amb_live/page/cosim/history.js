@@ -1,11 +1,11 @@
-// Snapshots of a run, evenly spread from its beginning to now: the way back to any time is short, and memory has an end.
+// Snapshots of a run, evenly spaced from its beginning to now: few steps lead to any earlier time, and memory is limited.
 
 /**
- * A snapshot, and since when conditions have been met, see `stopping.js`.
+ * A snapshot, and the points since which conditions have been met, see `stopping.js`.
  * @typedef {{ snapshot: import("./assembly.js").Snapshot, since: number[] }} Moment
  */
 
-const MOST = 64; // moments, each of half a megabyte; then every second goes
+const MOST = 64; // moments of half a megabyte each; at this number, every second one is discarded
 
 export class History {
   /**
@@ -19,7 +19,7 @@ export class History {
     this.moments = []; // ascending
   }
 
-  /** Keep the present moment if its time has come. @param {readonly number[]} since */
+  /** Save the present moment if it is due. @param {readonly number[]} since */
   keep(since) {
     const { moments, every, assembly } = this, latest = moments.at(-1)?.snapshot.point ?? -Infinity;
     if (assembly.point < 0 || assembly.point <= latest || (assembly.point % every !== 0 && moments.length > 0)) { return; }
@@ -31,7 +31,7 @@ export class History {
     }
   }
 
-  /** Forget the moments after a point, and return the last that is left, if any. @param {number} point */
+  /** Discard the moments after a point, and return the last remaining one, if any. @param {number} point */
   backTo(point) {
     const { moments } = this;
     while (moments.length > 0 && moments[moments.length - 1].snapshot.point > point) {

@@ -1,4 +1,4 @@
-// Values from outside over time: changes at points, and ramps that are linear between points, as `cosim/basics/schedules.py` has them.
+// Values from outside over time: changes at points, and ramps that are linear between points, as in `cosim/basics/schedules.py`.
 
 /**
  * @typedef {object} Ramp
@@ -9,7 +9,7 @@
 
 /**
  * @typedef {object} Schedule
- * @property {Map<number, [position: number, value: number][]>} changes at points; of several, the last counts
+ * @property {Map<number, [position: number, value: number][]>} changes at points; the last of several applies
  * @property {Ramp[]} ramps
  * @property {number} stepSize s
  */
@@ -28,7 +28,7 @@ export function addChange({ changes }, point, position, value) {
 }
 
 /**
- * Hand the values that hold from a point on to `set`.
+ * Call `set` with the values that apply from a point on.
  * @param {Schedule} schedule
  * @param {number} point
  * @param {(position: number, value: number) => void} set

@@ -1,10 +1,10 @@
-// Conditions that end a run, as `cosim/system/stopping.py` has them: a signal has been above or below a limit for long enough.
+// Conditions that end a run, as in `cosim/system/stopping.py`: a signal has been above or below a limit for long enough.
 
 /**
  * Return the number of the first condition that is met at a point, or -1.
  * @param {readonly import("../protocol.js").StopCondition[]} conditions
  * @param {readonly number[]} positions of their signals
- * @param {number[]} since from which point on each may have been met; changed
+ * @param {number[]} since point since which each may have been met; modified
  * @param {Float64Array} values
  * @param {number} point
  */

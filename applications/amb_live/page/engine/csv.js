@@ -1,4 +1,4 @@
-// What is seen as CSV: a line of names with units, then a line for each sample.
+// Curves as CSV: a line of names with units, then a line for each sample.
 
 /** @param {readonly { name: string, unit: string, values: ArrayLike<number> }[]} columns of equal length */
 export function csvOf(columns) {

@@ -8,17 +8,17 @@
  * @param {UserChanges} userChanges
  */
 export function toHash(scenario, { settings, changes }) {
-  const said = Object.keys(settings.values ?? {}).length > 0 || settings.events === false || changes.length > 0;
-  const short = [settings.values ?? {}, settings.events !== false, changes.map(({ point, values, until }) => [point, values, until])];
-  const text = said ? String.fromCharCode(...new TextEncoder().encode(JSON.stringify(short))) : "";
-  return encodeURIComponent(scenario) + (said ? `=${btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "")}` : "");
+  const isChanged = Object.keys(settings.values ?? {}).length > 0 || settings.events === false || changes.length > 0;
+  const compact = [settings.values ?? {}, settings.events !== false, changes.map(({ point, values, until }) => [point, values, until])];
+  const text = isChanged ? String.fromCharCode(...new TextEncoder().encode(JSON.stringify(compact))) : "";
+  return encodeURIComponent(scenario) + (isChanged ? `=${btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "")}` : "");
 }
 
 /**
- * Return what `toHash` made a hash of.
+ * Return the scenario and the changes of a hash by `toHash`.
  * @param {string} hash with or without `#`
  * @param {number} stepSize s
- * @throws {Error} if it is damaged
+ * @throws {Error} if the hash is damaged
  */
 export function fromHash(hash, stepSize) {
   const text = hash.replace(/^#/, ""), dot = text.indexOf("=");

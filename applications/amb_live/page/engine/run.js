@@ -1,4 +1,4 @@
-// A run of a rig: its FMU with the schedule of scenario and user, what it records, and the way back.
+// A run of a rig: its FMU with the schedule of scenario and user, the recorded points, and the snapshots to go back to.
 
 import { Assembly } from "../cosim/assembly.js";
 import { History } from "../cosim/history.js";
@@ -13,11 +13,11 @@ const NEVER = Infinity;
 
 export class Run {
   /**
-   * Start a run; it is then at its first point.
+   * Start a run at its first point.
    * @param {import("../protocol.js").Rig} rig
    * @param {import("../fmi/library.js").Library} library
    * @param {import("../protocol.js").Settings} settings
-   * @param {readonly Change[]} changes that take place when their time comes
+   * @param {readonly Change[]} changes, each made at its point
    */
   constructor(rig, library, settings, changes) {
     this.assembly = new Assembly(rig, library, settings.values);
@@ -30,12 +30,12 @@ export class Run {
     /** @type {import("../cosim/schedule.js").Schedule} */
     this.schedule = { changes: new Map(), ramps: [], stepSize: rig.stepSize };
     this.history = new History(this.assembly, Math.max(1, Math.round(HISTORY_STEP * rig.rate)));
-    this.arrived = rig.first - 1; // last point whose values have been set, to be recorded; a change there takes that back
+    this.arrived = rig.first - 1; // last point whose values have been set and can be recorded; a change there resets this
     this.completed = false; // whether the end of the scenario was reported
     this.stops = this.planned ? rig.stops : [];
     this.stopPositions = this.stops.map(({ signal }) => position.get(signal) ?? -1);
     this.since = this.stops.map(({ first }) => first); // see `conditionMet`
-    // with the last mode of contact of each
+    // each with its latest mode of contact
     this.sites = sites.map((name) => ({ site: name.slice(name.indexOf(".") + 1, -MODE.length), position: position.get(name) ?? 0, mode: 0 }));
     try {
       this.reschedule();
@@ -45,13 +45,13 @@ export class Run {
     }
   }
 
-  /** Free it. */
+  /** Free the FMU and all snapshots. */
   end() {
     this.history.backTo(-Infinity);
     this.assembly.close();
   }
 
-  /** Set what holds from the present point on, unless that was done; return whether it was not. */
+  /** Set the values that apply from the present point on; return false if this was already done. */
   arrive() {
     const { assembly } = this;
     if (this.arrived >= assembly.point) { return false; }
@@ -63,7 +63,7 @@ export class Run {
     return true;
   }
 
-  /** Return the condition that ends the run at the present point, if any; it then ends it no more. */
+  /** Return the text of the condition that ends the run at the present point, if any; it applies only once. */
   stopsBy() {
     const met = conditionMet(this.stops, this.stopPositions, this.since, this.assembly.values, this.assembly.point);
     if (met < 0) { return null; }
@@ -88,9 +88,9 @@ export class Run {
   }
 
   /**
-   * Take values for the coming step and what follows, if the FMU does: they are tried for a step first.
+   * Set values from the next step on, after a trial step that checks whether the FMU accepts them.
    * @param {Record<string, number>} values
-   * @throws {Error} if any is refused; nothing is changed then
+   * @throws {Error} if a value is rejected; nothing is changed then
    */
   change(values) {
     const { assembly, rig } = this, point = Math.max(assembly.point, 0);
@@ -111,7 +111,7 @@ export class Run {
   }
 
   /**
-   * Add a piece of a ramp of the speed, from now or from the end of the piece that runs, in place of those that were to come.
+   * Add a piece of a ramp of the speed, from now or from the end of the present piece, in place of planned ones.
    * @param {number} goal rad/s
    * @param {number} rate rad/s2
    * @param {number} longest steps of the piece
@@ -139,7 +139,7 @@ export class Run {
   }
 
   /**
-   * Return the value of a signal at a point, of a ramp in the future too.
+   * Return the value of a signal at a point, which may be in the future for a ramp.
    * @param {string} signal
    * @param {number} point
    */
@@ -149,7 +149,7 @@ export class Run {
   }
 
   /**
-   * Go back to the last snapshot before a point, from where steps lead to it. Changes from it on are forgotten unless `keepChanges`.
+   * Go back to the last snapshot at or before a point, from where steps lead to it. Changes from the point on are dropped unless `keepChanges`.
    * @param {number} point
    * @param {boolean} keepChanges
    */
@@ -165,7 +165,7 @@ export class Run {
     this.reschedule();
   }
 
-  /** Do a step with values on trial, and undo it. @param {Record<string, number>} values */
+  /** Do a trial step with values, and undo it. @param {Record<string, number>} values */
   tryOut(values) {
     const { assembly } = this, before = assembly.snapshot();
     try {
@@ -182,13 +182,13 @@ export class Run {
     return this.assembly.instance.log.splice(0).map(({ text }) => ({ component: this.componentOf(text), text }));
   }
 
-  /** Return the component that a message names first; empty if it names none. @param {string} text */
+  /** Return the first component in a message; empty without any. @param {string} text */
   componentOf(text) {
     const named = this.rig.components.map(({ name }) => ({ name, at: text.search(new RegExp(`\\b${name}[.:]`)) })).filter((item) => item.at >= 0);
     return named.sort((a, b) => a.at - b.at)[0]?.name ?? "";
   }
 
-  /** The points that the speed is linear between; none where it is constant. */
+  /** The points between which the speed is linear; none for a constant speed. */
   get speeds() {
     const position = this.assembly.position.get(SPEED);
     return this.schedule.ramps.find(({ value }) => value === position)?.points ?? [];
@@ -211,7 +211,7 @@ export class Run {
   }
 
   /**
-   * Let the ramp of a signal go on to a value; without a ramp, make it.
+   * Extend the ramp of a signal to a value; create the ramp if there is none.
    * @param {string} name
    * @param {number} point
    * @param {number} until
@@ -231,7 +231,7 @@ export class Run {
     ramp.points.push([until, value]);
   }
 
-  /** Return the position of a value from outside. @param {string} name */
+  /** Return the position of a free input or tunable parameter. @param {string} name */
   positionOf(name) {
     const position = this.assembly.position.get(name) ?? -1;
     if (position < 0 || position >= this.assembly.free.length) {

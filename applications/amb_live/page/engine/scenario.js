@@ -1,4 +1,4 @@
-// A run as a scenario in TOML, which `amb-cosim run` repeats: every value stands in it, whatever it came from.
+// A run as a scenario in TOML, which `amb-cosim run` repeats: it contains every value, of scenario and user.
 
 /** @typedef {import("../protocol.js").Rig} Rig */
 /** @typedef {import("../protocol.js").UserChanges} UserChanges */
@@ -86,7 +86,7 @@ function startValues(rig, values, variables) {
 }
 
 /**
- * Put events together that follow each other at a point and have the same label.
+ * Merge consecutive events at a point with the same label.
  * @param {{ point: number, label: string, role: string, values: Record<string, number> }[]} events
  */
 function merged(events) {
@@ -104,7 +104,7 @@ function merged(events) {
 }
 
 /**
- * Return the first input that a shared signal feeds; any other name as it is.
+ * Return the first input that a shared signal feeds; any other name unchanged.
  * @param {Rig} rig
  * @param {string} name
  */
@@ -128,7 +128,7 @@ function tables(kind, values, variables) {
 }
 
 /**
- * Return a value as its variable takes it.
+ * Return a value as TOML text of the variable's type.
  * @param {number} value
  * @param {Variable | undefined} variable
  */
@@ -138,7 +138,7 @@ function typed(value, variable) {
 }
 
 /**
- * Return a number such that TOML reads the same number, as a float.
+ * Return a number as TOML text of a float with the same value.
  * @param {number} value
  */
 function real(value) {

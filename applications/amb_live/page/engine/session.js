@@ -9,22 +9,22 @@ import { scenarioToml } from "./scenario.js";
 /** @typedef {import("../protocol.js").Answer} Answer */
 
 /**
- * What is being computed: up to a point, at a pace, displayed or not.
+ * A computation up to a point, at a pace, displayed or not.
  * @typedef {object} Course
  * @property {"settling" | "playing"} status
  * @property {number} to point; may be infinite
  * @property {number} pace simulated seconds in a second
- * @property {boolean} notifyAtEnd whether its end is answered
+ * @property {boolean} notifyAtEnd whether an answer reports its end
  */
 
 const SLICE = 8; // ms of work at a time
 const FRAME = 15; // ms between frames
 const PIECE = 0.1; // s, of a ramp of the speed
-const BATCH = 16; // most steps between two looks at the clock
+const BATCH = 16; // most steps between two readings of the clock
 const ENOUGH = 5; // ms of work between two measurements of the speed; clocks of browsers are coarse
-const BEHIND = 250; // ms that a course may be late before it gives them up
+const BEHIND = 250; // ms that a course may be late; a longer delay is not made up for
 
-/** A run, the course that computes it, and what of it no frame has displayed yet. Times `now` are in ms. */
+/** A run, the course that computes it, and samples and contacts that no frame has sent yet. Times `now` are in ms. */
 export class Session {
   /** @param {(answer: Answer, transfer?: ArrayBuffer[]) => void} post */
   constructor(post) {
@@ -34,9 +34,9 @@ export class Session {
     /** @type {Run | null} */
     this.present = null;
     /** @type {Course | null} */
-    this.course = null; // while it pauses
+    this.course = null; // null: paused
     this.failed = false;
-    this.start = { point: 0, now: 0 }; // of the course, or later if it fell behind
+    this.start = { point: 0, now: 0 }; // of the course; later if it fell behind
     /** @type {string[]} */
     this.watched = [];
     this.columns = new Int32Array(); // positions of the watched signals
@@ -46,8 +46,8 @@ export class Session {
     this.anew = false;
     this.userChangesUpdated = false;
     /** @type {{ goal: number, rate: number, until: number } | null} */
-    this.ramp = null; // of the speed that the user requested
-    this.measured = { speed: NaN, displayed: -Infinity, steps: 0, busy: 0 }; // `speed` as in frames, after so many steps in so many ms
+    this.ramp = null; // of the speed, as requested by the user
+    this.measured = { speed: NaN, displayed: -Infinity, steps: 0, busy: 0 }; // `speed` of frames; steps and ms since its last measurement
   }
 
   get run() {
@@ -61,7 +61,7 @@ export class Session {
   }
 
   /**
-   * Do what the page asks for.
+   * Handle a request of the page.
    * @param {Request} request
    * @param {number} now
    */
@@ -74,7 +74,7 @@ export class Session {
   }
 
   /**
-   * Compute for a slice of time, show what is new, and return whether more is to be computed at once.
+   * Compute for a slice of time, post new samples, and return whether the next slice is due at once.
    * @param {number} now
    * @param {() => number} clock
    */
@@ -113,7 +113,7 @@ export class Session {
   }
 
   /**
-   * Start a run in place of the present one, and settle.
+   * Replace the present run, and let the rotor settle.
    * @param {import("../protocol.js").Rig} rig
    * @param {import("../protocol.js").UserChanges} userChanges
    * @param {number} now
@@ -193,7 +193,7 @@ export class Session {
   }
 
   /**
-   * Change values from the present point on; if it was recorded, that is taken back.
+   * Change values from the present point on; a record of that point is removed.
    * @param {Record<string, number>} values
    */
   change(values) {
@@ -205,7 +205,7 @@ export class Session {
   }
 
   /**
-   * Go to a speed in pieces, so that the way can change.
+   * Go to a speed by short ramps, so that the target can change on the way.
    * @param {number} speed rad/s
    * @param {number} acceleration rad/s2
    */
@@ -225,7 +225,7 @@ export class Session {
     this.userChangesUpdated = true;
   }
 
-  /** Do a step, and what comes before it. @param {Course} course */
+  /** Do a step, after recording the present point. @param {Course} course */
   advance(course) {
     const { run, ramp } = this;
     if (ramp && ramp.until <= run.assembly.point) {
@@ -310,7 +310,7 @@ export class Session {
   }
 
   /**
-   * Note how fast it is.
+   * Update the measured speed of the simulation.
    * @param {number} begin point
    * @param {number} taken ms
    */

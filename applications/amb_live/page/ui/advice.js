@@ -1,14 +1,14 @@
-// Which control works where the chosen control does not.
+// Advice on a choice of control that will not work, and which choice will.
 
 import { matching, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
 export const AWARE = "Contact-aware";
-const LASTING = 0.2; // s in contact, from which on it lasts
+const LASTING = 0.2; // s in contact, after which contact is sustained
 
 /**
- * Return whether all amplifiers are off; not of a machine without any.
+ * Return whether all amplifiers are off; false for a machine without amplifiers.
  * @param {Session} session
  */
 export function isOff(session) {
@@ -25,9 +25,9 @@ export function touched(session) {
 }
 
 /**
- * Return how long the rotor has been in contact somewhere, apart from moments between impacts; 0 if it is free.
+ * Return how long (s) the rotor has been in contact at any site, regardless of gaps between impacts; 0 if it is free.
  * @param {Session} session
- * @param {number} [between] s, the longest moment between impacts
+ * @param {number} [between] s, the longest gap between impacts
  */
 export function contactTime({ contacts, time }, between = 0.05) {
   /** @type {Set<string>} */
@@ -43,10 +43,10 @@ export function contactTime({ contacts, time }, between = 0.05) {
 }
 
 /**
- * Return what to say to a choice of control that will not do what is hoped for, and the choice that does; null else.
+ * Return advice on a choice of control that will not work, with a choice that will; null if it works.
  * @param {Session} session
  * @param {string} chosen label of the choice
- * @param {readonly string[]} options labels of all
+ * @param {readonly string[]} options labels of all choices
  */
 export function advice(session, chosen, options) {
   const lasts = contactTime(session) > LASTING, offers = (/** @type {string} */ label) => options.includes(label) && label !== chosen;

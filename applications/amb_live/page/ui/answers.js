@@ -1,10 +1,10 @@
-// What the worker's answers say to the user.
+// Messages to the user for the worker's answers.
 
 import { download } from "./dom.js";
 import { addMessage, showFailure, showNotice } from "./messages.js";
 
 /**
- * Show what an answer says in words, and hand over what was saved.
+ * Show the message of an answer, and download a saved scenario.
  * @param {import("../protocol.js").Answer} answer
  */
 export function showAnswer(answer) {

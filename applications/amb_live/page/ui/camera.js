@@ -1,4 +1,4 @@
-// From places in the rig to the screen. Rig coordinates: z along the shaft, u to the right and v up as seen from the motor.
+// Projection of points of the rig to the screen. Rig coordinates: z along the shaft, u to the right and v up as seen from the motor.
 
 /**
  * @typedef {object} Camera
@@ -9,11 +9,11 @@
  * @property {readonly [number, number]} centre of the screen (pixels)
  */
 
-/** A place on the screen, and how far it is behind the middle (m).
+/** A point on the screen, and its distance behind the middle (m).
  * @typedef {[x: number, y: number, depth: number]} Projected */
 
 /**
- * Return what projects a place (z from the middle of the shaft, u, v; m) to the screen, in weak perspective.
+ * Return a function that projects a point (z from the middle of the shaft, u, v; m) to the screen, in weak perspective.
  * @param {Camera} camera
  * @returns {(z: number, u: number, v: number) => Projected}
  */
@@ -38,7 +38,7 @@ export function turned(camera, yaw, pitch) {
 }
 
 /**
- * Return a camera that shows a shaft whole: the box around it fills the screen.
+ * Return a camera that shows the whole shaft: the box around it fills the screen.
  * @param {Camera} camera
  * @param {number} length of the shaft (m)
  * @param {number} reach largest radius of what is drawn (m)

@@ -1,8 +1,8 @@
-// A canvas that is as sharp as the screen, and knows its size in CSS pixels.
+// A canvas with the resolution of the screen, and its size in CSS pixels.
 
 /** @typedef {ReturnType<typeof surfaceOf>} Surface */
 
-/** Sizes that were measured, so that drawing does not ask for the layout. @type {WeakMap<Element, { width: number, height: number }>} */
+/** Measured sizes, so that drawing does not trigger a layout. @type {WeakMap<Element, { width: number, height: number }>} */
 const sizes = new WeakMap();
 /** @type {ResizeObserver | null} */
 let observer = null;

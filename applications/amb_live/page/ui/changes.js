@@ -1,4 +1,4 @@
-// Changes by hand: what holds at once, what waits for a new start, and how a control says which.
+// Changes by the user: which take effect at once, which at the next reset, and the badge that says so.
 
 import { make } from "./dom.js";
 import { effectOf, settingOf } from "./session.js";
@@ -6,7 +6,7 @@ import { effectOf, settingOf } from "./session.js";
 /** @typedef {import("./session.js").Session} Session */
 
 /**
- * What the controls ask for.
+ * Functions that the controls call.
  * @typedef {object} Changes
  * @property {(values: Record<string, number>) => void} set at once
  * @property {(values: Record<string, number>) => void} plan for the next start
@@ -16,12 +16,12 @@ import { effectOf, settingOf } from "./session.js";
  * @property {() => Readonly<Record<string, number>>} planned
  */
 
-/** Updates a control from what holds. @typedef {(session: Session) => void} Update */
+/** Updates a control from the present values. @typedef {(session: Session) => void} Update */
 
-/** A control: what is in the panel, and what updates it. @typedef {{ element: HTMLElement, update: Update }} Control */
+/** A control: its element in the panel, and the function that updates it. @typedef {{ element: HTMLElement, update: Update }} Control */
 
 /**
- * Send values: those of fixed parameters wait for a new start, with all that belongs to them; others hold at once.
+ * Send values. If any is a fixed parameter that changes, all wait for the next reset; otherwise they apply at once.
  * @param {Session} session
  * @param {Changes} changes
  * @param {Record<string, number>} values

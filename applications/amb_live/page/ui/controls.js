@@ -1,4 +1,4 @@
-// The panel of controls: each shows what holds, sends what is changed, and says when that takes effect.
+// The panel of controls: each shows the present value, sends changes, and says when they take effect.
 
 import { advice, contactTime } from "./advice.js";
 import { apply, effectBadge } from "./changes.js";
@@ -13,7 +13,7 @@ import { effectOf, matching, settingOf } from "./session.js";
 /** @typedef {import("./changes.js").Update} Update */
 
 /**
- * Fill the panel, and return what updates it.
+ * Fill the panel, and return the function that updates it.
  * @param {HTMLElement} panel
  * @param {Session} session
  * @param {Changes} changes
@@ -47,7 +47,7 @@ function makeControl(session, control, changes) {
 }
 
 /**
- * Return what a variable will be: as planned for the next start, or as it is.
+ * Return the value of a variable: planned for the next reset, or else the present one.
  * @param {Session} session
  * @param {Changes} changes
  * @param {string} name
@@ -80,7 +80,7 @@ function makePair(session, control, changes) {
 }
 
 /**
- * Return the slider and the field of a number, and what updates them.
+ * Return the slider and the field of a number, and the function that updates them.
  * @param {Session} session
  * @param {import("./declared.js").Slider} control
  * @param {Changes} changes

@@ -1,4 +1,4 @@
-// What Python put into the page: scenarios, and once what several of them share.
+// The data of the page, written by Python: scenarios, with shared parts once.
 
 import { byId } from "./dom.js";
 
@@ -7,7 +7,7 @@ import { byId } from "./dom.js";
 /** @typedef {import("../protocol.js").Parts} Parts */
 
 /**
- * Scenarios whose components name their variables by a key.
+ * Scenarios whose components refer to their variables by a key.
  * @typedef {object} Described
  * @property {string} documentation address of the documentation; empty without any
  * @property {(Omit<Rig, "components"> & { components: (Omit<Component, "variables"> & { variables: string })[] })[]} rigs
@@ -20,14 +20,14 @@ import { byId } from "./dom.js";
  * @property {Record<string, string>} parts packed
  */
 
-/** Read what is in the page. */
+/** Read the data of the page. */
 export async function readPageData() {
   const { described, parts } = JSON.parse(byId("data", HTMLScriptElement).text);
   return { described: JSON.parse(new TextDecoder().decode(await unpacked(described))), parts };
 }
 
 /**
- * Return a scenario of the page; the first if it has none of that name.
+ * Return a scenario of the page; the first if the name is unknown.
  * @param {PageData} data
  * @param {string} scenario
  */
@@ -46,7 +46,7 @@ export async function partsOf({ parts }, rig) {
 }
 
 /**
- * Return the bytes that Python packed: base64 of what gzip made of them.
+ * Return the bytes of a text by Python: base64 of gzip.
  * @param {string} text
  */
 export async function unpacked(text) {

@@ -1,4 +1,4 @@
-// What can be changed by hand, and in which units: declared once, for the rotor that the rig has.
+// The controls of a rig, with their variables and units.
 
 import { roomFor } from "./charts.js";
 import { matching } from "./session.js";
@@ -46,7 +46,7 @@ import { matching } from "./session.js";
  */
 
 /**
- * Return the groups of controls of a rig, without those that its components do not have.
+ * Return the groups of controls of a rig, without controls of variables that its components lack.
  * @param {Session} session
  */
 export function declaredGroups(session) {
@@ -116,7 +116,7 @@ function largestUnbalance({ rig }) {
 }
 
 /**
- * The choice of a controller; what it must set that only a new start can is marked so where it is displayed.
+ * Return the choice of a controller.
  * @param {Session} session
  * @returns {Choice}
  */

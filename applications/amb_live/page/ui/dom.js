@@ -1,7 +1,7 @@
-// Elements of the page, looked up and made.
+// Functions that look up and create elements of the page.
 
 /**
- * Return the element with an id; the page has it, or is wrong.
+ * Return the element with an id.
  * @template {HTMLElement} T
  * @param {string} id
  * @param {new () => T} kind
@@ -33,7 +33,7 @@ export function make(tag, attributes = {}, children = []) {
 }
 
 /**
- * Return a text with its indices (`_x`) and exponents (`^{x}`) set as such.
+ * Return a text as nodes, with indices (`_x`) and exponents (`^{x}`) as elements.
  * @param {string} text
  */
 export function typeset(text) {
@@ -44,7 +44,7 @@ export function typeset(text) {
 }
 
 /**
- * Set an element's text if it is another; the page does less that way.
+ * Set an element's text if it differs, which avoids needless redrawing.
  * @param {HTMLElement} element
  * @param {string} text
  */

@@ -1,4 +1,4 @@
-// What happens, in words: contact that begins, rolls and ends, events of the scenario, limits that are reached.
+// Messages on what happens: contact that begins, rolls and ends, events of the scenario, limits that are reached.
 
 import { quantityText } from "./format.js";
 import { valueOf } from "./session.js";
@@ -8,10 +8,10 @@ import { valueOf } from "./session.js";
 /** Something that happened. @typedef {{ time: number, text: string }} Notice */
 
 /**
- * What was reported so far.
+ * State of the reports so far.
  * @typedef {object} Narrator
- * @property {number} time s, up to which all is reported
- * @property {number} seen contacts that were looked at
+ * @property {number} time time up to which everything is reported (s)
+ * @property {number} seen number of contact events processed
  * @property {Map<string, { mode: number, since: number, reported: number }>} sites present mode of each, since when, and the mode reported last
  * @property {number} limited time at which currents were at their limit last (s)
  */
@@ -25,7 +25,7 @@ export function newNarrator() {
 }
 
 /**
- * Return what happened since the last call. After a way back in time it is reported anew.
+ * Return notices of what happened since the last call. After going back in time, events are reported again.
  * @param {Narrator} narrator
  * @param {Session} session
  */
@@ -38,7 +38,7 @@ export function narrate(narrator, session) {
 }
 
 /**
- * Take the contacts up to the present as reported.
+ * Mark the contacts up to the present as reported.
  * @param {Narrator} narrator
  * @param {Session} session
  */
@@ -99,7 +99,7 @@ function planned({ rig, userChanges, time, variables }, after) {
 }
 
 /**
- * Return a value as people write it: an unbalance in g m or g mm.
+ * Return a value with its unit: an unbalance in g m or g mm.
  * @param {number} value
  * @param {string} unit
  */

@@ -1,4 +1,4 @@
-// Three guided experiments: what to do, how the page knows that it was done, and what to say of what came of it.
+// Three guided experiments: for each step the instruction, the test whether it is done, and the remark on the result.
 
 import { contactTime, isOff, touched } from "./advice.js";
 import { numberText, quantityText } from "./format.js";
@@ -8,17 +8,17 @@ import { matching, settingOf, valueOf } from "./session.js";
 /** @typedef {import("./session.js").Session} Session */
 
 /**
- * What an experiment has noted since its step began.
+ * Observations since the step of an experiment began.
  * @typedef {object} Notes
  * @property {number} began s
  * @property {number} reach largest displacement over clearance
  * @property {number} force largest contact force (N)
  * @property {boolean} touched
- * @property {number} since s, from when on what is waited for holds without a break; NaN while it does not
+ * @property {number} since time since which the condition holds without a break (s); NaN while it does not
  */
 
 /**
- * A step: what is awaited, whether it is so now, for how long it must be (s), and the remark when it was.
+ * A step: its instruction, its condition, for how long the condition must hold (s), and the remark afterwards.
  * @typedef {object} Step
  * @property {(session: Session) => string} say
  * @property {(session: Session, notes: Notes) => boolean} isSo
@@ -26,7 +26,7 @@ import { matching, settingOf, valueOf } from "./session.js";
  * @property {(session: Session, notes: Notes) => string} remark
  */
 
-/** `suits`: the scenario does it by itself. @typedef {{ title: string, suits: boolean, steps: Step[] }} Experiment */
+/** `suits`: whether the scenario performs it by itself. @typedef {{ title: string, suits: boolean, steps: Step[] }} Experiment */
 
 const places = (/** @type {readonly string[]} */ names) => names.map((name) => name.toUpperCase()).join(" and ");
 const percent = (/** @type {number} */ share) => `${numberText(100 * share, 2)} %`;
@@ -42,7 +42,7 @@ export function newNotes(now) {
 }
 
 /**
- * Note what happens, and return whether a step is done.
+ * Update the observations, and return whether a step is done.
  * @param {Step} step
  * @param {Notes} notes
  * @param {Session} session

@@ -1,4 +1,4 @@
-// Numbers as people read them: four digits, a prefix of the unit, a true minus sign.
+// Numbers as text: four digits, a prefix of the unit, a true minus sign.
 
 const PREFIXES = /** @type {const} */ ([[1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]]);
 
@@ -59,7 +59,7 @@ export function clockText(seconds) {
 }
 
 /**
- * Return how fast the simulation runs, as people say it.
+ * Return the pace of the simulation as text.
  * @param {number} factor simulated over real time
  */
 export function factorText(factor) {

@@ -1,4 +1,4 @@
-// The panel of guided experiments: it says what to do, waits for it, and remarks on what came of it.
+// The panel of guided experiments: it shows what to do, waits until it is done, and comments on the result.
 
 import { make, setText } from "./dom.js";
 import { experimentsOf, follow, newNotes } from "./experiments.js";
@@ -6,11 +6,11 @@ import { experimentsOf, follow, newNotes } from "./experiments.js";
 /** @typedef {import("./session.js").Session} Session */
 
 /**
- * Fill the panel, and return what updates it.
+ * Fill the panel, and return the function that updates it.
  * @param {HTMLElement} panel
  * @param {Session} session
- * @param {Progress} progress where the user is, which outlives the view
- * @param {() => void} run what runs the scenario unless it does
+ * @param {Progress} progress progress of the user, which outlives the view
+ * @param {() => void} run function that runs the scenario if it is paused
  * @returns {import("./changes.js").Update}
  */
 export function makeGuide(panel, session, progress, run) {

@@ -10,7 +10,7 @@ import { make } from "./dom.js";
  */
 
 /**
- * Listen to shortcuts, except while something is typed or held, and list them in the help.
+ * Listen to shortcuts, except during text input and in an open dialog, and list them in the help.
  * @param {HTMLElement} help
  * @param {readonly Shortcut[]} paces
  */

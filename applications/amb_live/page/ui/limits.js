@@ -14,8 +14,8 @@ export function currentLimits(session) {
 }
 
 /**
- * Return limits in words: each once, and ± where both signs have the same.
- * @param {string} name of them
+ * Return limits as text: each once, with ± where both signs occur.
+ * @param {string} common name
  * @param {readonly number[]} limits in the displayed unit
  */
 export function limitsText(name, limits) {

@@ -1,4 +1,4 @@
-// The page: it starts a worker for a scenario, shows what it computes, and passes on what the user does.
+// The page: it starts a worker for a scenario, shows the computed motion, and sends the worker the user's changes.
 
 import { fromHash, toHash } from "../engine/link.js";
 import { showAnswer } from "./answers.js";
@@ -27,7 +27,7 @@ import { chooseWindow, makeView } from "./view.js";
 const UNTOUCHED = { settings: {}, changes: [] };
 
 /**
- * Open the page with what is in it.
+ * Open the page with its data.
  * @param {import("./data.js").PageData} data
  */
 function open(data) {
@@ -54,7 +54,7 @@ function open(data) {
     () => { planned = {}; tellPending(); });
 
   /**
-   * Start a scenario, with what was done if a link says so.
+   * Start a scenario, with the changes of a link, if any.
    * @param {string} scenario
    * @param {UserChanges} [userChanges]
    */
@@ -94,7 +94,7 @@ function open(data) {
     showAnswer(answer);
   }
 
-  /** Make the view anew, in the colours that are in force. */
+  /** Make the view again, in the present colours. */
   function rebuild() {
     palette = readPalette();
     wake();
@@ -105,14 +105,14 @@ function open(data) {
     }
   }
 
-  /** Go on as the user wants, now that the rotor has settled. */
+  /** Run or stay paused as the user chose, once the rotor has settled. */
   function begin() {
     waits = false;
     if (sitesShown() !== sitesOfView) { rebuild(); }
     if (plays) { send({ type: "play", pace: transport.pace() }); }
   }
 
-  /** Start anew as the controls stand. */
+  /** Restart with the present settings of the controls. */
   function reset() {
     const { settings, changes: done } = session.userChanges;
     restart({ ...settings, values: { ...settings.values, ...lasting(done), ...planned } });
@@ -149,7 +149,7 @@ function open(data) {
     go: (time, keep) => { showFailure(""); seeker.go(time, keep); },
   }, () => session);
 
-  /** Start what the address holds, or the first scenario. */
+  /** Start the scenario in the address, or the first one. */
   function start() {
     try {
       const { scenario, userChanges } = fromHash(location.hash, session.rig.stepSize);
@@ -185,7 +185,7 @@ function open(data) {
 }
 
 /**
- * Return what the page says of itself.
+ * Return version and source of the page as text.
  * @param {import("../protocol.js").Rig} rig
  */
 function originOf(rig) {

@@ -1,4 +1,4 @@
-// What the page says in words: a failure, a notice that goes by itself, what waits for a new start, and what happened.
+// Messages of the page: a failure, a notice that disappears, changes that wait for a reset, and events.
 
 import { byId, make, setText } from "./dom.js";
 
@@ -8,7 +8,7 @@ const MOST = 30; // messages that are stored
 let noticeEnds = 0;
 
 /**
- * Show what failed or was refused, in plain sight.
+ * Show why something failed or was refused.
  * @param {string} text empty for nothing
  */
 export function showFailure(text) {
@@ -25,14 +25,14 @@ export function showNotice(text) {
   noticeEnds = performance.now() + READ;
 }
 
-/** Take a notice away after long enough. @param {number} now ms */
+/** Hide a notice after its time. @param {number} now ms */
 export function endNotice(now) {
   if (now > noticeEnds) { byId("notice", HTMLElement).hidden = true; }
 }
 
 /**
- * Add what happened, or what an FMU logged, to the list of messages, the newest first; some are known only later.
- * @param {string} source the component, or when
+ * Add an event, or a message of an FMU, to the list, the latest first; some arrive late.
+ * @param {string} source the component, or the time
  * @param {string} text
  * @param {number} time s
  */
@@ -43,7 +43,7 @@ export function addMessage(source, text, time) {
   while (list.children.length > MOST) { list.lastElementChild?.remove(); }
 }
 
-/** Forget what happened, or only what happened after a time. @param {number} [after] s */
+/** Remove all messages, or only those after a time. @param {number} [after] s */
 export function clearMessages(after = -Infinity) {
   for (const item of [...byId("log", HTMLOListElement).children]) {
     if (item instanceof HTMLElement && Number(item.dataset.time) > after) { item.remove(); }
@@ -51,7 +51,7 @@ export function clearMessages(after = -Infinity) {
 }
 
 /**
- * Say what waits for a new start; nothing without a name.
+ * Show which changes wait for a reset; hidden without names.
  * @param {readonly string[]} names of fixed parameters
  * @param {() => void} reset
  * @param {() => void} forget
