@@ -1,8 +1,8 @@
-// What engine and page say to each other: the JSON of a rig, and the messages of the worker. Types alone, no code.
+// The interface of engine and page: the JSON of a rig, and the messages of the worker. Only types, no code.
 //
 // Variables are called `component.variable`, a shared signal by its name (`Omega`), as in scenarios. Values are numbers in
 // the unit of the variable; a Boolean is 0 or 1, an Enumeration its number. Points are integers: communication point n is
-// at the time n * stepSize, 0 the beginning of cycle 0, and what comes before it lets the rotor settle.
+// at the time n * stepSize, 0 is the beginning of cycle 0, and the rotor settles before it.
 
 // The rig --------------------------------------------------------------------------------------------------------------
 
@@ -17,7 +17,7 @@
  * @property {string} unit empty without
  * @property {number | null} min
  * @property {number | null} max
- * @property {number | null} start what the FMU starts with if nothing is set; null of outputs
+ * @property {number | null} start start value if nothing is set; null of outputs
  * @property {string} description
  * @property {Record<string, number>} [items] values of an Enumeration by name
  */
@@ -29,7 +29,7 @@
  * @property {string} model
  * @property {string} guid of the FMU of the model; components with the same have the same variables
  * @property {Variable[]} variables
- * @property {Record<string, number>} parameters values that it starts with, where they differ from its start values
+ * @property {Record<string, number>} parameters initial values that differ from the model's start values
  */
 
 /**
@@ -62,7 +62,7 @@
  */
 
 /**
- * What is drawn. Lengths in m; z along the shaft. `shape` turns what the sensors show into the deflected shaft: the
+ * Data of the drawings. Lengths in m; z along the shaft. `shape` gives the deflected shaft from displacements of sensors: the
  * displacement of node k is the sum over j of shape.rows[k][j] times the displacement at place j.
  * @typedef {object} Geometry
  * @property {{ z: number, radius: number }[]} nodes of the shaft, from its left end; `radius` of the element that begins at the node
@@ -82,13 +82,13 @@
  * @property {string} bearing that it protects; empty for a bush
  * @property {number} z
  * @property {number} radius of the journal
- * @property {number} clearance as it starts; the parameter `rotor_contact.<name>.clearance` is what holds
+ * @property {number} clearance at the start; the parameter `rotor_contact.<name>.clearance` has the present one
  * @property {string} x
  * @property {string} y
  */
 
 /**
- * A scenario with all that it needs to run, but for `Parts`.
+ * A scenario with everything that is required to run it, except `Parts`.
  * @typedef {object} Rig
  * @property {1} format
  * @property {string} version of amb-cosim
@@ -121,13 +121,13 @@
 /** Bytes by key: the modules and the constants of the FMUs. Rigs of a system and rotor share them.
  * @typedef {Record<string, Uint8Array>} Parts */
 
-// What was done --------------------------------------------------------------------------------------------------------
+// Changes by the user --------------------------------------------------------------------------------------------------
 
 /**
- * What the user starts with in place of the scenario's values.
+ * Start values of the user in place of the scenario's.
  * @typedef {object} Settings
  * @property {Record<string, number>} [values] of parameters, inputs and signals (`Omega`)
- * @property {boolean} [events] whether the scenario's events, ramps and stops take place; they do by default
+ * @property {boolean} [events] whether the scenario's events, ramps and stops take place; default: yes
  */
 
 /**
@@ -140,7 +140,7 @@
  */
 
 /**
- * All that distinguishes the run from the scenario; what links and saved scenarios hold.
+ * All differences of the run from the scenario; the content of links and saved scenarios.
  * @typedef {object} UserChanges
  * @property {Settings} settings
  * @property {Change[]} changes in order of time
@@ -155,18 +155,18 @@
  * Compile the modules, start, settle, and stop at point 0. `userChanges` of a link or another page is done again: its settings hold
  * from the start, and its changes take place when their time comes. `watched` are the signals of frames, all by default.
  *
- * @typedef {{ type: "play", pace: number }} Play simulated seconds in a second; Infinity is as fast as it goes
+ * @typedef {{ type: "play", pace: number }} Play simulated seconds in a second; Infinity: as fast as possible
  * @typedef {{ type: "pause" }} Pause
  * @typedef {{ type: "step" }} Step do a communication step, then pause
- * @typedef {{ type: "run", to: number }} Run compute up to a time (s) as fast as it goes, then pause
- * @typedef {{ type: "reset", settings?: Settings }} Reset start anew; settings are those of before by default
+ * @typedef {{ type: "run", to: number }} Run compute up to a time (s) as fast as possible, then pause
+ * @typedef {{ type: "reset", settings?: Settings }} Reset start anew; default: the present settings
  * @typedef {{ type: "set", values: Record<string, number> }} Set inputs, signals and tunable parameters; if any is refused, none is
  * set
  * @typedef {{ type: "speed", speed: number, acceleration: number }} Speed go to a speed (rad/s) at a rate (rad/s2), as speed
  * points do: a change on the way begins at the end of the piece of 0.1 s that runs
  * @typedef {{ type: "push", disc: string, force: [number, number] }} Push force (N) on a disc until the next push of it
  * @typedef {{ type: "rewind", time: number, keep?: boolean }} Rewind go back to a time (s), and pause; changes after it
- * are forgotten unless `keep`, when they take place again
+ * are dropped unless `keep`, which repeats them
  * @typedef {{ type: "save", name: string, description?: string }} Save ask for `saved`: the run up to now as a scenario
  *
  * @typedef {Load | Play | Pause | Step | Run | Reset | Set | Speed | Push | Rewind | Save} Request
@@ -184,7 +184,7 @@
  */
 
 /**
- * About 60 times a second while it runs, and once after each request that changes what is seen.
+ * Sent about 60 times a second during a run, and once after each request that changes the picture.
  * @typedef {object} Frame
  * @property {"frame"} type
  * @property {number} point
@@ -195,7 +195,7 @@
  * @property {Float64Array} rows since the last frame, row by row: time (s), then a column for each watched signal
  * @property {Float64Array} values newest values of all signals, in the order of `Ready.signals`
  * @property {ContactEvent[]} contacts since the last frame
- * @property {number} speed simulated seconds in a second that it can do
+ * @property {number} speed largest possible pace (simulated seconds in a second)
  */
 
 /**

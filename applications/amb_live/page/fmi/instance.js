@@ -1,16 +1,16 @@
-// An instance of an FMU in FMI 2.0: values by lists of references, steps, saved states. FMI functions are called here alone.
+// An instance of an FMU in FMI 2.0: values by lists of references, steps, saved states. Only this module calls FMI functions.
 
 import { newText, textAt } from "./library.js";
 
 /** @typedef {import("../protocol.js").Variable} Variable */
 
 const STATUS = ["OK", "Warning", "Discard", "Error", "Fatal", "Pending"];
-const WARNING = 1; // the highest status with which a call has done its work
+const WARNING = 1; // highest status of a successful call
 const KINDS = /** @type {const} */ (["Real", "Integer", "Boolean"]);
 const CO_SIMULATION = 1;
 const MOST_MESSAGES = 100;
 
-/** A call that an FMU refused, in its words. */
+/** A call that failed, with the FMU's message. */
 export class FmuError extends Error {
   /**
    * @param {string} call
@@ -65,7 +65,7 @@ export class Instance {
     call.free(address);
   }
 
-  /** The memory, as numbers; views are empty after it has moved, as it does when it grows. */
+  /** The memory as numbers; views become empty when it grows, because it then moves. */
   get memory() {
     if (this.views.reals.length === 0) {
       const { buffer } = this.library.memory;
@@ -74,14 +74,14 @@ export class Instance {
     return this.views;
   }
 
-  /** Return an exchange of variables, in this order; those of the same type stand together. @param {readonly Variable[]} variables */
+  /** Return an exchange of variables, in this order; those of the same type must be adjacent. @param {readonly Variable[]} variables */
   exchange(variables) {
     const { call } = this.library;
     return KINDS.flatMap((kind) => {
       const members = variables.filter(({ type }) => type === kind), count = members.length;
       if (count === 0) { return []; }
       const first = variables.indexOf(members[0]);
-      if (members.some((item, k) => item !== variables[first + k])) { throw new Error("variables of one type must stand together"); }
+      if (members.some((item, k) => item !== variables[first + k])) { throw new Error("variables of the same type must be adjacent"); }
       const [references, at] = [call.malloc(4 * count), call.malloc(8 * count)];
       this.memory.integers.set(members.map(({ reference }) => reference), references >> 2);
       return [{ get: call[`fmi2Get${kind}`], references, at, count, real: kind === "Real", first }];
@@ -157,7 +157,7 @@ export class Instance {
   }
 
   /**
-   * Call a function with the address of a state, and return the state that is then there.
+   * Call a function with the address of a state, and return the state at that address afterwards.
    * @param {number} state
    * @param {"fmi2GetFMUstate" | "fmi2FreeFMUstate"} name
    */
@@ -171,7 +171,7 @@ export class Instance {
   }
 
   /**
-   * Throw what the FMU said if it refused a call.
+   * Throw the FMU's message if a call failed.
    * @param {string} call
    * @param {number} status
    */

@@ -1,7 +1,7 @@
 // A compiled FMU, as `amb-cosim build --platform wasm32` writes it: its functions, its memory, and the logger it calls.
 //
-// It imports nothing but the files of WASI, and opens none: its data arrive as a data URI. A host's logger must be a
-// function of WebAssembly; a module of a few bytes makes one of a function of JavaScript.
+// It imports only the file functions of WASI, and opens no file: its data arrive as a data URI. A host's logger must be a
+// function of WebAssembly; a module of a few bytes makes one from a function of JavaScript.
 
 /** @typedef {(...args: number[]) => number} Call */
 
@@ -64,7 +64,7 @@ function addFunction(table, logger) {
 }
 
 /**
- * Return the text that ends with a zero at an address; empty at address 0.
+ * Return the zero-terminated text at an address; empty at address 0.
  * @param {WebAssembly.Memory} memory
  * @param {number} address
  */

@@ -4,14 +4,14 @@ import { arrow } from "./canvas.js";
 import { faded } from "./palette.js";
 
 /**
- * What an orbit view shows. Lengths in m, forces in N.
+ * The content of an orbit view. Lengths in m, forces in N.
  * @typedef {object} OrbitScene
  * @property {number} clearance
  * @property {number} span half the width of the view
  * @property {number} rotation angle of the x axis on the screen, from the right, counter-clockwise (rad)
  * @property {Float32Array} x displacement from the centre of the clearance, oldest first
  * @property {Float32Array} y
- * @property {Float32Array} arcs largest normal force of late in each of equal sectors, from x towards y
+ * @property {Float32Array} arcs largest recent normal force in each of equal sectors, from x towards y
  * @property {number} f_n
  * @property {number} f_t
  * @property {boolean} touching
@@ -23,7 +23,7 @@ const TRAIL_PIECES = 28;
 const FULL_FORCE = 4000; // N, an arc or arrow of full size
 
 /**
- * Return the half-width of a view that shows the clearance and what lies beyond it.
+ * Return the half-width (m) of a view that shows the clearance and the orbit.
  * @param {number} clearance m
  * @param {Float32Array} x m
  * @param {Float32Array} y m
@@ -35,7 +35,7 @@ export function spanOf(clearance, x, y) {
 }
 
 /**
- * Return the largest normal force in each of equal sectors of the clearance circle, those passed between samples too.
+ * Return the largest normal force in each of equal sectors of the clearance circle, including sectors passed between samples.
  * @param {Float32Array} x m
  * @param {Float32Array} y m
  * @param {Float32Array} force N
@@ -47,7 +47,7 @@ export function contactArcs(x, y, force, sectors) {
   for (let k = 0; k < force.length; k++) {
     if (force[k] > 0) {
       const last = sectorAt(k), first = k > 0 && force[k - 1] > 0 ? sectorAt(k - 1) : last;
-      const way = (((last - first) % sectors) + 1.5 * sectors) % sectors - 0.5 * sectors; // the short way round, where it slid
+      const way = (((last - first) % sectors) + 1.5 * sectors) % sectors - 0.5 * sectors; // the shorter way round
       for (let step = 0; step <= Math.abs(way); step++) {
         const sector = (((first + Math.sign(way) * step) % sectors) + sectors) % sectors;
         arcs[sector] = Math.max(arcs[sector], force[k]);
@@ -58,7 +58,7 @@ export function contactArcs(x, y, force, sectors) {
 }
 
 /**
- * Return the place in the view, in the rotor's axes, of a point of the canvas.
+ * Return the displacement in the rotor's axes at a point of the canvas.
  * @param {number} px pixels from the left
  * @param {number} py pixels from the top
  * @param {number} width

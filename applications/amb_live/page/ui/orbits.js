@@ -1,4 +1,4 @@
-// The panel of orbits: a view for each retainer and for each bush that the rotor can touch, and the push by hand.
+// The panel of orbits: a view for each retainer and bush that the rotor can touch, in which the user can push it.
 
 import { surfaceOf } from "./canvas.js";
 import { make, setText } from "./dom.js";
@@ -11,7 +11,7 @@ const SECTORS = 120;
 const REVOLUTIONS = 3; // of a trail
 const LONGEST = 0.5; // s of a trail
 const USUAL_PUSH = 1000; // N for a drag of a clearance, where the stiffness of the bearings is unknown
-const STRONGER = 1.3; // than what the stiffness of a bearing holds at the clearance
+const STRONGER = 1.3; // push over the bearing's stiffness times the clearance
 /** @type {Record<string, [number, number]>} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
@@ -51,7 +51,7 @@ export function shownSites(session) {
 }
 
 /**
- * Return the disc nearest to a place, on which a push at it acts; empty without discs.
+ * Return the disc nearest to a position, on which a push there acts; empty without discs.
  * @param {import("../protocol.js").Geometry} geometry
  * @param {number} z m
  */
@@ -61,7 +61,7 @@ export function nearestDisc(geometry, z) {
 }
 
 /**
- * Return the push (N) for a drag of a clearance: a little more than the bearings hold, in steps of 1, 2 and 5.
+ * Return the push (N) for a drag of one clearance: a little above the stiffness force of the bearings, in steps of 1, 2 and 5.
  * @param {Session} session
  */
 export function pushScale(session) {

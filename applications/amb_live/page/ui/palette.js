@@ -1,4 +1,4 @@
-// Colours of the drawings, taken from the style sheet, so that dark and light are decided in a single place.
+// Colours of the drawings, taken from the style sheet, which alone decides between dark and light.
 
 /**
  * @typedef {object} Palette
@@ -17,7 +17,7 @@
 const SERIES = ["--series-1", "--series-2", "--series-3", "--series-4", "--series-5", "--series-6"];
 
 /**
- * Read the palette that is in force.
+ * Read the present palette.
  * @param {Element} [element]
  */
 export function readPalette(element = document.documentElement) {
@@ -30,7 +30,7 @@ export function readPalette(element = document.documentElement) {
 }
 
 /**
- * Return which colour a contact site has: that of the bearing that it protects, or another after those.
+ * Return the colour of a contact site: that of the bearing that it protects, or one after those of the bearings.
  * @param {Pick<import("../protocol.js").Geometry, "bearings" | "sites">} geometry
  * @param {import("../protocol.js").Site} site
  * @returns {number} index into `series`

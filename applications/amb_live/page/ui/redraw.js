@@ -1,16 +1,16 @@
-// When the page is drawn: for a while after anything was heard of the worker or of the user.
+// When the page is drawn: for a while after any answer of the worker or action of the user.
 
 const REDRAW_MS = 1000; // ms that the page is drawn after anything happened
 const EVENTS = ["pointerdown", "pointermove", "keydown", "input", "click", "resize", "scroll"];
 
 /**
- * Draw the page at every frame while anything happens; return what makes it draw for a while.
- * @param {() => number} heard how many answers of the worker were heard
+ * Draw the page at every frame while anything happens; return a function that lets it draw for a while.
+ * @param {() => number} heard number of answers of the worker so far
  * @param {(now: number) => void} draw
- * @param {(now: number) => void} always what is done at every frame
+ * @param {(now: number) => void} always called at every frame
  */
 export function startRedraw(heard, draw, always) {
-  let drawn = -1, rests = 0; // what was heard when it was drawn last, and when drawing may rest (ms)
+  let drawn = -1, rests = 0; // answers at the latest drawing, and when drawing may pause (ms)
 
   /** @param {number} now ms */
   function picture(now) {

@@ -1,16 +1,16 @@
-// Going to a time: requests in sequence, however fast the handle of the time line is dragged.
+// Going to a time: one request after another, however fast the handle of the time line is dragged.
 
 /** @typedef {import("./session.js").Session} Session */
 
 /**
  * @typedef {object} Seeker
- * @property {(time: number, keep: boolean) => void} go to a time (s); of those that come during a request the last counts
+ * @property {(time: number, keep: boolean) => void} go to a time (s); of several during a request, only the last is used
  * @property {() => void} heard call it after each answer of the worker
- * @property {() => void} drop forget where it was to go, as when something else is requested
+ * @property {() => void} drop forget the requested time, as when something else is requested
  */
 
 /**
- * Return what goes to times.
+ * Return a seeker.
  * @param {() => Session} current
  * @param {(request: import("../protocol.js").Request) => void} send
  */

@@ -1,7 +1,7 @@
-// Which elements are on the screen, without asking for the layout in each picture.
+// Which elements are on the screen, without a layout for each frame.
 
 /**
- * Return what tells whether an element is on the screen.
+ * Return a function that returns whether an element is on the screen.
  * @param {Element} element
  */
 export function whetherSeen(element) {

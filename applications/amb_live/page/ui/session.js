@@ -1,4 +1,4 @@
-// What the page knows of the run: the rig, the newest values, the samples of late, and when the rotor touched.
+// The state of the run in the page: the rig, the newest values, recent samples, and the contacts.
 
 import { Traces } from "./traces.js";
 
@@ -10,7 +10,7 @@ import { Traces } from "./traces.js";
  * @typedef {object} Session
  * @property {Rig} rig
  * @property {Map<string, Variable>} variables by `component.variable`
- * @property {Map<string, number>} columns where a signal stands in `values`
+ * @property {Map<string, number>} columns index of a signal in `values`
  * @property {Float64Array} values
  * @property {Traces} traces
  * @property {import("../protocol.js").ContactEvent[]} contacts
@@ -39,7 +39,7 @@ export function newSession(rig) {
 }
 
 /**
- * Take in what the worker says.
+ * Update a session with an answer of the worker.
  * @param {Session} session
  * @param {Answer} answer
  */
@@ -63,7 +63,7 @@ function absorbFrame(session, frame) {
   if (frame.anew) {
     const from = frame.from * session.rig.stepSize;
     session.traces.truncate(from - 0.5 * session.rig.stepSize);
-    session.contacts = session.contacts.filter((contact) => contact.point <= frame.from); // a step before led there
+    session.contacts = session.contacts.filter((contact) => contact.point <= frame.from); // a contact at `from` is of the step before
     if (from <= 0 || session.traces.count === 0) { session.reached = frame.time; }
   }
   session.traces.append(frame.rows);
@@ -83,7 +83,7 @@ export function valueOf(session, name) {
 }
 
 /**
- * Return what a parameter, input or shared signal is set to: by the user, by the scenario, or from the start.
+ * Return the value of a parameter, input or shared signal as set by the user, by the scenario, or by its start value.
  * @param {Session} session
  * @param {string} name
  */
@@ -91,7 +91,7 @@ export function settingOf(session, name) {
   const displayed = valueOf(session, name), half = 0.5 * session.rig.stepSize;
   for (let k = session.userChanges.changes.length - 1; k >= 0; k--) {
     const { time, values } = session.userChanges.changes[k];
-    const isDue = time > session.time - half; // at this point, but no step has been done with it
+    const isDue = time > session.time - half; // set at this point, before its step
     if (time < session.time + half && name in values && (isDue || !Number.isFinite(displayed))) { return values[name]; }
   }
   if (Number.isFinite(displayed)) { return displayed; }
@@ -103,7 +103,7 @@ export function settingOf(session, name) {
 }
 
 /**
- * Return the values that changes leave, but for forces on discs and the speed, which was on its way.
+ * Return the final values of changes, without forces on discs and the speed, which may be on a ramp.
  * @param {readonly import("../protocol.js").Change[]} changes in order of time
  */
 export function lasting(changes) {

@@ -1,4 +1,4 @@
-// The shaft in space: its deflection many times enlarged, with discs, magnets, retainers and moving parts.
+// The shaft in space, with enlarged deflection, discs, magnets, retainers and unbalances.
 
 import { fitted, projection } from "./camera.js";
 import { mixed } from "./palette.js";
@@ -8,7 +8,7 @@ import { disc, face, ring, tube } from "./solids.js";
 /** @typedef {import("./solids.js").Face} Face */
 
 /**
- * What the shaft view shows besides the rotor itself.
+ * The content of the shaft view.
  * @typedef {object} ShaftScene
  * @property {Geometry} geometry
  * @property {(signal: string) => number} value newest value of a signal
@@ -22,10 +22,10 @@ import { disc, face, ring, tube } from "./solids.js";
  */
 
 const SLEEVE = 0.018; // m, thickness of the journal as drawn on the shaft
-const MOST_CURRENT = 10; // A, a magnet of full colour
+const MOST_CURRENT = 10; // A, of a magnet in full colour
 
 /**
- * Return by how much displacements are enlarged: the smallest clearance is as wide as a share of the largest disc.
+ * Return the enlargement of displacements, at which the smallest clearance is a visible share of the largest disc.
  * @param {Geometry} geometry
  */
 export function enlargementOf(geometry) {
@@ -36,7 +36,7 @@ export function enlargementOf(geometry) {
 }
 
 /**
- * Return how much room across the shaft its picture needs: the farthest that a disc or a node reaches (m).
+ * Return the room across the shaft that its picture requires: the largest reach of a disc or a node (m).
  * @param {Geometry} geometry
  * @param {(signal: string) => number} value
  * @param {number} enlargement
@@ -49,7 +49,7 @@ export function roomOf(geometry, value, enlargement) {
 }
 
 /**
- * Return the displacement of each node, and of a place on the shaft by linear interpolation between nodes.
+ * Return the displacement of each node, and a function that interpolates it linearly between nodes.
  * @param {Geometry} geometry
  * @param {(signal: string) => number} value
  * @returns {{ nodes: [number, number][], at: (z: number) => [number, number] }} m, in the rotor's axes
@@ -135,7 +135,7 @@ export class ShaftPicture {
   }
 
   /**
-   * A retainer or bush: its ring at the enlarged clearance, beside what the shaft carries there, coloured while it is touched.
+   * Return the ring of a retainer or bush at the enlarged clearance, beside a disc at its place, coloured during contact.
    * @param {import("../protocol.js").Site} site
    */
   retainer(site) {
@@ -148,7 +148,7 @@ export class ShaftPicture {
   }
 
   /**
-   * Return the enlarged gap of a bearing (m): the clearance of its retainer or, without a retainer, the least of all.
+   * Return the enlarged gap of a bearing (m): the clearance of its retainer or, without a retainer, the smallest one.
    * @param {Geometry["bearings"][number]} bearing
    */
   gapOf(bearing) {
@@ -158,7 +158,7 @@ export class ShaftPicture {
   }
 
   /**
-   * The four magnets of a bearing: the more current, the more colour.
+   * Return the four magnets of a bearing, with more colour at more current.
    * @param {Geometry["bearings"][number]} bearing
    * @param {string} colour
    */
@@ -173,7 +173,7 @@ export class ShaftPicture {
     });
   }
 
-  /** Where a disc's unbalance sits, larger the more it is. @param {ShaftScene["unbalances"][number]} unbalance */
+  /** Return the mark of a disc's unbalance, which grows with it. @param {ShaftScene["unbalances"][number]} unbalance */
   heavySpot({ name, u, phi }) {
     const { scene, palette } = this, body = scene.geometry.discs.find((item) => item.name === name);
     if (body === undefined || u <= 0 || body.radius <= 0) { return []; }
@@ -212,7 +212,7 @@ export class ShaftPicture {
   drawLabels() {
     const { context, geometry, palette } = this;
     Object.assign(context, { textAlign: "center", textBaseline: "bottom", font: `600 12px ${palette.font}`, fillStyle: palette.soft });
-    let free = -Infinity; // of other labels, from the left
+    let free = -Infinity; // right end of the labels so far
     for (const item of geometry.discs.filter((body) => body.unbalance && body.radius > 0)) {
       const { u, v } = this.place(item.z), [x, y] = this.project(item.z, u, v + item.radius), text = item.name.toUpperCase();
       const half = 0.5 * context.measureText(text).width;
@@ -228,7 +228,7 @@ export class ShaftPicture {
   }
 
   /**
-   * Write a name with a border in the colour of the ground, so that it can be read over what lies behind.
+   * Write a name with a border in the colour of the background, so that it is legible over the drawing.
    * @param {string} text
    * @param {number} x
    * @param {number} y

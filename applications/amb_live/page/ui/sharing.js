@@ -1,4 +1,4 @@
-// What the user takes along: a link with the settings, a scenario, the curves.
+// Export for the user: a link with the settings, a scenario, the curves.
 
 import { csvOf } from "../engine/csv.js";
 import { toHash } from "../engine/link.js";
@@ -8,7 +8,7 @@ import { showNotice } from "./messages.js";
 /** @typedef {ReturnType<typeof makeSharing>} Sharing */
 
 /**
- * Return how the user takes along what a session holds.
+ * Return the functions that export a session.
  * @param {() => import("./session.js").Session} present
  * @param {(request: import("../protocol.js").Request) => void} send
  */
@@ -37,14 +37,14 @@ export function makeSharing(present, send) {
 }
 
 /**
- * Put the settings into the address, if any.
+ * Write the settings into the address, if the page has one.
  * @param {string} hash
  */
 export function remember(hash) {
   if (hasAddress()) { history.replaceState(null, "", `#${hash}`); }
 }
 
-/** Whether the page has an address: not in a frame of a notebook. */
+/** Return whether the page has an address, which it lacks in a frame of a notebook. */
 function hasAddress() {
   return location.protocol !== "about:";
 }

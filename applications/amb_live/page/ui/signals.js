@@ -1,4 +1,4 @@
-// The panel of scrolling curves: what is drawn in each chart, and the keys that hide a curve.
+// The panel of scrolling curves: the charts with their signals, and the buttons that hide a curve.
 
 import { makeChart } from "./charts.js";
 import { make } from "./dom.js";
@@ -10,7 +10,7 @@ import { settingOf } from "./session.js";
 /** @typedef {import("./session.js").Session} Session */
 /** @typedef {import("./charts.js").ChartSpec} ChartSpec */
 
-const SMALL = 3e-4; // m of the largest clearance, below which displacements are in µm
+const SMALL = 3e-4; // m; below it, as the largest clearance, displacements are in µm
 
 /**
  * Return the charts of a rig: displacements, contact forces, currents and forces of the magnets.
@@ -42,7 +42,7 @@ export function chartSpecs(current) {
 }
 
 /**
- * Return the signals whose samples the page keeps: what it draws over time, and what a CSV file should have.
+ * Return the signals whose samples the page stores, for curves and for CSV files.
  * @param {import("../protocol.js").Rig} rig
  */
 export function watchedSignals(rig) {
@@ -59,7 +59,7 @@ export function watchedSignals(rig) {
 }
 
 /**
- * Fill the panel, and return what draws and ends it.
+ * Fill the panel, and return the functions that draw it and end it.
  * @param {HTMLElement} panel
  * @param {() => Session} current
  * @param {import("./palette.js").Palette} palette
@@ -87,7 +87,7 @@ export function makeSignals(panel, current, palette) {
   let turn = 0;
   return {
     draw: (span) => {
-      turn += 1; // half of the charts in each picture
+      turn += 1; // half of the charts in each frame
       charts.forEach((chart, k) => {
         if ((k + turn) % 2 === 0 && seen[k].isSeen()) { chart.draw(current().traces, current().time - span, current().time); }
       });

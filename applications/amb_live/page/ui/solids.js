@@ -18,7 +18,7 @@ const SIDES = 18;
 const BEHIND = 0.004; // m, an end of a section behind the thinner section beside it
 
 /**
- * Return the face through projected corners, if it looks at the eye.
+ * Return the face through projected corners, if it faces the viewer.
  * @param {import("./camera.js").Projected[]} corners counter-clockwise as seen from outside
  * @param {string} fill
  * @param {string} [edge]
@@ -91,7 +91,7 @@ export function tube(points, project, angle, colours) {
 }
 
 /**
- * Return the faces of a disc on the shaft, with holes that show that it turns.
+ * Return the faces of a disc on the shaft, with holes that make its rotation visible.
  * @param {Point} place
  * @param {number} radius m
  * @param {number} width m

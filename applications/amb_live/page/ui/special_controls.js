@@ -46,7 +46,7 @@ export function makeSpeedControl(session, changes) {
 }
 
 /**
- * Return the control of any parameter or input by its name; what the FMU refuses, it says.
+ * Return the control of any parameter or input by its name; it shows why the FMU rejects a value.
  * @param {Session} session
  * @param {Changes} changes
  */

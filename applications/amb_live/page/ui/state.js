@@ -1,4 +1,4 @@
-// The panels of state: contact at each site, what the controller does, and the energies.
+// The panels of state: contact at each site, the state of the controller, and the energies.
 
 import { isOff } from "./advice.js";
 import { make, setText } from "./dom.js";
@@ -11,7 +11,7 @@ import { settingOf, valueOf } from "./session.js";
 const MODES = [["○", "free"], ["◐", "sliding"], ["●", "rolling"]];
 
 /**
- * Fill the list of contact sites, and return what updates it.
+ * Fill the list of contact sites, and return the function that updates it.
  * @param {HTMLElement} panel
  * @param {Session} session
  * @returns {(session: Session) => void}
@@ -36,7 +36,7 @@ export function makeContacts(panel, session) {
 }
 
 /**
- * Fill the list of what the machine does, and return what updates it.
+ * Fill the list of the machine's state, and return the function that updates it.
  * @param {HTMLElement} panel
  * @param {Session} session
  * @returns {(session: Session) => void}
@@ -103,7 +103,7 @@ const ENERGIES = /** @type {const} */ ([
 ]);
 
 /**
- * Fill the panel of energies, and return what updates it. Bars are logarithmic, from 0.1 mJ to 1 kJ.
+ * Fill the panel of energies, and return the function that updates it. Bars are logarithmic, from 0.1 mJ to 1 kJ.
  * @param {HTMLElement} panel
  * @returns {(session: Session) => void}
  */

@@ -24,7 +24,7 @@ export function synchronousVectors(session) {
 }
 
 /**
- * Fill the panel, and return what updates it.
+ * Fill the panel, and return the function that updates it.
  * @param {HTMLCanvasElement} canvas
  * @param {HTMLTableElement} table
  * @param {Session} session
@@ -52,7 +52,7 @@ export function makeSynchronous(canvas, table, session) {
 }
 
 /**
- * The colour of a plane: that of the bearing at its place.
+ * Return the colour of a plane: that of the bearing at its position.
  * @param {Session} session
  * @param {number} k
  */

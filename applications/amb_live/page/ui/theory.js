@@ -1,9 +1,9 @@
-// The equations behind what is on the screen, in short, with a link to the page that has them in full.
+// The equations behind the drawings, in short, with a link to the page of the documentation.
 
 import { byId, make, typeset } from "./dom.js";
 
 /**
- * A subject: its page of the documentation, its equations with their numbers, and what they say.
+ * A subject: its page of the documentation, its equations with their numbers, and their explanation.
  * @typedef {{ title: string, page: string, equations: [equation: string, number: string][], text: string }} Subject
  */
 
@@ -58,7 +58,7 @@ export function showTheory(documentation, subject) {
 }
 
 /**
- * Make every link to theory open what it is about, those that are made later too.
+ * Let every link to theory open its subject, including links that are created later.
  * @param {string} documentation
  */
 export function listenToTheory(documentation) {

@@ -1,4 +1,4 @@
-// The time line: the scenario's events, what the user did, when the rotor touched, and where the run is.
+// The time line: events of the scenario, changes by the user, contacts, and the present time.
 
 import { surfaceOf } from "./canvas.js";
 import { numberText } from "./format.js";
@@ -6,10 +6,10 @@ import { numberText } from "./format.js";
 /** @typedef {import("./session.js").Session} Session */
 
 /**
- * Spans of time in which the rotor touched a site, from its contact events.
+ * Return the intervals of contact at a site, from its contact events.
  * @param {readonly import("../protocol.js").ContactEvent[]} contacts in order of time
  * @param {string} site
- * @param {number} now s, where a contact that lasts ends
+ * @param {number} now s, at which an ongoing contact ends
  */
 export function touches(contacts, site, now) {
   /** @type {[number, number][]} */
@@ -27,7 +27,7 @@ export function touches(contacts, site, now) {
 }
 
 /**
- * Return what the scenario does at each time, events of a point together.
+ * Return the events of the scenario at each time, those of a point together.
  * @param {import("../protocol.js").Rig} rig
  */
 export function plannedEvents(rig) {

@@ -1,4 +1,4 @@
-// What was computed, sample by sample: rings of equal length, a ring for each signal, and what is drawn or saved of them.
+// Computed samples in a ring buffer for each signal, and the curves that are drawn or saved of them.
 
 /** Samples of several signals over time, the newest `capacity` of them. */
 export class Traces {
@@ -8,13 +8,13 @@ export class Traces {
    */
   constructor(names, capacity) {
     this.capacity = capacity;
-    this.count = 0; // samples held
-    this.next = 0; // where the next sample goes
+    this.count = 0; // stored samples
+    this.next = 0; // index of the next sample
     this.time = new Float64Array(capacity); // s
     this.values = new Map(names.map((name) => [name, new Float32Array(capacity)]));
   }
 
-  /** Append samples that lie row by row: time, then a column for each signal. @param {Float64Array} rows */
+  /** Append samples stored row by row: time, then a column for each signal. @param {Float64Array} rows */
   append(rows) {
     const columns = [...this.values.values()];
     const width = columns.length + 1;
@@ -26,7 +26,7 @@ export class Traces {
     }
   }
 
-  /** Forget the samples after a time. @param {number} time s */
+  /** Remove the samples after a time. @param {number} time s */
   truncate(time) {
     while (this.count > 0 && this.time[this.position(this.count - 1)] > time + 1e-9) {
       this.next = (this.next + this.capacity - 1) % this.capacity;
@@ -34,7 +34,7 @@ export class Traces {
     }
   }
 
-  /** Return where sample `k`, counted from the oldest, lies in the rings. @param {number} k */
+  /** Return the index of sample `k`, counted from the oldest, in the rings. @param {number} k */
   position(k) {
     return (this.next - this.count + k + 2 * this.capacity) % this.capacity;
   }
@@ -63,7 +63,7 @@ export class Traces {
   }
 
   /**
-   * Return curves of at most two points for each of `buckets` equal spans of time, their extremes, which look as all would:
+   * Return curves of at most two points for each of `buckets` equal intervals, their extremes, which look like all samples:
    * times, then the values of each signal. The buckets lie on a fixed grid of time, so that a scrolling curve does not shimmer.
    * @param {readonly string[]} names
    * @param {number} from s
@@ -113,7 +113,7 @@ export class Traces {
   }
 
   /**
-   * Return everything held as columns, time first.
+   * Return all samples as columns, time first.
    * @returns {{ name: string, values: Float64Array | Float32Array }[]}
    */
   columns() {

@@ -1,4 +1,4 @@
-// Time: run, pause, single step, reset, pace, and the time line to go back on.
+// Controls of time: run, pause, single step, reset, pace, and the time line.
 
 import { touched } from "./advice.js";
 import { byId, setText } from "./dom.js";
@@ -9,7 +9,7 @@ import { endOfLine, Timeline } from "./timeline.js";
 /** @typedef {import("./session.js").Session} Session */
 
 /**
- * What the buttons ask for.
+ * Functions that the buttons call.
  * @typedef {object} Wishes
  * @property {(pace: number) => void} play
  * @property {() => void} pause
@@ -21,12 +21,12 @@ import { endOfLine, Timeline } from "./timeline.js";
 /** @typedef {ReturnType<typeof makeTransport>} Transport */
 
 const DETENTS = [-3, -2, -1, 0, Math.log10(5)]; // 1/1000, 1/100, 1/10, 1, 5
-const ENOUGH = 0.9; // of the requested pace, from which on it is reached
+const ENOUGH = 0.9; // share of the requested pace that counts as reached
 const LINES = 40; // ms between drawings of the time line
 const SEEKS = 120; // ms between going to times while the handle is dragged
 
 /**
- * Make the controls of time work.
+ * Connect the controls of time.
  * @param {Wishes} wishes
  * @param {() => Session} current
  */
@@ -88,7 +88,7 @@ export function makeTransport(wishes, current) {
 }
 
 /**
- * Return a pace drawn to those that have names: 1/1000, 1/100, 1/10, real time, 5.
+ * Return a pace, snapped to a nearby marked one: 1/1000, 1/100, 1/10, real time, 5.
  * @param {number} decades
  */
 export function snapped(decades) {
@@ -96,7 +96,7 @@ export function snapped(decades) {
 }
 
 /**
- * Return why it runs slower than it was requested to, and than real time; empty where it does not.
+ * Return why the run is slower than requested and than real time; empty if it is not.
  * @param {Session} session
  * @param {number} requested simulated seconds in a second
  */

@@ -1,4 +1,4 @@
-// Everything that is drawn of a session, made when the worker is ready, and drawn once for each picture on the screen.
+// All drawings of a session, created when the worker is ready, and drawn once for each frame of the screen.
 
 import { surfaceOf } from "./canvas.js";
 import { turned } from "./camera.js";
@@ -16,7 +16,7 @@ import { makeSynchronous } from "./synchronous.js";
 /** @typedef {import("./session.js").Session} Session */
 /** @typedef {import("./palette.js").Palette} Palette */
 
-const TEXTS = 100; // ms between updates of what is read
+const TEXTS = 100; // ms between updates of texts
 const USUAL_WINDOW = 0.5; // s, of the curves
 const YAW = { home: -1.15, step: 0.08 };
 
@@ -58,7 +58,7 @@ export function makeView(current, changes, palette, progress) {
 }
 
 /**
- * Choose the window of the curves for a scenario: half a second, or less where that holds all of it.
+ * Choose the window of the curves for a scenario: half a second, or less for a shorter scenario.
  * @param {import("../protocol.js").Rig} rig
  */
 export function chooseWindow(rig) {
@@ -67,7 +67,7 @@ export function chooseWindow(rig) {
 }
 
 /**
- * The shaft view with its camera, which a drag or the arrow keys turn.
+ * Return the shaft view with its camera, which a drag or the arrow keys turn.
  * @param {() => Session} current
  */
 function makeShaft(current) {
@@ -92,7 +92,7 @@ function makeShaft(current) {
       if (!seen.isSeen()) { return; }
       const scene = sceneOf(current());
       const needed = roomOf(scene.geometry, scene.value, scene.enlargement);
-      room = Math.max(needed, room + 0.01 * (needed - room)); // at once wider, slowly narrower
+      room = Math.max(needed, room + 0.01 * (needed - room)); // wider at once, narrower slowly
       new ShaftPicture(surfaceOf(canvas), { ...scene, room }, camera, palette).draw();
     },
   };
