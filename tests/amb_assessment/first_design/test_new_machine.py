@@ -215,7 +215,7 @@ LACKING = {"sensors": "a sensor", "bodies": "a plane of unbalance"}
 def test_error_names_the_part_that_a_drawing_lacks(tmp_path, key):
     drawing = tomllib.loads(EXPANDER.read_text(encoding="utf-8"))
     del drawing[key]
-    with pytest.raises(ValueError, match=f"rotor 'expander' has not {LACKING[key]}; its file needs"):
+    with pytest.raises(ValueError, match=f"rotor 'expander' lacks {LACKING[key]}; its file needs"):
         new_machine(tmp_path / "fan", tomli_w.dumps(drawing), 1000.0)
     assert list(tmp_path.iterdir()) == []
 
