@@ -7,7 +7,7 @@ import pytest
 
 import amb_cosim
 from amb_analysis.linear.components import frequency_response
-from amb_analysis.linear.linearisable import of_planned
+from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.steady_contact.contact_whirl import contact_forces, contact_whirls
 from amb_analysis.steady_contact.forward_loop import contact_pair, flat, parts_in_contact
 from amb_analysis.steady_contact.freeing import smallest_demand, smallest_freeing
@@ -40,7 +40,7 @@ def rig():
 
 @pytest.fixture(scope="module")
 def springs():
-    return of_planned(plan_run(as_scenario("fig5_6_pid", None), SPRINGS))
+    return source_of_run(plan_run(as_scenario("fig5_6_pid", None), SPRINGS))
 
 
 def receptance_on_springs(springs, Omega, sites):

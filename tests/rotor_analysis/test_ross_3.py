@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from ross_numbers import REFERENCE, complex_numbers, nearest
 
 import amb_cosim
-from amb_analysis.linear.linearisable import of_planned
+from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.linear.loop import Loop
 from amb_analysis.studies.loop_vibrations import vibrations
 from amb_cosim.commands.cli import main
@@ -84,7 +84,7 @@ def test_modes_with_imported_magnets_and_controller_match_ross(tmp_path, monkeyp
             file = tmp_path / f"{name}_{part}.toml"
             file.write_text(file.read_text().replace("20 us", sample_time))
         planned = plan_run(as_scenario(file, None).machine())
-        loop = Loop(of_planned(planned))
+        loop = Loop(source_of_run(planned))
         deviations.append(
             max(
                 np.min(np.abs(vibrations(loop, speed).poles / mode - 1.0))

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from slow import slow_but_first
 from strange_machine import LEVITATION
 
-from amb_analysis.linear.linearisable import of_planned
+from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.loop import Loop
 from amb_analysis.linear.rotor_and_magnets import rotor_component
@@ -94,7 +94,7 @@ def test_response_includes_the_seals_and_stages_of_the_loop(expander):
 def test_the_co_simulated_rotor_has_the_stages_of_the_loop(expander):
     Omega = expander.file.speed.highest
     (of_loop,) = coupled_loop(expander, real_coefficients(expander)).linear_components.at(Omega).parts([PLANT])
-    (of_run,) = of_planned(plan_run(co_simulated(expander, Omega))).parts([PLANT])
+    (of_run,) = source_of_run(plan_run(co_simulated(expander, Omega))).parts([PLANT])
     (bare,) = expander.linear_components.at(Omega).parts([PLANT])
     size = np.abs(bare.law.A).max()
     np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)

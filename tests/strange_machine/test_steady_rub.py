@@ -10,7 +10,7 @@ from slow import slow_but_first
 from strange_machine import LEVITATION
 
 import amb_cosim
-from amb_analysis.linear.linearisable import of_planned
+from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.linear.loop import Loop
 from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
@@ -149,7 +149,7 @@ def test_growth_of_a_loop_with_delayed_demands_is_that_of_its_poles(is_late):
     machine, Omega = rubbing_rotor(planned), planned.speed
     friction = machine.mu(Omega), machine.mu_slope(Omega)
     loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))
-    poles = vibrations(Loop(of_planned(planned)), Omega).poles
+    poles = vibrations(Loop(source_of_run(planned)), Omega).poles
     assert loop.growth == pytest.approx(poles.real.max(), rel=1e-6)
 
 

@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 
 from amb_analysis.linear.components import LinearComponent, delayed_by_a_step, loop_of
-from amb_analysis.linear.linearisable import LinearSource, linearisable
+from amb_analysis.linear.linear_source import LinearSource, linear_source
 from amb_analysis.linear.model import LinearModel, linear_model
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
@@ -74,8 +74,8 @@ def linearise(
     >>> rotor.nstates, rotor.ninputs, rotor.noutputs
     (28, 20, 16)
     """
-    linear_source = linearisable(source, at, rotor=rotor, fmu=fmu, set=set, flavour=flavour)
-    return model_of(linear_source, inputs, outputs, components, opened)
+    resolved = linear_source(source, at, rotor=rotor, fmu=fmu, set=set, flavour=flavour)
+    return model_of(resolved, inputs, outputs, components, opened)
 
 
 def model_of(

@@ -19,7 +19,7 @@ import control
 import numpy as np
 
 from amb_analysis.linear.aliasing import continuous_poles, logarithms
-from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.model import LinearModel
 from amb_analysis.linear.stability import DRIFT, LoopStability, deciding_pole, stability_of

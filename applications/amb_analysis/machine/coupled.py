@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from amb_analysis.linear.components import LinearComponent
-from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.machine import Machine
 from amb_cosim.controllers.laws import Law

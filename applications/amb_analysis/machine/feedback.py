@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from amb_analysis.linear.components import LinearComponent, frequency_response
-from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.machine.machine import AXES, Machine
 from amb_cosim.results.component_names import PLANT
 from array_types import Array, Complex

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from amb_actuator.records import AXIS
-from amb_analysis.linear.linearisable import LinearSource, of_planned
+from amb_analysis.linear.linear_source import LinearSource, source_of_run
 from amb_analysis.linear.loop import Loop
 from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.design.rotor_models import control_loop
@@ -68,7 +68,7 @@ class Machine:
     @cached_property
     def linear_components(self) -> LinearSource:
         """Source of its linear models."""
-        return of_planned(self.planned)
+        return source_of_run(self.planned)
 
     @cached_property
     def loop(self) -> Loop:

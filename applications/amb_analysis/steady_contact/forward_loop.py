@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
 from amb_analysis.linear.components import LinearComponent, connected, frequency_response, loop_of, within
-from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.linearise import in_order
 from amb_analysis.linear.rotor_and_magnets import rotor_component
 from amb_cosim.controllers.laws import Law

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from amb_analysis.linear.components import frequency_response
-from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.steady_contact.forward_loop import Complex, forward_rotor
 from amb_cosim.results.component_names import PLANT
 

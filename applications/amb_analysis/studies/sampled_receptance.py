@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from amb_analysis.linear.components import frequency_response
-from amb_analysis.linear.linearisable import LinearSource
+from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.sampled_loop import parameters_of_loop, sensor_response
 from amb_analysis.machine.machine import Machine

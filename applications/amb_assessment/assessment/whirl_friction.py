@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_analysis.linear.linearisable import of_planned
+from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.steady_contact.swing import MOST, least_swinging_friction, whirl_forces
 from amb_analysis.steady_contact.synchronous_states import all_sets
 from amb_analysis.steady_contact.unpowered import relative_receptances
@@ -35,7 +35,7 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
         Largest friction coefficient of its landings, for criteria.
     """
     highest = subject.file.speed.tripping
-    linear_source = of_planned(plan_run(co_simulated(subject, subject.file.speed.highest)))
+    linear_source = source_of_run(plan_run(co_simulated(subject, subject.file.speed.highest)))
     nodes = {site.name: site.node for site in subject.rotor.sites}
     masses = _carried(subject, [nodes[site] for site in subject.retainers])
     c = np.array([subject.parameters[PLANT][f"{site}.clearance"] for site in subject.retainers])

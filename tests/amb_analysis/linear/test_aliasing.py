@@ -9,7 +9,7 @@ import pytest
 
 from amb_analysis.linear.aliasing import continuous_poles, logarithms
 from amb_analysis.linear.components import zoh
-from amb_analysis.linear.linearisable import of_planned
+from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.linear.loop import Loop
 from amb_analysis.studies.loop_vibrations import vibrations
 from amb_cosim.results.component_names import PLANT
@@ -91,7 +91,7 @@ def test_pole_at_zero_and_a_resting_plant_have_no_alias():
 def test_fast_modes_of_a_machine_are_those_of_its_rotor():
     """Half the sample rate is 2 kHz; the rig has 28 modes above, up to 9959 Hz, that control hardly reaches."""
     planned = plan_run(as_scenario("drop", None).machine())
-    loop = Loop(of_planned(planned))
+    loop = Loop(source_of_run(planned))
     Omega = 100.0
     (plant,) = loop.linear_components.at(Omega).parts([PLANT])
     above = 1.01 * math.pi / loop.sample_time  # poles of the controller are at half the sample rate itself

@@ -11,7 +11,7 @@ from strange_machine import LEVITATION, ROTOR
 
 import amb_cosim
 from amb_analysis.linear.foreign import foreign_component
-from amb_analysis.linear.linearisable import linearisable
+from amb_analysis.linear.linear_source import linear_source
 from amb_analysis.linear.linearise import model_of
 from rotor_analysis.damping import Damping
 from rotor_analysis.rotor_file import load_rotor
@@ -30,7 +30,7 @@ BLOW = {"impeller3.f_x": 5e4, "impeller3.f_y": -2.5e4}  # N, for one sample
 
 @pytest.fixture(scope="module")
 def compressor():
-    return linearisable(COMPRESSOR)
+    return linear_source(COMPRESSOR)
 
 
 def free_decay(**changes):
@@ -117,7 +117,7 @@ def test_displacement_raises_the_negative_stiffness(compressor):
     settings = {"amb_actuator.force_law": "nonlinear"}
     centred, moved = (
         model_of(
-            linearisable(COMPRESSOR, at, set=settings),
+            linear_source(COMPRESSOR, at, set=settings),
             ["amb_actuator.mb1.x"],
             ["amb_actuator.mb1.f_x"],
             components=["amb_actuator"],
@@ -133,7 +133,7 @@ def test_external_fmu_is_linearised_by_differences():
     lead = amb_cosim.linear_controller(
         (np.diag([0.5] * 4), np.eye(4), 1e3 * np.eye(4), -3e4 * np.eye(4)), AXES, DEMANDS, H, sampled_arrays=True
     )
-    local = linearisable(COMPRESSOR, fmu={"rolac_controller": lead})
+    local = linear_source(COMPRESSOR, fmu={"rolac_controller": lead})
     interface, folder = local.assembly.interfaces["rolac_controller"], local.assembly.fmus["rolac_controller"].folder
     part = foreign_component("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H)
     (exact,) = local.parts(["rolac_controller"])
@@ -188,11 +188,11 @@ def test_linearise_errors_name_the_invalid_argument(compressor):
     with raises_naming(ValueError, "inputs", "'rotor_contact.mb1.k_xx'"):
         model_of(compressor, ["rotor_contact.mb1.k_xx"])
     with raises_naming(ValueError, "speed", "component.variable"):
-        linearisable(COMPRESSOR, {"speed": 3.0})
+        linear_source(COMPRESSOR, {"speed": 3.0})
     with raises_naming(ValueError, "amb_actuator.mb1.gap_x", "parameter", "input"):
-        linearisable(COMPRESSOR, {"amb_actuator.mb1.gap_x": 3.0})
+        linear_source(COMPRESSOR, {"amb_actuator.mb1.gap_x": 3.0})
     with raises_naming(ValueError, "x", "0.00051 m"):
-        model_of(linearisable(COMPRESSOR, {"amb_actuator.mb1.x": 5.1e-4}, set={"amb_actuator.force_law": 2}))
+        model_of(linear_source(COMPRESSOR, {"amb_actuator.mb1.x": 5.1e-4}, set={"amb_actuator.force_law": 2}))
 
 
 @pytest.mark.parametrize(

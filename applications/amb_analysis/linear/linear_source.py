@@ -171,7 +171,7 @@ class LinearSource:
         return self._value(SPEED) or 0.0 if value is None else value
 
 
-def linearisable(
+def linear_source(
     source: str | Path | Scenario | System | None = None,
     at: Raw | Mapping[str, Raw] | None = None,
     *,
@@ -186,10 +186,10 @@ def linearisable(
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
         assembly, plan = _planned_system(source, fmu or {}, rotor, set or {}, options)
         return LinearSource(assembly, plan, _point(assembly, values))
-    return of_planned(plan_run(as_scenario(source, rotor, fmu=fmu), set, options=options), values)
+    return source_of_run(plan_run(as_scenario(source, rotor, fmu=fmu), set, options=options), values)
 
 
-def of_planned(planned: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
+def source_of_run(planned: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
     """Return the source of the linear model of a planned run; `at` replaces start values by name."""
     return LinearSource(planned.assembly, planned.plan, _point(planned.assembly, at or {}))
 
