@@ -26,7 +26,7 @@ from amb_cosim.presentation.text_tables import labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_sweeps.engine import SETTINGS, local_cluster
 from amb_sweeps.outcomes import BROKEN_OFF
-from amb_sweeps.sampling import SamplePlan, make_design
+from amb_sweeps.sampling import SamplePlan, sample_plan
 from amb_sweeps.worker import Runner, Task
 from benchmarks.timing import environment, interleaved_times, ratios
 
@@ -137,7 +137,7 @@ def memory_over_runs(runs: int, folder: Path) -> dict[str, Any]:
 
 
 def _design(runs: int) -> SamplePlan:
-    return make_design(VARY, f"lhs:{runs}")
+    return sample_plan(VARY, f"lhs:{runs}")
 
 
 @contextmanager

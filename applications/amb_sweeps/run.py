@@ -31,7 +31,7 @@ from amb_sweeps.branching import varied_labels
 from amb_sweeps.check import check_points
 from amb_sweeps.engine import connect, run_missing
 from amb_sweeps.refine import BOUNDARIES, Refinement, check_refinement
-from amb_sweeps.sampling import SamplePlan, make_design
+from amb_sweeps.sampling import SamplePlan, sample_plan
 from amb_sweeps.store import SweepStore, open_sweep
 from amb_sweeps.sweep_bar import Report, sweep_bar
 from amb_sweeps.worker import Metric, Task
@@ -158,7 +158,7 @@ def sweep(
         raise ValueError(f"--keep {unknown[0]} is not allowed; it must be all or one of {', '.join(outcomes.RUN)}")
     kind, _, metric = sample.partition(":")
     bisected = kind == "boundary"
-    design = make_design(vary, "grid" if bisected else sample, seed)
+    design = sample_plan(vary, "grid" if bisected else sample, seed)
     boundary = metric if bisected else boundary
     if boundary not in BOUNDARIES:
         option = f"--sample {sample}" if bisected else f"--boundary {boundary}"

@@ -65,8 +65,8 @@ class SamplePlan:
         return asdict(self)
 
 
-def make_design(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
-    """Make the points of a sweep.
+def sample_plan(vary: Vary, sample: str = "grid", seed: int = 0) -> SamplePlan:
+    """Return the points of a sweep.
 
     Parameters
     ----------

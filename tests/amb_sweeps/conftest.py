@@ -12,7 +12,7 @@ import xarray as xr
 
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_sweeps.run import Sweep
-from amb_sweeps.sampling import make_design
+from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import SweepStore
 from amb_sweeps.worker import PointResult
 from tests.orchestrator.conftest import runner
@@ -44,7 +44,7 @@ def filled(
     folder: Path, vary: dict[str, Any], function: Callable[[dict[str, Any]], dict[str, float]], sample: str = "grid"
 ) -> Sweep:
     """Return a sweep whose metrics are a function of its coordinates."""
-    design = make_design(vary, sample)
+    design = sample_plan(vary, sample)
     store = SweepStore(folder, design, {"scenario": {"name": "made up"}}, {})
     store.add([PointResult(n, "recovered", "", function(design.settings(n))) for n in range(design.size)])
     return Sweep(folder, design)

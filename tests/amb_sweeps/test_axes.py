@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from amb_sweeps.axes import Axis, parse_vary, read_variations
-from amb_sweeps.sampling import make_design
+from amb_sweeps.sampling import sample_plan
 from tests.support.messages import raises_naming
 
 
@@ -98,7 +98,7 @@ def test_a_variable_on_two_axes_is_refused():
 
 
 def test_a_grid_is_the_product_of_its_axes():
-    design = make_design({"Omega": [60, 90], "x.y": [1, 2, 3], "control": {"a": {"x.z": 1}, "b": {}}})
+    design = sample_plan({"Omega": [60, 90], "x.y": [1, 2, 3], "control": {"a": {"x.z": 1}, "b": {}}})
     assert (design.shape, design.size) == ((2, 3, 2), 12)
     assert design.settings(0) == {"Omega": 60, "x.y": 1, "x.z": 1}
     assert design.settings(11) == {"Omega": 90, "x.y": 3}
@@ -108,23 +108,23 @@ def test_a_grid_is_the_product_of_its_axes():
 @pytest.mark.parametrize("method", ["lhs", "sobol"])
 def test_a_sample_fills_each_stratum_and_repeats_with_its_seed(method):
     vary = {"Omega": "60:300", "x.y": "1 mm:2 mm"}
-    design = make_design(vary, f"{method}:16", seed=3)
+    design = sample_plan(vary, f"{method}:16", seed=3)
     (axis,) = design.axes
     for column, low, high in zip(axis.columns, (60, 1), (300, 2), strict=True):
         strata = np.floor(16 * (np.array(column.values) - low) / (high - low))
         assert sorted(strata) == list(range(16))
-    assert make_design(vary, f"{method}:16", seed=3) == design
-    assert make_design(vary, f"{method}:16", seed=4) != design
+    assert sample_plan(vary, f"{method}:16", seed=3) == design
+    assert sample_plan(vary, f"{method}:16", seed=4) != design
 
 
 def test_alternatives_see_the_same_samples():
-    design = make_design({"control": {"a": {}, "b": {"x.z": 1}}, "Omega": "60:300"}, "lhs:5")
+    design = sample_plan({"control": {"a": {}, "b": {"x.z": 1}}, "Omega": "60:300"}, "lhs:5")
     assert design.shape == (2, 5)
     assert [design.settings(n)["Omega"] for n in range(5)] == [design.settings(n + 5)["Omega"] for n in range(5)]
 
 
 def test_ranges_that_vary_together_share_their_samples():
-    (axis,) = make_design({"Omega & x.y": ["0:10", "0:1"]}, "sobol:8").axes
+    (axis,) = sample_plan({"Omega & x.y": ["0:10", "0:1"]}, "sobol:8").axes
     assert isinstance(axis, Axis)
     np.testing.assert_allclose(np.array(axis.columns[0].values), 10.0 * np.array(axis.columns[1].values))
 
@@ -143,4 +143,4 @@ def test_ranges_that_vary_together_share_their_samples():
 )
 def test_an_impossible_design_is_refused(vary, sample, facts):
     with raises_naming(ValueError, *facts):
-        make_design(vary, sample)
+        sample_plan(vary, sample)

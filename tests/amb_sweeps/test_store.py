@@ -14,12 +14,12 @@ import pytest
 from amb_cosim.scenario.scenario import as_scenario
 from amb_files.pack_file import rotor_path
 from amb_sweeps.run import _request, only_writer
-from amb_sweeps.sampling import make_design
+from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import SweepStore, open_sweep
 from amb_sweeps.worker import PointResult, Task
 from tests.support.messages import raises_naming
 
-DESIGN = make_design({"Omega": np.linspace(100.0, 200.0, 24), "x.y": ["a", "b"]})
+DESIGN = sample_plan({"Omega": np.linspace(100.0, 200.0, 24), "x.y": ["a", "b"]})
 
 
 def fill(folder, group=""):

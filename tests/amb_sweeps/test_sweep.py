@@ -12,7 +12,7 @@ from distributed import Client, default_client
 
 import amb_cosim
 from amb_sweeps.engine import connect
-from amb_sweeps.sampling import make_design
+from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import SweepStore, open_sweep
 from amb_sweeps.worker import PointResult, Runner, Task
 from tests.amb_sweeps.conftest import UNTIL, VARY, same
@@ -49,7 +49,7 @@ def test_a_store_opens_with_labels_units_and_provenance(undisturbed, sweep, tmp_
 
 
 def test_the_cluster_gives_the_same_as_this_process(undisturbed, small):
-    runner, design = Runner(Task(small, until=UNTIL)), make_design(VARY)
+    runner, design = Runner(Task(small, until=UNTIL)), sample_plan(VARY)
     for n in reversed(range(design.size)):
         metrics = runner.run(n, design.settings(n)).metrics
         for name, value in metrics.items():
@@ -152,7 +152,7 @@ def test_a_sweep_waits_with_its_own_client_beside_one_of_the_caller(cluster):
 
 @pytest.mark.parametrize("size", [1, 7, 40000])
 def test_a_store_is_read_as_it_was_written(tmp_path, size):
-    design = make_design({"Omega": np.arange(1.0, size + 1.0), "x.y": ["a", "b"]})
+    design = sample_plan({"Omega": np.arange(1.0, size + 1.0), "x.y": ["a", "b"]})
     store = SweepStore(tmp_path, design, {"a": 1}, {})
     last = design.size - 1
     store.add([PointResult(last, "failed", "why", {}, 1.0), PointResult(0, "trapped", "", {"m": 0.1, "n": 2.0}, 2.0)])

@@ -17,7 +17,7 @@ from amb_sweeps.commands import _function
 from amb_sweeps.maps import draw_map
 from amb_sweeps.ready import read_sweep
 from amb_sweeps.refine import Refinement
-from amb_sweeps.sampling import make_design
+from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import open_sweep
 from amb_sweeps.worker import Task
 from tests.amb_sweeps.conftest import UNTIL, filled
@@ -53,7 +53,7 @@ def test_the_command_maps_a_scenario_and_resumes(command, tmp_path):
 @pytest.mark.parametrize(("name", "file"), files_of("sweeps").items())
 def test_ready_sweeps_fit_their_scenarios(name, file):
     study = read_sweep(name, file)
-    design = make_design(study.options["vary"], study.options.get("sample", "grid"))
+    design = sample_plan(study.options["vary"], study.options.get("sample", "grid"))
     guids, units, _ = check_points(Task(amb_cosim.Scenario.load(study.scenario)), design)
     assert len(guids) == 3
     assert {"rad/s", "kg.m"} & set(units.values())

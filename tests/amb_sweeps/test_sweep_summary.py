@@ -13,7 +13,7 @@ from amb_sweeps.panels import common_words
 from amb_sweeps.phases import distribution, draw_distribution, draw_phases
 from amb_sweeps.refine import Refinement
 from amb_sweeps.run import Sweep
-from amb_sweeps.sampling import make_design
+from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import SweepStore
 from amb_sweeps.worker import PointResult
 from tests.amb_sweeps.conftest import filled
@@ -46,7 +46,7 @@ def test_averaged_force_is_listed_before_the_peak_with_its_site(tmp_path):
 
 
 def test_a_summary_counts_outcomes_shared_steps_and_reasons(tmp_path):
-    design = make_design({"control": CONTROLS, "a.x": "1:4:4"})
+    design = sample_plan({"control": CONTROLS, "a.x": "1:4:4"})
     store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, {})
     store.add([PointResult(n, "failed", "no power") for n in (0, 1)])
     store.add([PointResult(n, "trapped", "", {"m": math.nan, "shared": 0.25 * (n - 5)}) for n in (5, 6, 7)])
@@ -95,7 +95,7 @@ def test_a_sampled_phase_is_drawn_and_a_sweep_without_one_is_not(tmp_path):
 def test_maps_describe_their_axes_and_count_failed_runs(tmp_path):
     """A name without a description stays; the largest unbalance failed."""
     vary = {"Omega": "200:260:3", "step.rotor_contact.turbine.u": "5 g.mm:60 g.mm:3", "a.aware": ["true"]}
-    design = make_design(vary).with_units({"Omega": "rad/s"})
+    design = sample_plan(vary).with_units({"Omega": "rad/s"})
     unbalance = {"step.rotor_contact.turbine.u": "Unbalance of turbine, from the step on (3.20); a fixed one"}
     words = {"descriptions": unbalance | {"a.aware": "Adapts to contact; else to orbits"}}
     store = SweepStore(tmp_path, design, {"scenario": {"name": "made up"}}, words)

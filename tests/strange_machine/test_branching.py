@@ -6,7 +6,7 @@ from strange_machine import RUB
 
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.branching import branching_order, varied_labels
-from amb_sweeps.sampling import make_design
+from amb_sweeps.sampling import sample_plan
 from amb_sweeps.worker import Runner, Task
 
 SHORT = Scenario.load(RUB).changed(end_cycle=11)
@@ -21,7 +21,7 @@ DESIGNS = {
 
 def run(vary, order, labels, **options):
     """Return the endings of the points of a design, as text, by number, and the steps that each reused."""
-    runner, design = Runner(Task(SHORT, labels=labels, **options)), make_design(vary)
+    runner, design = Runner(Task(SHORT, labels=labels, **options)), sample_plan(vary)
     results = {n: runner.run(n, design.settings(n)) for n in order}
     runner.close()
     shared = {n: result.metrics.get("shared", 0.0) for n, result in results.items()}
@@ -33,7 +33,7 @@ def run(vary, order, labels, **options):
 
 @pytest.mark.parametrize("vary", list(DESIGNS.values()), ids=list(DESIGNS))
 def test_points_with_a_shared_past_have_the_same_bits(vary):
-    design = make_design(vary)
+    design = sample_plan(vary)
     points = range(design.size)
     alone, _ = run(vary, points, ())
     together, shared = run(vary, branching_order(design, points, SHORT.labels), varied_labels(design, SHORT.labels))
@@ -47,7 +47,7 @@ def test_points_with_a_shared_past_have_the_same_bits(vary):
 @pytest.mark.slow
 def test_results_of_points_do_not_depend_on_their_order():
     vary = {REMOVED: [9, 8.5], SIZE: ["90 g.mm", "110 g.mm"]}
-    labels, points = varied_labels(make_design(vary), SHORT.labels), range(4)
+    labels, points = varied_labels(sample_plan(vary), SHORT.labels), range(4)
     alone, _ = run(vary, points, ())
     for order in ([3, 0, 2, 1], [0, 1, 2, 3], [2, 2, 1, 3, 0]):
         assert run(vary, order, labels)[0] == alone
@@ -66,7 +66,7 @@ def test_stored_records_are_complete_and_equal():
     vary = {SIZE: ["90 g.mm", "110 g.mm"]}
     records = []
     for labels in ((), ("step",)):
-        runner, design = Runner(Task(SHORT, keep=("all",), labels=labels)), make_design(vary)
+        runner, design = Runner(Task(SHORT, keep=("all",), labels=labels)), sample_plan(vary)
         import io
 
         import xarray as xr
@@ -85,7 +85,7 @@ def test_stored_records_are_complete_and_equal():
 
 def test_branching_order_varies_the_latest_event_fastest():
     vary = {MOMENT: [5, 3, 4], "rotor_contact.shroud.mu": [0.1, 0.2], REMOVED: [9, 8]}
-    design = make_design(vary)
+    design = sample_plan(vary)
     assert varied_labels(design, SHORT.labels) == ("step", "removal")
     ordered = [design.settings(n) for n in branching_order(design, range(design.size), SHORT.labels)]
     keys = [(s["rotor_contact.shroud.mu"], s[MOMENT], s[REMOVED]) for s in ordered]
@@ -93,6 +93,6 @@ def test_branching_order_varies_the_latest_event_fastest():
 
 
 def test_without_events_the_order_is_that_of_the_axes():
-    design = make_design({"Omega": [3, 1, 2], "rotor_contact.shroud.mu": [0.2, 0.1]})
+    design = sample_plan({"Omega": [3, 1, 2], "rotor_contact.shroud.mu": [0.2, 0.1]})
     assert varied_labels(design, SHORT.labels) == ()
     assert branching_order(design, [4, 0, 2], ()) == [4, 0, 2]

@@ -15,7 +15,7 @@ from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.maps import draw_map
 from amb_sweeps.phases import distribution, draw_distribution
 from amb_sweeps.run import Sweep
-from amb_sweeps.sampling import make_design
+from amb_sweeps.sampling import sample_plan
 from amb_sweeps.store import SweepStore
 from amb_sweeps.worker import PointResult, Runner, Task
 
@@ -39,7 +39,7 @@ def test_contact_at_seal_and_turbine_is_counted(point, rub):
 
 def filled(folder, vary, results) -> Sweep:
     """Return a sweep with these results in its order; None is a run that failed."""
-    design = make_design(vary)
+    design = sample_plan(vary)
     store = SweepStore(folder, design, {"scenario": {"name": "made up"}}, {})
     store.add(
         [
