@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from amb_analysis.linear.loop import response
+from amb_analysis.machine.machine import Machine
+from amb_analysis.studies.inputs import controlled
 from amb_cosim import studies
+from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.slow
+ROOT = Path(__file__).parents[2]
 
 
 def study(**options: Any) -> dict[str, Any]:
@@ -64,6 +71,22 @@ def test_measured_and_computed_sensitivity_agree(name: str) -> None:
     for axis in axes.values():
         assert axis["largest_difference_below_500_hz"] < tolerance
         assert max(axis["measured"]) == pytest.approx(axis["peak"], rel=0.03)
+
+
+def test_sensitivity_with_a_share_of_a_sample_of_delay_is_measured(tmp_path) -> None:
+    """Demands 0.3 samples late, not a multiple of the measurement's steps: |S| at demands and sensors is the same."""
+    text = (ROOT / "examples/controllers/lead_notches.toml").read_text(encoding="utf-8")
+    file = tmp_path / "late.toml"
+    file.write_text("delay = 0.3\n" + text, encoding="utf-8")
+    result = studies.sensitivity("compressor_levitated", controller=file)
+    for axis in result.axes.values():
+        assert axis.largest_difference_below_500_hz < 0.002
+        assert axis.largest_difference < 0.02
+    loop = Machine(plan_run(controlled("compressor_levitated", None, file))).loop
+    ends = len(loop.demands)
+    at_sensors = response(loop.closed, result.frequencies)[ends:, ends:]
+    for k, axis in enumerate(result.axes.values()):
+        np.testing.assert_allclose(np.abs(at_sensors[k, k]), axis.computed, rtol=1e-6)
 
 
 def test_contact_during_the_measurement_is_reported() -> None:

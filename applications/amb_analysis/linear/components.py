@@ -21,7 +21,6 @@ from amb_cosim.controllers.laws import Law, side_by_side
 from array_types import Array, Complex
 
 WELL_POSED = 1e-12  # smallest singular value of the balanced 1 - E D, over the largest
-LATE = " (late)"  # suffix of an input whose samples are delayed
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,8 +182,23 @@ def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[Line
     return LinearComponent(Law(A, B, C, D, law.sample_time), part.inputs, outputs, part.late, part.notes), later
 
 
-def loop_of(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
+def loop_of(
+    parts: Sequence[LinearComponent], feeds: Mapping[str, str], opened: Mapping[str, str] | None = None
+) -> LinearComponent:
     """Return all parts connected; if any part is sampled, the continuous parts are sampled at its time.
+
+    A demand that comes a share f of a sample late is late together with what is injected at its input. With the plant P
+    behind the delay, and a controller K, the sum w at this input is then the sensitivity, and an opened loop has the
+    whole delay:
+
+        w(n) = u(n) + e(n),    w = (1 - K P)^-1 e;    u = K P e if opened                           (2)
+
+    Parameters
+    ----------
+    parts, feeds
+        As of `connected`, but sampled and continuous parts together.
+    opened
+        Outputs that would feed inputs, by the input: connections that are cut.
 
     Raises
     ------
@@ -203,22 +217,15 @@ def loop_of(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> Linea
         )
     if not continuous:
         return connected(discrete, within(discrete, feeds))
-    delays = {name: part.late for part in discrete if part.late > 0.0 for name in part.outputs}
-    continuous_inputs = {name for part in continuous for name in part.inputs}
-    delayed = {
-        target: delays[source] for target, source in feeds.items() if target in continuous_inputs and source in delays
-    }
-    gates = [
-        LinearComponent(Law(*_no_states(), np.eye(1)), (target + LATE,), (f"{target}{LATE}:",)) for target in delayed
-    ]
-    gate_feeds = {target: f"{target}{LATE}:" for target in delayed}
-    plant = connected([*continuous, *gates], within([*continuous, *gates], {**feeds, **gate_feeds}))
-    plant = sampled(plant, times[0], {target + LATE: f for target, f in delayed.items()})
-    plant_feeds = {target: source for target, source in feeds.items() if target not in delayed}
-    plant_feeds |= {target + LATE: feeds[target] for target in delayed}
-    all_parts = [plant, *discrete]
-    internal = within([*continuous, *gates], feeds)
-    return connected(all_parts, within(all_parts, {k: v for k, v in plant_feeds.items() if k not in internal}))
+    shares = {name: part.late for part in discrete if part.late > 0.0 for name in part.outputs}
+    links = within(parts, {**feeds, **(opened or {})})
+    inside = {name for part in continuous for name in part.inputs}
+    late = {target: shares[source] for target, source in links.items() if target in inside and source in shares}
+    solved = within(continuous, feeds)
+    machine = sampled(connected(continuous, solved), times[0], late)
+    machine = machine.selected(machine.inputs, [name for name in machine.outputs if name not in late])
+    together = [machine, *discrete]
+    return connected(together, within(together, {k: v for k, v in feeds.items() if k not in solved}))
 
 
 def within(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> dict[str, str]:
@@ -226,7 +233,3 @@ def within(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> dict[s
     inputs = {name for part in parts for name in part.inputs}
     outputs = {name for part in parts for name in part.outputs}
     return {target: source for target, source in feeds.items() if target in inputs and source in outputs}
-
-
-def _no_states() -> tuple[Array, Array, Array]:
-    return np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0))

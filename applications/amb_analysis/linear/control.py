@@ -154,4 +154,7 @@ def _part(
     name: str, law: Law, time: float, inputs: Sequence[str], outputs: Sequence[str], note: str, late: float = 0.0
 ) -> LinearComponent:
     whole = Law(law.A, law.B, law.C, law.D, time)
-    return LinearComponent(whole, names_of(name, inputs), names_of(name, outputs), late, (f"{name}: {note}",))
+    notes = [f"{name}: {note}"]
+    if late > 0.0:
+        notes.append(f"{name}: {late:g} of a sample of delay acts where demands reach the amplifiers, and only there")
+    return LinearComponent(whole, names_of(name, inputs), names_of(name, outputs), late, tuple(notes))

@@ -94,9 +94,9 @@ def model_of(
     parts, feeds = source.parts(chosen), source.feeds(chosen)
     parts, feeds = in_order(parts, feeds, chosen)
     reason = partial(_reason, source, parts)
-    for name in _matching("opened", opened, [end for part in parts for end in part.inputs], reason):
-        feeds.pop(name, None)
-    whole = loop_of(parts, feeds)
+    cut = _matching("opened", opened, [end for part in parts for end in part.inputs], reason)
+    cut_feeds = {name: feeds.pop(name) for name in cut if name in feeds}
+    whole = loop_of(parts, feeds, cut_feeds)
     part_inputs = {end for part in parts for end in part.inputs}
     free = [name for name in whole.inputs if name in part_inputs and (inputs is not None or name not in feeds)]
     variables = [name for name in whole.outputs if name in units]

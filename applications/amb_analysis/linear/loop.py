@@ -126,6 +126,12 @@ class Loop:
         every = next(c.every for c in self.linear_components.plan.system.components if c.name == controller)
         return every * self.linear_components.plan.step_size
 
+    @cached_property
+    def late(self) -> float:
+        """Share of a sample by which the demands come late, in addition to whole samples (1)."""
+        controllers = dict.fromkeys(source.partition(".")[0] for source in self.sources)
+        return max(part.late for part in self.linear_components.parts(list(controllers)))
+
     def poles(self, Omega: float) -> LoopPoles:
         """Return all poles at a spin speed (rad/s)."""
         bearings = list(dict.fromkeys(bearing for bearing, _ in self.axes))

@@ -1,7 +1,8 @@
 """Measurement of the sensitivities of all axes in a co-simulation with injected multi-sines.
 
-Current is added to the demand of each controller, through `command_voltage` of the actuator. The spectral lines of the
-axes interleave, so that one run measures all axes: at a line of one axis, the others have no injected current.
+Current is added to the demand of each controller, through `command_voltage` of the actuator, and is as late as the
+demand. The spectral lines of the axes interleave, so that one run measures all axes: at a line of one axis, the others
+have no injected current.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from signal_chain.presets import CUSTOM, is_on
 PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz
 INJECTED = 0.01  # of the bias current: small enough for the linear law and the voltage limit of the amplifiers
-STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers: error of the coupling below 1 % near the sharpest peaks
+STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers or parts of a sample of delay: the error is below 1 % at sharp peaks
 SUBSTEP = 31.25e-6  # s, of the plant's integration
 LIMITS = ("clipped", "voltage_limited")  # outputs of an axis of the actuator
 REMAINDER = 1e-6  # share of the transient that remains when the measurement begins
@@ -84,7 +85,7 @@ def plan_measurement(
     measuring = base.changed(
         description="Levitated rotor with injected currents",
         end_time=sample_time,
-        communication_step=sample_time / (STEPS_OF_A_SAMPLE if dynamic else 1),
+        communication_step=sample_time / (STEPS_OF_A_SAMPLE if dynamic or loop.late > 0.0 else 1),
         coupling="gauss_seidel",
         inputs={ACTUATOR: {"*.command_voltage_?": 0.0}},
         record={
@@ -193,22 +194,41 @@ def measure(planned: PlannedRun, decay: float) -> MeasuredSensitivity:
         what = "bias_current = 0 A" if gains.all() else "amplifier_gain = 0 A/V"
         raise ValueError(f"{what} is not allowed; it must not be 0, since a share of the bias is injected as a voltage")
     injected = INJECTED * biases[:, None] * sines
-    last = settling + samples
+    last = settling + samples + 1
     volts = injected / gains[:, None]
     inputs = [f"{ACTUATOR}.{b}.command_voltage_{a}" for b, a in loop.axes]
+    shares = share_of_new(loop.late, steps)
     events = tuple(
-        (n * steps, name, float(volts[k, n % samples])) for n in range(last) for k, name in enumerate(inputs)
+        (n * steps + j, name, float(volts[k, n % samples] * share + volts[k, (n - 1) % samples] * (1.0 - share)))
+        for n in range(last)
+        for j, share in shares.items()
+        for k, name in enumerate(inputs)
     )
     result = run_planned(replace(planned, plan=replace(plan, last=last * steps, events=events)))
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     _check_linear(result.signals, loop)
-    first = settling + 1  # a current that the controller demands at a sample is recorded a sample later
-    demanded = [result.signals[source].values[::steps] for source in loop.sources]
-    currents = np.array(demanded)[:, first : first + samples]
+    first = settling * steps + max(shares) + 1  # the record has a step's demand at its end
+    demanded = [result.signals[source].values[first::steps] for source in loop.sources]
+    currents = np.array(demanded)[:, :samples]
     recorded = np.arange(settling, settling + samples) % samples
     ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)
     return MeasuredSensitivity(lines / (samples * loop.sample_time), 1.0 + ratio)
+
+
+def share_of_new(late: float, steps: int) -> dict[int, float]:
+    """Return the steps of a sample in which a late demand changes, each with the share of the new demand in its mean.
+
+    Parameters
+    ----------
+    late
+        Delay as a share of a sample, from 0 to 1.
+    steps
+        Communication steps of a sample.
+    """
+    first = math.floor(late * steps)
+    share = first + 1 - late * steps
+    return {first: 1.0} if share == 1.0 else {first: share, first + 1: 1.0}
 
 
 def _spectrum(signals: Array, lines: Indices) -> Complex:

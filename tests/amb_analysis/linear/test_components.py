@@ -8,7 +8,14 @@ import control
 import numpy as np
 import pytest
 
-from amb_analysis.linear.components import LinearComponent, connected, delayed_by_a_step, loop_of, sampled
+from amb_analysis.linear.components import (
+    LinearComponent,
+    connected,
+    delayed_by_a_step,
+    frequency_response,
+    loop_of,
+    sampled,
+)
 from amb_analysis.linear.foreign import realised, responses
 from amb_analysis.linear.loop import disk_gain_and_phase, disk_margin, response
 from amb_analysis.studies import stability_margin
@@ -72,6 +79,24 @@ def test_poles_are_continuous_as_a_fractional_delay_becomes_whole():
     held = Law([[0.0]], [[1.0]], [[-30.0]], [[0.0]], T)
     assert radius(gain(-30.0, T), 1.0 - 1e-9) == pytest.approx(radius(held, 0.0), rel=1e-9)
     assert radius(gain(-30.0, T), 0.0) < radius(gain(-30.0, T), 0.5) < radius(held, 0.0)
+
+
+def test_late_loop_has_its_whole_delay_in_sensitivity_and_opened():
+    """With the demand 0.3 samples late, w/e = 1/(1 - K P) and u/e = K P, P from ten short samples."""
+    law = Law([[0.5]], [[1.0]], [[4.0]], [[-30.0]], T)
+    parts = [part(MASS, "mass"), LinearComponent(law, ("k.u",), ("k.y",), 0.3)]
+    feeds = {"mass.u": "k.y", "k.u": "mass.y"}
+    short, ends = sampled(part(MASS, "mass"), T / 10).law, ["mass.u"]
+    pushes = [np.linalg.matrix_power(short.A, 9 - j) @ short.B for j in range(10)]
+    closed = loop_of(parts, feeds).selected(ends, ends).law
+    cut = {name: source for name, source in feeds.items() if name != "mass.u"}
+    opened = loop_of(parts, cut, {"mass.u": "k.y"}).selected(ends, ["k.y"]).law
+    for z in np.exp(1j * np.array([0.01, 0.3, 2.0])):
+        forced = sum(push / z if j < 3 else push for j, push in enumerate(pushes))
+        P = (short.C @ np.linalg.solve(z * np.eye(2) - np.linalg.matrix_power(short.A, 10), forced))[0, 0]
+        L = (4.0 / (z - 0.5) - 30.0) * P
+        assert frequency_response(opened, z)[0, 0] == pytest.approx(L, rel=1e-9)
+        assert frequency_response(closed, z)[0, 0] == pytest.approx(1.0 / (1.0 - L), rel=1e-9)
 
 
 def test_parts_of_different_sample_times_are_refused():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from rig import AXES
 
-from amb_analysis.studies.injection import multi_sines, schroeder_phases, settling_samples
+from amb_analysis.studies.injection import multi_sines, schroeder_phases, settling_samples, share_of_new
 from tests.support.messages import raises_naming
 
 
@@ -27,3 +27,12 @@ def test_measurement_waits_until_the_transient_is_gone():
     assert 0.999 ** settling_samples(0.999, 250e-6) == pytest.approx(1e-6, rel=1e-3)
     with raises_naming(ValueError, "0.999990", "<= 60 s"):
         settling_samples(0.99999, 250e-6)
+
+
+def test_injected_current_is_as_late_as_the_demand():
+    """Over a sample from the change on, the means of the steps have the mean of the late current."""
+    assert share_of_new(0.0, 4) == {0: 1.0}
+    for late in (0.25, 0.3, 0.5, 0.9):
+        shares = share_of_new(late, 4)
+        new = [max((share for j, share in shares.items() if j <= step), default=0.0) for step in range(8)]
+        assert sum(new[:4]) / 4 + (new[4] - 1.0) / 4 == pytest.approx(1.0 - late)
