@@ -182,10 +182,10 @@ def test_prewarping_above_half_the_sample_rate_is_refused(tmp_path):
 NOTCH = {"type": "notch", "frequency": [["0 rad/s", "300 Hz"], ["1000 rad/s", "330 Hz"]], "damping": 0.05}
 
 
-def deepest(controller, speed):
+def deepest(controller, speed, expected):
     """Frequency (Hz) at which the law in a controller's constants, as its FMU interpolates them, passes least."""
     law = law_at(controller.model_and_constants[1], speed)
-    frequencies = np.linspace(280.0, 350.0, 1401)
+    frequencies = expected * np.linspace(0.9, 1.1, 1401)
     z = np.exp(2j * np.pi * frequencies * T)
     passed = [abs((law.C @ np.linalg.solve(x * np.eye(len(law.A)) - law.A, law.B) + law.D)[0, 0]) for x in z]
     assert min(passed) < 0.02
@@ -197,7 +197,19 @@ def test_notch_follows_its_frequency_over_speed(tmp_path):
     controller = linear_controller(written(tmp_path, content(NOTCH, prewarp=True)))
     assert list(controller.laws) == [0.0, 1000.0]
     for speed, expected in {0.0: 300.0, 500.0: 315.0, 1000.0: 330.0, 2000.0: 330.0}.items():
-        assert deepest(controller, speed) == pytest.approx(expected, rel=2e-3)
+        assert deepest(controller, speed, expected) == pytest.approx(expected, rel=2e-3)
+
+
+def test_notch_between_distant_points_is_at_the_frequency_between(tmp_path):
+    """One that follows the speed from 50 to 500 Hz, up and down; as many laws as its width needs."""
+    for points in ([["50 Hz", "50 Hz"], ["500 Hz", "500 Hz"]], [["50 Hz", "500 Hz"], ["500 Hz", "50 Hz"]]):
+        notch = {"type": "notch", "frequency": points, "damping": 0.1}
+        controller = linear_controller(written(tmp_path, content(notch, prewarp=True)))
+        assert len(controller.laws) < 25
+        for share in (0.0, 0.07, 0.3, 0.5, 0.9, 1.0):
+            speed, up = 2.0 * np.pi * (50.0 + 450.0 * share), points[0][1] == "50 Hz"
+            expected = 50.0 + 450.0 * (share if up else 1.0 - share)
+            assert deepest(controller, speed, expected) == pytest.approx(expected, rel=0.025 * 0.1 + 2.5e-4)
 
 
 def test_gains_and_frequencies_over_speed_share_a_table(tmp_path):

@@ -4,7 +4,7 @@
     pid           kp + ki/s + kd s/(1 + s/w),  w = roll_off
     lead, lag     (1 + sqrt(a) s/w) / (1 + s/(sqrt(a) w)),  sin(phase) = (a - 1)/(a + 1): the phase at w, 1 at s = 0
     notch         (s^2 + 2 depth z w s + w^2) / (s^2 + 2 z w s + w^2),  z = damping: depth is the gain at w
-                  w may be set at points over speed
+                  w may be set at points over speed, linear between them
     band_stop     a notch of depth 0 with -3 dB at `low` and `high`: w^2 = low high, 2 z w = high - low
     low_pass      Butterworth of an order, -3 dB at `frequency`
     second_order  (s^2/v^2 + 2 y s/v + 1) / (s^2/w^2 + 2 z s/w + 1); without zeros the numerator is 1
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 import numpy as np
@@ -28,6 +29,7 @@ from amb_cosim.cosim.system.values import quantity
 Points = Annotated[tuple[tuple[Value, Value], ...], Field(min_length=1, max_length=1000)]  # of (speed, value)
 ValueOf = Callable[[Value, str], float]
 Warp = Callable[[float], float]  # a frequency (rad/s) of a sampled law to that of the continuous law
+OFF_CENTRE = 0.025  # of its half-width: error of the frequency of a notch between its points over speed
 
 
 def angular_frequency(raw: Value, name: str) -> float:
@@ -127,7 +129,22 @@ class Notch(BlockTable):
     depth: Value = 0.0
 
     def speeds(self) -> list[float]:
-        return [speed for speed, _ in self._frequencies()]
+        """Return the points' speeds (rad/s), and others between them.
+
+        Matrices are interpolated between these, which makes w^2 linear: midway between w and w (1 + d) it is d^2/8 too
+        high. That is a share `OFF_CENTRE` of the half-width z w at d = sqrt(8 OFF_CENTRE z).
+        """
+        points = self._frequencies()
+        if not points:
+            return []
+        factor = math.sqrt(8.0 * OFF_CENTRE * self._damping())
+        speeds = [points[0][0]]
+        for (a, w_a), (b, w_b) in pairwise(points):
+            count = max(1, math.ceil(abs(math.log(w_b / w_a)) / factor))
+            between = np.geomspace(w_a, w_b, count + 1)[1:-1]
+            speeds += [a + (b - a) * float((w - w_a) / (w_b - w_a)) for w in between]
+            speeds.append(b)
+        return speeds
 
     def at(self, speed: float) -> Self:
         points = self._frequencies()
@@ -140,10 +157,13 @@ class Notch(BlockTable):
         points = self.frequency
         return schedule(points, "frequency", angular_frequency) if isinstance(points, tuple) else []
 
+    def _damping(self) -> float:
+        return _number(self.damping, "1", "damping", 1e-6, 10.0)
+
     def law(self, warp: Warp) -> Law:
         assert not isinstance(self.frequency, tuple), "a law requires a block at a speed"
         w = warp(angular_frequency(self.frequency, "frequency"))
-        z, depth = _number(self.damping, "1", "damping", 1e-6, 10.0), _number(self.depth, "1", "depth", 0.0, 1e3)
+        z, depth = self._damping(), _number(self.depth, "1", "depth", 0.0, 1e3)
         return law_of(([1.0, 2.0 * depth * z * w, w * w], [1.0, 2.0 * z * w, w * w]))
 
 
