@@ -22,10 +22,9 @@ def short():
     return Scenario.load(LEVITATION).changed(settle_cycles=0, end_cycle=4)
 
 
-@pytest.fixture(scope="module")
-def levitation(tmp_path_factory):
-    """The first cycles, under the scenario's PID as matrices: i = -((K_b + K_s) x + C_b (x - x_before)/h)/K_i."""
-    planned = plan_run(short())
+def under_matrices(scenario, folder, settings=None):
+    """A scenario under its PID as matrices: i = -((K_b + K_s) x + C_b (x - x_before)/h)/K_i."""
+    planned = plan_run(scenario, settings)
     values = planned.plan.all_parameters(planned.interfaces)["rolac_controller"]
     k_b, k_s, c_b, k_i, low, high = (
         np.array([values[f"{demand.replace('.i_', f'.{name}_')}"] for demand in DEMANDS])
@@ -36,8 +35,13 @@ def levitation(tmp_path_factory):
     controller = amb_cosim.linear_controller(
         (0.0 * eye, eye, c, -(k + c)), SENSORS, DEMANDS, H, sampled_arrays=True, limits=limits
     )
-    path = controller.save(tmp_path_factory.mktemp("controller") / "pid.mat")
-    return short().changed(fmu={"rolac_controller": str(path)})
+    return scenario.changed(fmu={"rolac_controller": str(controller.save(folder / "pid.mat"))})
+
+
+@pytest.fixture(scope="module")
+def levitation(tmp_path_factory):
+    """The first cycles."""
+    return under_matrices(short(), tmp_path_factory.mktemp("controller"))
 
 
 def displacements(result):
@@ -48,6 +52,15 @@ def test_linear_controller_gives_the_results_of_the_pid(levitation):
     runs = [displacements(amb_cosim.run(scenario, progress=False)) for scenario in (levitation, short())]
     assert np.abs(runs[1]).max() > 1e-3 * CLEARANCE
     np.testing.assert_allclose(*runs, rtol=0.0, atol=1e-12 * CLEARANCE)
+
+
+def test_limit_cycle_between_its_limits_is_unstable_as_under_the_pid(tmp_path):
+    """With much damping for its samples the PID swings between its limits; the amplifiers themselves reach none."""
+    scenario = Scenario.load(LEVITATION).changed(event=[], end_cycle=20, settle_cycles=120)
+    fast = under_matrices(scenario, tmp_path, {"rolac_controller.*.c_b_?": 8200.0})
+    result = amb_cosim.run(fast, progress=False)
+    assert result.dataset["rolac_controller.demand_limited"].values.mean() > 0.5
+    assert result.summary.recovery == "unstable"
 
 
 def test_sweep_varies_the_gain_of_its_demands(levitation):

@@ -1,5 +1,6 @@
-"""Names of the models, and of the components of systems that run them."""
+"""Names of the models, of the components of systems that run them, and of outputs that several of them have."""
 
 from __future__ import annotations
 
 PLANT, ACTUATOR, CONTROLLER = "rotor_contact", "amb_actuator", "rolac_controller"
+LIMITED = ("current_limited", "demand_limited")  # outputs of controllers: a demand is at its limit

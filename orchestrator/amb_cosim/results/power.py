@@ -9,12 +9,10 @@ import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import WarningRecord
-from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
+from amb_cosim.results.component_names import ACTUATOR, LIMITED
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles
 from array_types import Bools
-
-DEMAND = (CONTROLLER, "current_limited")
 
 
 def amplifiers_off(dataset: Signals) -> list[Bools]:
@@ -49,12 +47,12 @@ def with_power(warned: Iterable[WarningRecord], dataset: Signals) -> list[Warnin
     return [
         part
         for record in warned
-        for part in ([record] if (record.component, record.variable) != DEMAND else _while_powered(record, dataset))
+        for part in ([record] if record.variable not in LIMITED else _while_powered(record, dataset))
     ]
 
 
 def _while_powered(warned: WarningRecord, dataset: Signals) -> list[WarningRecord]:
-    label, unpowered = ".".join(DEMAND), without_power(dataset)
+    label, unpowered = f"{warned.component}.{warned.variable}", without_power(dataset)
     if label not in dataset or not unpowered.any():
         return [warned]
     times = np.asarray(dataset["time"].values, np.float64)

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import ROLES
-from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.cosim.record.signals import Signals, variables_of
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, LIMITED, PLANT
 from amb_cosim.results.growth import FEWEST, grows
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, displacements, parameters, signal, speed, speed_changes
@@ -89,13 +89,15 @@ def is_limited(dataset: Signals, within: slice) -> bool:
     if any(share(axis.format(fault)) > 0.0 for axis in axes for fault in ("amplifier_off", "stuck")):
         return False
     limits = [axis.format(name) for axis in axes for name in ("clipped", "voltage_limited")]
-    return any(share(label) > LIMITED_SHARE for label in (*limits, f"{CONTROLLER}.current_limited"))
+    limits += [name for name in variables_of(dataset) if name.rpartition(".")[2] in LIMITED]
+    return any(share(label) > LIMITED_SHARE for label in limits)
 
 
 def needed() -> tuple[str, ...]:
     """Return patterns of the judged variables, other than the displacements at the bearings."""
     names = ("clipped", "voltage_limited", "amplifier_off", "stuck")
-    return (*(f"{ACTUATOR}.*.{name}_?" for name in names), f"{CONTROLLER}.current_limited", _TESTING, f"{PLANT}.speed")
+    axes, demands = (f"{ACTUATOR}.*.{name}_?" for name in names), (f"*.{name}" for name in LIMITED)
+    return (*axes, *demands, _TESTING, f"{PLANT}.speed")
 
 
 def _least_clearance(dataset: Signals) -> float:

@@ -110,7 +110,8 @@ function valueText(value, unit) {
 
 /** @param {Narrator} narrator @param {Session} session */
 function limits(narrator, session) {
-  if (valueOf(session, "rolac_controller.current_limited") !== 1) { return []; }
+  const flags = ["rolac_controller.current_limited", "rolac_controller.demand_limited", "linear_controller.demand_limited"];
+  if (!flags.some((name) => valueOf(session, name) === 1)) { return []; }
   const isNew = session.time - narrator.limited > AGAIN;
   narrator.limited = session.time;
   return isNew ? [{ time: session.time, text: "a control current is at its limit" }] : [];

@@ -85,7 +85,7 @@ function controlText(session, names) {
 
 /** @param {Session} session */
 function limitsText(session) {
-  const flags = { "rolac_controller.current_limited": "current", "rolac_controller.rolac_limited": "synchronous force", "rolac_controller.h_extrapolated": "table of H", "rolac_controller.adc_limited": "ADC" };
+  const flags = { "rolac_controller.current_limited": "current", "rolac_controller.demand_limited": "current", "linear_controller.demand_limited": "current of the inner loop", "rolac_controller.rolac_limited": "synchronous force", "rolac_controller.h_extrapolated": "table of H", "rolac_controller.adc_limited": "ADC" };
   return Object.entries(flags).filter(([name]) => valueOf(session, name) === 1).map(([, text]) => text).join(", ") || "none reached";
 }
 
