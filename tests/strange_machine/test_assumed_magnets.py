@@ -41,6 +41,22 @@ def test_weightless_expander_levitates_on_its_own_magnets() -> None:
     assert not [w for w in run.summary.warnings if "magnets" in w]
 
 
+def test_static_currents_of_another_machine_warn_without_gravity() -> None:
+    """They raise K_s; a vertical shaft has gravity 0, and its coils the bias current alone."""
+    magnets = {n: raw for n, raw in WEIGHTLESS.parameters["amb_actuator"].items() if "static_current" not in n}
+    unstated = WEIGHTLESS.model_copy(update={"parameters": {**WEIGHTLESS.parameters, "amb_actuator": magnets}})
+    kept = plan_run(unstated, LINEAR).plan
+    assert_names(kept.warnings[-1], "static_current", "1.14 A", "north.x", "south.y", "gravity")
+    vertical = plan_run(unstated.changed(gravity="0 m/s2"), LINEAR).plan
+    stated = plan_run(unstated, LINEAR | {"amb_actuator.*.static_current_?": 0}).plan
+    for plan in (vertical, stated):
+        assert not plan.warnings
+        bias = plan.parameters["amb_actuator"]["north.bias_current_x"]
+        ratio = ((bias + 1.14) ** 2 + bias**2) / (2.0 * bias**2)
+        k_s, of_kept = (p.parameters["rolac_controller"]["north.k_s_x"] for p in (plan, kept))
+        assert of_kept == pytest.approx(ratio * k_s, rel=1e-9)
+
+
 @pytest.mark.parametrize(("factor", "warns"), [(1.4, False), (0.7, False), (1.6, True), (0.6, True)])
 def test_constants_far_from_those_of_the_magnets_warn(factor: float, warns: bool) -> None:
     own = plan_run(WEIGHTLESS, LINEAR).plan.parameters["rolac_controller"]["north.k_s_x"]

@@ -15,7 +15,14 @@ import math
 
 from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.results.component_names import ACTUATOR, PLANT
-from amb_cosim.scenario.operating_point import MissingParameters, parameters_of
+from amb_cosim.scenario.operating_point import (
+    GEOMETRY,
+    MissingParameters,
+    is_measured,
+    magnet_axes,
+    parameters_of,
+    stated_constants,
+)
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario
 
@@ -23,11 +30,12 @@ STANDARD_GRAVITY = 9.81  # m/s^2
 OF_MAGNET = (("gap", "m"), ("turns", ""), ("pole_area", "m2"), ("bias_current", "A"), ("current_limit", "A"))
 
 
-def set_gravity(missing: MissingParameters, scenario: Scenario) -> None:
+def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
     """Apply the gravity of a scenario, if any, and let magnetic bearings, if any, carry the weight at their centres.
 
     The forces of the bearings become total forces, and each axis gets the static current that carries its share of the
-    weight. A replacing bearing without `total_force` must carry its share itself.
+    weight. A replacing bearing without `total_force` must carry its share itself. Without gravity nothing is set; the
+    returned warnings name static currents that magnets of other data then keep from the model's start values.
 
     Parameters
     ----------
@@ -42,7 +50,7 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> None:
         If a bearing cannot carry its share, or the bearings do not hold the rotor.
     """
     if scenario.gravity is None:
-        return
+        return _assumed_loads(missing)
     values = missing.values
     missing.set(f"{PLANT}.gravity", scenario.gravity)
     missing.set(f"{PLANT}.gravity_angle", scenario.gravity_angle)
@@ -50,6 +58,24 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> None:
         missing.set(f"{ACTUATOR}.total_force", True)
         if not {f"{PLANT}.gravity", f"{ACTUATOR}.total_force"} & {*values.dropped}:
             _carry_weight(missing, scenario.rotor)
+    return []
+
+
+def _assumed_loads(missing: MissingParameters) -> list[str]:
+    """Return warnings if a scenario without gravity states magnets, but not the currents that carry their load."""
+    values, kept = missing.values, dict[str, list[str]]()
+    stated = {*missing.stated, *stated_constants(values, ACTUATOR)}
+    for bearing, axis in magnet_axes(values):
+        geometry = {f"{ACTUATOR}.{bearing}.{name}_{axis}" for name in GEOMETRY}
+        static = f"{ACTUATOR}.{bearing}.static_current_{axis}"
+        current = values.parameter(static)
+        if current and geometry & stated and static not in stated and not is_measured(values):
+            kept.setdefault(f"{current:g} A", []).append(f"{bearing}.{axis}")
+    return [
+        f"static_current = {current} of {', '.join(axes)} is a start value, not of these magnets, and there is no "
+        "gravity; with 0 A, or gravity = 0, they carry no weight, as of a vertical shaft"
+        for current, axes in kept.items()
+    ]
 
 
 def _carry_weight(missing: MissingParameters, rotor: RotorSource) -> None:

@@ -30,9 +30,9 @@ class MissingParameters:
             self.values.set_or_drop(name, value, only="parameter")
 
 
-def stated_constants(values: Assignments) -> set[str]:
-    """Return the parameters of the controller that a system file states itself and does not inherit."""
-    stated = [f"{CONTROLLER}.{pattern}" for pattern in values.system.stated.get(CONTROLLER, ())]
+def stated_constants(values: Assignments, component: str = CONTROLLER) -> set[str]:
+    """Return the parameters of a component that a system file states itself and does not inherit."""
+    stated = [f"{component}.{pattern}" for pattern in values.system.stated.get(component, ())]
     return {name for pattern in stated if not values.lacks(pattern) for name in values.matching(pattern)}
 
 
@@ -48,12 +48,12 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
         The values of all parameters, and the names of those that are set or fixed.
     """
     values, differences = missing.values, list[str]()
-    for bearing, axis in _axes(values):
+    for bearing, axis in magnet_axes(values):
         p, law = parameters_of(values, bearing, axis), values.parameter(f"{ACTUATOR}.force_law")
         bias, static, limit = (p[name] for name in ("bias_current", "static_current", "current_limit"))
         if not 0.0 <= bias + static <= limit or bias > limit:
             continue  # the actuator refuses to start with it
-        measured = law == values.interfaces[ACTUATOR].ports["force_law"].items.get("measured")
+        measured = is_measured(values)
         slopes = tuple(p[name] for name in MEASURED) if measured else _slopes(bearing, axis, p, int(law))
         assumed = {f"{CONTROLLER}.{bearing}.{name}_{axis}": k for name, k in zip(("k_s", "k_i"), slopes, strict=True)}
         currents = {"i_min": -(static + bias), "i_max": bias}
@@ -69,6 +69,12 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
     return [f"constants differ {about}: {'; '.join(differences[:MOST_NAMED] + more)}"] if differences else []
 
 
+def is_measured(values: Assignments) -> bool:
+    """Return whether the magnets have measured constants, which do not follow from geometry and currents."""
+    law = values.parameter(f"{ACTUATOR}.force_law")
+    return law == values.interfaces[ACTUATOR].ports["force_law"].items.get("measured")
+
+
 def parameters_of(values: Assignments, bearing: str, axis: str) -> dict[str, float]:
     """Return the parameters of an axis of the actuator by their names without bearing and axis."""
     prefix, suffix = f"{bearing}.", f"_{axis}"
@@ -77,7 +83,7 @@ def parameters_of(values: Assignments, bearing: str, axis: str) -> dict[str, flo
     return {name.removeprefix(prefix).removesuffix(suffix): values.parameter(f"{ACTUATOR}.{name}") for name in of_axis}
 
 
-def _axes(values: Assignments) -> Iterator[tuple[str, str]]:
+def magnet_axes(values: Assignments) -> Iterator[tuple[str, str]]:
     """Yield bearing and axis of all magnets if the system has a controller, and an actuator with these parameters."""
     if {ACTUATOR, CONTROLLER} <= values.interfaces.keys() and "force_law" in values.interfaces[ACTUATOR].ports:
         for port in values.interfaces[ACTUATOR].of("parameter"):

@@ -88,7 +88,8 @@ class Scenario(Table):
     """Speed up to cycle 0, and afterwards unless `speed` has points."""
     gravity: Value | None = None
     """Acceleration that pulls on the rotor. The static currents of magnetic bearings carry the weight, and the rotor
-    levitates at its setpoint; parameters set in the scenario keep their values.
+    levitates at its setpoint; parameters set in the scenario keep their values. A vertical shaft has 0. Without the
+    key, static currents keep their values.
     """
     gravity_angle: Value = "225 deg"
     """Direction of gravity, from x towards y."""
