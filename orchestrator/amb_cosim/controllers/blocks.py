@@ -114,7 +114,7 @@ class LeadLag(BlockTable):
     def law(self, warp: Warp) -> Law:
         w = warp(angular_frequency(self.frequency, "frequency"))
         text = self.phase if isinstance(self.phase, str) else f"{self.phase!r} deg"
-        phase = _number(text, "rad", "phase", math.radians(0.1), math.radians(85.0))
+        phase = math.radians(_number(text, "deg", "phase", 0.1, 85.0))
         a = (1.0 + math.sin(phase)) / (1.0 - math.sin(phase))
         root = math.sqrt(a if self.type == "lead" else 1.0 / a)
         return law_of(([root / w, 1.0], [1.0 / (root * w), 1.0]))
