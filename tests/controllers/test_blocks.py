@@ -212,6 +212,16 @@ def test_notch_between_distant_points_is_at_the_frequency_between(tmp_path):
             assert deepest(controller, speed, expected) == pytest.approx(expected, rel=0.025 * 0.1 + 2.5e-4)
 
 
+def test_state_space_of_a_table_is_that_of_its_fmu_at_every_speed(tmp_path):
+    controller = linear_controller(written(tmp_path, content(NOTCH)))
+    z = np.exp(2j * np.pi * 310.0 * T)
+    for speed in (-1.0, 0.0, 300.0, 999.0, 1000.0, 3000.0):
+        law, result = law_at(controller.model_and_constants[1], speed), controller.state_space(speed)
+        expected = law.C @ np.linalg.solve(z * np.eye(len(law.A)) - law.A, law.B) + law.D
+        assert result(z) == pytest.approx(expected[0, 0], rel=1e-9)
+    assert controller.state_space()(z) == pytest.approx(controller.state_space(0.0)(z), rel=1e-12)
+
+
 def test_gains_and_frequencies_over_speed_share_a_table(tmp_path):
     data = content(NOTCH)
     data["channel"][0]["gain"] = [["500 rad/s", 1.0], ["1500 rad/s", 3.0]]

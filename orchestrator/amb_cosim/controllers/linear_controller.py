@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -106,14 +107,24 @@ class LinearController:
         return f"{type(self).__name__}({digest})"
 
     def state_space(self, speed: float | None = None) -> Any:
-        """Return the sampled law, for several the one at a speed (rad/s), as control.StateSpace; dots in names become
-        _."""
+        """Return the sampled law as control.StateSpace; dots in names become _.
+
+        Of a table it is that at a speed (rad/s), interpolated as in a run, or without a speed the first.
+        """
         import control
 
-        law = self.laws[speed] if speed is not None else next(iter(self.laws.values()))
+        law = self._law_at(next(iter(self.laws)) if speed is None else speed)
         ports = {"inputs": self.ports.signals, "outputs": self.ports.demands}
         names = {kind: [name.replace(".", "_") for name in of_kind] for kind, of_kind in ports.items()}
         return control.ss(law.A, law.B, law.C, law.D, self.sample_time, **names)
+
+    def _law_at(self, speed: float) -> Law:
+        speeds, laws = list(self.laws), list(self.laws.values())
+        place = float(np.interp(speed, speeds, np.arange(len(speeds))))
+        lower, upper = laws[math.floor(place)], laws[math.ceil(place)]
+        w = place - math.floor(place)
+        A, B, C, D = ((1.0 - w) * getattr(lower, name) + w * getattr(upper, name) for name in "ABCD")
+        return Law(A, B, C, D, lower.sample_time)
 
 
 def linear_controller(
