@@ -37,7 +37,7 @@ def linearise(
 
     The rotor without contact and the magnetic bearings are continuous. With a controller among the components the model
     has the controller's sample time; it is exact for currents held over each sample. Values injected at an input are
-    added to its feed.
+    added to its feed, and are late by the same fraction of a sample (`components.loop_of`).
 
         rotor = linearise("drop", components=["rotor_contact"])
         plant = linearise("drop", components=["rotor_contact", "amb_actuator"])
