@@ -6,7 +6,8 @@ a communication step. The differences of its outputs, over delta, are the sample
     H_0 = D,  H_k = C A^(k-1) B,                                                                     (1)
 
 of which the eigensystem realisation algorithm makes A, B, C: J.-N. Juang and R. S. Pappa, An eigensystem realization
-algorithm, J. Guidance 8 (1985) 620-627. Pulses of the other sign reveal an FMU that is nonlinear or depends on time.
+algorithm, J. Guidance 8 (1985) 620-627. Pulses of the other sign reveal an FMU that is nonlinear, pulses a step later
+one that does not sample in every step.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def foreign_component(
     FmuError
         If the FMU fails to start or to step.
     ValueError
-        If the outputs of the FMU are not finite.
+        If the outputs of the FMU are not finite, or depend on the step in which a pulse begins.
     """
     inputs, outputs = ends
     heights = [PULSES.get(interface.ports[i].unit or "", PULSE) for i in inputs]
@@ -70,8 +71,9 @@ def foreign_component(
         rest = np.array([start.get(i, interface.ports[i].start or 0.0) for i in inputs])
         runs = _PulseRuns(component, (inputs, outputs, start), rest, sample_time)
         undisturbed = runs.response(np.zeros(len(inputs)))
-        unit_pulses = zip(heights, np.eye(len(inputs)), strict=True)
-        pairs = [[runs.response(s * h * e) for s in (1.0, -1.0)] for h, e in unit_pulses]
+        pulses = [h * e for h, e in zip(heights, np.eye(len(inputs)), strict=True)]
+        pairs = [[runs.response(s * pulse) for s in (1.0, -1.0)] for pulse in pulses]
+        delayed = [runs.response(pulse, 2) for pulse in pulses]
         runs.restart()
         derived = by_derivatives(component, interface.states, ends, sample_time) if interface.states else None
     finally:
@@ -80,6 +82,16 @@ def foreign_component(
     even = np.array([(up + down - 2.0 * undisturbed) / (2.0 * h) for (up, down), h in zip(pairs, heights, strict=True)])
     if not np.isfinite(odd).all():
         raise ValueError(f"{name}: its outputs are not finite; it has no linear model")
+    prompt = [up for up, _ in pairs]
+    first, second = (
+        np.array([(run - undisturbed) / h for run, h in zip(of_pulse, heights, strict=True)])
+        for of_pulse in (prompt, delayed)
+    )
+    if _relative(second[:, 1:] - first[:, :-1], np.concatenate([first, second])) > DERIVATIVES_ERROR:
+        raise ValueError(
+            f"{name}: a pulse that begins a step of {sample_time:g} s later has another response, as of a component "
+            "that samples less often; the communication step must be its sample time"
+        )
     markov = np.moveaxis(odd, 0, 2)  # (step, output, input)
     law, note = _best(derived, markov, sample_time)
     curvature = _relative(even, markov)
@@ -170,15 +182,15 @@ class _PulseRuns:
         self.component.write()
         self.component.leave()
 
-    def response(self, pulse: Array) -> Array:
-        """Return the outputs after each step except the first, shape (STEPS, n_outputs), with a pulse in the second.
+    def response(self, pulse: Array, at: int = 1) -> Array:
+        """Return the outputs after each step except the first, shape (STEPS, n_outputs), with a pulse in step `at`.
 
         The pulse is not in the first step, because an FMU may start at rest under its initial inputs.
         """
         component, result = self.component, []
         self.restart()
         for n in range(STEPS + 1):
-            component.inputs[:] = self.rest + (pulse if n == 1 else 0.0)
+            component.inputs[:] = self.rest + (pulse if n == at else 0.0)
             component.write()
             component.step(n * self.sample_time, self.sample_time)
             component.read()

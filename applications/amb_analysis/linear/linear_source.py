@@ -131,7 +131,10 @@ class LinearSource:
         inputs = [p.name for p in interface.of("input") if p.type == "Real" and f"{name}.{p.name}" in fed]
         used = {link.source for link in system.connections}
         outputs = [p.name for p in interface.of("output") if p.type == "Real" and f"{name}.{p.name}" in used]
-        folder, time = self.assembly.fmus[name].folder, every * self.plan.step_size
+        folder, step = self.assembly.fmus[name].folder, every * self.plan.step_size
+        stated = interface.ports.get("sample_time")
+        is_parameter = stated is not None and stated.causality == "parameter"
+        time = max(step, self.parameters(name)["sample_time"] if is_parameter else 0.0)
         return foreign_component(name, folder, interface, start, (inputs, outputs), time)
 
     def constants(self, name: str) -> Array:

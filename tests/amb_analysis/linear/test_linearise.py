@@ -142,16 +142,21 @@ def test_external_fmu_is_linearised_by_differences():
         answers = [p.law.C @ np.linalg.solve(z * np.eye(4) - p.law.A, p.law.B) + p.law.D for p in (part, exact)]
         np.testing.assert_allclose(*answers, rtol=1e-9, atol=1e-6)
     assert_names(part.notes[0], "differences", "4 states")
+    with raises_naming(ValueError, "rolac_controller", f"{H / 2:g} s", "communication step", "sample time"):
+        foreign_component("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H / 2)
 
 
 @pytest.mark.slow
-def test_controller_given_as_fmu_file_closes_the_same_loop(tmp_path):
+@pytest.mark.parametrize("step", [H, H / 2], ids=["sample", "half a sample"])
+def test_controller_given_as_fmu_file_closes_the_same_loop(tmp_path, step):
+    """Also where the components exchange values more often than it samples."""
     lead = amb_cosim.linear_controller(
         (np.diag([0.0] * 4), np.eye(4), 3.6e5 * np.eye(4), -3.85e5 * np.eye(4)), AXES, DEMANDS, H, sampled_arrays=True
     )
     poles = []
     for fmu in (lead, lead.build(tmp_path)):
-        model = amb_cosim.linearise(COMPRESSOR, inputs=FORCES, outputs=SHOWN, fmu={"rolac_controller": fmu})
+        scenario = amb_cosim.Scenario.load(COMPRESSOR).changed(communication_step=step)
+        model = amb_cosim.linearise(scenario, inputs=FORCES, outputs=SHOWN, fmu={"rolac_controller": fmu})
         poles.append(np.sort_complex(model.poles()))
     np.testing.assert_allclose(*poles, rtol=0.0, atol=1e-9)
 
