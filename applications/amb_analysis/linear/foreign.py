@@ -29,6 +29,7 @@ STEPS = 240  # communication steps of a response
 RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
 DERIVATIVES_ERROR = 0.01  # largest over the largest response: an FMU may have more states than it lists
 NONLINEAR = 1e-6  # difference of pulses of both signs, over the largest response, from which a note reports it
+SLOWER = 0.01  # difference of pulses in two steps, over the largest response, from which an FMU does not sample in each
 PULSES = {"m": 1e-6, "N": 1.0, "A": 1e-3, "V": 1e-3}  # height of an input's pulse, by its unit
 PULSE = 1e-3  # in any other unit
 
@@ -87,7 +88,7 @@ def foreign_component(
         np.array([(run - undisturbed) / h for run, h in zip(of_pulse, heights, strict=True)])
         for of_pulse in (prompt, delayed)
     )
-    if _relative(second[:, 1:] - first[:, :-1], np.concatenate([first, second])) > DERIVATIVES_ERROR:
+    if _relative(second[:, 1:] - first[:, :-1], np.concatenate([first, second])) > SLOWER:
         raise ValueError(
             f"{name}: a pulse that begins a step of {sample_time:g} s later has another response, as of a component "
             "that samples less often; the communication step must be its sample time"
