@@ -85,6 +85,33 @@ def test_free_orbit_after_a_short_contact_is_no_whirl():
     assert (result.whirl, result.whirl_speed) == ("none", None)
 
 
+def test_backward_whirl_remains_one_however_long_the_rotor_rocks_after_it():
+    """It whirls by 6.4 turns within a second, and then goes to and fro by 15 of them."""
+    t = fall()["time"].values
+    whirl = np.where(t < WHIRLED, WHIRL, 80.0 * np.cos(100.0 * t))
+    result = touchdown(fall(**{"rb1.whirl_speed": whirl})).retainers["rb1"]
+    assert (result.whirl, result.whirl_speed) == ("backward", pytest.approx(WHIRL, rel=0.05))
+
+
+@pytest.mark.parametrize("touched_again", [False, True])
+def test_orbit_of_a_rotor_that_levitates_again_is_no_whirl(touched_again):
+    """From 1.2 s on the rotor turns forward with the spin by 86 turns, without contact to the end or until 3 s."""
+    t = fall()["time"].values
+    touching = (t > LANDED) & (t < WHIRLED) | (t > 2.99) & touched_again
+    whirl = np.where(t < WHIRLED, WHIRL, OMEGA)
+    result = touchdown(fall(**{"rb1.mode": 1 * touching, "rb1.whirl_speed": whirl})).retainers["rb1"]
+    assert (result.whirl, result.whirl_speed) == ("backward", pytest.approx(WHIRL))
+
+
+def test_passing_the_centre_is_no_whirl():
+    """The sample next to the centre has v/r = 1e5 rad/s, 100 rad in its step of 1 ms; on its way it turns by pi."""
+    t = fall()["time"].values
+    passes = np.isclose(t, 0.3)
+    whirl = np.where(t < 0.5, 80.0 * np.cos(100.0 * t), 0.0) - 1e5 * passes
+    mode = np.where((t > LANDED) & ~passes, SLIDING, 0)
+    assert touchdown(fall(**{"rb1.mode": mode, "rb1.whirl_speed": whirl})).retainers["rb1"].whirl == "none"
+
+
 def test_times_in_each_mode_add_up_to_the_time_from_the_release(fall_summary):
     rb1, rb2 = fall_summary.retainers["rb1"], fall_summary.retainers["rb2"]
     assert (rb1.free, rb1.sliding, rb1.rolling) == pytest.approx((0.1, 1.0, 1.8), abs=2 * H)

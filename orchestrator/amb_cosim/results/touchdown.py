@@ -27,7 +27,7 @@ SPUN_UP = 0.95  # of a race's largest speed
 AT_REST = 0.05  # of the clearance; smaller motion counts as rest
 STANDSTILL = 0.01  # of the speed at release
 LAST_PART = 0.1  # of the time from release on, in which the rotor must be at rest
-WHIRLS = 1.0  # turns in contact, below which the motion is no whirl
+WHIRLS = 1.0  # turns net of going to and fro, and turns in contact, below which a motion is no whirl
 LEAST_IMPACT = 1e-6  # of all impulse on the sites; less is rounding of a lasting contact
 
 Direction = Literal["forward", "backward", "none"]
@@ -51,11 +51,11 @@ class Retainer:
     free, sliding, rolling
         Time from release on in each mode of contact (s).
     whirl
-        Direction in which the rotor turned about the site from its first contact on; `none` if it did not turn by
-        `WHIRLS` in contact, or did not get around by a turn or by half of all the angle that it went to and fro.
+        `backward` if the rotor turned so about the site at any time, by `WHIRLS`, see `_turning`; or `forward`; `none`
+        if it did neither.
     whirl_speed
-        Mean whirl speed in contact (rad/s), backward negative; a mean over the angle turned, so that a rotor at rest
-        does not count.
+        Mean whirl speed in contact during that time (rad/s), backward negative; a mean over the angle turned, so that a
+        rotor at rest does not count.
     impulse
         Sum of impacts and of the normal force over time (N s).
     friction
@@ -219,16 +219,44 @@ def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
 
 
 def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
+    """Return the direction in which the rotor whirls about a site at any time, and its mean speed (rad/s) then.
+
+    A flight between contacts turns by half a turn at most: a levitated rotor, which orbits without contact, or passes
+    the centre, does not whirl about a retainer.
+    """
     mode, whirl = (signal(after, f"{site}.{name}") for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
         return None, None
-    touching = mode != FREE
-    turned = whirl * _steps(after) * np.logical_or.accumulate(touching)
-    around, to_and_fro = float(turned.sum()), float(np.abs(turned).sum())
-    in_contact = np.abs(turned) * touching
-    if abs(around) < max(2.0 * np.pi, 0.5 * to_and_fro) or in_contact.sum() < WHIRLS * 2.0 * np.pi:
+    turned, touched = whirl * _steps(after), np.flatnonzero(touches(after, site))
+    if not len(touched):
         return "none", None
-    return "forward" if around > 0.0 else "backward", float(np.average(whirl, weights=in_contact))
+    flights = np.setdiff1d(touched[:-1] + 1, touched)
+    begins = np.sort(np.append(touched, flights))
+    angles = np.add.reduceat(turned[: touched[-1] + 1], begins)
+    flying = np.isin(begins, flights)
+    angles[flying] = np.clip(angles[flying], -np.pi, np.pi)
+    directions: tuple[tuple[Direction, float], ...] = (("backward", -1.0), ("forward", 1.0))
+    for direction, sign in directions:
+        turning, first, last = _most_turning(sign * angles)
+        within = slice(begins[first], begins[last] + 1)
+        in_contact = np.abs(turned[within]) * (mode[within] != FREE)
+        if turning >= WHIRLS * np.pi and in_contact.sum() >= WHIRLS * 2.0 * np.pi:
+            return direction, float(np.average(whirl[within], weights=in_contact))
+    return "none", None
+
+
+def _most_turning(angles: Array) -> tuple[float, int, int]:
+    """Return the most turning (rad) within successive angles in any interval, its first and its last angle.
+
+        sum(angles) - sum(|angles|)/2                                                                 (1)
+
+    is half the angle of a motion that only goes ahead, and nothing of one that gets ahead by half of the angle that it
+    goes to and fro. With pi it gets around by a turn or more. More angles have no less of it.
+    """
+    total = np.append(0.0, np.cumsum(angles - 0.5 * np.abs(angles)))
+    gained = total - np.minimum.accumulate(total)
+    last = int(np.argmax(gained))
+    return float(gained[last]), int(np.argmin(total[: last + 1])), max(last - 1, 0)
 
 
 def _impulse(steps: Signals, site: str, start: int) -> float | None:
