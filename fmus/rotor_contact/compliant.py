@@ -137,12 +137,19 @@ def elastic_force(site: Site, delta: float) -> float:
 
 
 @kernel
-def apply_compliant(w: Workspace, z: Array, Omega: float, a: Array) -> float:
-    """Add the effect of compliant contacts at z to the acceleration `a`; return their dissipation (W)."""
+def compression_heat(site: Site, v: Array) -> float:
+    """Return the dissipation (W) of the normal force of a compliant contact, which must be up to date."""
+    delta = max(site.radius - site.clearance, 0.0)
+    heat: float = (site.f_n - elastic_force(site, delta)) * radial_component(site, v)
+    return heat
+
+
+@kernel
+def apply_compliant(w: Workspace, z: Array, Omega: float, a: Array) -> None:
+    """Add the effect of compliant contacts at z to the acceleration `a`."""
     n = w.n
     q = z[:n]
     v = z[n : 2 * n]
-    heat = 0.0
     for site in w.sites:
         if is_compliant(site):
             delta = max(locate_journal(site, q) - site.clearance, 0.0)
@@ -150,10 +157,8 @@ def apply_compliant(w: Workspace, z: Array, Omega: float, a: Array) -> float:
             normal = normal_force(site, delta, rate)
             site.f_n = normal
             site.f_t = compliant_friction(site, normal, slip_velocity(site, v, Omega))
-            heat += (normal - elastic_force(site, delta)) * rate
             set_spin_response(w, site)
             add_contact_response(w, site, normal, site.f_t, a)
-    return heat
 
 
 @kernel

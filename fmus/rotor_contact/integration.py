@@ -8,7 +8,7 @@ from fmi_export.flat import copy
 from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import accelerate_bodies, body_limit, mount_heat, power_on_bodies, race_drag
-from rotor_contact.compliant import apply_compliant, compliant_limit
+from rotor_contact.compliant import apply_compliant, compliant_limit, compression_heat, is_compliant
 from rotor_contact.contact import apply_contact, project
 from rotor_contact.dynamics import damping_power, free_acceleration, input_power, shaft_damping, unbalance_direction
 from rotor_contact.enumerations import FREE, SLIDING
@@ -58,10 +58,9 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
         shaft_heat, damping_torque = shaft_damping(w.forms, Omega, q, v)
     if n > w.Minv.shape[0]:
         accelerate_bodies(w, q, v, damping_torque, a)
-    compression = apply_compliant(w, z, Omega, a)
+    apply_compliant(w, z, Omega, a)
     solved = apply_contact(w, q, v, Omega, a)
     _write_rates(w, Omega, unbalance, shaft_heat, damping_torque, z, dz)
-    energy_integrals(dz, n).impact_heat = compression
     return solved
 
 
@@ -69,7 +68,7 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
 def _write_rates(
     w: Workspace, Omega: float, unbalance: complex, shaft_heat: float, damping_torque: float, z: Array, dz: Array
 ) -> None:
-    """Write the rates of all integrals at z, except the heat of compliant contacts, into `dz`.
+    """Write the rates of all integrals at z into `dz`.
 
     `shaft_heat` (W) and `damping_torque` (N m) are those of `shaft_damping`.
     """
@@ -79,7 +78,7 @@ def _write_rates(
     v = z[n : 2 * n]
     heat_in_seals, power_of_seals, _ = seal_power(w.motion.seals, Omega, q, v)
     damping = damping_power(w.motion, v) + shaft_heat + heat_in_seals
-    friction = 0.0
+    friction = compression = 0.0
     work = input_power(w.motion, unbalance if spin.row < 0 else 0j, q, v) + power_of_seals
     if spin.row < 0:
         work -= Omega * damping_torque
@@ -94,6 +93,10 @@ def _write_rates(
         if site.race >= 0:
             heat += race_drag(site, v[site.race]) * v[site.race]
         friction += heat
+        if is_compliant(site):
+            compressed = compression_heat(site, v)
+            compression += compressed
+            heat += compressed
         set_rates(site, heat, rate)
     if n > w.Minv.shape[0]:
         damping += mount_heat(w.sites, spin, v)
@@ -101,6 +104,7 @@ def _write_rates(
     rates = energy_integrals(dz, n)
     rates.damping_heat = damping
     rates.friction_heat = friction
+    rates.impact_heat = compression
     rates.work = work
 
 

@@ -22,7 +22,7 @@ COLLECTED = (  # fields of `site.SITE`
     ("impact_heat", np.float64),  # heat (J) of these impacts
     ("drive_work", np.float64),  # work (J) of the drive against their friction
 )
-# Integrals over the step: heat of friction (J) and normal force (N s, without the impulses of impacts).
+# Integrals over the step: heat of friction, drag and compression (J); normal force (N s, without impulses of impacts).
 SITE_INTEGRALS = record(("heat", np.float64), ("f_n", np.float64))
 # Mode and direction of slip; temperature (K); heat so far (J).
 SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
@@ -41,7 +41,7 @@ def begin_step(site: np.record, state: np.record) -> None:
 
 @kernel
 def set_rates(site: np.record, heat: float, rate: np.record) -> None:
-    """Write the rates of the site's integrals, with the heat flow of friction and drag (W)."""
+    """Write the rates of the site's integrals, with the heat flow of friction, drag and compression (W)."""
     rate.heat = heat
     rate.f_n = site.f_n if site.mode != FREE else 0.0
 

@@ -58,6 +58,18 @@ def test_impact_without_damping_is_elastic(law):
     assert record[-1, 3] == pytest.approx(0.0, abs=1e-4 * MASS * SPEED**2)
 
 
+@pytest.mark.parametrize("law", DAMPING)
+def test_damping_of_a_law_warms_the_retainers_where_it_acts(law):
+    """Both ends lose half of the energy that the blow takes, as in an impact of rigid rings."""
+    x = plant(sites(law, heat_capacity=2.0, **DAMPING[law]) | FINE, rigid_rotor(2 * MASS))
+    place(x, np.full(2, RING - 1e-9 + 0j), np.full(2, SPEED + 0j))
+    run(x, 3000, h=2e-6)
+    lost = 0.5 * MASS * (SPEED**2 - masters(x)[1][0].real ** 2)
+    assert lost > 0.1 * MASS * SPEED**2
+    assert [x["rb1.heat"], x["rb2.heat"]] == pytest.approx([lost, lost], rel=1e-3)
+    assert x["rb1.temperature"] - x["ambient_temperature"] == pytest.approx(0.5 * lost, rel=1e-3)
+
+
 def test_linear_spring_holds_the_mass_for_half_a_period():
     _, record, _ = blow("linear")
     omega = math.sqrt(K / MASS)
