@@ -207,6 +207,43 @@ def test_a_rotor_that_moves_at_the_end_is_not_at_rest():
     assert touchdown(fall(speed=np.full(len(moving), OMEGA))).standstill_after is None
 
 
+def with_bush(dataset, x, y, mode=SLIDING):
+    """The fall with a bush `eb` of 50 um besides the retainers, in which the journal moves along x and y (m)."""
+    t = dataset["time"].values
+    moved = {"x": x, "y": y, "mode": np.where(t > LANDED, mode, 0), "f_n": np.where(t > LANDED, 10.0, 0.0)}
+    values = {f"rotor_contact.eb.{name}": ("time", value) for name, value in moved.items()}
+    places = json.loads(dataset.attrs["places"]) | {"sites": ["rb1", "rb2", "eb"]}
+    known = json.loads(dataset.attrs["parameters"])
+    known["rotor_contact"]["eb.clearance"] = 50e-6
+    return dataset.assign(values).assign_attrs(places=json.dumps(places), parameters=json.dumps(known))
+
+
+def test_a_rotor_that_whirls_in_a_narrow_bush_is_not_at_rest(found):
+    """A circle of 30 um is 4 % of the clearance of the retainers, and 60 % of that of the bush."""
+    t = fall()["time"].values
+    circle = 30e-6 * np.exp(40j * t)
+    moved = {
+        f"{mb}.{axis}": fall()[f"rotor_contact.{mb}.{axis}"].values + of
+        for mb in ("mb1", "mb2")
+        for axis, of in (("x", circle.real), ("y", circle.imag))
+    }
+    assert touchdown(fall(**moved)).rest_after == pytest.approx(found.rest_after, abs=0.01)
+    assert touchdown(with_bush(fall(**moved), circle.real, circle.imag)).rest_after is None
+
+
+def test_a_journal_that_does_not_touch_its_retainer_does_not_swing_in_it():
+    """The journal of an offset retainer RB2 moves about its centre, while the rotor rocks on RB1 and the bush."""
+    t = fall()["time"].values
+    swing, turning = 1.25 * np.pi + 0.8 * np.sin(40.0 * np.pi * t), 1e-6 * np.exp(40j * np.pi * t)
+    rocking = with_bush(rocked(lambda t: np.full(len(t), 0.8)), 50e-6 * np.cos(swing), 50e-6 * np.sin(swing))
+    dataset = rocking.assign(
+        {f"rotor_contact.mb2.{a}": ("time", of) for a, of in zip("xy", (turning.real, turning.imag), strict=True)}
+    )
+    assert touchdown(dataset).rocks_within is None
+    free = {f"rotor_contact.rb2.{name}": ("time", np.zeros(len(t))) for name in ("mode", "impulse")}
+    assert touchdown(dataset.assign(free)).rocks_within == pytest.approx(np.degrees(0.8), rel=0.03)
+
+
 @pytest.mark.parametrize("name", ["speed", "rb1.heat", "rb1.race_speed", "mb1.x", "rb1.mode"])
 def test_summary_of_a_touchdown_tolerates_missing_signals(name):
     summary = summarise(fall().drop_vars(f"rotor_contact.{name}"))

@@ -5,7 +5,7 @@ Every value is None if the data set lacks the required variables. Times start at
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -99,9 +99,10 @@ class Touchdown:
     retainers
         Each touched site.
     rest_after
-        Time after which the rotor lies in contact where it is at the end, within 5 % of the clearance (s).
+        Time after which the rotor lies in contact where it is at the end, within 5 % of the clearance of each retainer
+        and of each touched site (s).
     rocks_within
-        Largest swing of steady rocking (`rocking`) in all retainers (deg); None of a rotor that rests or moves
+        Largest swing of steady rocking (`rocking`) at all touched sites (deg); None of a rotor that rests or moves
         otherwise.
     free_after
         Time of the last contact of a rotor that is free for the last tenth of the time (s).
@@ -138,7 +139,7 @@ def touchdown(dataset: Signals) -> Touchdown | None:
     touched = [site for site in touchable(dataset) if touches(after, site).any()]
     heights = {place: height(sampled, place) for place in moving_places(dataset)}
     radii = {place: radius(sampled, place) for place in moving_places(dataset)}
-    rest = _rest(sampled, lying)
+    rest = _rest(sampled, lying, touched)
     return Touchdown(
         release=release,
         drop={place: None if at is None else 1e3 * float(at[0] - at.min()) for place, at in heights.items()},
@@ -146,7 +147,7 @@ def touchdown(dataset: Signals) -> Touchdown | None:
         first_impacts=_first_impacts(after, impulses),
         retainers={site: _retainer(after, site, impulses[site]) for site in touched},
         rest_after=rest,
-        rocks_within=None if rest is not None else _rocks(sampled, lying),
+        rocks_within=None if rest is not None else _rocks(sampled, lying, touched),
         free_after=_free(after, contact[release_step:]),
         standstill_after=_standstill(after),
     )
@@ -275,20 +276,20 @@ def _race_spin_up(after: Signals, site: str) -> float | None:
     return float(times[n] - times[np.argmax(mode != FREE)])
 
 
-def _lying(after: Signals, contact: Bools) -> list[tuple[Path, float]]:
-    """Return position and clearance in each retainer of a rotor that touches in the last part of the run.
+def _lying(after: Signals, contact: Bools, sites: Iterable[str]) -> list[tuple[Path, float]]:
+    """Return position and clearance at sites of a rotor that touches in the last part of the run.
 
     The list is empty without contact then, as in levitation, or if a position was not recorded.
     """
-    retainers, values = places(after).retainers, parameters(after)
-    recorded = [(path(after, site), values.get(f"{site}.clearance")) for site in retainers]
+    values = parameters(after)
+    recorded = [(path(after, site), values.get(f"{site}.clearance")) for site in sites]
     lying = [(positions, float(c)) for positions, c in recorded if positions is not None and c is not None]
-    return lying if contact[_last_part(after)].any() and len(lying) == len(retainers) else []
+    return lying if contact[_last_part(after)].any() and len(lying) == len(recorded) else []
 
 
-def _rest(after: Signals, contact: Bools) -> float | None:
-    """Return the time after which the rotor keeps its position in all retainers of the last part of the run."""
-    last, lying = _last_part(after), _lying(after, contact)
+def _rest(after: Signals, contact: Bools, touched: Sequence[str]) -> float | None:
+    """Return the time after which the rotor keeps its position in all retainers and at all touched sites to the end."""
+    last, lying = _last_part(after), _lying(after, contact, dict.fromkeys([*places(after).retainers, *touched]))
     moving = np.zeros(len(last), bool)
     for positions, clearance in lying:
         for position in positions:
@@ -296,10 +297,10 @@ def _rest(after: Signals, contact: Bools) -> float | None:
     return None if not lying or moving[last].any() else _time_after(_times(after), moving)
 
 
-def _rocks(after: Signals, contact: Bools) -> float | None:
-    """Return the largest swing (deg) of a rotor that rocks steadily in all retainers, and touches in the last part."""
+def _rocks(after: Signals, contact: Bools, touched: Sequence[str]) -> float | None:
+    """Return the largest swing (deg) of a rotor that rocks steadily at all touched sites, and touches to the end."""
     gravity, swings = float(parameters(after).get("gravity") or 0.0), list[float]()
-    for positions, clearance in _lying(after, contact):
+    for positions, clearance in _lying(after, contact, touched):
         swing = steady_swing(_times(after), positions[0] + 1j * positions[1], clearance, gravity)
         if swing is None:
             return None
