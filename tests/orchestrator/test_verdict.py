@@ -147,6 +147,17 @@ def test_time_in_contact_is_counted_for_the_rotor_and_each_site(synthetic):
     assert text.startswith("0.05 s of 0.4 s (12.5 %); RB1 0.03 s, RB2 0.03 s; cycle 6 (0.12 s) to cycle 11.99")
 
 
+def test_bounces_touch_at_their_instants_but_take_no_time(synthetic):
+    """A hundred bounces on RB2 from cycle 14 to the end, none of which is closed at the end of a step."""
+    dataset = without_power(synthetic())
+    late = (dataset["cycle"].values >= 14.0) & (np.arange(dataset.sizes["time"]) % 6 == 0)
+    dataset["rotor_contact.rb2.impulse"].values[late] = 0.1
+    summary = summarise(dataset)
+    assert_names(summary.verdict.sentence, "no magnet has power", "still moves", "RB2")
+    text = dict(summary.verdict.facts)["time in contact"]
+    assert text.startswith("0.05 s of 0.4 s (12.5 %); RB1 0.03 s, RB2 0.03 s;")
+
+
 def test_rotor_without_magnets_is_free_and_not_levitated(synthetic):
     places = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"))
     assert summarise(free_of_contact(synthetic(places=places.to_json()))).verdict.word == "free"

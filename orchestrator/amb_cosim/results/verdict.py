@@ -14,7 +14,7 @@ from amb_cosim.cosim.record.warnings import sentences, warnings_of
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.presentation.units import force_unit, length_unit, speed_unit
 from amb_cosim.results import contact_history
-from amb_cosim.results.contact_forces import largest_averaged_force, peak_force
+from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, touches
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power
@@ -153,8 +153,7 @@ def _touched_at_the_end(dataset: Signals) -> list[str]:
     """Return the sites that were in contact within the last cycles, in which a free rotor does not touch."""
     steps = at_every_step(dataset)
     end = cycles(steps) > cycles(steps)[-1] - contact_history.RECOVERY_CYCLES
-    modes = {site: signal(steps, f"{site}.mode") for site in places(dataset).sites}
-    return [site.upper() for site, mode in modes.items() if mode is not None and (mode[end] != 0).any()]
+    return [site.upper() for site in places(dataset).sites if touches(steps, site)[end].any()]
 
 
 def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
@@ -213,16 +212,18 @@ def _stators(touches: dict[str, StatorTouch]) -> tuple[str, str] | None:
 
 
 def _time_in_contact(dataset: Signals) -> tuple[str, str] | None:
-    """Return the time in contact from cycle 0, in total and at each site."""
+    """Return the time in contact from cycle 0, in total and at each site, without the instants of impacts."""
     steps = at_every_step(dataset)
     touching = contact_history.in_contact(steps)
     duration = np.diff(steps["time"].values, prepend=steps["time"].values[:1]) * (cycles(steps) >= 0.0)
     if touching is None or not (touching & (duration > 0.0)).any():
         return None
-    touched, total = float(duration[touching].sum()), float(duration.sum())
     first, last = (_moment(dataset, at) for at in contact_history.contact_cycles(dataset) if at is not None)
     modes = {site: signal(steps, f"{site}.mode") for site in contact_history.touchable(dataset)}
-    shares = {s: float(duration[mode != 0].sum()) for s, mode in modes.items() if mode is not None}
+    closed = {site: mode != contact_history.FREE for site, mode in modes.items() if mode is not None}
+    shares = {site: float(duration[of].sum()) for site, of in closed.items()}
+    together = np.any([signal(steps, "contact_state") != 0, *closed.values()], axis=0)
+    touched, total = float(duration[together].sum()), float(duration.sum())
     parts = ", ".join(f"{site.upper()} {share:.3g} s" for site, share in shares.items() if share)
     of_sites = f"; {parts}" if parts and len(modes) > 1 else ""
     return "time in contact", (
