@@ -10,7 +10,7 @@ from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results import contact_forces, contact_history, orbits
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.places import RotorPlaces, places_of
-from amb_cosim.results.plots.axes import stations
+from amb_cosim.results.plots.axes import site_title, stations
 from rotor_analysis.parts import Bearing, Sensor, Site
 from source_check import run_quantities
 
@@ -114,18 +114,35 @@ def test_a_retainer_without_a_path_has_that_of_its_bearing():
     np.testing.assert_allclose(orbits.path_at_rest(run, "catcher")[0], values["drive_end.x"], atol=1e-18)
 
 
-@pytest.mark.parametrize(("node", "apart"), [(2, ()), (3, ("catcher",))])
-def test_a_retainer_in_another_plane_than_its_bearing_is_separate(node, apart):
+def places_with(*sites):
+    """Return the places of a rotor with two bearings, one of them magnetic, as its FMU states them."""
     from machines import machine
 
     from amb_cosim.design.plant_data import plant
 
     bearings = (Bearing("drive_end", 2), Bearing("thrust", 24))
-    sites = (Site("catcher", node, CLEARANCE, bearing="drive_end"),)
     model, _ = plant(machine(bearings=bearings, sites=sites, sensors=(Sensor("probe", 5),)))
     fmu = SimpleNamespace(layout=json.loads(json.dumps(model.layout)))
     system = SimpleNamespace(fed=lambda: {f"{PLANT}.drive_end.f_x", f"{PLANT}.speed"})
-    result = places_of(SimpleNamespace(interfaces={PLANT: None}, fmus={PLANT: fmu}, system=system))
+    return places_of(SimpleNamespace(interfaces={PLANT: None}, fmus={PLANT: fmu}, system=system))
+
+
+def test_contact_in_a_bearing_is_that_of_any_of_its_retainers():
+    """The plant's `contact_state` has a bit for each bearing, which either of its retainers sets."""
+    inner, outer = (Site(name, node, CLEARANCE, bearing="drive_end") for name, node in (("inner", 2), ("outer", 3)))
+    result = places_with(inner, outer, Site("seal", 5, CLEARANCE))
+    assert result.contact_states == ("none", "INNER or OUTER", "THRUST", "both")
+    run = table(moving(0.0, 0.0), result)
+    assert [site_title(run, site) for site in ("inner", "outer", "seal")] == [
+        "Retainer bearing INNER at DRIVE_END",
+        "Retainer bearing OUTER at DRIVE_END",
+        "Contact site SEAL",
+    ]
+
+
+@pytest.mark.parametrize(("node", "apart"), [(2, ()), (3, ("catcher",))])
+def test_a_retainer_in_another_plane_than_its_bearing_is_separate(node, apart):
+    result = places_with(Site("catcher", node, CLEARANCE, bearing="drive_end"))
     assert result.apart == apart
     assert result.bearings == {"drive_end": "catcher", "thrust": ""}
     assert result.magnetic == ("drive_end",)

@@ -35,6 +35,8 @@ class RotorPlaces:
         The bearings that exert a force: controller and actuator variables of others have no effect.
     stators
         Each contact site in a stator bore, with the bearing of that stator.
+    second
+        Each further retainer of a bearing that has one in `bearings`, with that bearing.
     """
 
     bearings: Mapping[str, str]
@@ -44,6 +46,7 @@ class RotorPlaces:
     valid_to: float | None = None
     magnetic: tuple[str, ...] = ()
     stators: Mapping[str, str] = field(default_factory=dict)
+    second: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def retainers(self) -> dict[str, str]:
@@ -57,8 +60,10 @@ class RotorPlaces:
 
     @property
     def contact_states(self) -> tuple[str, ...]:
-        """The meaning of each value of the plant's `contact_state`: the bearings that the rotor touches."""
-        names = [(site or bearing).upper() for bearing, site in self.bearings.items()]
+        """The meaning of each value of the plant's `contact_state`: the bearings whose retainers the rotor touches."""
+        further = {bearing: [s for s, of in self.second.items() if of == bearing] for bearing in self.bearings}
+        sites = ([site or bearing, *further[bearing]] for bearing, site in self.bearings.items())
+        names = [" or ".join(map(str.upper, of_bearing)) for of_bearing in sites]
         together = ["+".join(n for k, n in enumerate(names) if value >> k & 1) for value in range(2 ** len(names))]
         together[0] = "none"
         return (*together[:3], "both") if len(names) == 2 else tuple(together)
@@ -85,6 +90,7 @@ def _read(text: str) -> RotorPlaces:
         stored.get("valid_to"),
         tuple(stored.get("magnetic", stored["bearings"])),
         stored.get("stators", {}),
+        stored.get("second", {}),
     )
 
 
@@ -113,7 +119,8 @@ def _named_places(assembly: Assembly) -> RotorPlaces:
         apart = tuple(site for bearing, site in bearings.items() if site and site not in moved_by.get(bearing, (site,)))
         sites = tuple(site["name"] for site in layout["sites"])
         stators = {site["name"]: site["stator"] for site in layout["sites"] if site.get("stator")}
-        return RotorPlaces(bearings, sites, measured, apart, layout.get("valid_to"), stators=stators)
+        second = {site["name"]: site["bearing"] for site in others if site["bearing"]}
+        return RotorPlaces(bearings, sites, measured, apart, layout.get("valid_to"), stators=stators, second=second)
     touching, forces = _parts(plant, "output", "f_n"), _parts(plant, "input", "f_x")
     names = [name for name in _parts(plant, "output", "x") if name in forces]
     return RotorPlaces(dict(zip_longest(names, touching[: len(names)], fillvalue="")), tuple(touching))

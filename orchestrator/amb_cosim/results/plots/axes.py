@@ -101,7 +101,8 @@ def stations(dataset: Signals) -> list[Station]:
 
 def site_title(dataset: Signals, site: str) -> str:
     """Return the name of a contact site and, of a retainer bearing, of the magnetic bearing that it protects."""
-    bearing = places(dataset).retainers.get(site)
+    result = places(dataset)
+    bearing = {**result.retainers, **result.second}.get(site)
     return f"Retainer bearing {site.upper()} at {bearing.upper()}" if bearing else f"Contact site {site.upper()}"
 
 
