@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -37,11 +38,19 @@ class Place(NamedTuple):
         Node, and radial clearance (m).
     signal
         Prefix of the names of its displacements in the plant.
+    offset
+        Distance (m) of its centre from that of the levitated rotor.
     """
 
     node: int
     clearance: float
     signal: str
+    offset: float = 0.0
+
+    @property
+    def reach(self) -> float:
+        """The amplitude (m) at which the rotor touches it, of an orbit whose major axis is along the offset."""
+        return self.clearance - self.offset
 
 
 @dataclass(frozen=True)
@@ -130,7 +139,10 @@ class Machine:
         parameters = self.parameters[PLANT]
         enabled = (site for site in self.rotor.sites if parameters.get(f"{site.name}.enabled", 1.0))
         radii = {site: parameters.get(f"{site.name}.clearance", site.clearance) for site in enabled}
-        return {site.name: Place(site.node, radius, site.name) for site, radius in radii.items()}
+        offsets = {
+            site: math.hypot(*(parameters.get(f"{site.name}.offset_{axis}", 0.0) for axis in AXES)) for site in radii
+        }
+        return {site.name: Place(site.node, radii[site], site.name, offsets[site]) for site in radii}
 
     @cached_property
     def air_gaps(self) -> dict[str, Place]:

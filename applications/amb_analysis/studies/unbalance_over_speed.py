@@ -153,8 +153,8 @@ def _of_machine(
     motion = response[:, 0, [node - 1 for node in places.values()]]
     curves = _curves(rotor, places, motion, clearance_of_all)
     clearances: dict[int, float] = {}
-    for node, clearance, _ in machine.clearances.values():
-        clearances[node] = min(clearance, clearances.get(node, clearance))
+    for place in machine.clearances.values():
+        clearances[place.node] = min(place.reach, clearances.get(place.node, place.reach))
     if clearance_of_all is None:
         curves = {k: replace(c, clearance=clearances.get(c.node)) for k, c in curves.items()}
     limits = limits_of(rotor.seals)

@@ -35,7 +35,8 @@ class PlaceResponse:
     phase
         Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
     clearance
-        Radial clearance (m), the smallest of the sites at this node; None without a site.
+        Radial clearance there (m) less the offset of its centre, the smallest of the places at this node; None if
+        nothing can be touched.
     """
 
     node: int

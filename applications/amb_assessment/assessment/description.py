@@ -50,9 +50,9 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     sensors = labelled_table("Sensors", "plane", "z (mm)")
     for name, node in subject.probes.items():
         sensors.add_row(name, number(1e3 * z[node - 1]))
-    sites = labelled_table("Contact sites, and air gaps", "place", "z (mm)", "radial clearance (mm)")
-    for name, (node, clearance, _) in subject.clearances.items():
-        sites.add_row(name, number(1e3 * z[node - 1]), number(1e3 * clearance))
+    sites = labelled_table("Contact sites, and air gaps", "place", "z (mm)", "radial clearance (mm)", "offset (mm)")
+    for name, place in subject.clearances.items():
+        sites.add_row(name, *(number(1e3 * of) for of in (z[place.node - 1], place.clearance, place.offset)))
     stages = labelled_table("Stages with cross coupling", "at", "anticipated (MN/m)")
     for stage in subject.file.stages:
         stages.add_row(stage.at, f"{1e-6 * stage.anticipated(speed.highest):.4g}")

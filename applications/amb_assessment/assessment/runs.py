@@ -118,8 +118,8 @@ def placed_unbalances(subject: Subject) -> list[PlacedUnbalance]:
 def worst_response(subject: Subject, lowest: float, highest: float, sites: Sequence[str] = ()) -> WorstResponse:
     """Return the largest steady response to the modes' unbalances at any speed (rad/s) from the lowest to the highest.
 
-    The speeds are refined about critical speeds and maxima (`rotor_analysis.refinement`); forces of the magnetic
-    bearings are linear, with seals and stages.
+    The offset of a place adds to the major axis of the orbit there. The speeds are refined about critical speeds and
+    maxima (`rotor_analysis.refinement`); forces of the magnetic bearings are linear, with seals and stages.
 
     Parameters
     ----------
@@ -131,11 +131,12 @@ def worst_response(subject: Subject, lowest: float, highest: float, sites: Seque
     unbalances, planes, others = placed_unbalances(subject), planes_of_unbalance(subject), real_coefficients(subject)
     loads = [{planes[plane]: complex(u) for plane, u in placed.at.items()} for placed in unbalances]
     names = list(subject.clearances)
-    nodes, limits, _ = zip(*subject.clearances.values(), strict=True)
+    nodes, limits, _, offsets = zip(*subject.clearances.values(), strict=True)
     considered = [names.index(site) for site in sites or names]
     speeds = with_tables(subject, np.unique(np.linspace(lowest, highest, SPEEDS)))
     speeds, motion = refined_response(subject, speeds, loads, [nodes[site] for site in considered], others)
-    used = orbit(motion[:, :, [node - 1 for node in nodes]])[0] / np.array(limits)
+    amplitudes = orbit(motion[:, :, [node - 1 for node in nodes]])[0]
+    used = (np.array(offsets) + amplitudes) / np.array(limits)
     n, k, top = np.unravel_index(int(used[:, :, considered].argmax()), (*used.shape[:2], len(considered)))
     at_sites = dict(zip(names, used[n, k].tolist(), strict=True))
     return WorstResponse(unbalances[k], float(speeds[n]), names[considered[top]], at_sites)

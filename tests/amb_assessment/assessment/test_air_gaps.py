@@ -74,6 +74,27 @@ def test_vibration_is_the_orbit_over_the_air_gap_that_is_nearer(tmp_path):
         assert_names(item.note, "0.4 mm")
 
 
+def test_offset_of_a_retainer_adds_to_the_orbit(tmp_path):
+    """By 50 um of 200 um, a quarter of the clearance, in steady response as in co-simulation."""
+    centred = blower(tmp_path, "0.2e-3")
+    machine = tmp_path / "machine.toml"
+    text = machine.read_text(encoding="utf-8")
+    table = '[parameters.rotor_contact]\n"td_a.offset_x" = "-30 um"\n"td_a.offset_y" = "40 um"\n'
+    header = "[parameters.rotor_contact]\n"
+    machine.write_text(text.replace(header, table) if header in text else text + "\n" + table, encoding="utf-8")
+    offset = subject_of(load_machine(machine))
+    shares = [
+        {item.where: item.value for item in unbalance.answer(of).measured if item.quantity == "clearance_share"}
+        for of in (centred, offset)
+    ]
+    assert shares[1] == pytest.approx({where: of + 25.0 * ("td_a" in where) for where, of in shares[0].items()})
+    Omega = centred.file.speed.highest
+    steady = runs.worst_response(offset, Omega, Omega)
+    assert steady.shares["td_a"] == pytest.approx(0.25 + runs.worst_response(centred, Omega, Omega).shares["td_a"])
+    used = runs.clearance_used(offset, runs.simulate(offset, Omega, steady.unbalance.inputs, end_cycle=20))
+    assert used["td_a"].max() == pytest.approx(steady.shares["td_a"], abs=0.02)
+
+
 def test_a_rotor_that_lies_on_a_magnet_uses_all_of_its_gap(tmp_path):
     """Without power in one axis the rotor falls onto the bore at 67 % of the retainers' 0.6 mm."""
     subject = blower(tmp_path, "0.6e-3")

@@ -46,7 +46,7 @@ def answer(subject: Subject) -> AnalysisResult:
         limit = _probe_limit(subject)
         scale = min(max(LEAST_SCALE, limit / largest), LARGEST_SCALE)
         shares = {
-            name: 100.0 * scale * float(amplitudes[passed, k, place.node - 1].max()) / place.clearance
+            name: 100.0 * (place.offset + scale * float(amplitudes[passed, k, place.node - 1].max())) / place.clearance
             for name, place in subject.clearances.items()
         }
         scaled = f"scaled by {scale:.3g}" + (f", not by {limit / largest:.3g}" if limit < largest else "")
@@ -66,7 +66,8 @@ def answer(subject: Subject) -> AnalysisResult:
         "largest.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
         "A_vl/A_max, probe limit over largest displacement at the probes in operation, from 1 to 6. The published text "
-        "states only the 6; the scale represents vibration that rises to the limit, so it never reduces a share.",
+        "states only the 6; the scale represents vibration that rises to the limit, so it never reduces a share. "
+        "The offset of a place adds to the scaled major axis.",
         NEARER,
         *table_notes(subject, float(speeds[-1])),
     )
