@@ -15,6 +15,7 @@ from amb_assessment.assessment.subject import Subject
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
+from amb_cosim.results.contact_forces import touches
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.simulation import run_planned
@@ -229,12 +230,16 @@ def settling_cycles(subject: Subject, Omega: float) -> float:
 
 
 def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:
-    """Return the displacement over the clearance at every place that the rotor can touch, from cycle 0 on."""
+    """Return the displacement over the clearance at every place that the rotor can touch, from cycle 0 on.
+
+    It is that of samples, and 1 or more at the end of a step in which the rotor touches.
+    """
     signals, used = result.signals, {}
     has_settled = _recorded(result) >= 0.0
     for name, place in subject.clearances.items():
         x, y = (np.asarray(signals[f"{PLANT}.{place.signal}.{axis}"].values)[has_settled] for axis in "xy")
-        used[name] = np.hypot(x, y) / place.clearance
+        share, touched = np.hypot(x, y) / place.clearance, touches(signals, place.signal)[has_settled]
+        used[name] = np.where(touched, np.maximum(share, 1.0), share)
     return used
 
 

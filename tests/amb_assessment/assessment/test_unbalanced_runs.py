@@ -8,15 +8,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from amb_analysis.machine.machine import Place
 from amb_assessment.assessment import runs
 from amb_assessment.assessment.analyses import critical_map, envelope, faults, unbalance, vibration
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.runs import placed_unbalances, planes_of_unbalance, worst_response
 from amb_assessment.assessment.subject import rpm, subject_of
 from amb_assessment.assessment.unbalance_cases import unbalance_cases
+from amb_cosim.cosim.record.signals import Samples, SignalTable
+from amb_cosim.results.component_names import PLANT
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 RPM = np.pi / 30.0
+CLEARANCE = 0.2e-3
 
 
 def expander(**speed):
@@ -173,3 +177,22 @@ def test_share_of_the_clearance_grows_with_the_unbalance(monkeypatch):
         shares[factor] = [item.value for item in measured if item.quantity == "clearance_share"]
         assert all(item.facts["S_cc"] == 1.0 for item in measured if item.quantity == "clearance_share")
     assert shares[200.0] == pytest.approx([10.0 * share for share in shares[20.0]])
+
+
+def test_a_bounce_between_samples_uses_the_whole_clearance():
+    """At the ends of the steps the journal is 3 % or more from its retainer, which it hits in one of them."""
+    x = CLEARANCE * np.array([0.9, 0.95, 0.97, 0.9])
+    values = {
+        "catcher.x": x,
+        "catcher.y": 0.0 * x,
+        "catcher.mode": 0.0 * x,
+        "catcher.impulse": np.array([0, 0, 0.1, 0]),
+    }
+    signals = SignalTable(
+        {f"{PLANT}.{name}": Samples(value, {}) for name, value in values.items()},
+        {"time": Samples(1e-4 * np.arange(4), {})},
+        {},
+    )
+    subject = SimpleNamespace(clearances={"catcher": Place(3, CLEARANCE, "catcher")})
+    used = runs.clearance_used(subject, SimpleNamespace(signals=signals))["catcher"]
+    np.testing.assert_allclose(used, [0.9, 0.95, 1.0, 0.9])
