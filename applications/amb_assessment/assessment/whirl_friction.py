@@ -57,7 +57,8 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
     )
     n, k = np.unravel_index(int(values.argmin()), values.shape)
     value, where = float(values[n, k]), " and ".join(subject.retainers[j] for j in sets[k])
-    note = f"no whirl up to {MOST:g}" if value >= MOST else "rigid retainers without damping have 0.237"
+    usual = "rigid retainers without damping have 0.237, and less with a strong gyroscopic effect"
+    note = f"no whirl up to {MOST:g}" if value >= MOST else usual
     return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} 1/min", value, "1", {"friction": friction}, note)
 
 
