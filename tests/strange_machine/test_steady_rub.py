@@ -116,6 +116,18 @@ def test_runs_started_in_dry_backward_whirl_follow_its_eigenvalue():
                 np.testing.assert_allclose(growth_of(away[first:last], 5e-5, 0.0)[0], whirl.growth, rtol=0.01)
 
 
+@pytest.mark.parametrize("returns", [False, True])
+def test_faults_at_the_end_of_a_scenario_are_not_part_of_its_states(returns):
+    """Without power there is no loop: the study names the amplifiers that are off at the end."""
+    name = "*.amplifier_off_x"
+    events = [{"time": 0.1 * k, "set": {"amb_actuator": {name: k == 0}}} for k in range(1 + returns)]
+    notes = rubbing_rotor(plan_run(STEADY.changed(event=events), HEAVY)).notes
+    of_faults = [note for note in notes if "fault" in note]
+    assert len(of_faults) == (0 if returns else 1)
+    for note in of_faults:
+        assert_names(note, *(f"amb_actuator.{bearing}.amplifier_off_x" for bearing in ("north", "south")))
+
+
 def test_dry_whirl_has_the_friction_of_its_slip(expander):
     """R(omega) (1 + i mu(v)) is negative real at v = Omega R_s + omega c, with Stribeck's mu(v) and its slope."""
     scale, static, Omega = 20.0, 0.16, expander.Omega

@@ -28,6 +28,7 @@ from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import SupportedRotor
 
 AXES = "xy"
+FAULT = "Fault:"  # prefix of the description of an input that is a fault
 MODES = 40  # of the free rotor in each plane; error of 1e-5 at a resonance of amplification 50
 
 
@@ -164,6 +165,16 @@ class Machine:
         """Values of the inputs at the end of the run, by `component.variable`."""
         plan = self.planned.plan
         return {**plan.inputs, **{name: value for _, name, value in plan.events}}
+
+    def faults_among(self, inputs: Mapping[str, float]) -> tuple[str, ...]:
+        """Return the inputs that are not 0 and are a fault by their description."""
+        ports = {
+            f"{component}.{name}": port
+            for component, interface in self.planned.interfaces.items()
+            for name, port in interface.ports.items()
+        }
+        active = (name for name, value in inputs.items() if value and name in ports)
+        return tuple(name for name in active if ports[name].description.startswith(FAULT))
 
     @cached_property
     def unbalance(self) -> Mapping[str, complex]:

@@ -123,7 +123,7 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
         raise ValueError(f"scenario {planned.name} has no enabled site; a rub needs one")
     records = tuple(_record(p, site) for site in sites)
     c = np.array([site.clearance for site in records])
-    notes = _site_notes(p, sites) + _loop_notes(machine.last_inputs, mixing(source, machine.Omega, sites))
+    notes = _site_notes(p, sites) + _loop_notes(machine, mixing(source, machine.Omega, sites))
     return RubbingRotor(machine, sites, records, c, np.array(list(machine.unbalance.values()), dtype=complex), notes)
 
 
@@ -160,8 +160,10 @@ def _site_notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ..
     return tuple(result)
 
 
-def _loop_notes(inputs: Mapping[str, float], backward: float) -> tuple[str, ...]:
-    result = []
+def _loop_notes(machine: Machine, backward: float) -> tuple[str, ...]:
+    inputs, result = machine.last_inputs, list[str]()
+    if faults := machine.faults_among(inputs):
+        result.append(f"states are those without the faults at the end of the scenario: {', '.join(faults)}")
     if backward > ISOTROPIC:
         result.append(f"the loop is anisotropic: {backward:.1%} of the motion is backward, which is neglected")
     if inputs.get(f"{CONTROLLER}.rolac_enable"):

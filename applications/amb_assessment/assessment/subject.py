@@ -17,7 +17,6 @@ from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
 
-FAULT = "Fault:"  # beginning of the description of an input that is a fault
 NEARER = (
     "Of a retainer and the air gap of its magnet, only the place is listed of which the rotor uses the larger share, "
     "with its radial clearance."
@@ -52,13 +51,7 @@ class Subject(Machine):
     @cached_property
     def faults(self) -> tuple[str, ...]:
         """Inputs that are a fault by their description and are not 0 at the start."""
-        values = {name: value for name, value in self.planned.plan.inputs.items() if value}
-        ports = {
-            f"{component}.{name}": port
-            for component, interface in self.planned.interfaces.items()
-            for name, port in interface.ports.items()
-        }
-        return tuple(name for name in values if name in ports and ports[name].description.startswith(FAULT))
+        return self.faults_among(self.planned.plan.inputs)
 
     @cached_property
     def retainers(self) -> tuple[str, ...]:
