@@ -37,20 +37,19 @@ def needed(places: RotorPlaces) -> tuple[str, ...]:
 def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
     """Return the outcome of a run, and its key values from cycle 0 on; NaN for values that it lacks.
 
-    `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is the fraction of time in contact between disturbance
-    and relief. A value at a site or bearing has its name as suffix, `peak_contact_force.seal`; without a suffix it is
-    the largest of all.
+    `contact`, `recovered`, `rolling` are 1 or 0. `contact_share` is the fraction of time in contact at any site between
+    disturbance and relief. A value at a site or bearing has its name as suffix, `peak_contact_force.seal`; without a
+    suffix it is the largest of all.
     """
     _, last = contact_history.contact_cycles(signals)
     rolls = contact_history.rolling_from(signals)
     free, recovery = contact_history.freed_after(signals, last)
-    shares = contact_history.contact_share(signals)
     sites = places(signals).sites
     values = {
         "contact": _nan(None if free is None else last is not None),
         "recovered": _nan(free),
         "rolling": float(rolls is not None),
-        "contact_share": math.nan if shares.get("0") is None else 1.0 - _nan(shares["0"]),
+        "contact_share": _nan(contact_history.share_in_contact(signals)),
         "rolling_from": _nan(rolls),
         "last_contact": _nan(last),
     }

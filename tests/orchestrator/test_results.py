@@ -9,6 +9,7 @@ import pytest
 from amb_cosim.results import contact_history, orbits, series
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import table
+from amb_sweeps.metrics import evaluate
 from tests.orchestrator.conftest import acting
 
 
@@ -368,3 +369,13 @@ def test_energy_error_is_the_largest_of_the_run(synthetic):
 def test_energies_without_a_record_are_none(synthetic):
     figures = figures_of(synthetic().drop_vars("rotor_contact.energy.work"))
     assert (figures["energy_J"], figures["energy_balance_relative"]) == (None, None)
+
+
+def test_share_in_contact_counts_bushes_too(synthetic):
+    """The retainers for 1.5 of the 5 cycles between disturbance and relief, a bush for another one."""
+    dataset = synthetic()
+    within = (dataset["cycle"].values >= 8.0) & (dataset["cycle"].values < 9.0)
+    assert contact_history.share_in_contact(dataset) == pytest.approx(0.3)
+    dataset["rotor_contact.eb1.mode"] = ("time", 1 * within)
+    assert contact_history.share_in_contact(dataset) == pytest.approx(0.5)
+    assert evaluate(dataset)[1]["contact_share"] == pytest.approx(0.5)

@@ -50,6 +50,13 @@ def contact_share(dataset: Signals) -> dict[str, float | None]:
     return {str(k): None if states is None else float(np.mean(states == k)) for k in values}
 
 
+def share_in_contact(dataset: Signals) -> float | None:
+    """Return the share of the time between disturbance and relief that the rotor is in contact at any site."""
+    names = ("contact_state", *(f"{site}.mode" for site in places(dataset).sites))
+    recorded = [values != FREE for name in names if (values := _while_loaded(dataset, name)) is not None]
+    return float(np.mean(np.any(recorded, axis=0))) if recorded else None
+
+
 def site_share(dataset: Signals) -> dict[str, float | None]:
     """Return the share of the time between disturbance and relief that the rotor is in contact at each site."""
     modes = {site: _while_loaded(dataset, f"{site}.mode") for site in touchable(dataset)}

@@ -49,7 +49,8 @@ def touchdown(dataset: Signals) -> Figure:
 
     Heights, which need gravity, are those in the bearings with retainers.
     """
-    drawn, retainers = [station for station in stations(dataset) if station.site], places(dataset).retainers
+    drawn, result = [station for station in stations(dataset) if station.site], places(dataset)
+    retainers = {**result.retainers, **result.second}
     warm = [station for station in drawn if parameters(dataset).get(f"{station.site}.heat_capacity")]
     heated = [station for station in drawn if f"rotor_contact.{station.site}.heat" in dataset]
     falls = bool(parameters(dataset).get("gravity"))
@@ -100,7 +101,15 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
 
 def _reach(dataset: Signals, station: Station) -> float:
     """Return the largest coordinate in the picture of an orbit (m)."""
-    return max(clearance(dataset, station.site), float(np.nanmax(np.abs(_seen(dataset, station)))))
+    ring = clearance(dataset, station.site) + float(np.abs(_offset(dataset, station.site)).max())
+    return max(ring, float(np.nanmax(np.abs(_seen(dataset, station)))))
+
+
+def _offset(dataset: Signals, site: str) -> Array:
+    """Return the place of a retainer at rest to the right and upwards, shape (2,) (m)."""
+    values = parameters(dataset)
+    offset = np.array([[float(values.get(f"{site}.offset_{axis}") or 0.0)] for axis in "xy"])
+    return turned_upright(dataset, offset)[:, 0]
 
 
 def _seen(dataset: Signals, station: Station) -> Array:
@@ -112,9 +121,7 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
     """Draw the path of the journal, that of a moving housing, and the clearance about its position at rest."""
     unit = length_unit(limit)
     x, y = unit.of(_seen(dataset, station))
-    values = parameters(dataset)
-    offset = np.array([[float(values.get(f"{station.site}.offset_{axis}", 0.0))] for axis in "xy"])
-    x_0, y_0 = unit.of(turned_upright(dataset, offset)[:, 0])
+    x_0, y_0 = unit.of(_offset(dataset, station.site))
     draw_retainer(panel, clearance(dataset, station.site) / unit.size, (float(x_0), float(y_0)))
     panel.plot(x, y, color=colour_of(dataset, station.site), lw=0.6)
     if _has_housing(dataset, station):
@@ -131,7 +138,8 @@ def _draw_heights(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
         heights = height(dataset, station.place)
         if heights is not None:
             panel.plot(time_values(dataset), unit.of(heights), color=colour_of(dataset, station.site))
-            panel.axhline(-clearance(dataset, station.site) / unit.size, color="black", lw=0.8, ls=DASHED)
+            lowest = float(_offset(dataset, station.site)[1]) - clearance(dataset, station.site)
+            panel.axhline(lowest / unit.size, color="black", lw=0.8, ls=DASHED)
     panel.set_title("Height against gravity", loc="left", pad=title_padding(dataset, highest=True))
     panel.set_ylabel(f"height ({unit.label})")
 
