@@ -4,12 +4,13 @@ Journals fall from the centre. At worst, all of their speed becomes motion along
 then drives them up the other side, against weight and damping. With theta from the lowest point and u = theta'^2
 
     (M c/2) du/dtheta = mu (N + W cos theta) - W sin theta - L,    u(0) = 2 g/c                         (1)
-    N + i L = sum_j c_j p_j' (-E c p)_j/c,    E = (R + H)^-1,    M = N/(c omega^2)                      (2)
+    N + i L = sum_j c_j (-E c)_j/c,    E = (R + H)^-1,    M = N/(c omega^2)                             (2)
 
 where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H the
-receptances of `unpowered`, p_j' the conjugate of p_j, and c the mean clearance. M is that at sqrt(g/c). The journals
-whirl if u and N + W cos theta are positive up to the top, theta = pi. The angle between two journals is that of the
-largest N, where their whirl is stable. Races are assumed at rest; a turning race reduces friction.
+receptances of `unpowered`, and c the mean clearance. M is that at sqrt(g/c). The journals whirl if u and
+N + W cos theta are positive up to the top, theta = pi. Two journals swing side by side, as they fall: on opposite sides,
+where gyroscopic moments make N large, neither their speed nor their weight would be that of a fall. Races are assumed
+at rest; a turning race reduces friction.
 
 A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (12 mu^2
 exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls with
@@ -73,7 +74,7 @@ def whirl_forces(relative: Callable[[float], Complex], at: Sequence[int], c: Arr
     mean = float(c.mean())
     omega = np.sqrt(g / mean) * np.linspace(SLOWEST, FASTEST, FREQUENCIES)
     chosen = np.ix_(at, at)
-    power = np.array([_power(-np.linalg.inv(relative(-float(frequency))[chosen]), c) for frequency in omega]) / mean
+    power = np.array([-c @ np.linalg.inv(relative(-float(frequency))[chosen]) @ c for frequency in omega]) / mean
     return WhirlForces(mean, omega, power.real, power.imag)
 
 
@@ -119,11 +120,3 @@ def passes_the_top(forces: WhirlForces, mu: Array, W: float, g: float) -> Bools:
         u = u + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         whirls &= (u > 0.0) & (forces.at(u)[0] + W * np.cos(theta + step) > 0.0)
     return whirls
-
-
-def _power(force: Complex, c: Array) -> complex:
-    """Return sum c_j p_j' (force c p)_j of journals at the angle at which its real part is largest."""
-    p = np.ones(len(c), dtype=complex)
-    if len(c) == 2:
-        p[1] = np.exp(-1j * np.angle(force[0, 1] + np.conj(force[1, 0])))
-    return complex((c * p.conj()) @ force @ (c * p))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.steady_contact.swing import MOST, least_swinging_friction, whirl_forces
-from amb_analysis.steady_contact.synchronous_states import all_sets
 from amb_analysis.steady_contact.unpowered import relative_receptances
 from amb_assessment.assessment.findings import Quantity
 from amb_assessment.assessment.stages import co_simulated
@@ -19,9 +20,8 @@ from rotor_analysis.refinement import refined
 from rotor_analysis.static_load import carried_at
 
 SPEEDS = 5  # from standstill to the trip speed, before refinement about minima
-MARGIN = (
-    2.0  # least ratio of this friction to that of landings, as in the criteria; above it no landing whirls by chance
-)
+ROUNDING = 1e-9  # of a clearance, by which retainers on a line may differ from it
+MARGIN = 2.0  # of this friction over that of landings, as in the criteria; above it no landing whirls by chance
 
 
 def whirl_friction(subject: Subject, friction: float) -> Quantity:
@@ -36,16 +36,14 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
     """
     highest = subject.file.speed.tripping
     linear_source = source_of_run(plan_run(co_simulated(subject, subject.file.speed.highest)))
-    nodes = {site.name: site.node for site in subject.rotor.sites}
-    masses = _carried(subject, [nodes[site] for site in subject.retainers])
     c = np.array([subject.parameters[PLANT][f"{site}.clearance"] for site in subject.retainers])
     across = abs(subject.parameters[PLANT]["gravity"])
     g = across or STANDARD_GRAVITY
-    sets = [list(chosen) for chosen in all_sets(len(c), 2)[1:]]
+    sets, masses = zip(*_lying(subject, c), strict=True)
 
     def least(Omega: float) -> list[float]:
         relative = relative_receptances(linear_source, Omega, subject.retainers)
-        weights = [across * float(c[at] @ masses[at] / c[at].mean()) for at in sets]
+        weights = [across * float(c[at] @ mass / c[at].mean()) for at, mass in zip(sets, masses, strict=True)]
         forces = [whirl_forces(relative, at, c[at], g) for at in sets]
         return [least_swinging_friction(F, W, g) for F, W in zip(forces, weights, strict=True)]
 
@@ -78,6 +76,36 @@ def whirl_facts(least: Quantity) -> dict[str, float]:
     return {"whirl_friction": least.value, **least.facts}
 
 
-def _carried(subject: Subject, nodes: list[int]) -> Array:
-    """Return the mass (kg) at each retainer; the whole rotor's if all are at the same node."""
-    return np.array(carried_at(subject.rotor, nodes) if len(set(nodes)) > 1 else [subject.rotor.mass] * len(nodes))
+def _lying(subject: Subject, c: Array) -> list[tuple[list[int], Array]]:
+    """Return the retainers, one or two, in which a fall can whirl, by number, and the mass (kg) that each carries.
+
+    Two are those on which a rotor lies: each carries a share by the rule of the lever, and the line through both
+    journals reaches no other retainer. If there are none, as with a centre of mass beyond the retainers, any two count.
+    One carries the least of its shares, or all of the mass if it has no other.
+
+    Parameters
+    ----------
+    subject, c
+        The machine, and the clearances (m) of its retainers, shape (n,).
+    """
+    node_of = {site.name: site.node for site in subject.rotor.sites}
+    nodes = [node_of[site] for site in subject.retainers]
+    z, pairs = subject.z[np.array(nodes) - 1], list[tuple[list[int], Array]]()
+    for i, j in combinations(range(len(c)), 2):
+        if nodes[i] != nodes[j]:
+            pairs.append(([i, j], np.array(carried_at(subject.rotor, [nodes[i], nodes[j]]))))
+    if not pairs:
+        return [([k], np.array([subject.rotor.mass])) for k in range(len(c))]
+
+    def is_reached(at: list[int], mass: Array) -> bool:
+        i, j = at
+        along = c[i] + (c[j] - c[i]) * (z - z[i]) / (z[j] - z[i])
+        return bool(mass.min() > 0.0 and np.all(np.abs(along) <= c * (1.0 + ROUNDING)))
+
+    pairs = [pair for pair in pairs if is_reached(*pair)] or pairs
+    shares: dict[int, float] = {}
+    for at, mass in pairs:
+        for k, share in zip(at, mass.tolist(), strict=True):
+            if share > 0.0:
+                shares[k] = min(share, shares.get(k, share))
+    return [*(([k], np.array([share])) for k, share in sorted(shares.items())), *pairs]

@@ -44,6 +44,19 @@ def test_rigid_rotor_in_rigid_retainers_matches_the_closed_form(mass, clearance,
     assert friction_of(TwoBodies(mass=mass, clearance=clearance), g) == pytest.approx(RIGID, rel=1e-3)
 
 
+@pytest.mark.parametrize("Omega", [0.0, 1e3, 5e3])
+def test_gyroscopic_moments_do_not_act_on_journals_that_swing_side_by_side(Omega):
+    """A rigid rotor with J_p Omega/(J_t sqrt(g/c)) up to 10 has the closed form at all speeds: it does not tilt."""
+    mass, polar, transverse, arms = 2.0 * HALF, 0.02, 0.07, np.array([-0.15, 0.15])
+
+    def relative(omega):
+        tilting = transverse * omega**2 - polar * Omega * omega
+        return -np.ones((2, 2)) / (mass * omega**2) - np.outer(arms, arms) / tilting
+
+    forces = whirl_forces(relative, [0, 1], np.full(2, CLEARANCE), G)
+    assert least_swinging_friction(forces, mass * G, G) == pytest.approx(RIGID, rel=1e-3)
+
+
 def swing_up(mu, **mount):
     """Return the angle from the lowest point at each time, and the mode of contact, of a fall from the centre."""
     model = TwoBodies(mass=HALF, clearance=CLEARANCE, force=-1j * HALF * G, mu=mu, **mount)

@@ -87,6 +87,19 @@ def test_whirl_friction_on_rigid_retainers_is_near_that_of_a_rigid_rotor():
     assert_names(without.where, "td_a", "td_b", "1/min")
 
 
+def test_a_retainer_that_a_fallen_rotor_does_not_reach_counts_for_nothing(tmp_path):
+    """A third one of 1 mm between those of 0.2 mm; the file may begin with any of them."""
+    files_of("blower", tmp_path)
+    before = least(tmp_path)
+    wide = {"name": "wide", "z": 0.2, "bearing": "amb_a", "clearance": 1e-3}
+    rotor = read(tmp_path / "rotor.toml")
+    for sites in ([*rotor["sites"], wide], [wide, *rotor["sites"]]):
+        rewritten(lambda made, sites=sites: made | {"sites": sites}, tmp_path)
+        after = least(tmp_path)
+        assert after.value == pytest.approx(before.value, rel=5e-3)
+        assert after.where.split(",")[0] == before.where.split(",")[0]
+
+
 def test_the_advised_mounts_suffice():
     """The rotor sinks by an eighth of the clearance; a damping of 0.3 to 1.5 times k/sqrt(g/c)."""
     file = load_machine(BLOWER / "machine.toml")
