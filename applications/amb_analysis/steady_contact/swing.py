@@ -8,9 +8,9 @@ then drives them up the other side, against weight and damping. With theta from 
 
 where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H the
 receptances of `unpowered`, and c the mean clearance. M is that at sqrt(g/c). The journals whirl if u and
-N + W cos theta are positive up to the top, theta = pi. Two journals swing side by side, as they fall: on opposite sides,
-where gyroscopic moments make N large, neither their speed nor their weight would be that of a fall. Races are assumed
-at rest; a turning race reduces friction.
+N + W cos theta are positive up to the top, theta = pi. Two journals swing side by side, as they fall: on opposite
+sides, where gyroscopic moments make N large, neither their speed nor their weight would be that of a fall. Races are
+assumed at rest; a turning race reduces friction.
 
 A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (12 mu^2
 exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls with
