@@ -186,7 +186,7 @@ def test_a_small_file_with_huge_arrays_is_refused_before_they_are_read(tmp_path,
     else:
         np.savez_compressed(path, **matrices)
     assert path.stat().st_size < 1e6
-    with pytest.raises(ValueError, match=rf"law\.{suffix}: .*\.{suffix} file: .* 288\d+ bytes.* 268435456$"):
+    with pytest.raises(ValueError, match=rf"law\.{suffix}: .*\.{suffix} file: .* 288\d+ bytes.* 268435456 bytes$"):
         linear_controller(path)
 
 

@@ -218,7 +218,7 @@ def with_bush(dataset, x, y, mode=SLIDING):
     return dataset.assign(values).assign_attrs(places=json.dumps(places), parameters=json.dumps(known))
 
 
-def test_a_rotor_that_whirls_in_a_narrow_bush_is_not_at_rest(found):
+def test_a_rotor_that_whirls_in_a_narrow_bush_is_not_at_rest(fall_summary):
     """A circle of 30 um is 4 % of the clearance of the retainers, and 60 % of that of the bush."""
     t = fall()["time"].values
     circle = 30e-6 * np.exp(40j * t)
@@ -227,7 +227,7 @@ def test_a_rotor_that_whirls_in_a_narrow_bush_is_not_at_rest(found):
         for mb in ("mb1", "mb2")
         for axis, of in (("x", circle.real), ("y", circle.imag))
     }
-    assert touchdown(fall(**moved)).rest_after == pytest.approx(found.rest_after, abs=0.01)
+    assert touchdown(fall(**moved)).rest_after == pytest.approx(fall_summary.rest_after, abs=0.01)
     assert touchdown(with_bush(fall(**moved), circle.real, circle.imag)).rest_after is None
 
 
