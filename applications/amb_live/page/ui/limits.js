@@ -15,7 +15,7 @@ export function currentLimits(session) {
 
 /**
  * Return limits as text: each once, with ± where both signs occur.
- * @param {string} common name
+ * @param {string} name of all
  * @param {readonly number[]} limits in the displayed unit
  */
 export function limitsText(name, limits) {
