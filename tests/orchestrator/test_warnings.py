@@ -18,11 +18,12 @@ PORTS = {
     name: Port(f"{name}.cut", "Boolean", "output", k, warning=TEMPLATE.replace("limit", f"{name}.limit"))
     for k, name in enumerate(("mb1", "mb2"))
 }
+ALL_PORTS = (*PORTS.values(), Port("mb1.limit", "Real", "output", 2), Port("mb2.limit", "Real", "input", 3))
 
 
 def warning_records(log=(), values=(), **samples):
     recorded = {f"{name}.cut": np.isin(TIMES, true).astype(float) for name, true in samples.items()} | dict(values)
-    return of_component("actuator", {port.name: port for port in PORTS.values()}, log, -2.0, TIMES, recorded)
+    return of_component("actuator", {port.name: port for port in ALL_PORTS}, log, -2.0, TIMES, recorded)
 
 
 def logged(name, time):
@@ -49,6 +50,13 @@ def test_a_recorded_value_in_a_warning_has_its_range_while_it_was_true(true, exp
     limits = np.select([TIMES == 2.0, TIMES == 3.0, TIMES == 6.0], [9.0, 8.0, 13.0], 99.0)
     (warned,) = warning_records([logged("mb1", 1.25)], {"mb1.limit": limits}, mb1=true)
     assert warned.sentence == f"the current is cut to {expected} A"
+
+
+def test_an_input_in_a_warning_has_the_value_at_its_time():
+    """A sample has the input of the next step, which may no longer be true."""
+    limits = np.where(TIMES < 2.0, 10.0, 99.0)
+    (warned,) = warning_records([logged("mb2", 1.25)], {"mb2.limit": limits}, mb2=[2.0])
+    assert warned.sentence == "the current is cut to 10 A"
 
 
 def test_an_unrecorded_warning_is_taken_from_the_log():

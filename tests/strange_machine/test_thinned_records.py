@@ -58,7 +58,7 @@ def test_a_thinned_record_has_few_samples(thin, touchdown):
 
 def test_a_thinned_run_marks_its_orbits_as_sampled(thin, touchdown):
     (notice,) = set(thin.summary.notices) - set(touchdown.summary.notices)
-    assert_names(notice, "100 steps", "samples", "record.every = 1")
+    assert_names(notice, "100 steps", "sampled", "record.every = 1")
 
 
 def test_a_thinned_run_is_the_same_in_the_plain_loop(thin):

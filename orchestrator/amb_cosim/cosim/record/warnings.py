@@ -30,7 +30,7 @@ class WarningRecord:
     kind
         The declared sentence without values and places: the same for all outputs with this warning.
     sentence
-        The sentence with the values at the time of logging; of recorded outputs, with their range while it was true.
+        The sentence with the values at the time of logging; of recorded outputs with their range while it was true.
     first, last
         First and last time at which it was true (s); the first may be before time 0, during settling.
     share
@@ -76,8 +76,9 @@ def of_component(
             logged.setdefault(match["variable"], (float(match["time"] or start), match["sentence"]))
         else:
             others.append(WarningRecord(component, "", text, text))
+    outputs = {name: values for name, values in recorded.items() if name in ports and ports[name].causality == "output"}
     declared = (
-        _of_output(component, port, logged.get(port.name), times, recorded) for port in ports.values() if port.warning
+        _of_output(component, port, logged.get(port.name), times, outputs) for port in ports.values() if port.warning
     )
     return [*(warned for warned in declared if warned is not None), *others]
 
