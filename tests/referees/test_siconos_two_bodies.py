@@ -40,6 +40,7 @@ def siconos_data(model: TwoBodies) -> dict[str, np.ndarray]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", [0.0, 0.4])
 def test_frictionless_bodies_move_as_in_siconos(e: float, siconos: Siconos) -> None:
     """The last bounces, which each code truncates differently, leave 1e-8 m."""
