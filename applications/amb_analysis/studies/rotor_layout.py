@@ -57,7 +57,7 @@ class RotorLayout(DrawnResult):
         Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors of
         those of the plant's model (%).
     whirl
-        The same of forward and backward whirl of the free rotor at the highest speed; None if its file states none.
+        Error of the plant's whirl as a free rotor at the highest speed; None if the rotor file states no speed.
     description
         The rotor, for the figure.
     limits
@@ -137,7 +137,7 @@ class RotorLayout(DrawnResult):
         return [table]
 
     def _whirl_table(self) -> list[TextBlock]:
-        """Return the table of whirl at the highest speed, or nothing where the file states none."""
+        """Return the table of whirl at the highest speed, or nothing if the file states no speed."""
         whirl = self.whirl
         if whirl is None:
             return []

@@ -51,8 +51,8 @@ class Retainer:
     free, sliding, rolling
         Time from release on in each mode of contact (s).
     whirl
-        `backward` if the rotor turned so about the site at any time, by `WHIRLS`, see `_turning`; or `forward`; `none`
-        if it did neither.
+        `backward` if the rotor turned so about the site at any time, by `WHIRLS` (see `_most_turning`), or `forward`;
+        `none` if it did neither.
     whirl_speed
         Mean whirl speed in contact during that time (rad/s), backward negative; a mean over the angle turned, so that a
         rotor at rest does not count.
@@ -251,8 +251,8 @@ def _most_turning(angles: Array) -> tuple[float, int, int]:
 
         sum(angles) - sum(|angles|)/2                                                                 (1)
 
-    is half the angle of a motion that only goes ahead, and nothing of one that gets ahead by half of the angle that it
-    goes to and fro. With pi it gets around by a turn or more. More angles have no less of it.
+    is half the angle of a motion in one direction, and 0 for one whose net angle is half of its total angle. From pi on
+    the net angle is a turn or more. Further angles never reduce the result.
     """
     total = np.append(0.0, np.cumsum(angles - 0.5 * np.abs(angles)))
     gained = total - np.minimum.accumulate(total)
