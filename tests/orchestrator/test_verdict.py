@@ -6,7 +6,9 @@ from io import StringIO
 import numpy as np
 import pytest
 from rich.console import Console
+from threadpoolctl import threadpool_info, threadpool_limits
 
+from amb_cosim.results.growth import grows
 from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import print_summary
@@ -179,3 +181,19 @@ def test_warnings_without_effect_on_the_verdict_are_one_counted_line(synthetic):
     lines = printed(warned(synthetic(), "solver.tolerance_missed", "eb1.passed", "mb1.saturated")).splitlines()
     assert lines[-2].startswith("warning: eb1.passed is off; change it (eb1.passed")
     assert lines[-1] == "2 more warnings, printed by --all: solver.tolerance_missed is off; mb1.saturated is off"
+
+
+def test_growth_is_judged_with_one_blas_thread(monkeypatch):
+    """Threads of a busy machine wait for each other: 0.1 s in place of 1 ms for 160 samples of eight signals."""
+    seen, solve = [], np.linalg.lstsq
+
+    def lstsq(*args, **options):
+        seen.extend(library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas")
+        return solve(*args, **options)
+
+    monkeypatch.setattr(np.linalg, "lstsq", lstsq)
+    with threadpool_limits(2, user_api="blas"):
+        assert grows(np.exp(0.1 * np.arange(60.0))[:, None], 1e-6)
+        after = {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+    assert set(seen) == {1}
+    assert after == {2}

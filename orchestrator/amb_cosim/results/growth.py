@@ -21,6 +21,7 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from amb_cosim.cosim.basics.blas import one_blas_thread
 from array_types import Array, Complex
 
 GROWTH = 1.5  # of the mean square from the first to the last third
@@ -44,7 +45,13 @@ def grows(motion: Array, rest: float) -> bool:
     n = len(motion)
     if n < FEWEST or not np.ptp(motion, axis=0).max() > rest:
         return False
-    motion = motion - motion.mean(axis=0)
+    with one_blas_thread():  # several threads wait for each other, 0.1 s on a busy machine
+        return _has_growing_part(motion - motion.mean(axis=0), rest)
+
+
+def _has_growing_part(motion: Array, rest: float) -> bool:
+    """Return whether motion about its mean has a growing part above rest."""
+    n = len(motion)
     z = _poles(motion)
     growing = n * np.log(np.abs(z)) > 0.75 * math.log(GROWTH)
     if not growing.any():
