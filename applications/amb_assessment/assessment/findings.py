@@ -53,6 +53,8 @@ class Quantity:
         Note for the reader.
     open
         Reason why the value may become worse, so that a criterion can be missed but not met; otherwise empty.
+    chaotic
+        Reason why the value is chance, so that a criterion can be neither met nor missed; otherwise empty.
     levitated
         Whether it describes a levitated rotor: if the loop is unstable, its criteria are not answered.
     """
@@ -64,6 +66,7 @@ class Quantity:
     facts: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
     open: str = ""
+    chaotic: str = ""
     levitated: bool = False
 
     @property
@@ -187,6 +190,6 @@ def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float], in
     if criterion.unit != item.unit:
         reason = f"the criterion is in {criterion.unit or '1'}, the quantity in {item.unit or '1'}"
         return Finding(item, criterion, Judgement.UNANSWERED, reason=reason)
-    if item.open and verdict is Judgement.MET:
-        return Finding(item, criterion, Judgement.UNANSWERED, limit, reason=item.open)
+    if reason := item.chaotic or (item.open if verdict is Judgement.MET else ""):
+        return Finding(item, criterion, Judgement.UNANSWERED, limit, reason=reason)
     return Finding(item, criterion, verdict, limit, criterion.zone_of(item.value))

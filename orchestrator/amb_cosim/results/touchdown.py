@@ -120,6 +120,11 @@ class Touchdown:
     free_after: Annotated[float | None, "s"]
     standstill_after: Annotated[float | None, "s"]
 
+    @property
+    def whirls_backward_at(self) -> list[str]:
+        """The touched sites at which the rotor has whirled backward."""
+        return [site for site, item in self.retainers.items() if item.whirl == "backward"]
+
 
 def touchdown(dataset: Signals) -> Touchdown | None:
     """Describe the touchdown of a run; None without contact, or without both gravity and an amplifier that is off."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -27,6 +28,28 @@ def test_an_unfinished_landing_is_missed_or_open_and_never_met(value, verdict):
     assert (found.reason == item.open) is (verdict is Judgement.UNANSWERED)
     (ended,) = judge([replace(item, value=0.0, open="")], load_criteria(["physics"]), {})
     assert ended.verdict is Judgement.MET
+
+
+@pytest.mark.parametrize("whirling", [(), (9,), (18,), (9, 18)])
+def test_the_force_of_a_backward_whirl_decides_nothing(monkeypatch, whirling):
+    """The page of the blower: 56 weights in one landing that whirls, 169 in another of the same machine."""
+    forces, kept = {9: 56.0, 18: 169.0}, iter((9, 18))
+
+    def landed(*_, **__):
+        n = next(kept)
+        touchdown = SimpleNamespace(whirls_backward_at=["rb1"] if n in whirling else [])
+        return SimpleNamespace(
+            summary=SimpleNamespace(touchdown=touchdown, averaged_contact_force={"rb1": forces[n], "rb2": None})
+        )
+
+    monkeypatch.setattr(rest, "simulate", landed)
+    (item,) = rest._convergence(subject_of(load_machine(BLOWER)), 900.0, {}, {})
+    assert item.value == pytest.approx(100.0 * (169.0 / 56.0 - 1.0))
+    (found,) = judge([item], load_criteria(["physics"]), {})
+    assert found.verdict is (Judgement.UNANSWERED if whirling else Judgement.MISSED)
+    if whirling:
+        assert_names(found.reason, "backward", *(f"{n} modes" for n in whirling))
+    assert judge([replace(item, value=0.0)], load_criteria(["physics"]), {})[0].verdict is not Judgement.MISSED
 
 
 def test_a_machine_without_gravity_does_not_land():

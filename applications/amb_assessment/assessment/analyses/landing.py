@@ -166,7 +166,7 @@ def _with_results(result: Result, landing: Landing, retainers: Sequence[str]) ->
     return replace(
         landing,
         forces={site: float(item or 0.0) for site, item in summary.averaged_contact_force.items()},
-        whirls_backward=any(item.whirl == "backward" for item in touched.values()),
+        whirls_backward=touchdown is not None and bool(touchdown.whirls_backward_at),
         rests=touchdown is not None and touchdown.rest_after is not None,
         rocks_within=None if touchdown is None else touchdown.rocks_within,
         touches=tuple(site for site in touched if site not in retainers),

@@ -166,7 +166,7 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
     """Yield whether the rotor whirls backward, or touches anything but its retainers, until the end of the run."""
     end = f"{float(times[-1]):.4g} s without power"
     others = [site for site in touchdown.retainers if site not in subject.retainers]
-    whirls = [site for site, item in touchdown.retainers.items() if item.whirl == "backward"]
+    whirls = touchdown.whirls_backward_at
     ends = touchdown.rest_after, touchdown.rocks_within, touchdown.standstill_after
     ended = any(time is not None for time in ends)
     reason = "" if ended else f"neither at rest nor in steady rocking within {end}, the end of the run"
@@ -209,16 +209,28 @@ def _number(value: float | None) -> str:
 def _convergence(
     subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
 ) -> list[Quantity]:
-    """Return the change of the largest averaged force with twice the modes, if there are more."""
+    """Return the change of the largest averaged force with twice the modes, if there are more.
+
+    The force in a backward whirl is chance: it differs as much between runs with the same modes.
+    """
     retained, most = elastic_shapes(subject.rotor)
     more = min(max(2 * retained, FEWEST), most)
     if subject.rotor.reduction.method == "none" or more <= retained:
         return []
-    machines = (subject, subject_of(subject.file, subject.flavour, more))
-    forces = [_largest(simulate(item, Omega, inputs, end_time=CONVERGENCE, **lost)) for item in machines]
+    machines = {retained: subject, more: subject_of(subject.file, subject.flavour, more)}
+    runs = {n: simulate(item, Omega, inputs, end_time=CONVERGENCE, **lost) for n, item in machines.items()}
+    forces = [_largest(run) for run in runs.values()]
     change = 100.0 * abs(forces[1] / forces[0] - 1.0)
     note = f"{forces[0]:.4g} N with {retained} modes per plane of motion, {forces[1]:.4g} N with {more}; mean over 1 ms"
-    return [Quantity("landing_force_change", "largest force, twice the modes", change, "%", {}, note)]
+    whirling = " and ".join(f"{n} modes" for n, run in runs.items() if _whirls_backward(run))
+    reason = f"the landing with {whirling} whirls backward, and the force of such a landing is chance"
+    chaotic = reason if whirling else ""
+    return [Quantity("landing_force_change", "largest force, twice the modes", change, "%", {}, note, chaotic=chaotic)]
+
+
+def _whirls_backward(result: Result) -> bool:
+    touchdown = result.summary.touchdown
+    return touchdown is not None and bool(touchdown.whirls_backward_at)
 
 
 def _largest(result: Result) -> float:
