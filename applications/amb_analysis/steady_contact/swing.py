@@ -1,9 +1,10 @@
 """Swing: the least friction that drives a fall in the retainers over their top, into backward whirl.
 
-Journals fall from the centre. At worst, all of their speed becomes motion along the circle, against the spin. Friction
-then drives them up the other side, against weight and damping. With theta from the lowest point and u = theta'^2
+Journals fall by h c from where they levitate to the lowest point, h = 1 from the centre of the retainers. At worst, all
+of their speed becomes motion along the circle, against the spin. Friction then drives them up the other side, against
+weight and damping. With theta from the lowest point and u = theta'^2
 
-    (M c/2) du/dtheta = mu (N + W cos theta) - W sin theta - L,    u(0) = 2 g/c                         (1)
+    (M c/2) du/dtheta = mu (N + W cos theta) - W sin theta - L,    u(0) = 2 g h/c                       (1)
     N + i L = sum_j c_j (-E c)_j/c,    E = (R + H)^-1,    M = N/(c omega^2)                             (2)
 
 where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H the
@@ -12,8 +13,8 @@ N + W cos theta are positive up to the top, theta = pi. Two journals swing side 
 sides, where gyroscopic moments make N large, neither their speed nor their weight would be that of a fall. Races are
 assumed at rest; a turning race reduces friction.
 
-A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (12 mu^2
-exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls with
+A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (2 (h (1 +
+4 mu^2) - 1 + 2 mu^2) exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls from the centre with
 
     12 mu^2 exp(2 pi mu) > 3,    mu > 0.2373                                                            (3)
 
@@ -78,7 +79,7 @@ def whirl_forces(relative: Callable[[float], Complex], at: Sequence[int], c: Arr
     return WhirlForces(mean, omega, power.real, power.imag)
 
 
-def least_swinging_friction(forces: WhirlForces, W: float, g: float) -> float:
+def least_swinging_friction(forces: WhirlForces, W: float, g: float, h: float = 1.0) -> float:
     """Return the least friction coefficient with which a fall becomes a backward whirl by (1), at most `MOST`.
 
     Parameters
@@ -87,20 +88,22 @@ def least_swinging_friction(forces: WhirlForces, W: float, g: float) -> float:
         Forces of the journals that fall.
     W, g
         Weight that they carry (N), and acceleration of gravity (m/s^2).
+    h
+        Height from which they fall to the lowest point, over the clearance.
     """
     low, high = 0.0, MOST
     for _ in range(ROUNDS):
         mu = np.linspace(low, high, TRIALS)
-        over = np.flatnonzero(passes_the_top(forces, mu, W, g))
+        over = np.flatnonzero(passes_the_top(forces, mu, W, g, h))
         if not len(over):
             return MOST
         low, high = float(mu[max(over[0] - 1, 0)]), float(mu[over[0]])
     return high
 
 
-def passes_the_top(forces: WhirlForces, mu: Array, W: float, g: float) -> Bools:
+def passes_the_top(forces: WhirlForces, mu: Array, W: float, g: float, h: float = 1.0) -> Bools:
     """Return whether journals pass the top by (1), for each friction coefficient, shape (n,)."""
-    c, u, step = forces.c, np.full(len(mu), 2.0 * g / forces.c), np.pi / STEPS
+    c, u, step = forces.c, np.full(len(mu), 2.0 * g * h / forces.c), np.pi / STEPS
     start = np.sqrt(g / c)
     M = float(np.interp(start, forces.omega, forces.N)) / (c * start**2)
     if M <= 0.0:

@@ -44,6 +44,17 @@ def test_rigid_rotor_in_rigid_retainers_matches_the_closed_form(mass, clearance,
     assert friction_of(TwoBodies(mass=mass, clearance=clearance), g) == pytest.approx(RIGID, rel=1e-3)
 
 
+@pytest.mark.parametrize("h", [0.5, 1.0, 1.8])
+def test_a_higher_fall_whirls_with_less_friction(h):
+    """N + W cos theta at the top, from the linear equation of a rigid rotor with u(0) = 2 g h/c."""
+
+    def at_top(mu):
+        return 2.0 * (h * (1.0 + 4.0 * mu**2) - 1.0 + 2.0 * mu**2) * math.exp(2.0 * math.pi * mu) - 3.0
+
+    forces = whirl_forces(rotor_and_mount(TwoBodies(mass=HALF, clearance=CLEARANCE)), [0], np.array([CLEARANCE]), G)
+    assert least_swinging_friction(forces, HALF * G, G, h) == pytest.approx(brentq(at_top, 0.0, 0.6), rel=1e-3)
+
+
 @pytest.mark.parametrize("Omega", [0.0, 1e3, 5e3])
 def test_gyroscopic_moments_do_not_act_on_journals_that_swing_side_by_side(Omega):
     """A rigid rotor with J_p Omega/(J_t sqrt(g/c)) up to 10 has the closed form at all speeds: it does not tilt."""

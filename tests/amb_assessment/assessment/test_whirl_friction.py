@@ -17,6 +17,7 @@ from amb_assessment.assessment.analyses import landing
 from amb_assessment.assessment.assess import check_machine
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, Quantity, judge
+from amb_assessment.assessment.lying_rotor import lying_on
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.runs import worst_inputs
 from amb_assessment.assessment.whirl_friction import chance, whirl_friction
@@ -61,6 +62,15 @@ def least(folder_or_file, **parameters):
     return whirl_friction(check_machine(file), FRICTION)
 
 
+def with_offset(file, sites, lower):
+    """Return a machine with the centres of some retainers lower by some metres."""
+    p = check_machine(file).parameters["rotor_contact"]
+    sign, angle = math.copysign(1.0, p["gravity"]), p["gravity_angle"]
+    offset = {f"{sites}.offset_x": lower * sign * math.cos(angle), f"{sites}.offset_y": lower * sign * math.sin(angle)}
+    plant = {**file.parameters.get("rotor_contact", {}), **offset}
+    return file.model_copy(update={"parameters": {**file.parameters, "rotor_contact": plant}})
+
+
 def verdict_on(quantity):
     (found,) = judge([quantity], load_criteria(["physics"]), {})
     return found.verdict
@@ -98,6 +108,36 @@ def test_a_retainer_that_a_fallen_rotor_does_not_reach_counts_for_nothing(tmp_pa
         after = least(tmp_path)
         assert after.value == pytest.approx(before.value, rel=5e-3)
         assert after.where.split(",")[0] == before.where.split(",")[0]
+
+
+@pytest.mark.parametrize("share", [-0.5, 0.8])
+def test_offset_retainers_change_the_height_of_the_fall(share):
+    """By h = 1 + share: 2 (h (1 + 4 mu^2) - 1 + 2 mu^2) exp(2 pi mu) = 3 for a rigid rotor in rigid retainers."""
+    file = load_machine(BLOWER / "machine.toml").model_copy(update={"stages": ()})
+    low = with_offset(file, "td_?", share * 0.2e-3)
+
+    def at_top(mu, h=1.0 + share):
+        return 2.0 * (h * (1.0 + 4.0 * mu**2) - 1.0 + 2.0 * mu**2) * math.exp(2.0 * math.pi * mu) - 3.0
+
+    assert least(low).value == pytest.approx(brentq(at_top, 0.0, 0.6), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("clearance", "lower", "pairs"),
+    [
+        (0.6e-3, -0.57e-3, {("other", "td_b")}),
+        (0.15e-3, 0.1e-3, {("td_a", "td_b")}),
+        (0.15e-3, 0.0, {("other", "td_b")}),
+    ],
+)
+def test_offset_decides_whether_a_fallen_rotor_reaches_a_retainer(clearance, lower, pairs, tmp_path):
+    """Beside retainers of 0.2 mm: the lowest points of the other one are at 0.03, 0.25 and 0.15 mm."""
+    files_of("blower", tmp_path)
+    other = {"name": "other", "z": 0.2, "bearing": "amb_a", "clearance": clearance}
+    rewritten(lambda made: made | {"sites": [other, *made["sites"]]}, tmp_path)
+    subject = check_machine(with_offset(load_machine(tmp_path / "machine.toml"), "other", lower))
+    names = (tuple(sorted(subject.retainers[k] for k in lying.at)) for lying in lying_on(subject))
+    assert {pair for pair in names if len(pair) == 2} == pairs
 
 
 def test_the_advised_mounts_suffice():

@@ -1,0 +1,97 @@
+"""The retainers on which a rotor without power lies, or in which it can whirl, and what each carries."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from amb_assessment.assessment.subject import Subject
+from amb_cosim.results.component_names import PLANT
+from array_types import Array, Complex
+from rotor_analysis.static_load import carried_at
+
+ROUNDING = 1e-9  # of a clearance, by which retainers on a line may differ from it
+SIDES = 16  # to which a rotor without gravity across its shaft may lean
+
+
+class LyingOn(NamedTuple):
+    """One or two retainers in which a fall can whirl.
+
+    at, mass
+        Their numbers among the retainers of the machine, and the mass (kg) that each carries.
+    height
+        Fall of the carried mass from where it levitates to its lowest point, over that from the retainers' centres.
+    """
+
+    at: list[int]
+    mass: Array
+    height: float
+
+
+def clearances(subject: Subject) -> Array:
+    """Return the radial clearances of a machine's retainers (m)."""
+    return np.array([subject.parameters[PLANT][f"{site}.clearance"] for site in subject.retainers])
+
+
+def carried_masses(subject: Subject) -> dict[str, float]:
+    """Return the largest mass (kg) that each retainer carries of a lying rotor; 0 if the rotor does not reach it."""
+    result = dict.fromkeys(subject.retainers, 0.0)
+    for lying in lying_on(subject) if result else ():
+        for k, mass in zip(lying.at, lying.mass.tolist(), strict=True):
+            result[subject.retainers[k]] = max(mass, result[subject.retainers[k]])
+    return result
+
+
+def lying_on(subject: Subject) -> list[LyingOn]:
+    """Return the retainers, one or two, in which a fall can whirl.
+
+    Two are those on which a rotor lies: each carries a share by the rule of the lever, and the line through both
+    journals at their lowest points reaches no other retainer. If there are none, as with a centre of mass beyond the
+    retainers, any two count. One carries the least of its shares, or all of the mass if it has no other. Without
+    gravity across the shaft the journals may lean to any side.
+    """
+    c, p = clearances(subject), subject.parameters[PLANT]
+    offset = np.array([complex(*(p[f"{site}.offset_{axis}"] for axis in "xy")) for site in subject.retainers])
+    down = complex(np.sign(p["gravity"]) * np.exp(1j * p["gravity_angle"]))
+    sinks = (offset * down.conjugate()).real
+    return [
+        LyingOn(at, mass, 1.0 + float(sinks[at] @ mass / (c[at] @ mass)))
+        for at, mass in _sets(subject, c, offset, down)
+    ]
+
+
+def _sets(subject: Subject, c: Array, offset: Complex, down: complex) -> list[tuple[list[int], Array]]:
+    """Return the numbers and the masses of `lying_on`.
+
+    Parameters
+    ----------
+    subject, c, offset, down
+        The machine, clearances and centres x + i y (m) of its retainers, shape (n,), and the direction of gravity, 0
+        without gravity across the shaft.
+    """
+    node_of = {site.name: site.node for site in subject.rotor.sites}
+    nodes = [node_of[site] for site in subject.retainers]
+    z, pairs = subject.z[np.array(nodes) - 1], list[tuple[list[int], Array]]()
+    for i, j in combinations(range(len(c)), 2):
+        if nodes[i] != nodes[j]:
+            pairs.append(([i, j], np.array(carried_at(subject.rotor, [nodes[i], nodes[j]]))))
+    if not pairs:
+        return [([k], np.array([subject.rotor.mass])) for k in range(len(c))]
+    sides = np.array([down]) if down else np.exp(2j * np.pi * np.arange(SIDES) / SIDES)
+    lowest = offset + np.outer(sides, c)
+
+    def lies(at: list[int], mass: Array) -> bool:
+        i, j = at
+        along = lowest[:, [i]] + (lowest[:, [j]] - lowest[:, [i]]) * (z - z[i]) / (z[j] - z[i])
+        within = np.abs(along - offset) <= c * (1.0 + ROUNDING)
+        return bool(mass.min() > 0.0 and within.all(axis=1).any())
+
+    pairs = [pair for pair in pairs if lies(*pair)] or pairs
+    shares: dict[int, float] = {}
+    for at, mass in pairs:
+        for k, share in zip(at, mass.tolist(), strict=True):
+            if share > 0.0:
+                shares[k] = min(share, shares.get(k, share))
+    return [*(([k], np.array([share])) for k, share in sorted(shares.items())), *pairs]
