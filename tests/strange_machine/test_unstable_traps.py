@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from strange_machine import LEVITATION
 
 import amb_cosim
 from amb_analysis.studies import contact_traps
+from amb_analysis.studies.trap_states import KINDS, regime_of
 from amb_cosim import studies
 from tests.support.messages import assert_names
 
@@ -37,6 +40,13 @@ def test_unstable_loop_is_reported_first_with_growth_and_frequency(unstable: con
     assert_names(unstable.text()[0], "unstable", f"{free.whirl_frequency:.4g} rad/s", f"{free.growth:.3g} 1/s")
     false = ("no orbit misses", "nothing traps", "no synchronous currents", "frees it", "free it")
     assert not [line for line in lines_of(unstable) if any(reason in line for reason in false)]
+
+
+def test_a_contact_with_slow_decay_does_not_settle_but_is_stable() -> None:
+    free, slow = (SimpleNamespace(contact=at, stable=bool(at), settles=False) for at in ((), ("catch_n",)))
+    kind = KINDS[regime_of((free, slow))]  # type: ignore[arg-type]
+    assert_names(kind, "settles", "1000 turns")
+    assert "contact is stable" not in kind
 
 
 def test_growth_of_the_loop_is_that_of_its_poles_at_rest(unstable: contact_traps.Traps) -> None:

@@ -193,7 +193,7 @@ class Traps(MachineResult):
     def _freeing(self) -> list[str]:
         lines = []
         if self.least_trapping is None and self.loop_growth > 0.0:
-            lines.append(f"up to {1e3 * self.unbalances[-1]:.4g} g m no steady contact is stable at this speed")
+            lines.append(f"up to {1e3 * self.unbalances[-1]:.4g} g m no steady contact settles at this speed")
         elif self.least_trapping is None:
             lines.append(f"up to {1e3 * self.unbalances[-1]:.4g} g m nothing traps it at this speed")
         else:

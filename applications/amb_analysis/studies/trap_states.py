@@ -13,6 +13,7 @@ from amb_actuator.force import limited_current
 from amb_actuator.interface import DYNAMIC
 from amb_analysis.machine.demand_limits import demand_amplitude
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
+from amb_analysis.steady_contact.stability import TURNS
 from amb_analysis.steady_contact.trap_map import Regime, SolvedState
 from amb_cosim.results.component_names import ACTUATOR
 
@@ -21,7 +22,7 @@ KINDS = {
     Regime.FREE: "free rotation; no stable steady contact",
     Regime.BOTH: "free rotation or contact, depending on the start",
     Regime.CONTACT: "contact; no stable orbit misses all sites",
-    Regime.WHIRL: "unsteady rub; no stable orbit misses all sites, and no steady contact is stable",
+    Regime.WHIRL: f"unsteady rub; no stable orbit misses all sites, and no steady contact settles in {TURNS:.0f} turns",
 }
 
 
