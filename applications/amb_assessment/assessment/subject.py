@@ -18,8 +18,8 @@ from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
 
 NEARER = (
-    "Of a retainer and the air gap of its magnet, only the place is listed of which the rotor uses the larger share, "
-    "with its radial clearance."
+    "The air gap of a magnet is listed in place of its retainers if the rotor uses a larger share of it than of any "
+    "of them. Each place has its radial clearance."
 )
 
 
@@ -65,19 +65,23 @@ class Subject(Machine):
         return (*self.retainers, *gaps) if self.retainers else tuple(self.clearances)
 
     def nearest(self, shares: Mapping[str, float]) -> list[str]:
-        """Return the decisive places: of a retainer and the air gap of its magnet, that with the larger share.
+        """Return the decisive places: of a magnet, its air gap if its share is the largest, else all its retainers.
 
         Parameters
         ----------
         shares
             Displacement over the clearance by place; all other places are decisive.
         """
-        guarded = {air_gap(site.bearing): site.name for site in self.rotor.sites if site.bearing}
+        guarded = {site.name: air_gap(site.bearing) for site in self.rotor.sites if site.bearing}
         groups: dict[str, list[str]] = {}
         for place in shares:
-            retainer = guarded.get(place, place)
-            groups.setdefault(retainer if retainer in shares else place, []).append(place)
-        return [max(places, key=lambda place: shares[place]) for places in groups.values()]
+            groups.setdefault(guarded.get(place, place), []).append(place)
+        result: list[str] = []
+        for gap, places in groups.items():
+            retainers = [place for place in places if place != gap]
+            is_nearer = gap in shares and all(shares[gap] > shares[retainer] for retainer in retainers)
+            result += [gap] if is_nearer else retainers
+        return result
 
     def clearance_text(self, place: str) -> str:
         """Return the radial clearance of a place as text."""

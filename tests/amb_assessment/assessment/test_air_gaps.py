@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machine_variants import read, toml_text
 
 from amb_assessment.assessment import runs
 from amb_assessment.assessment.analyses import faults, recovery, unbalance, vibration
@@ -56,6 +57,23 @@ def test_the_nearest_stop_is_the_one_with_the_largest_used_share(tmp_path):
     shares = {"td_a": 0.3, "td_b": 0.4, "labyrinth": 0.1, "air gap of amb_a": 0.5, "air gap of amb_b": 0.2}
     assert subject.nearest(shares) == ["air gap of amb_a", "td_b", "labyrinth"]
     assert subject.stops == ("td_a", "td_b", *AIR_GAPS)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize(
+    ("gap", "decisive"), [(0.2, {"td_a", "other"}), (0.4, {"td_a", "other"}), (0.6, {"air gap of amb_a"})]
+)
+def test_a_magnet_between_two_retainers_is_reached_first_or_not_at_all(order, gap, decisive, tmp_path):
+    """The air gap decides if it is used more than both retainers, whichever is the last in the file."""
+    shutil.copytree(BLOWER, tmp_path, dirs_exist_ok=True)
+    rotor = read(tmp_path / "rotor.toml")
+    other = {"name": "other", "z": 0.3, "bearing": "amb_a", "clearance": 0.2e-3}
+    text = toml_text(rotor | {"sites": [*rotor["sites"], other][::order]})
+    (tmp_path / "rotor.toml").write_text(text, encoding="utf-8")
+    subject = subject_of(load_machine(tmp_path / "machine.toml"))
+    used = {"td_a": 0.3, "other": 0.5, "td_b": 0.4, "air gap of amb_a": gap, "air gap of amb_b": 0.2}
+    shares = {place: used[place] for place in subject.clearances}
+    assert {*subject.nearest(shares)} == {*decisive, "td_b"}
 
 
 def test_vibration_is_the_orbit_over_the_air_gap_that_is_nearer(tmp_path):
