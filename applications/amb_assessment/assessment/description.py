@@ -9,6 +9,7 @@ from scipy.constants import mu_0
 
 from amb_actuator.force import static_pull
 from amb_assessment.assessment.criteria import Criterion
+from amb_assessment.assessment.lying_rotor import carried_masses as lain_on
 from amb_assessment.assessment.retainer_bearings import DATA_HEADS, TITLE, check_sites
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.assessment.thrust_bearing import DATA_HEADS as DATA_OF_THRUST
@@ -63,9 +64,10 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
         tensors = (scale * tensor for scale, tensor in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
         seals.add_row(seal.name, number(1e3 * z[seal.node - 1]), *(_tensor(item) for item in tensors))
     check_sites(subject.file.retainer_bearings, subject.sites)
-    balls = labelled_table(f"{TITLE}, under an equal share of the weight", "retainer", *DATA_HEADS)
+    balls = labelled_table(f"{TITLE}, under their share of the weight", "retainer", *DATA_HEADS)
+    loads = lain_on(subject) if subject.file.retainer_bearings else {}
     for item in subject.file.retainer_bearings:
-        balls.add_row(*item.data(STANDARD_GRAVITY * rotor.mass / len(subject.file.retainer_bearings)))
+        balls.add_row(*item.data(STANDARD_GRAVITY * loads.get(item.at, 0.0)))
     axial = labelled_table("Thrust bearing", "at", *DATA_OF_THRUST)
     if subject.file.thrust_bearing is not None:
         weight = subject.file.axial_gravity * rotor.mass

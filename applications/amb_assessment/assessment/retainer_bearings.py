@@ -112,14 +112,13 @@ class RetainerBearing(Table):
         return (self.at, *numbers, safety, f"{1e6 * bearing.displacement_under(force):.3g}")
 
     def data(self, weight: float) -> tuple[str, ...]:
-        """Return texts of a row of `DATA_HEADS`, with the stiffness under a radial force `weight` (N)."""
+        """Return texts of a row of `DATA_HEADS`, with the stiffness under a radial force `weight` (N), none without."""
         bearing, rating = self.bearing, self.rating
-        stiffness = (
-            0.02 * weight / (bearing.displacement_under(1.01 * weight) - bearing.displacement_under(0.99 * weight))
-        )
+        more, less = (bearing.displacement_under(share * weight) for share in (1.01, 0.99))
+        stiffness = f"{1e-6 * 0.02 * weight / (more - less):.4g}" if weight > 0.0 else "-"
         displacements = (f"{1e6 * bearing.displacement_under(force):.3g}" for force in (weight, rating))
         ratings = (f"{1e-3 * rating:.4g}", f"{1e-3 * bearing.static_rating:.4g}")
-        return (self.at, f"{self.rows} x {self.balls}", *ratings, f"{1e-6 * stiffness:.4g}", *displacements)
+        return (self.at, f"{self.rows} x {self.balls}", *ratings, stiffness, *displacements)
 
     def curve(self, most: float) -> Curve:
         """Return the radial displacement (um) over the force (N) up to `most`."""

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from amb_assessment.assessment.machine_file import MachineFile
-from amb_assessment.assessment.retainer_bearings import RetainerBearing, check_sites, load_tables
+from amb_assessment.assessment.assess import check_machine
+from amb_assessment.assessment.description import description
+from amb_assessment.assessment.machine_file import MachineFile, load_machine
+from amb_assessment.assessment.retainer_bearings import TITLE, RetainerBearing, check_sites, load_tables
+from rotor_analysis.rigid_body import rigid_body
 from tests.support.messages import raises_naming
 
+BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 SKF_6002 = {
     "at": "catch_n",
     "balls": 9,
@@ -59,6 +65,22 @@ def test_a_bearing_that_cannot_be_built_is_refused(changes, facts):
     file = {"rotor": "rotor", "speed": {"minimum": 100.0, "maximum": 200.0}}
     with raises_naming(ValueError, *facts):
         MachineFile(**file, retainer_bearings=[SKF_6002 | changes])
+
+
+@pytest.mark.parametrize("described", [("td_a",), ("td_a", "td_b")])
+def test_a_retainer_carries_its_share_of_the_weight_whatever_the_file_describes(described):
+    """By the rule of the lever between both retainers, 9.80665 m/s^2 times mass and arm of the centre of mass."""
+    file = load_machine(BLOWER).model_copy(update={"retainer_bearings": tuple(bearing(at=at) for at in described)})
+    subject = check_machine(file)
+    body = rigid_body(subject.rotor)
+    z = {site.name: subject.z[site.node - 1] for site in subject.rotor.sites}
+    share = body.mass * (z["td_b"] - body.centre) / (z["td_b"] - z["td_a"])
+    (table,) = (part for part in description(subject, ()) if str(getattr(part, "title", "")).startswith(TITLE))
+    rows = list(zip(*(column.cells for column in table.columns), strict=True))
+    stiffness, displacement = (float(rows[0][k]) for k in (4, 5))
+    expected = bearing(at="td_a").data(9.80665 * share)
+    assert (stiffness, displacement) == pytest.approx([float(expected[k]) for k in (4, 5)], rel=1e-3)
+    assert bearing().data(0.0)[4] == "-"
 
 
 def test_a_bearing_at_no_site_or_twice_at_one_is_refused():
