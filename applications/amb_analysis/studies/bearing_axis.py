@@ -13,7 +13,7 @@ from amb_actuator.force import pull
 from amb_analysis.machine import axis_capability
 from amb_analysis.machine.machine import machine_of
 from amb_analysis.studies.inputs import Number, positive
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import PlannedResult
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.design import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
@@ -108,7 +108,7 @@ class OperatingMap:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BearingAxis(DrawnResult):
+class BearingAxis(PlannedResult):
     """Capabilities of an axis of a magnetic bearing.
 
     axis
@@ -172,7 +172,7 @@ class BearingAxis(DrawnResult):
         title = f"{self.axis}, {self.bias_current:g} A bias and {self.static_current:g} A static current"
         table = text_table(title, ("property", "value"), rows.items(), left=("property", "value"))
         table.show_header = False
-        return [table]
+        return [table, *self.warning_lines()]
 
 
 def linearisation(
@@ -213,7 +213,7 @@ def linearisation(
     >>> f"{axis.k_s / 1e3:.0f} N/mm, {axis.k_i:.0f} N/A"
     '12952 N/mm, 1107 N/A'
     """
-    chosen, parameters, clearance = _axis_of(scenario, rotor, axis, set or {})
+    chosen, parameters, clearance, warnings = _axis_of(scenario, rotor, axis, set or {})
     currents: dict[str, float] = {}
     if bias_current is not None:
         currents["bias_current"] = positive(bias_current, "A", "bias-current")
@@ -246,15 +246,16 @@ def linearisation(
         bandwidth=ForceBandwidth(FREQUENCIES, _force_amplitude(p, axis_capability.current_amplitude(p, FREQUENCIES))),
         load=_load_capacity(p),
         map=_operating_map(p, clearance),
+        warnings=warnings,
     )
 
 
 def _axis_of(
     scenario: str | Path | None, rotor: str | Path | None, axis: str | None, settings: Mapping[str, Raw]
-) -> tuple[LoopAxis, dict[str, float], float]:
-    """Return an axis, its parameters (from a scenario, if any), and how far the rotor can move there (m).
+) -> tuple[LoopAxis, dict[str, float], float, tuple[str, ...]]:
+    """Return an axis, its parameters (from a scenario, if any), the reach of the rotor there (m), and warnings.
 
-    The distance is the clearance of its retainer or, without a retainer, the air gap, in which the force law holds.
+    The reach is the clearance of its retainer or, without a retainer, the air gap, in which the force law holds.
     """
     if scenario is None and settings:
         raise ValueError(f"{next(iter(settings))} is set without a scenario; name the scenario that it belongs to")
@@ -275,7 +276,8 @@ def _axis_of(
     retainers = [site for site in description.sites if site.bearing == axes[k].bearing]
     gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **parameters).gap)
     clearances = [values.get(f"{site.name}.clearance", site.clearance) for site in retainers]
-    return axes[k], parameters, min([*clearances, (1.0 - EDGE) * gap])
+    warnings = () if machine is None else machine.planned.plan.warnings
+    return axes[k], parameters, min([*clearances, (1.0 - EDGE) * gap]), warnings
 
 
 def _force_amplitude(p: np.record, i_c: Array | float) -> Array:

@@ -32,7 +32,6 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.plan_run import plan_run
-from amb_cosim.scenario.plan_warnings import viscous_losses
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.modes import Whirl
@@ -100,8 +99,6 @@ class ClosedLoopPoles(MachineResult):
         Speed of the scenario (rad/s).
     limits
         Limits of the coefficients of seals.
-    approximations
-        Sentences on what the model of the loop approximates.
     """
 
     name: ClassVar[str] = "poles"
@@ -116,7 +113,6 @@ class ClosedLoopPoles(MachineResult):
     unstable: Annotated[tuple[float, ...], "rad/s"]
     operating_speed: Annotated[float, "rad/s"]
     limits: Limits = ()
-    approximations: tuple[str, ...] = ()
 
     @property
     def critical_speeds(self) -> tuple[CriticalCrossing, ...]:
@@ -142,7 +138,7 @@ class ClosedLoopPoles(MachineResult):
             f"{speed_unit().text(c.speed)} (mode {c.mode}, decrement {c.decrement:.3g}{self._mark(c.speed)})"
             for c in self.critical_speeds
         )
-        notes = [*limit_notes(self.limits, self.speeds), *self.approximations]
+        notes = [*limit_notes(self.limits, self.speeds), *self.warning_lines()]
         return [table, f"critical speeds: {criticals or 'none'}", *self._verdict(), *notes]
 
     def _mark(self, speed: float) -> str:
@@ -236,7 +232,7 @@ def poles(
         unstable=tuple(unstable),
         operating_speed=planned.speed,
         limits=limits_of(machine.rotor.seals),
-        approximations=tuple(viscous_losses(planned.assembly)),
+        warnings=planned.plan.warnings,
     )
 
 

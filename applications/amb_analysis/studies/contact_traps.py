@@ -169,7 +169,7 @@ class Traps(MachineResult):
             slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]
             onset = f"; a backward whirl grows from {max(slower):.4g} rad/s on" if slower else ""
             lines.append(f"{contact}{onset}")
-        return [*lines, *(f"notice: {note}" for note in self.notes)]
+        return [*lines, *(f"notice: {note}" for note in self.notes), *self.warning_lines()]
 
     def _instability(self) -> list[str]:
         if self.loop_growth <= 0.0:
@@ -308,6 +308,7 @@ def traps(
         orbits=clearance_shares(machine, curves.speeds) * machine.c,
         clearances=machine.c,
         notes=tuple(notes),
+        warnings=planned.plan.warnings,
     )
 
 

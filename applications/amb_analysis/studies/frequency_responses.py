@@ -21,7 +21,7 @@ from amb_analysis.measured.modal_fit import fitted_modes
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
 from amb_analysis.measured.units import si_channel
 from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import PlannedResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
@@ -67,7 +67,7 @@ class ComputedResponse:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrequencyResponses(DrawnResult):
+class FrequencyResponses(PlannedResult):
     """Frequency responses of a rotor.
 
     rotor
@@ -102,7 +102,7 @@ class FrequencyResponses(DrawnResult):
                 if _is_unbounded(item.frequencies, np.abs(item.computed), top):
                     size, phase = "no bound", "-"
                 table.add_row(name, size, f"{item.frequencies[top]:.4g}", phase)
-            return [table]
+            return [table, *self.warning_lines()]
         heads = ("measured (Hz)", "computed (Hz)", "(%)", "damping ratio", "computed ratio", "MAC")
         modes = text_table(f"{title}modes", heads)
         for mode in self.modes:
@@ -115,7 +115,7 @@ class FrequencyResponses(DrawnResult):
             if item.deviation is not None:
                 curves.add_row(name, item.unit, f"{item.deviation.frac:.3f}", f"{item.deviation.decibel:.2f}")
         no_modes = "no peak rises 6 dB above its surroundings: no mode is compared"
-        return [modes if self.modes else no_modes, curves]
+        return [modes if self.modes else no_modes, curves, *self.warning_lines()]
 
 
 def response(
@@ -206,7 +206,8 @@ def response(
     if measured is None:
         curves = _closer(structure, curves, ends)
     values = _computed(structure, curves, ends)
-    return laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
+    result = laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
+    return result if machine is None else replace(result, warnings=machine.planned.plan.warnings)
 
 
 def laid_over(

@@ -53,7 +53,22 @@ class DrawnResult(StudyResult):
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class MachineResult(DrawnResult):
+class PlannedResult(DrawnResult):
+    """A result for a planned run.
+
+    warnings
+        Warnings of the plan, which a run has in its summary.
+    """
+
+    warnings: tuple[str, ...] = dataclasses.field(default=(), kw_only=True)
+
+    def warning_lines(self) -> list[TextBlock]:
+        """Return the warnings as lines of `text`."""
+        return [f"warning: {sentence}" for sentence in self.warnings]
+
+
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
+class MachineResult(PlannedResult):
     """A result for the machine of a scenario.
 
     scenario, rotor

@@ -26,6 +26,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.checks import require
 from array_types import Array, Complex
@@ -183,7 +184,7 @@ class StabilityMargin(MachineResult):
                 f"above {HIGHEST:g} Hz, where the standard ends, the largest peak is {largest.peak:.3f} at "
                 f"{largest.frequency:.1f} Hz ({name})"
             )
-        return [table, all_loops, *lines]
+        return [table, all_loops, *lines, *self.warning_lines()]
 
 
 def zone(peak: float) -> str:
@@ -243,7 +244,8 @@ def sensitivity(
         require(0.0 < time < 0.5 / LOWEST, "sample-time", f"{time:g} s", f"> 0 s and < {0.5 / LOWEST:g} s")
         settings[f"{CONTROLLER}.sample_time"] = time
         values = values.model_copy(update={"communication_step": time})
-    planned = plan_measurement(values, settings, amplifier, delay, RunOptions(flavour=flavour))
+    options = RunOptions(flavour=flavour)
+    planned = plan_measurement(values, settings, amplifier, delay, options)
     machine = Machine(planned)
     loop, parameters = machine.loop, machine.parameters
     system = loop.sensitivity()
@@ -281,6 +283,7 @@ def sensitivity(
         axes=axes,
         gang_of_four=gang,
         disk_margins=disks,
+        warnings=plan_run(values.machine(), settings, options=options).plan.warnings,
     )
 
 

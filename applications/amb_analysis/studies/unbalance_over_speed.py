@@ -161,7 +161,17 @@ def _of_machine(
     criticals = _peaks(speeds, curves, limits, Omega)
     placed = _placed(rotor, loads)
     return UnbalanceResponse(
-        rotor.name, rotor.shaft.mass_matrix, name, Omega, *placed, speeds, curves, criticals, limits, stable_up_to
+        rotor.name,
+        rotor.shaft.mass_matrix,
+        name,
+        Omega,
+        *placed,
+        speeds,
+        curves,
+        criticals,
+        limits,
+        stable_up_to,
+        warnings=machine.planned.plan.warnings,
     )
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import PlannedResult
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.presentation.units import speed_unit
 from array_types import Array
@@ -97,7 +97,7 @@ class CriticalResponse:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class UnbalanceResponse(DrawnResult):
+class UnbalanceResponse(PlannedResult):
     """Steady response of a rotor, or of a levitated machine, to unbalance.
 
     rotor, mass
@@ -159,10 +159,10 @@ class UnbalanceResponse(DrawnResult):
                 continue
             share = "-" if place.clearance is None else number(peak / place.clearance)
             table.add_row(name, number(1e3 * peak), share, f"{self.speeds[top]:.1f}{mark}")
-        unit, notes = speed_unit(), limit_notes(self.limits, self.speeds)
+        unit, notes = speed_unit(), list[TextBlock](limit_notes(self.limits, self.speeds))
         if self.stable_up_to is not None:
             notes = [f"the loop is not stable above {unit.text(self.stable_up_to, 5)}", *notes]
-        notes = [*self._floating_note(), *self._backward_notes(), *notes]
+        notes = [*self._floating_note(), *self._backward_notes(), *notes, *self.warning_lines()]
         if not self.critical_speeds:
             return [table, "no critical speed in this range", *notes]
         heads: tuple[str, ...] = (f"({unit.label})", "highest at", "(mm)", "amplification")

@@ -99,12 +99,13 @@ class Analysis:
 
 @dataclass(frozen=True)
 class Assessment:
-    """Results of a machine under its criteria."""
+    """Results of a machine under its criteria, and the warnings that a run of this machine has in its summary."""
 
     machine: MachineFile
     facts: Mapping[str, float]
     criteria: tuple[Criterion, ...]
     parts: tuple[Analysis, ...]
+    warnings: tuple[str, ...] = ()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -148,6 +149,7 @@ class Assessment:
         return {
             "machine": self.machine.model_dump(mode="json", exclude_none=True),
             "facts": dict(self.facts),
+            "warnings": list(self.warnings),
             "parts": {part.key: _part_data(part) for part in self.parts},
         }
 
@@ -202,7 +204,7 @@ def assess(
         if progress is not None:
             progress(part.title, done, len(chosen))
         parts.append(_answered(name, part, subject, requested, why_unstable))
-    return Assessment(file, subject.facts, requested, tuple(parts))
+    return Assessment(file, subject.facts, requested, tuple(parts), subject.planned.plan.warnings)
 
 
 def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:

@@ -55,6 +55,7 @@ def assess(
     from amb_cosim.commands.cli_errors import Failed
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
+    from amb_cosim.presentation.text_tables import show_warnings
 
     with refusing(), bars(plain_console(stderr=True), interval=0.0) as progress:
         require_extra("report", "an assessment", "plotly")
@@ -81,6 +82,7 @@ def assess(
     counts = result.counts()
     click.echo(", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Judgement))
     click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
+    show_warnings(result.warnings)
     unanswered = result.unanswered | {f"criterion {key}": why for key, why in result.unevaluated.items()}
     reasons = dict.fromkeys(unanswered.values())
     failures = [

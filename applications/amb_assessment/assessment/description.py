@@ -81,10 +81,17 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     criteria_line = f"{len(criteria)} criteria, {unread} of them written without access to the standard"
     if not subject.parameters[PLANT]["gravity"]:
         criteria_line += "; the machine has no gravity, so nothing lands"
+    warnings = [f"warning: {sentence}" for sentence in subject.planned.plan.warnings]
     tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
     tables += [axial] if subject.file.thrust_bearing is not None else []
     tables += [balls] if subject.file.retainer_bearings else []
-    return [*tables, *([seals] if rotor.seals else []), *([stages] if subject.file.stages else []), criteria_line]
+    return [
+        *tables,
+        *([seals] if rotor.seals else []),
+        *([stages] if subject.file.stages else []),
+        criteria_line,
+        *warnings,
+    ]
 
 
 def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:

@@ -56,7 +56,7 @@ def test_loss_factor_becomes_viscous_damping_with_a_warning(diagram):
         for eta in (0.02, 0.0)
     )
     assert_names(lossy, "loss_factor = 0.02", "viscous")
-    assert lossless.approximations == diagram.approximations == ()
+    assert lossless.warnings == diagram.warnings == ()
     added = [b.damping_ratios[0] - a.damping_ratios[0] for a, b in zip(lossless.poles, lossy.poles, strict=True)]
     assert max(added) == pytest.approx(0.01, rel=0.1)
 

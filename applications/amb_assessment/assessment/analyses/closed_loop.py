@@ -18,7 +18,6 @@ from amb_assessment.assessment.stability import least_stable, motion_and_speed, 
 from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm, subject_of
 from amb_assessment.reporting.panels import Curve, Panel, curve
-from amb_cosim.scenario.plan_warnings import viscous_losses
 from array_types import Array
 from rotor_analysis.reduced_rotor import elastic_shapes
 from rotor_analysis.refinement import refined
@@ -60,7 +59,6 @@ def answer(subject: Subject) -> AnalysisResult:
     ]
     if subject.file.has_synchronous_control:
         notes.append("The scenario's synchronous control (rolac_enable) is off in all parts of this assessment.")
-    notes += [f"{sentence}." for sentence in viscous_losses(subject.planned.assembly)]
     measured = (stability, least, at_all_frequencies, *_with_all_modes(subject))
     return AnalysisResult(measured, _panels(subject, speeds, result, tracks), (table,), tuple(notes))
 

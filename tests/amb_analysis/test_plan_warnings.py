@@ -1,0 +1,45 @@
+"""Studies of a machine and its assessment show the warnings of its plan, as a run does."""
+
+from __future__ import annotations
+
+import pytest
+
+from amb_assessment.assessment.assess import assess, check_machine
+from amb_assessment.assessment.description import description
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.page import page
+from amb_cosim import studies
+from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.scenario import load_scenario
+from tests.support.messages import assert_names
+
+MACHINE = "compressor_levitated"
+IDLE = {"rolac_controller.chain.noise": True}  # without effect under the preset `ideal`
+STUDIES = {
+    "poles": {"up_to": 300.0, "count": 1},
+    "response": {"inputs": ["impeller3.f_x"], "outputs": ["seal.x"], "up_to": "50 Hz"},
+    "unbalance_response": {"up_to": 200.0},
+    "linearisation": {},
+    "sensitivity": {},
+}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_studies_show_the_warnings_of_a_run(name):
+    expected = plan_run(load_scenario(MACHINE), IDLE).plan.warnings
+    assert_names(expected[0], "rolac_controller.chain.noise", "rolac_controller.chain.preset")
+    result = getattr(studies, name)(scenario=MACHINE, set=IDLE, **STUDIES[name])
+    assert result.warnings == expected
+    assert [part for part in result.text() if isinstance(part, str)][-1] == f"warning: {expected[0]}"
+
+
+def test_an_assessment_shows_the_warnings_of_a_run():
+    file = load_machine("compressor")
+    parameters = {**file.parameters, "rolac_controller": file.parameters["rolac_controller"] | {"chain.noise": True}}
+    file = file.model_copy(update={"parameters": parameters})
+    result = assess(file, only=["free_modes"])
+    assert_names(result.warnings[0], "rolac_controller.chain.noise", "rolac_controller.chain.preset")
+    assert result.as_dict()["warnings"] == [*result.warnings]
+    assert result.warnings[0] in page(result)
+    assert description(check_machine(file), ())[-1] == f"warning: {result.warnings[0]}"
+    assert assess("compressor", only=["free_modes"]).warnings == ()
