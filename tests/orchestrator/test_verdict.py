@@ -107,6 +107,44 @@ def test_loss_of_power_after_the_last_contact_keeps_the_recovery(synthetic):
     assert summarise(dataset).verdict.word == "recovered"
 
 
+def vibrating(dataset, frequency, decay=0.0, limited=lambda cycle: cycle % 1.0 < 0.1, **chain):
+    """A vibration in x, 1/20 of the clearance, of a multiple of the speed, beside the orbit from the step on."""
+    dataset = free_of_contact(dataset).assign_attrs(relief_cycle=5.0)
+    cycle = dataset["cycle"].values
+    for name in ("mb1.x", "mb2.x"):
+        r = 4e-5 * np.exp(-decay * np.maximum(cycle - 5.0, 0.0)) * np.sin(2.0 * np.pi * frequency * cycle)
+        dataset[f"rotor_contact.{name}"] = ("time", 2e-4 * np.cos(2.0 * np.pi * cycle) + r)
+        dataset[f"rotor_contact.{name[:-1]}y"] = ("time", 2e-4 * np.sin(2.0 * np.pi * cycle))
+    dataset["rolac_controller.current_limited"] = ("time", limited(cycle))
+    values = json.loads(dataset.attrs["parameters"]) | {"rolac_controller": chain}
+    return dataset.assign_attrs(parameters=json.dumps(values))
+
+
+@pytest.mark.parametrize(
+    ("case", "word"),
+    [
+        ({"frequency": 7.37}, "unstable"),
+        ({"frequency": 0.43}, "unstable"),  # 6.45 periods in the time after the step
+        ({"frequency": 3.0}, "levitated"),  # a harmonic of the forced motion
+        ({"frequency": 7.37, "decay": 0.05}, "levitated"),
+        ({"frequency": 7.37, "limited": lambda cycle: (cycle % 1.0 < 0.1) & (cycle < 16.0)}, "levitated"),
+        ({"frequency": 7.37, "chain.preset": 1.0}, "levitated"),
+        ({"frequency": 7.37, "chain.preset": 2.0, "chain.noise": 0.0}, "unstable"),
+    ],
+)
+def test_a_lasting_vibration_that_reaches_limits_is_a_limit_cycle(synthetic, case, word):
+    """A tenth of the time at limits: the loop is unstable if rotation does not force the vibration and it lasts."""
+    assert summarise(vibrating(synthetic(), **case)).verdict.word == word
+
+
+@pytest.mark.parametrize("every", [1, 3, 7])
+def test_a_limit_cycle_is_one_in_a_thinned_record(synthetic, every):
+    limited = lambda cycle: np.sin(2.0 * np.pi * 7.37 * cycle) > 0.9  # noqa: E731
+    for frequency, word in ((7.37, "unstable"), (3.0, "levitated")):
+        dataset = vibrating(synthetic(), frequency, limited=limited).isel(time=slice(None, None, every))
+        assert summarise(dataset).verdict.word == word
+
+
 @pytest.mark.parametrize("word", CASES)
 def test_first_line_of_a_printed_run_is_its_verdict(synthetic, word):
     make, sentence = CASES[word]

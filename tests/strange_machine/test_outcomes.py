@@ -44,6 +44,17 @@ def test_a_limit_cycle_between_the_current_limits_is_unstable():
     assert result.summary.recovery == "unstable"
 
 
+@pytest.mark.parametrize("c_b", [7600.0, 7750.0, 7850.0, 7900.0])
+def test_a_limit_cycle_that_just_reaches_its_limits_is_as_unstable_as_its_poles(c_b):
+    """With a vibration of its own the rotor does not levitate, however short it is at the limits."""
+    settings = {"rolac_controller.*.c_b_?": c_b}
+    result = amb_cosim.run(QUIET.changed(settle_cycles=120), set=settings, progress=False)
+    limited = result.dataset["rolac_controller.current_limited"].values.astype(bool)
+    radius = np.abs(amb_cosim.linearise(LEVITATION, set=settings).poles()).max()
+    assert limited.mean() < 0.35
+    assert result.summary.verdict.word == ("unstable" if radius > 1.0 else "levitated")
+
+
 def test_an_aborted_run_has_not_recovered():
     loose = {"rolac_controller.*.k_b_?": "-0.1 N/um", **NOTHING_TO_TOUCH}
     result = amb_cosim.run(QUIET.changed(settle_cycles=0), set=loose)

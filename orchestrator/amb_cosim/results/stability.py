@@ -1,4 +1,4 @@
-"""Whether a levitated rotor diverges: its orbit grows, or its amplifiers stay at their limits.
+"""Whether a levitated rotor diverges: its orbit grows, or limits of its currents bound a vibration of its own.
 
 The end of a run is judged: the time since the last change, the last contact and cycle 0, at least `MIN_CYCLES`.
 """
@@ -10,16 +10,20 @@ import numpy as np
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals, variables_of
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, LIMITED, PLANT
+from amb_cosim.results.free_vibration import free_vibration
 from amb_cosim.results.growth import FEWEST, grows
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles, displacements, parameters, signal, speed, speed_changes
-from array_types import Array
+from amb_cosim.results.series import cycles, displacements, parameters, signal, speed, speed_changes, turns
+from array_types import Array, Bools
 
 LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed
 MIN_CYCLES = 5.0
 NOTICEABLE = 1e-4  # of the smallest clearance; smaller motion counts as rest
 STEADY_SPEED = 0.01  # relative change that is ignored
 LIMITED_SHARE = 0.5  # of the last cycles, beyond which an axis stays at its limits
+OWN_SHARE, LASTING = 0.1, 0.9  # least rms of a vibration of its own, over that of all motion and over its rms before
+PARTS = 4  # of the time, in each of which it reaches limits
+RIG = 1.0  # value of `chain.preset` with all effects
 _TESTING = f"{CONTROLLER}.identification_progress"
 
 
@@ -31,7 +35,9 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
     begin = max(0.0, last_contact or 0.0, *(event for event in events if event <= end))
     if end - begin < MIN_CYCLES:
         return False
-    return orbit_grows(dataset, _since(cycle, begin)) or is_limited(dataset, _since(cycle, end - MIN_CYCLES))
+    since = _since(cycle, begin)
+    last = _since(cycle, end - MIN_CYCLES)
+    return orbit_grows(dataset, since) or is_limited(dataset, last) or is_self_excited(dataset, since)
 
 
 def _since(cycle: Array, begin: float) -> slice:
@@ -51,21 +57,66 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
     within
         Samples to judge, without events, contact and test forces.
     """
-    if within.stop - within.start < FEWEST:
+    motion = _steadily_forced(dataset, within)
+    if motion is None:
         return False
-    Omega = speed(dataset) if speed_changes(dataset) else signal(dataset, "speed")
-    if Omega is not None and np.ptp(Omega[within]) > STEADY_SPEED * np.abs(Omega[within]).max():
-        return False
-    if _TESTING in dataset and np.ptp(np.asarray(dataset[_TESTING].values)[within]) > 0.0:
-        return False
-    recorded = [displacements(dataset, f"{bearing}.x", f"{bearing}.y") for bearing in places(dataset).bearings]
-    signals = [np.asarray(values, dtype=float)[within] for pair in recorded if pair is not None for values in pair]
-    if not signals:
-        return False
-    motion = np.stack(signals, axis=1)
+    Omega = _varying_speed(dataset)
     if Omega is not None and np.ptp(Omega[within]) > 0.0:
         motion = _at_equal_angles(np.asarray(dataset["time"].values)[within], np.asarray(Omega)[within], motion)
     return grows(motion, NOTICEABLE * _least_clearance(dataset))
+
+
+def is_self_excited(dataset: Signals, within: slice) -> bool:
+    """Return whether a vibration that is not periodic with the rotation lasts and keeps reaching limits of currents.
+
+    Rotation, weight and constant inputs force motion that is periodic with the rotation, also if it reaches limits. Any
+    other vibration decays under a stable loop. One that does not is driven by an unstable loop, and limits that it
+    reaches bound it: a limit cycle, which may be at these limits for any share of the time. Vibrations are compared
+    over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all vibrations, the result is false.
+
+    Parameters
+    ----------
+    within
+        Samples to judge, without events, contact and test forces.
+    """
+    motion, revolutions = _steadily_forced(dataset, within), np.abs(turns(dataset)[within])
+    if motion is None or _is_noisy(dataset):
+        return False
+    if np.ptp(cycles(dataset)[within]) * len(motion) / (len(motion) - 1) < 2.0 * MIN_CYCLES:
+        return False
+    limited = np.any(_limits(dataset, within), axis=0)
+    if not all(part.any() for part in np.array_split(limited, PARTS)):
+        return False
+    own = free_vibration(motion, float(np.ptp(revolutions)) * len(motion) / (len(motion) - 1))
+    if own is None:
+        return False
+    return own.after > max(NOTICEABLE * _least_clearance(dataset), OWN_SHARE * own.total, LASTING * own.before)
+
+
+def _steadily_forced(dataset: Signals, within: slice) -> Array | None:
+    """Return the motion at the bearings (m), shape (n, signals); None if it is short, or speed or test forces vary."""
+    if within.stop - within.start < FEWEST:
+        return None
+    Omega = _varying_speed(dataset)
+    if Omega is not None and np.ptp(Omega[within]) > STEADY_SPEED * np.abs(Omega[within]).max():
+        return None
+    if _TESTING in dataset and np.ptp(np.asarray(dataset[_TESTING].values)[within]) > 0.0:
+        return None
+    recorded = [displacements(dataset, f"{bearing}.x", f"{bearing}.y") for bearing in places(dataset).bearings]
+    signals = [np.asarray(values, dtype=float)[within] for pair in recorded if pair is not None for values in pair]
+    return np.stack(signals, axis=1) if signals else None
+
+
+def _varying_speed(dataset: Signals) -> Array | None:
+    """Return the spin speed (rad/s) at each sample, if it may vary or was recorded."""
+    return speed(dataset) if speed_changes(dataset) else signal(dataset, "speed")
+
+
+def _is_noisy(dataset: Signals) -> bool:
+    """Return whether the controller's signals have noise."""
+    values = parameters(dataset, CONTROLLER)
+    preset = values.get("chain.preset")
+    return bool(preset) and (preset == RIG or bool(values.get("chain.noise")))
 
 
 def _at_equal_angles(time: Array, Omega: Array, motion: Array) -> Array:
@@ -80,17 +131,23 @@ def _at_equal_angles(time: Array, Omega: Array, motion: Array) -> Array:
 
 def is_limited(dataset: Signals, within: slice) -> bool:
     """Return whether an axis is at its limits in more than half of the samples with all amplifiers on."""
+    return any(np.mean(samples) > LIMITED_SHARE for samples in _limits(dataset, within))
 
-    def share(label: str) -> float:
-        samples = np.asarray(dataset[label].values)[within] if label in dataset else np.zeros(1)
-        return np.count_nonzero(samples) / len(samples)
+
+def _limits(dataset: Signals, within: slice) -> list[Bools]:
+    """Return the samples at each limit of an axis or a demand; one that is never reached if an amplifier is faulty."""
+
+    def samples(label: str) -> Bools:
+        return np.asarray(dataset[label].values)[within] != 0
 
     axes = [f"{ACTUATOR}.{bearing}.{{}}_{axis}" for bearing in places(dataset).bearings for axis in "xy"]
-    if any(share(axis.format(fault)) > 0.0 for axis in axes for fault in ("amplifier_off", "stuck")):
-        return False
+    faults = [axis.format(fault) for axis in axes for fault in ("amplifier_off", "stuck")]
+    never = np.zeros(within.stop - within.start, dtype=bool)
+    if any(samples(label).any() for label in faults if label in dataset):
+        return [never]
     limits = [axis.format(name) for axis in axes for name in ("clipped", "voltage_limited")]
     limits += [name for name in variables_of(dataset) if name.rpartition(".")[2] in LIMITED]
-    return any(share(label) > LIMITED_SHARE for label in limits)
+    return [never, *(samples(label) for label in limits if label in dataset)]
 
 
 def needed() -> tuple[str, ...]:

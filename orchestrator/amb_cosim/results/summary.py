@@ -74,9 +74,9 @@ class Summary:
         and contact.
     recovery
         What the disturbance led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it, or `landed`
-        where no magnet has power at the end; `unstable` where its orbit grows or its amplifiers stay at their limits,
-        see `stability`, with a disturbance or without, and `stator` where it touched the stator. None of any other run
-        without a disturbance, or that broke off.
+        where no magnet has power at the end; `unstable` where its orbit grows, or its amplifiers stay at their limits
+        or bound a vibration of its own, see `stability`, with a disturbance or without, and `stator` where it touched
+        the stator. None of any other run without a disturbance, or that broke off.
     rolling_from
         Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of what it goes back.
     rolling_on_race_from

@@ -52,8 +52,8 @@ class Verdict:
         `rolled`: it rolls on a site at the end. `landed`: it touched after all magnets lost their power, which is
         still off. `stator`: it touched the stator of a magnetic bearing, whatever followed. `levitated`: it never
         touched, or not after the disturbance; `free` is that of a rotor without magnets, or without power at the end.
-        `unstable`: its orbit grows, or its amplifiers stay at their limits. `failed` and `interrupted`: the run broke
-        off. `completed`: contact was not recorded.
+        `unstable`: its orbit grows, or its amplifiers stay at their limits or bound a vibration of its own. `failed`
+        and `interrupted`: the run broke off. `completed`: contact was not recorded.
     sentence
         The reason, with its values.
     facts
@@ -105,7 +105,7 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
     if free is None:
         return "completed", "whether the rotor touches was not recorded"
     if recovery == "unstable":
-        return "unstable", "its orbit grows, or its amplifiers stay at their limits"
+        return "unstable", "its orbit grows, or its amplifiers stay at their limits or bound a vibration of its own"
     powerless = bool(without_power(dataset)[-1])
     if free and (last is None or recovery == "prevented"):
         after = f" after the {event_name(dataset, 'disturbance')}" if recovery == "prevented" else ""
