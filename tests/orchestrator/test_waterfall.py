@@ -11,7 +11,7 @@ import pytest
 from amb_cosim import studies
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results.result import Result
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 PERIOD = 0.02  # s, of the synthetic run
 DONE = Outcome("completed", 4.0)
@@ -93,6 +93,15 @@ def test_larger_of_two_vibrations_is_located_between_the_lines(make):
     run = make(lambda t: whirl(92e-6, -21.0)(t) + whirl(85e-6, 24.0)(t))
     result = studies.waterfall(run, window=0.5).bearings["mb1"]
     assert (result.other_amplitude, result.other_frequency) == pytest.approx((92e-6, -21.0), rel=3e-3)
+
+
+@pytest.mark.parametrize(("distance", "amplitude"), [(0.4, 0.149e-3), (4.5, 0.1e-3)])
+def test_vibrations_within_two_lines_of_each_other_are_one(make, distance, amplitude):
+    """A window of 0.5 s sees 20 and 20.4 Hz of 0.1 and 0.05 mm as one vibration; it states the 4 Hz of two lines."""
+    both = make(lambda t: whirl(0.3e-3, 50.0)(t) + whirl(0.1e-3, 20.0)(t) + whirl(0.05e-3, 20.0 + distance)(t))
+    result = studies.waterfall(both, window=0.5)
+    assert result.bearings["mb1"].other_amplitude == pytest.approx(amplitude, rel=0.02)
+    assert_names(result, "4 Hz", "each other")
 
 
 def test_peak_of_a_sweep_is_its_resonance(make):

@@ -117,10 +117,8 @@ class Waterfall(DrawnResult):
                 ", ".join(f"{peak:.2f}" for peak in result.resonances) or "-",
                 *result.other,
             )
-        resolution = (
-            f"vibrations up to {NEAR / self.window:.3g} Hz from the spin or from 0 Hz are not distinguished from these"
-        )
-        return [table, f"negative frequencies are backward whirl; {resolution}"]
+        nearby = f"up to {NEAR / self.window:.3g} Hz from the spin, from 0 Hz or from each other"
+        return [table, f"negative frequencies are backward whirl; vibrations {nearby} are not distinguished"]
 
 
 def waterfall(
