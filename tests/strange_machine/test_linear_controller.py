@@ -5,6 +5,9 @@ import pytest
 from strange_machine import LEVITATION
 
 import amb_cosim
+from amb_analysis.machine.channels import place_of
+from amb_analysis.machine.frequency_response import Structure, frequency_response
+from amb_analysis.machine.machine import machine_of
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.worker import Runner, Task
@@ -61,6 +64,25 @@ def test_limit_cycle_between_its_limits_is_unstable_as_under_the_pid(tmp_path):
     result = amb_cosim.run(fast, progress=False)
     assert result.dataset["rolac_controller.demand_limited"].values.mean() > 0.5
     assert result.summary.recovery == "unstable"
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.3, 1.0, 1.7])
+def test_response_of_a_demand_has_its_whole_delay(levitation, delay):
+    """i/x = -((K_b + K_s) + C_b (1 - 1/z)/h)/K_i exp(-j omega d h) of the demand that appears after d samples."""
+    settings = {"rolac_controller.delay": delay}
+    machine = machine_of(plan_run(levitation, settings))
+    law = machine_of(plan_run(short())).parameters["rolac_controller"]
+    frequencies = np.geomspace(5.0, 2000.0, 20)
+    demand, read = (
+        place_of(name, unit, machine.rotor, is_input=False) for name, unit in ((DEMANDS[0], "A"), (SENSORS[0], "m"))
+    )
+    force = place_of("turbine.f_x", "N", machine.rotor, is_input=True)
+    structure = Structure(machine.rotor, "closed", machine.Omega, machine)
+    current, x = frequency_response(structure, [force], [demand, read], frequencies)[:, :, 0].T
+    k_b, k_s, c_b, k_i = (law[f"north.{name}_x"] for name in ("k_b", "k_s", "c_b", "k_i"))
+    shift = np.exp(-2j * np.pi * frequencies * H)
+    expected = -(k_b + k_s + c_b * (1.0 - shift) / H) / k_i * shift**delay
+    np.testing.assert_allclose(current / x, expected, rtol=1e-9)
 
 
 def test_sweep_varies_the_gain_of_its_demands(levitation):

@@ -100,6 +100,20 @@ def component_outputs(
     return np.asarray(closed[[at_output[name] for name in outputs]])
 
 
+def lateness(linear_source: LinearSource, outputs: Sequence[str]) -> Array:
+    """Return the times (s) by which outputs of components appear after the samples that they belong to.
+
+    That of a sampled component is its fraction of a sample, and a sample if it shows its outputs at the end of a step.
+    """
+    parts = linear_source.parts([name for name in linear_source.names if name != PLANT])
+    late = {
+        name: (part.law.sample_time or 0.0) * (part.late + (1.0 if part.at_end else 0.0))
+        for part in parts
+        for name in part.outputs
+    }
+    return np.array([late[name] for name in outputs])
+
+
 def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]:
     """Return the outputs that are forces on the bearings, and their rows among x and y of all nodes."""
     result = {}

@@ -5,8 +5,9 @@ With the displacements x of all nodes, and the forces of the magnetic bearings o
     x = H (p + F x + F_i i),    c = T x + T_i i,    y = (j omega)^k S x                            (1)
 
 H is the rotor with its passive bearings and seals (`rotor_analysis.harmonic`), p are external forces, c demanded
-currents, and y displacements (k = 0), velocities (1) and accelerations (2). A positive force and the motion that it
-starts have the same direction: the receptance of a free mass m is -1/(m omega^2).
+currents as they appear, after their delay, and y displacements (k = 0), velocities (1) and accelerations (2). A
+positive force and the motion that it starts have the same direction: the receptance of a free mass m is
+-1/(m omega^2).
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from typing import Literal
 import numpy as np
 
 from amb_analysis.machine.channels import Place, node_rows
-from amb_analysis.machine.feedback import component_outputs, force_feeds
+from amb_analysis.machine.feedback import component_outputs, force_feeds, lateness
 from amb_analysis.machine.machine import Machine
 from amb_cosim.results.component_names import ACTUATOR
 from array_types import Array, Complex
@@ -103,9 +104,9 @@ def frequency_response(
     for k, place in enumerate(outputs):
         if place.unit == "A":
             assert magnets is not None
-            row = np.array(
-                [magnets.at(omega)[len(magnets.rows) + magnets.axes.index(place.axis_name)] for omega in omegas]
-            )
+            axis = magnets.axes.index(place.axis_name)
+            row = np.array([magnets.at(omega)[len(magnets.rows) + axis] for omega in omegas])
+            row *= np.exp(-1j * omegas * magnets.late[axis])[:, None]
             result[:, k] = np.einsum("nr,nri->ni", row[:, :size], motion)
             result[:, k, currents] += row[:, size:]
         else:
@@ -138,12 +139,14 @@ def _loaded(structure: Structure, inputs: Sequence[Place], magnets: _Magnets | N
 class _Magnets:
     """Magnets of a machine: rows of their forces in x and y of all nodes, and axes of the demanded currents.
 
-    `at` returns [F F_i; T T_i] of (1) at a frequency (rad/s), shape (rows + axes, 2 nodes + injected).
+    `at` returns [F F_i; T T_i] of (1) at a frequency (rad/s), shape (rows + axes, 2 nodes + injected), with demands at
+    their samples; they appear `late` (s).
     """
 
     size: int
     rows: list[int]
     axes: tuple[str, ...]
+    late: Array
     at: Callable[[float], Complex]
 
     def forces(self, omega: float) -> Complex:
@@ -173,7 +176,8 @@ def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Pl
     rows = force_feeds(machine, linear_source)
     ends = [*rows, *(machine.loop.sources if structure.loop == "closed" else ())]
     responses = cache(lambda omega: component_outputs(machine, linear_source, ends, float(omega), injected, components))
-    return _Magnets(2 * len(structure.rotor.shaft.nodes), list(rows.values()), axes, responses)
+    late = lateness(linear_source, machine.loop.sources if structure.loop == "closed" else ())
+    return _Magnets(2 * len(structure.rotor.shaft.nodes), list(rows.values()), axes, late, responses)
 
 
 def refined(rotor: Rotor, places: Sequence[Place]) -> Rotor:
