@@ -207,6 +207,53 @@ def test_the_unit_of_an_fmu_takes_precedence_with_a_notice(gain_archive, unit):
     assert result["b.y"].values[-1] == result["a.y"].values[-1]
 
 
+def kinds(name, u="input", y="output", k="parameter"):
+    """A component whose connectors state these kinds; its FMU has an input u, an output y and a parameter k."""
+    ends = connector("u", u) + connector("y", y) + connector("k", k)
+    return component(name, "resources/Plain.fmu", ends)
+
+
+FED_INPUT = system("n", connector("p", "input"), gain("a"), connect("a.y", "p"))
+FEEDING_OUTPUT = system("n", connector("p", "output"), gain("a"), connect("p", "a.u"))
+
+
+@pytest.mark.parametrize(
+    ("elements", "links", "facts"),
+    [
+        (
+            kinds("a", u="output", y="input") + kinds("b", u="output", y="input"),
+            ["a.u b.y"],
+            ("a.u", "output", "input"),
+        ),
+        (kinds("a", y="input"), ["In a.y"], ("a.y", "kind input", "causality output")),
+        (kinds("a", u="output"), ["a.u Out"], ("a.u", "kind output", "causality input")),
+        (kinds("a"), ["a.y In"], ("a.y (output)", "In (input)", "both")),
+        (kinds("a"), ["Out a.u"], ("a.u (input)", "Out (output)", "neither")),
+        (FED_INPUT + gain("b"), ["n.p b.u"], ("n.a.y (output)", "n.p (input)", "both")),
+        (FEEDING_OUTPUT + gain("b"), ["b.y n.p"], ("n.a.u (input)", "n.p (output)", "neither")),
+    ],
+)
+def test_a_connection_against_the_kinds_of_its_ends_is_refused(gain_archive, elements, links, facts):
+    """One end supplies the value and the other takes it, in the archive and in the FMUs."""
+    root = system("root", IN + OUT, elements, "".join(connect(*link.split()) for link in links))
+    with raises_naming(ValueError, *facts):
+        amb_cosim.simulate(gain_archive(root), isolated=False)
+
+
+@pytest.mark.parametrize(
+    ("element", "facts"),
+    [
+        (kinds("a", u="parameter"), ("a.u", "parameter", "in the FMU input")),
+        (kinds("a", y="input"), ("a.y", "input", "in the FMU output")),
+        (gain("a").replace("<ssc:Real/>", "<ssc:Integer/>", 1), ("a.u", "Integer", "in the FMU Real")),
+    ],
+)
+def test_an_unconnected_contradiction_to_an_fmu_is_a_notice(gain_archive, element, facts):
+    result = amb_cosim.simulate(gain_archive(system("root", "", element)), isolated=False).dataset
+    (notice,) = json.loads(result.attrs["notices"])
+    assert_names(notice, *facts)
+
+
 BOOLEANS = """<ssc:BooleanMappingTransformation><ssc:MapEntry source="true" target="false"/>
 </ssc:BooleanMappingTransformation>"""
 TRUE = bind({"x": "<ssv:Boolean value='true'/>"}, ENTRY.format("x", "a.k", LAW.format(2, 2)))

@@ -18,6 +18,7 @@ from amb_cosim.cosim.fmu.fmus import provide
 from amb_cosim.cosim.ssp.bindings import Setting, read_bindings
 from amb_cosim.cosim.ssp.hierarchy import NAMES, Hierarchy, Node, number_of
 from amb_cosim.cosim.ssp.nets import Nets, Route
+from amb_cosim.cosim.ssp.parameter_values import general_type
 from amb_cosim.cosim.ssp.structure import MASTER
 from amb_cosim.cosim.ssp.unit_conversion import Unit, conversion, unit_of
 from amb_cosim.cosim.system.system import UNCHANGED, Component, Connection, Output, Signal
@@ -79,11 +80,31 @@ class FlatSystem:
             for node, declared, unit in units
             if declared is not None and unit is not None and conversion(declared, unit) != UNCHANGED
         ]
-        if other:
-            notices.append(f"units of connectors are not those of the FMUs, which apply: {', '.join(other)}")
+        for what, differing in (("kinds and types", self._contradictions()), ("units", other)):
+            if differing:
+                notices.append(f"{what} of connectors are not those of the FMUs, which apply: {', '.join(differing)}")
         if any(node.name == TIME for node in self.nets.delivered):
             notices.append(f"the output {TIME} of the archive is not recorded; the times of the record have this name")
         return tuple(notices)
+
+    def _contradictions(self) -> list[str]:
+        """Return connectors of components with a kind or a type other than that of the FMU's variable."""
+        found = []
+        for node, connector in self.hierarchy.connectors.items():
+            port = self._port(node) if node.kind == "component" else None
+            if port is None:
+                continue
+            variability = port.variability if isinstance(port, Port) else ""
+            if connector.kind not in ("inout", "unspecified", port.causality, variability):
+                found.append(f"{node.text} ({connector.kind}, in the FMU {port.causality})")
+            if connector.type is not None and general_type(connector.type) != port.type:
+                found.append(f"{node.text} ({connector.type}, in the FMU {port.type})")
+        return found
+
+    def _port(self, node: Node) -> Port | TextVariable | None:
+        """Return the variable of a component's connector, or the first element of an array."""
+        interface = self.interfaces[node.place]
+        return interface.texts.get(node.name) or next(iter(interface.elements(node.name)), None)
 
     def _connections(self) -> Iterator[Connection]:
         """Return connections between variables of components."""

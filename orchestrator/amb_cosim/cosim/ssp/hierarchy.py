@@ -20,6 +20,7 @@ from lxml import etree
 
 from amb_cosim.cosim.basics.cache import unpacked
 from amb_cosim.cosim.fmu.fmu_interface import UnitDefinition
+from amb_cosim.cosim.ssp.parameter_values import READERS
 from amb_cosim.cosim.ssp.schema import DICTIONARY, NAMESPACES, STRUCTURE, check, parse, tag
 from amb_cosim.cosim.ssp.structure import TOOLS
 from amb_cosim.cosim.ssp.unit_conversion import Law, Unit, law_of, suppresses_units, unit_definitions, unit_of
@@ -48,15 +49,20 @@ class Node(NamedTuple):
 
 
 class Connector(NamedTuple):
-    """The kind and the unit of a connector in a document."""
+    """The kind, the unit and the type of a connector in a document."""
 
     kind: str
     unit: Unit | None
+    type: str | None = None
 
 
 class Link(NamedTuple):
-    """A connection of two connectors, in any direction; indices are those of an element of an array."""
+    """A connection of two connectors, in any direction; indices are those of an element of an array.
 
+    `place` is the path of the system whose connection it is.
+    """
+
+    place: str
     start: Node
     end: Node
     start_indices: tuple[int, ...]
@@ -198,7 +204,8 @@ class Hierarchy:
         units = document.units
         for connector in element.iterfind("ssd:Connectors/ssd:Connector", NAMES):
             node = Node(kind, place, connector.get("name"))
-            self.connectors.setdefault(node, Connector(connector.get("kind"), _unit(connector, units)))
+            declared = Connector(connector.get("kind"), _unit(connector, units), _type(connector))
+            self.connectors.setdefault(node, declared)
 
     def _add_component(self, element: Any, place: str, document: Document, depth: int) -> tuple[Kind, str]:
         kind = element.get("type") or FMU
@@ -241,7 +248,7 @@ class Hierarchy:
                     f"supported in connections"
                 )
         first, last = (tuple(map(int, link.get(f"{side}Indices", "").split())) for side in ("start", "end"))
-        return Link(start, end, first, last, law_of(link), suppresses_units(link))
+        return Link(path, start, end, first, last, law_of(link), suppresses_units(link))
 
     def _end(self, link: Any, side: str, path: str, document: Document) -> Node:
         """Return a connector of a connection in a system."""
@@ -272,6 +279,11 @@ def _referenced(document: Document, source: str, is_package: bool) -> tuple[Docu
 def _unit(connector: Any, units: Mapping[str, UnitDefinition]) -> Unit | None:
     """Return the unit that the type of a connector has."""
     return next((unit_of(kind.get("unit"), units) for kind in connector if kind.get("unit")), None)
+
+
+def _type(connector: Any) -> str | None:
+    """Return the type of a connector, such as Real, if it has one."""
+    return next((name for kind in connector if (name := etree.QName(kind).localname) in READERS), None)
 
 
 def number_of(root: Any, path: str, name: str) -> float | None:

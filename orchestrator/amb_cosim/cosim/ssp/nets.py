@@ -15,6 +15,10 @@ from amb_cosim.cosim.ssp.hierarchy import OUTERMOST, Hierarchy, Link, Node
 from amb_cosim.cosim.ssp.unit_conversion import Law, Unit, composed, conversion, unit_of
 from amb_cosim.cosim.system.system import UNCHANGED
 
+SUPPLIES = {"output": True, "calculatedParameter": True} | dict.fromkeys(
+    ("input", "parameter", "structuralParameter"), False
+)  # whether a connector of a kind supplies the value of a connection around its component or system
+
 
 class Route(NamedTuple):
     """The route of a value from a source to a connector, with the law that it passes.
@@ -51,8 +55,34 @@ class Nets:
         for link in hierarchy.links:
             self._links_at.setdefault(link.start, []).append((link, True))
             self._links_at.setdefault(link.end, []).append((link, False))
+            self._check_direction(link)
         self._arrival: dict[Node, Link] = {}  # by which the value of a net reaches each connector
         self.delivered: dict[Node, Route] = {}  # to each connector of the outermost system that an output reaches
+
+    def _check_direction(self, link: Link) -> None:
+        """Raise a ValueError unless one end of a connection can supply the value and the other take it.
+
+        Two components are checked with the whole system, by the variables of their FMUs.
+        """
+        for end in (link.start, link.end):
+            kinds = self._connectors[end].kind if end in self._connectors else "", self.causality(end)
+            if {SUPPLIES.get(kind) for kind in kinds} == {True, False}:
+                raise ValueError(
+                    f"{self.what}: the connected {end.text} has the kind {kinds[0]}, but the causality {kinds[1]} in "
+                    f"its FMU"
+                )
+        supplies = [self._supplies(end, link.place) for end in (link.start, link.end)]
+        if supplies[0] is supplies[1] is not None and not link.start.kind == link.end.kind == "component":
+            ends = " and ".join(f"{end.text} ({self.causality(end)})" for end in (link.start, link.end))
+            problem = "both supply a value" if supplies[0] else "neither supplies a value"
+            system = f" of system {link.place}" if link.place else ""
+            raise ValueError(f"{self.what}: a connection{system} joins {ends}; {problem}")
+
+    def _supplies(self, node: Node, place: str) -> bool | None:
+        """Return whether a connector supplies the value of a connection of the system `place`; None if it may."""
+        supplies = SUPPLIES.get(self.causality(node))
+        is_inside = (node.kind, node.place) == ("system", place)
+        return not supplies if is_inside and supplies is not None else supplies
 
     def causality(self, node: Node) -> str:
         """Return the causality of a connector: for a component, its FMU's; otherwise the document's."""

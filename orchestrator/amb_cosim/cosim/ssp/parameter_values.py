@@ -58,6 +58,11 @@ def type_of(port: Port) -> str:
     return "Enumeration" if port.items else port.type
 
 
+def general_type(kind: str) -> str:
+    """Return the type of a variable whose type SSP calls `kind`: an Enumeration is an Integer, a Float64 a Real."""
+    return {**dict.fromkeys(FLOATS, "Real"), **dict.fromkeys((*INTEGERS, "Enumeration"), "Integer")}.get(kind, kind)
+
+
 def text_of(value: float, port: Port) -> str:
     """Return a value as XML text; for an Enumeration, its name."""
     if port.items:
