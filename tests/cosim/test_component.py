@@ -6,7 +6,7 @@ import pytest
 
 from amb_cosim.cosim.basics.choices import FLAVOURS
 from amb_cosim.cosim.fmu import binding2, fmus
-from amb_cosim.cosim.fmu.bindings import ERROR, MOST_WARNINGS, WARNING, Log
+from amb_cosim.cosim.fmu.bindings import ERROR, INFORMATION, MOST_INFORMATION, MOST_WARNINGS, WARNING, Log
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_files.suggestions import suggest
 from rotor_analysis.packaged_rotors import rotor_path
@@ -87,14 +87,29 @@ def test_a_message_reaches_the_log_of_its_instance(monkeypatch, capsys, environm
     assert bool(capsys.readouterr().out) != bool(kept)
 
 
-def test_a_log_keeps_all_errors_and_so_many_warnings():
+OK = INFORMATION[0]
+
+
+def test_a_log_keeps_all_errors_first_warnings_and_last_information():
     log = Log()
-    for status in (WARNING, ERROR):
-        for _ in range(MOST_WARNINGS + 5):
-            log.add(status, "text")
-    statuses = [status for status, _ in log.messages]
-    assert statuses.count(WARNING) == MOST_WARNINGS
-    assert statuses.count(ERROR) == MOST_WARNINGS + 5
+    for k in range(MOST_WARNINGS + 5):
+        for status in (WARNING, ERROR, OK):
+            log.add(status, f"{k}")
+    kept = {status: [int(text) for s, text in log.messages if s == status] for status, _ in log.messages}
+    every = list(range(MOST_WARNINGS + 5))
+    assert kept == {WARNING: every[:MOST_WARNINGS], ERROR: every, OK: every[-MOST_INFORMATION:]}
+
+
+@pytest.mark.parametrize(
+    ("statuses", "explaining"),
+    [((OK, WARNING, ERROR), [ERROR]), ((OK, WARNING), [OK]), ((WARNING,), [WARNING])],
+)
+def test_a_refusal_is_explained_by_faults_and_not_by_information(statuses, explaining):
+    """An FMU that logs each of its steps fails with its reason alone; some state the reason as information."""
+    log = Log()
+    for status in statuses:
+        log.add(status, f"{status}")
+    assert log.explanations() == [f"{status}" for status in explaining]
 
 
 def test_a_package_that_is_not_installed_is_named():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from ctypes import c_void_p, cast
 from typing import Any
 
@@ -9,26 +10,40 @@ from fmpy.fmi1 import FMICallException
 
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 WARNING, DISCARD, ERROR, FATAL = (STATUS.index(name) for name in ("Warning", "Discard", "Error", "Fatal"))
-MOST_WARNINGS = 100  # stored per instance
+INFORMATION = (STATUS.index("OK"), STATUS.index("Pending"))
+MOST_WARNINGS, MOST_INFORMATION = 100, 10  # stored per instance
 
 
 class Log:
-    """Messages of an instance, with their status; at most the first `MOST_WARNINGS` warnings."""
+    """Messages of an instance, with their status: the first `MOST_WARNINGS` warnings, the last `MOST_INFORMATION`
+    messages without a fault, and all faults.
+    """
 
     def __init__(self) -> None:
         self.messages: list[tuple[int, str]] = []
 
     def add(self, status: int, text: str) -> None:
-        if status != WARNING or len(self.warnings) < MOST_WARNINGS:
-            self.messages.append((status, text))
+        if status == WARNING and len(self.warnings) == MOST_WARNINGS:
+            return
+        if status in INFORMATION:
+            kept = [message for message in self.messages if message[0] in INFORMATION]
+            if len(kept) == MOST_INFORMATION:
+                self.messages.remove(kept[0])
+        self.messages.append((status, text))
+
+    def forget(self, messages: Sequence[tuple[int, str]]) -> None:
+        """Remove these messages, not equal ones."""
+        forgotten = set(map(id, messages))
+        self.messages[:] = [message for message in self.messages if id(message) not in forgotten]
 
     @property
     def warnings(self) -> list[str]:
         return [text for status, text in self.messages if status == WARNING]
 
     def explanations(self) -> list[str]:
-        """Return the texts that explain a refusal: the log, without warnings if it contains anything else."""
-        return [text for status, text in self.messages if status != WARNING] or self.warnings
+        """Return the texts that explain a refusal: those of faults, otherwise information, otherwise warnings."""
+        faults = [text for status, text in self.messages if status not in (*INFORMATION, WARNING)]
+        return faults or [text for status, text in self.messages if status in INFORMATION] or self.warnings
 
 
 class Binding:

@@ -129,7 +129,7 @@ class FmuComponent:
 
     def leave(self) -> None:
         """End initialisation; raises `FmuError` if the FMU has reported a fault."""
-        before = len(self._log.messages)
+        earlier = tuple(self._log.messages)
         self._call("ExitInitializationMode")
         self._running = True
         port = self._interface.ports.get(FAULT_CODE) if self._interface.reports_faults else None
@@ -139,7 +139,7 @@ class FmuComponent:
             if fault_code.values[0] != 0.0:
                 # Initialisation mode retries after every change, so only the last message still applies.
                 raise FmuError("initialisation", f"fault {fault_code.values[0]:g}", self._log.explanations()[-1:])
-        del self._log.messages[:before]  # intermediate messages of initialisation mode
+        self._log.forget(earlier)  # intermediate messages of initialisation mode
 
     def write(self) -> None:
         """Send `inputs` to the FMU."""
