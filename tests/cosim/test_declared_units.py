@@ -81,6 +81,46 @@ def test_a_value_may_be_in_any_unit_that_the_fmu_declares(port_in, unit, value, 
         assert convert(value, port_in(unit), "one.u") == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("unit", "value", "expected"),
+    [
+        ("K", "10 K", 10.0),
+        ("K", "10 degC", 10.0),  # as a display unit that the FMU declares
+        ("K", "18 degF", 10.0),
+        ("warm", "10 degC", 5.0),
+        ("undeclared", "10 degC", None),
+        ("degC", "10 K", 10.0),  # which this FMU does not define
+        ("m", "3 stick", 6.0),
+    ],
+)
+@pytest.mark.parametrize("of_type", [False, True])
+def test_a_relative_quantity_is_converted_without_offsets(tmp_path, unit, value, expected, of_type):
+    """FMI 2.0.4, section 2.2.3: 10 degrees Celsius are 10 K of a relative quantity, not 283.15 K."""
+    relative = 'relativeQuantity="true"'
+    rise = f'<TypeDefinitions><SimpleType name="Rise"><Real {relative}/></SimpleType></TypeDefinitions>'
+    attribute = 'declaredType="Rise"' if of_type else relative
+    text = DESCRIPTION.format(units=UNITS, unit=unit).replace('<Real start="1"', f'<Real start="1" {attribute}')
+    text = text.replace("<ModelVariables>", f"{rise}<ModelVariables>")
+    (tmp_path / "modelDescription.xml").write_text(text, encoding="utf-8")
+    port = read_interface(tmp_path, "one").ports["u"]
+    if expected is None:
+        with raises_naming(ValueError, "one.u", unit):
+            convert(value, port, "one.u")
+    else:
+        assert convert(value, port, "one.u") == pytest.approx(expected, rel=1e-12)
+
+
+def test_limits_of_a_type_are_those_of_its_variables(tmp_path):
+    """Except for those that a variable has itself."""
+    limited = '<TypeDefinitions><SimpleType name="Gap"><Real min="0" max="3"/></SimpleType></TypeDefinitions>'
+    text = DESCRIPTION.format(units=UNITS, unit="m").replace("<ModelVariables>", f"{limited}<ModelVariables>")
+    text = text.replace('start="1"', 'start="1" declaredType="Gap"')
+    text = text.replace('<Real unit="m"/>', '<Real unit="m" declaredType="Gap" max="5"/>')
+    (tmp_path / "modelDescription.xml").write_text(text, encoding="utf-8")
+    ports = read_interface(tmp_path, "one").ports
+    assert [(port.minimum, port.maximum) for port in ports.values()] == [(0.0, 3.0), (0.0, 5.0)]
+
+
 @pytest.mark.parametrize("value", ["12,000 count", "1,5 counts", "12 000"])
 def test_a_number_with_separators_is_refused_in_any_unit(port_in, value):
     with raises_naming(ValueError, "one.u", repr(value), plain_forms(value)[0], "separators"):
@@ -99,3 +139,19 @@ def test_a_system_of_counts_runs(fmu_from_c, tmp_path):
     result = amb_cosim.simulate(path, set={"adc.u": "3 counts"}, isolated=False)
     assert result.dataset["filter.y"].values[-1] == 3.0
     assert result.dataset["filter.y"].attrs["units"] == "count"
+
+
+def test_limits_of_unsigned_integers_apply(tmp_path):
+    (tmp_path / "modelDescription.xml").write_text(
+        """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Counter" instantiationToken="{counter}">
+<CoSimulation modelIdentifier="counter"/><ModelVariables>
+<UInt8 name="n" valueReference="0" causality="parameter" variability="fixed" start="3" min="2" max="7"/>
+<Float64 name="time" valueReference="1" causality="independent" variability="continuous"/>
+</ModelVariables><ModelStructure/></fmiModelDescription>""",
+        encoding="utf-8",
+    )
+    port = read_interface(tmp_path, "one").ports["n"]
+    assert convert(7, port, "one.n") == 7.0
+    with raises_naming(ValueError, "one.n", "8", ">= 2 and <= 7"):
+        convert(8, port, "one.n")

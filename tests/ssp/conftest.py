@@ -28,7 +28,8 @@ def archive(run_python, create_once):
 
 
 UNITS = {"Plain": None, "Metres": "m", "Millimetres": "mm", "Celsius": "degC", "Fahrenheit": "degF", "Newtons": "N",
-         "Furlongs": "furlong", "Counts": "count"}  # fmt: skip
+         "CelsiusRises": "degC rise", "FahrenheitRises": "degF rise", "Furlongs": "furlong",
+         "Counts": "count"}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

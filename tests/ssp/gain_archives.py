@@ -31,8 +31,9 @@ DEFINED = {
 
 
 def description(unit: str | None = None) -> str:
-    """Return the description of the FMU; input and output have the unit."""
-    of_unit = f'unit="{unit}"' if unit else ""
+    """Return the description of the FMU; input and output have the unit, of a difference if ` rise` follows."""
+    unit, _, rise = (unit or "").partition(" ")
+    of_unit = (f'unit="{unit}"' if unit else "") + (' relativeQuantity="true"' if rise else "")
     units = f"<UnitDefinitions>{DEFINED[unit].format('Unit', '')}</UnitDefinitions>" if unit in DEFINED else ""
     variables = (("u", INPUT, f'Real start="1" {of_unit}'), ("y", OUTPUT, f"Real {of_unit}"))
     gain = "k", PARAMETER, 'Real start="1"'

@@ -51,6 +51,18 @@ def test_a_connection_converts_units(last, source, target, k, expected):
     assert last(root)["b.y"] == pytest.approx(expected, rel=1e-12)
 
 
+RISE = '<ssv:Real value="18" unit="degF"/>'
+
+
+def test_a_relative_quantity_is_converted_without_offsets(last):
+    """A rise of 18 degrees Fahrenheit is one of 10 degrees Celsius: of a variable, a connector and a value."""
+    bound = bind({"a.u": RISE})
+    elements = CHAIN.format("FahrenheitRises", "CelsiusRises") + gain("c", "CelsiusRises", bind({"u": RISE}))
+    links = connect("a.y", "b.u") + connect("a.y", "Rise")
+    values = last(system("root", connector("Rise", "output", "degC"), elements, links, bound), units=("degC", "degF"))
+    assert (values["a.y"], values["b.y"], values["c.y"], values["Rise"]) == pytest.approx((18.0, 10.0, 10.0, 10.0))
+
+
 @pytest.mark.parametrize(
     ("attributes", "law", "expected"),
     [

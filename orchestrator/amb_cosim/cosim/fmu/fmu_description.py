@@ -104,6 +104,7 @@ def _interface(description: Any, folder: Path, what: str) -> FmuInterface:
     }
     units = {unit.name: _with_display_units(unit, definitions) for unit in description.unitDefinitions}
     notes = _notes(folder)
+    _add_omitted(description, folder)
     supported = [v for v in description.modelVariables if v.type in _TYPES and not v.clocks and not _is_time(v, major)]
     names = {v.name: _names(v, notes.get(v.name, _Notes())) for v in supported}
 
@@ -192,6 +193,21 @@ def _notes(folder: Path) -> dict[str, _Notes]:
     return result
 
 
+def _add_omitted(description: Any, folder: Path) -> None:
+    """Set what FMPy 0.3 does not read of variables: relativeQuantity, and the limits of unsigned integers."""
+    content = (folder / DESCRIPTION).read_bytes()
+    if b"relativeQuantity" not in content and b"<UInt" not in content:
+        return
+    variables = {v.name: v for v in description.modelVariables}
+    for element in ElementTree.fromstring(content).iterfind("ModelVariables/*"):
+        v = variables[element.get("name", "")]
+        for typed in (element, *element):
+            if (relative := typed.get("relativeQuantity")) is not None:
+                v.relativeQuantity = relative in ("true", "1")
+        if v.type.startswith("UInt"):
+            v.min, v.max = element.get("min"), element.get("max")
+
+
 def _is_time(variable: Any, major: str) -> bool:
     """Return whether a variable is the time, which every FMU of FMI 3.0 has."""
     return major == "3" and variable.causality == "independent"
@@ -222,9 +238,10 @@ def _ports(
 ) -> Iterator[Port]:
     """Return a port for a variable, or for each element of an array."""
     declared = variable.declaredType
-    unit = variable.unit or (declared.unit if declared is not None else None)
+    unit = variable.unit or _inherited(variable, "unit")
     items = declared.items if declared is not None and variable.type == "Enumeration" else ()
     lowest, highest = _LIMITS.get(variable.type, (-math.inf, math.inf))
+    minimum, maximum = (_inherited(variable, name) for name in ("min", "max"))
     first = Port(
         name=variable.name,
         type=_TYPES[variable.type],
@@ -233,8 +250,8 @@ def _ports(
         unit=unit,
         definition=definitions.get(unit) if unit is not None else None,
         units=units.get(unit or "", definitions),
-        minimum=lowest if variable.min is None else float(variable.min),
-        maximum=highest if variable.max is None else float(variable.max),
+        minimum=lowest if minimum is None else float(minimum),
+        maximum=highest if maximum is None else float(maximum),
         start=None if variable.shape else _number(variable.start),
         description=variable.description or "",
         depends_on=depends_on,
@@ -242,6 +259,7 @@ def _ports(
         items={item.name: int(item.value) for item in items},
         variability=variable.variability or "continuous",
         stored=variable.type,
+        relative=bool(_inherited(variable, "relativeQuantity")),
     )
     if not variable.shape:
         yield first
@@ -252,6 +270,12 @@ def _ports(
     for k, ((name, text), start, place) in enumerate(zip(names, starts, places, strict=True)):
         number, array = _number(start), (variable.name, *place)
         yield replace(first, name=name, description=text, start=number, element=k, size=len(names), array=array)
+
+
+def _inherited(variable: Any, attribute: str) -> Any:
+    """Return an attribute of a variable, or that of its declared type; None without either."""
+    own = getattr(variable, attribute, None)
+    return getattr(variable.declaredType, attribute, None) if own is None else own
 
 
 def _number(start: str | None) -> float | None:

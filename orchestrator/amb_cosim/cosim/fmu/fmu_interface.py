@@ -23,7 +23,8 @@ class Port:
     0, and `array` is the array's name with the indices of the element, from 1. `definition` is None if the FMU does not
     define the unit; `units` are all units that it defines, and the display units of this one. `depends_on` of an output
     lists the inputs that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are
-    the names of the values of an Enumeration, whose type is Integer.
+    the names of the values of an Enumeration, whose type is Integer. A `relative` quantity is a difference, such as a
+    rise of temperature: between units it is converted without their offsets.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Port:
     size: int = 1
     array: tuple[str | int, ...] = ()
     units: Mapping[str, UnitDefinition] = field(default_factory=dict, compare=False, repr=False)
+    relative: bool = False
 
     @property
     def position(self) -> int:

@@ -196,6 +196,7 @@ class FlatSystem:
             reference=0,
             unit=None if unit is None else unit.name,
             definition=None if unit is None else unit.definition,
+            relative=unit is not None and unit.relative,
             start=0.0 if first is None or not factor else ((first.start or 0.0) - offset) / factor,
             items={} if first is None else first.items,
         )

@@ -102,7 +102,8 @@ class Nets:
         port = next(iter(self._interfaces[node.place].elements(node.name)), None)
         if port is None or not port.unit:
             return unit
-        return Unit(port.unit, port.definition) if port.definition is not None else unit_of(port.unit)
+        unit = unit_of(port.unit) if port.definition is None else Unit(port.unit, port.definition)
+        return None if unit is None else unit._replace(relative=port.relative)
 
     @property
     def outputs(self) -> list[Node]:

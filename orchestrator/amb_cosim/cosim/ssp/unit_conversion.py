@@ -20,10 +20,11 @@ Law = tuple[float, float]
 
 
 class Unit(NamedTuple):
-    """A unit with its definition, if it has one."""
+    """A unit with its definition, if it has one; values of a `relative` quantity are converted without offsets."""
 
     name: str
     definition: UnitDefinition | None = None
+    relative: bool = False
 
 
 def unit_definitions(root: Any, prefix: str) -> dict[str, UnitDefinition]:
@@ -60,6 +61,12 @@ def conversion(source: Unit, target: Unit) -> Law | None:
     >>> conversion(Unit("mm"), Unit("m"))
     (0.001, 0.0)
     """
+    law = _conversion(source, target)
+    return law if law is None or not (source.relative or target.relative) else (law[0], 0.0)
+
+
+def _conversion(source: Unit, target: Unit) -> Law | None:
+    """Return the law for values that are not relative."""
     if source == target or (source.name == target.name and None in (source.definition, target.definition)):
         return UNCHANGED
     if source.definition is None or target.definition is None:

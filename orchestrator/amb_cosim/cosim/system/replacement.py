@@ -62,7 +62,7 @@ def with_units(interface: FmuInterface, before: FmuInterface) -> FmuInterface:
         old = before.ports.get(port.name)
         if port.unit is not None or old is None or old.type != port.type:
             return port
-        return replace(port, unit=old.unit, definition=old.definition)
+        return replace(port, unit=old.unit, definition=old.definition, relative=old.relative)
 
     return replace(interface, ports={name: with_unit(port) for name, port in interface.ports.items()})
 

@@ -71,6 +71,13 @@ def _in_unit_of(port: Port, raw: Raw, name: str) -> float:
 
     With the FMU's definitions of both units, b = F v + O in the same base units, the number is (F v + O - O') / F'.
     """
+    value = _in_absolute_unit_of(port, raw, name)
+    match = _QUANTITY.fullmatch(raw) if port.relative and isinstance(raw, str) else None
+    return value if match is None else value - _in_absolute_unit_of(port, f"0 {match[2]}", name)
+
+
+def _in_absolute_unit_of(port: Port, raw: Raw, name: str) -> float:
+    """Convert `raw` as a quantity that is not relative."""
     port_unit, match = port.unit or "1", _QUANTITY.fullmatch(raw) if isinstance(raw, str) else None
     if match is None or match[2] == port_unit or (match[2], port_unit) in COMMON or plain_forms(match[0]):
         return quantity(raw, port_unit, name)  # which refuses a number with separators
