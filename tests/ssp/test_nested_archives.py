@@ -207,6 +207,16 @@ def test_the_unit_of_an_fmu_takes_precedence_with_a_notice(gain_archive, unit):
     assert result["b.y"].values[-1] == result["a.y"].values[-1]
 
 
+def test_a_value_of_an_unconnected_connector_is_a_notice(gain_archive):
+    inner = system("n", connector("p", "parameter"), gain("a"))
+    root = system("root", IN + OUT, inner, connect("In", "Out"), bind({"In": 2.0, "n.p": 3.0, "n.a.k": 4.0}))
+    result = amb_cosim.simulate(gain_archive(root), isolated=False).dataset
+    (notice,) = json.loads(result.attrs["notices"])
+    assert_names(notice, "n.p", "not connected")
+    assert "In" not in notice
+    assert result["n.a.y"].values[-1] == 4.0
+
+
 def kinds(name, u="input", y="output", k="parameter"):
     """A component whose connectors state these kinds; its FMU has an input u, an output y and a parameter k."""
     ends = connector("u", u) + connector("y", y) + connector("k", k)

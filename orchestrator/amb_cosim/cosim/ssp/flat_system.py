@@ -42,6 +42,7 @@ class FlatSystem:
         self.nets = Nets(self.hierarchy, self.interfaces, what)
         self._parameters: dict[str, dict[str, Raw]] = {name: {} for name in self.interfaces}
         self._inputs: dict[str, Raw] = {}
+        self._unconnected: dict[str, None] = {}  # connectors with a value that reaches nothing
         self.connections = tuple(self._connections())
         outer, inner = (self.hierarchy.of_systems(outermost) for outermost in (True, False))
         self.exposed = {node: self.nets.claim(node) for node in outer if self._is_free(node)}
@@ -70,7 +71,7 @@ class FlatSystem:
         return tuple(Component(name, str(self.files[name]), every[name]) for name in names)
 
     def remarks(self) -> tuple[str, ...]:
-        """Return notices on what does not run as the document states."""
+        """Return notices on what does not run as the document states, after `values` was called."""
         elements = self.hierarchy.components.items()
         exchanged = [name for name, (_, element, _) in elements if element.get("implementation") == "ModelExchange"]
         notices = [f"{name}: the archive requests model exchange; co-simulation is used" for name in exchanged]
@@ -83,6 +84,8 @@ class FlatSystem:
         for what, differing in (("kinds and types", self._contradictions()), ("units", other)):
             if differing:
                 notices.append(f"{what} of connectors are not those of the FMUs, which apply: {', '.join(differing)}")
+        if self._unconnected:
+            notices.append(f"connectors with a value are not connected; it is ignored: {', '.join(self._unconnected)}")
         if any(node.name == TIME for node in self.nets.delivered):
             notices.append(f"the output {TIME} of the archive is not recorded; the times of the record have this name")
         return tuple(notices)
@@ -227,6 +230,8 @@ class FlatSystem:
                 node = self.hierarchy.resolve(path, setting.name)
                 if node is None or not self._exists(node):
                     unknown[f"{path}.{setting.name}" if path else setting.name] = None
+                elif node.kind == "system" and self._reaches_nothing(node):
+                    self._unconnected[node.text] = None
                 else:
                     settings.append((node, setting))
         for node, setting in sorted(settings, key=lambda item: -_depth(item[0])):  # connections take precedence
@@ -246,6 +251,10 @@ class FlatSystem:
             interface = self.interfaces[node.place]
             return bool(interface.elements(node.name)) or node.name in interface.texts
         return node in self.hierarchy.connectors
+
+    def _reaches_nothing(self, node: Node) -> bool:
+        """Return whether a connector of a system leads neither to a component nor to an output of the outermost one."""
+        return not self.nets.below(node, None) and all(route.source != node for route in self.nets.delivered.values())
 
     def _spread(self, node: Node, setting: Setting) -> None:
         """Set what a connector of a system reaches, and its signal."""
