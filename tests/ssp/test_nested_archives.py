@@ -30,6 +30,7 @@ from gain_archives import (
 import amb_cosim
 from amb_cosim.commands.cli import main
 from amb_cosim.cosim.ssp import load_ssp
+from tests.support.changed_archive import changed_archive
 from tests.support.messages import assert_names, raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
@@ -342,3 +343,14 @@ def test_a_connector_of_the_system_may_have_a_dot_in_its_name(gain_archive):
         assert result["Bus.In"].values.tolist() == [expected] * 6
         assert result["Bus.In"].attrs["units"] == "mm"
         assert result["a.y"].values.tolist() == pytest.approx([0.002 * expected] * 6)
+
+
+def test_a_connected_variable_may_have_a_wildcard_in_its_name(gains, gain_archive, tmp_path):
+    """As tools without a naming convention write it; in a system file `?` and `*` connect what they match."""
+    text = gain_archives.description().replace('name="y"', 'name="open?"').replace('name="u"', 'name="set*"')
+    fmu = changed_archive(gains["Plain"], tmp_path / "Valve.fmu", {"modelDescription.xml": text})
+    ends = connector("set*", "input") + connector("open?", "output")
+    parts = "".join(component(name, "resources/Valve.fmu", ends) for name in "ab")
+    root = system("root", "", parts, connect("a.open?", "b.set*"), bind({"a.k": 3.0, "b.k": 2.0}))
+    result = amb_cosim.simulate(gain_archive(root, files={"resources/Valve.fmu": fmu.read_bytes()}), isolated=False)
+    assert result.dataset["b.open?"].values[-1] == 6.0

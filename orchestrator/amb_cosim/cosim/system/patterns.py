@@ -16,7 +16,8 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
 
     A connection whose two ends have the same pattern connects every output of one component with the input of the same
     name of the other, if both match and nothing else feeds that input. The pattern of the inputs may have an additional
-    ending, without `*` and `?`, which their names must have.
+    ending, without `*` and `?`, which their names must have. The name of a variable with such a character, `open?`, is
+    not a pattern.
 
     Raises
     ------
@@ -24,14 +25,16 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
         If the pattern of a connection or of a mandatory input matches nothing, an excluded input does not exist, or a
         component is unknown. Inherited and optional connections may match nothing.
     """
-    literal = [link for link in system.connections if not is_pattern(link.source)]
+    literal: list[Connection] = []
+    patterns: list[Connection] = []
+    for link in system.connections:
+        (patterns if _connects_patterns(link, system, interfaces) else literal).append(link)
     fed = {link.target for link in literal} | {t for signal in system.signals for t in signal.targets}
     matched: dict[str, Connection] = {}
-    for link in system.connections:
-        if is_pattern(link.source):
-            for expanded in _matching(system, link, interfaces):
-                if expanded.target not in fed:
-                    matched.setdefault(expanded.target, expanded)
+    for link in patterns:
+        for expanded in _matching(system, link, interfaces):
+            if expanded.target not in fed:
+                matched.setdefault(expanded.target, expanded)
     parameters = {
         component: {name: raw for name, raw in values.items() if _has(interfaces.get(component), name)}
         for component, values in system.parameters.items()
@@ -43,6 +46,12 @@ def expand(system: System, interfaces: Mapping[str, FmuInterface]) -> System:
         connections=(*literal, *matched.values()),
         parameters=parameters,
     )
+
+
+def _connects_patterns(link: Connection, system: System, interfaces: Mapping[str, FmuInterface]) -> bool:
+    """Return whether the source of a connection is a pattern, and no name of a variable."""
+    component, name = system.divide(link.source)
+    return is_pattern(link.source) and not (component in interfaces and name in interfaces[component].ports)
 
 
 def _matching(system: System, link: Connection, interfaces: Mapping[str, FmuInterface]) -> list[Connection]:
