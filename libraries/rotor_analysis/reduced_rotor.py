@@ -18,7 +18,7 @@ from rotor_analysis.modal_reduction import reduce_to_shapes, space_for_band, spa
 from rotor_analysis.reduction import Reduction, msdc, reduce_by, unreduced
 from rotor_analysis.rotor import Mesh, ReductionOptions, Rotor
 from rotor_analysis.spinning_shapes import whirl, with_spinning_shapes
-from rotor_analysis.undamped import undamped_modes
+from rotor_analysis.undamped import undamped_frequencies
 
 DEFAULT_BAND = 2000.0  # Hz
 HOLDS_WITHIN = 0.01  # relative error of the natural frequency up to which a reduced mode represents one of the rotor
@@ -26,12 +26,13 @@ HOLDS_WITHIN = 0.01  # relative error of the natural frequency up to which a red
 
 @dataclass(frozen=True)
 class ReductionError:
-    """Errors of a reduced rotor at rest on its bearings, by mode in one plane.
+    """Errors of a reduced rotor at rest on its bearings, by mode.
 
     frequencies
-        Natural frequencies of the full model (rad/s), ascending, shape (count,).
+        Natural frequencies of the full model (rad/s), ascending, shape (n,): of one plane if both are alike, otherwise
+        of both (`undamped_frequencies`).
     percent
-        Relative errors of the reduced model (%), shape (count,); NaN for modes that it does not have.
+        Relative errors of the reduced model (%), shape (n,); NaN for modes that it does not have.
     """
 
     frequencies: Array
@@ -97,10 +98,10 @@ def with_modes(rotor: Rotor, modes: int) -> Rotor:
 
 
 def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
-    """Return the errors of the frequencies of `reduced_rotor`, of the first `count` modes without rigid motion."""
+    """Return the errors of the frequencies of `reduced_rotor`, of the first `count` modes of a plane of motion."""
     full, plant = on_bearings(assemble(rotor), rotor), reduced_rotor(rotor)
     reduced = reduce_by(full, plant.model.translations, plant.right, plant.left).model
-    exact, approximate = (undamped_modes(model, rotor, count)[0] for model in (full, reduced))
+    exact, approximate = (undamped_frequencies(model, rotor, count) for model in (full, reduced))
     percent = np.full(len(exact), np.nan)
     percent[: len(approximate)] = 100.0 * (approximate / exact[: len(approximate)] - 1.0)
     return ReductionError(exact, percent)

@@ -1,4 +1,4 @@
-"""Natural frequencies and shapes of the undamped rotor at rest in a single plane, for any model of it."""
+"""Natural frequencies and shapes of the undamped rotor at rest, for any model of it."""
 
 from __future__ import annotations
 
@@ -35,13 +35,39 @@ def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array
         omega (rad/s), ascending, shape (n,), negative where motion diverges as exp(-omega t); phi with
         phi^T M phi = 1 over the x of the coordinates, in columns.
     """
-    from scipy.linalg import eigh  # slow to import
-
     at_rest = supported.at(0.0)
-    M, K = _plane_of(at_rest.M), _plane_of(at_rest.K)
     supports = (*rotor.bearings, *rotor.seals)
     supported_nodes = {bearing.node for bearing in supports if np.trace(bearing.at(0.0)[0]) != 0.0}
-    rigid = max(0, 2 - len(supported_nodes))
+    return _lowest(_plane_of(at_rest.M), _plane_of(at_rest.K), count, max(0, 2 - len(supported_nodes)), rotor)
+
+
+def planes_are_alike(rotor: Rotor) -> bool:
+    """Return whether bearings and seals at rest have no other stiffness and mass in y than in x, and couple neither."""
+    tensors = (tensor for part in (*rotor.bearings, *rotor.seals) for tensor in part.at(0.0)[::2])
+    return all(np.array_equal(0.5 * (T + T.T), T[0, 0] * np.eye(2)) for T in tensors)
+
+
+def undamped_frequencies(supported: Matrices, rotor: Rotor, count: int) -> Array:
+    """Return the natural frequencies of the undamped rotor at rest on its bearings and seals (rad/s), ascending.
+
+    K phi = omega^2 M phi with the symmetric parts of K and M; the skew part of cross-coupling is no potential. If the
+    planes are alike, these are the first `count` of `undamped_modes`, each of which exists in both planes. Otherwise
+    they are the first 2 `count` of both planes together. Rigid motions that nothing holds are omitted, and fewer are
+    returned if the model has fewer.
+    """
+    if planes_are_alike(rotor):
+        return undamped_modes(supported, rotor, count)[0]
+    at_rest, z = supported.at(0.0), rotor.shaft.nodes
+    supports = (*rotor.bearings, *rotor.seals)
+    held = [np.kron([1.0, z[part.node - 1] - z[0]], _symmetric(part.at(0.0)[0])) for part in supports]
+    rigid = 4 - int(np.linalg.matrix_rank(np.vstack(held)))  # of two translations and two rotations
+    return _lowest(_symmetric(at_rest.M), _symmetric(at_rest.K), 2 * count, rigid, rotor)[0]
+
+
+def _lowest(M: Array, K: Array, count: int, rigid: int, rotor: Rotor) -> tuple[Array, Array]:
+    """Return the first `count` frequencies and shapes of K phi = omega^2 M phi, without `rigid` motions."""
+    from scipy.linalg import eigh  # slow to import
+
     last = len(M) - 1
     for shift in SHIFTS:
         try:
@@ -55,5 +81,8 @@ def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array
 
 
 def _plane_of(matrix: Array) -> Array:
-    mean = 0.5 * (matrix[::2, ::2] + matrix[1::2, 1::2])
-    return np.asarray(0.5 * (mean + mean.T))
+    return _symmetric(0.5 * (matrix[::2, ::2] + matrix[1::2, 1::2]))
+
+
+def _symmetric(matrix: Array) -> Array:
+    return np.asarray(0.5 * (matrix + matrix.T))

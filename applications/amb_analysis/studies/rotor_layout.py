@@ -19,6 +19,7 @@ from rotor_analysis.reduced_rotor import WhirlError, reduced_rotor, reduction_er
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor, numbered_positions
+from rotor_analysis.undamped import planes_are_alike
 
 COUNT = 6  # modes
 
@@ -55,7 +56,7 @@ class RotorLayout(DrawnResult):
         Error of the plant's receptance between bearings and contact sites; None for a rotor with massless nodes.
     frequencies, error
         Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors of
-        those of the plant's model (%).
+        those of the plant's model (%). Each belongs to both planes of motion if the bearings are alike in x and y.
     whirl
         Error of the plant's whirl as a free rotor at the highest speed; None if the rotor file states no speed.
     description
@@ -93,6 +94,7 @@ class RotorLayout(DrawnResult):
         for part in self.parts:
             parts.add_row(part.kind, part.name, "-" if part.node is None else str(part.node), number(part.z), part.what)
         where = "at rest on its bearings" if self.description.bearings else "free, without bearings"
+        where += "" if planes_are_alike(self.description) else ", which differ in x and y"
         where += f" ({EXTRAPOLATED})" if is_extrapolated(self.limits, 0.0) else ""
         modes = text_table(f"Undamped, {where}", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
         for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
@@ -234,7 +236,8 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
         )
     for kind, bearing in (*(("bearing", b) for b in rotor.bearings), *(("seal", s) for s in rotor.seals)):
         K, C, _ = bearing.at(0.0)
-        coefficients = f"{number(K[0, 0])} N/m, {number(C[0, 0])} N s/m along x"
+        along_x, along_y = (f"{number(K[k, k])} N/m, {number(C[k, k])} N s/m" for k in (0, 1))
+        coefficients = f"{along_x} along x" + (f", {along_y} along y" if along_y != along_x else "")
         if K[0, 1] or K[1, 0]:
             coefficients += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N/m"
         what = coefficients + (" at rest" if bearing.at_speed else "")
