@@ -117,6 +117,13 @@ def test_coinciding_modes_at_rest_are_separated_into_circles():
     assert [mode.whirl for mode in modes(supported_rotor(rotor).model, 0.0, 8)] == ["backward", "forward"] * 4
 
 
+def test_planes_that_differ_by_rounding_alone_leave_coinciding_modes_circles():
+    """On a fine mesh of a small rotor, rounding separates pairs by up to 4e-7; here a stiffness does, by 5e-7."""
+    k = 1e6
+    result = modes(rigid(((k, 0.0), (0.0, k * (1.0 + 1e-6)))).model, 0.0)
+    assert [mode.whirl for mode in result] == ["backward", "forward"] * 2
+
+
 def test_reversed_spin_exchanges_forward_and_backward():
     model = supported_rotor(load_rotor()).model
     with_spin, with_reversed_spin = modes(model, 145.0, 8), modes(model, -145.0, 8)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
-from rotor_analysis.modes import SAME_EIGENVALUE, Whirl
+from rotor_analysis.modes import Whirl
 from rotor_analysis.spectrum import AT_REST
 
+ROUNDING = 1e-7  # damping ratio
 AMPLIFYING = 2.0 * math.pi * 0.2 / math.sqrt(1.0 - 0.2**2)  # zeta = 0.2: an amplification 1/(2 zeta) of 2.5
 
 # Upper limit and name of each zone (API 617: level II stability; a mode with an amplification below 2.5 is not a
@@ -29,6 +30,6 @@ def damping_cells(ratio: float, frequency: float, whirl: Whirl) -> tuple[str, st
     A mode grows if its damping ratio is below zero by more than rounding, which near rest is an error of `AT_REST`
     squared in the square of an eigenvalue.
     """
-    grows = ratio < -max(SAME_EIGENVALUE, (AT_REST / frequency) ** 2)
+    grows = ratio < -max(ROUNDING, (AT_REST / frequency) ** 2)
     text = f"{round(ratio if grows else max(ratio, 0.0), 4) + 0.0:.4f}"  # not -0.0000
     return text, whirl + (", unstable" if grows else "")
