@@ -68,9 +68,15 @@ class StateSpace(Protocol):
     def D(self) -> NDArray[Any]: ...
 
 
-def frequency_response(law: StateSpace, s: complex) -> Complex:
-    """Return C (s - A)^-1 B + D, with z in place of s for a sampled law."""
-    return np.asarray(law.C @ np.linalg.solve(s * np.eye(len(law.A)) - law.A, law.B) + law.D, np.complex128)
+def frequency_response(law: StateSpace, s: complex | Complex) -> Complex:
+    """Return C (s - A)^-1 B + D at a point s, or at points along the first axis; z in place of s for a sampled law."""
+    points = np.asarray(s)[..., np.newaxis, np.newaxis]
+    return np.asarray(law.C @ np.linalg.solve(points * np.eye(len(law.A)) - law.A, law.B) + law.D, np.complex128)
+
+
+def harmonic_response(law: StateSpace, omega: float, sample_time: float | None) -> Complex:
+    """Return the `frequency_response` at omega (rad/s): s = j omega, or z = exp(j omega T) with a sample time T (s)."""
+    return frequency_response(law, 1j * omega if sample_time is None else np.exp(1j * omega * sample_time))
 
 
 def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.linalg import block_diag
 
-from amb_analysis.linear.components import LinearComponent, frequency_response
+from amb_analysis.linear.components import LinearComponent, harmonic_response
 from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.machine.machine import AXES, Machine
 from amb_cosim.results.component_names import PLANT
@@ -82,7 +82,7 @@ def component_outputs(
     feeds, parts = linear_source.feeds([*names, PLANT]), linear_source.parts(names)
     inputs = [name for part in parts for name in part.inputs]
     available_outputs = [name for part in parts for name in part.outputs]
-    H = block_diag(*(_response(part, omega) for part in parts))
+    H = block_diag(*(harmonic_response(part.law, omega, part.law.sample_time) for part in parts))
     owner = {name: part for part in parts for name in (*part.inputs, *part.outputs)}
     at_input, at_output = ({name: k for k, name in enumerate(names)} for names in (inputs, available_outputs))
     E = np.zeros((len(inputs), len(available_outputs)), dtype=np.complex128)
@@ -122,13 +122,6 @@ def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]
             bearing, _, axis = target.removeprefix(f"{PLANT}.").rpartition(".f_")
             result[source] = 2 * (machine.bearings[bearing] - 1) + AXES.index(axis)
     return result
-
-
-def _response(part: LinearComponent, omega: float) -> Complex:
-    """Return the frequency response of a component, sampled or not."""
-    law = part.law
-    s = 1j * omega if law.sample_time is None else np.exp(1j * omega * law.sample_time)
-    return frequency_response(law, s)
 
 
 def _link(source: LinearComponent, target: LinearComponent, omega: float) -> complex:

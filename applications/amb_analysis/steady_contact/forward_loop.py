@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
-from amb_analysis.linear.components import LinearComponent, connected, frequency_response, loop_of, within
+from amb_analysis.linear.components import LinearComponent, connected, harmonic_response, loop_of, within
 from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.linearise import in_order
 from amb_analysis.linear.rotor_and_magnets import rotor_component
@@ -195,9 +195,7 @@ def mixing(source: LinearSource, Omega: float, sites: Sequence[str]) -> float:
     at = source.at(Omega)
     whole = loop_of(*parts_in_contact(at, at.names))
     law = whole.selected(flat([contact_pair(s) for s in sites]), flat([_site_pair(s) for s in sites])).law
-    root = 1j * Omega if law.sample_time is None else np.exp(1j * Omega * law.sample_time)
-    R = frequency_response(law, root)
-    forward, backward = _split(R)
+    forward, backward = _split(harmonic_response(law, Omega, law.sample_time))
     return float(np.abs(backward).max() / np.abs(forward).max())
 
 

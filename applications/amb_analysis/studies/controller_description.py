@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from amb_analysis.linear.components import frequency_response
+from amb_analysis.linear.components import harmonic_response
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.controllers.block_file import read_blocks
 from amb_cosim.controllers.laws import Law
@@ -104,9 +104,8 @@ def describe_controller(file: Path, speed: str, modes: Sequence[float]) -> Contr
 
 
 def response(law: Law, omega: Array, sample_time: float | None) -> Complex:
-    """Return C (p 1 - A)^-1 B + D with p = exp(j omega T), or j omega without T; shape (n, n_demands, n_signals)."""
-    p = 1j * omega if sample_time is None else np.exp(1j * omega * sample_time)
-    return np.asarray([frequency_response(law, point) for point in p])
+    """Return the `harmonic_response` of a law at frequencies (rad/s), shape (n, n_demands, n_signals)."""
+    return np.asarray([harmonic_response(law, point, sample_time) for point in omega])  # memory as of one
 
 
 def frequencies(controller: LinearController) -> Array:

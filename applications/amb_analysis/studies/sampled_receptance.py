@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from amb_analysis.linear.components import frequency_response
+from amb_analysis.linear.components import harmonic_response
 from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.sampled_loop import parameters_of_loop, sensor_response
@@ -42,7 +42,7 @@ def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
         machine.linear_components, added, [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
     )
     record = parameters_of_loop(machine.controlled, parameters)
-    G = frequency_response(loop, np.exp(1j * omega * loop.dt))
+    G = harmonic_response(loop, omega, loop.dt)
     if is_on(parameters["chain.preset"], parameters["chain.delay"]):
         G = G * np.exp(-1j * omega * parameters["sample_time"])
     return np.asarray(sensor_response(record, omega) @ G / _current_stiffnesses(machine))
@@ -69,7 +69,7 @@ def inner_response(machine: Machine, order: int = 1) -> Complex | None:
     demands = [system.source_of(f"{ACTUATOR}.{axis}") or "" for axis in added]
     omega = order * machine.Omega
     model = model_of(source, [*added.values(), *readings], demands, components=(name,))
-    part = frequency_response(model, np.exp(1j * omega * model.dt))
+    part = harmonic_response(model, omega, model.dt)
     law = np.linalg.solve(part[:, : len(added)], part[:, len(added) :])  # before a delay, which both have
     measured = sensor_response(parameters_of_loop(machine.controlled, machine.parameters[CONTROLLER]), omega)
     return np.asarray(-_current_stiffnesses(machine)[:, None] * (law @ combination @ np.linalg.inv(measured)))

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_analysis.linear.components import zoh
+from amb_analysis.linear.components import frequency_response, zoh
 from amb_analysis.linear.control import pid_component
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.loop import Loop
@@ -93,13 +93,12 @@ class LoopSearch:
     def coarse_peaks(self, law: Law, poles: Sequence[Complex]) -> tuple[float, float]:
         """Return the largest |S| of all axes and speeds up to 2 kHz and above, at few frequencies and at the poles."""
         low = high = 0.0
-        K = _response(law, self._z(self._hertz))
+        K = frequency_response(law, self._z(self._hertz))
         for plant, G, z in zip(self.plants, self._responses, poles, strict=True):
             hertz = self._about(z)
             points = self._z(hertz)
-            S = np.vstack([_sensitivity(K, G), _sensitivity(_response(law, points), plant.response(points))]).max(
-                axis=1
-            )
+            about = _sensitivity(frequency_response(law, points), plant.response(points))
+            S = np.vstack([_sensitivity(K, G), about]).max(axis=1)
             within = np.concatenate([self._hertz, hertz]) <= HIGHEST
             low, high = max(low, float(S[within].max())), max(high, float(S[~within].max(initial=0.0)))
         return low, high
@@ -116,7 +115,7 @@ class LoopSearch:
         for plant, z in zip(self.plants, self.poles(law), strict=True):
             hertz = curve_frequencies(z, self.sample_time, LOWEST, 0.5 / self.sample_time)
             points = self._z(hertz)
-            S = _sensitivity(_response(law, points), plant.response(points))
+            S = _sensitivity(frequency_response(law, points), plant.response(points))
             by_speed.append(
                 (self._largest(plant, hertz, S, hertz <= HIGHEST), self._largest(plant, hertz, S, hertz > HIGHEST))
             )
@@ -180,12 +179,6 @@ def _closed(plant: SampledPlant, law: Law) -> Array:
     return np.block(
         [[plant.A + plant.B @ law.D @ plant.C, plant.B @ law.C], [law.B @ plant.C, law.A]],
     )
-
-
-def _response(law: Law, z: Complex) -> Complex:
-    """Return K at points z, shape (n, axes, readings)."""
-    states = np.linalg.solve(z[:, None, None] * np.eye(len(law.A)) - law.A, law.B.astype(np.complex128))
-    return np.asarray(law.C @ states + law.D)
 
 
 def _sensitivity(K: Complex, G: Complex) -> Array:
