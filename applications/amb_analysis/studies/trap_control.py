@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from amb_analysis.steady_contact.forward_loop import Complex
+from amb_analysis.steady_contact.receptances import Receptances
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.synchronous_control import adaptation_rates, settled
 from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
@@ -67,41 +67,33 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
     """Return whether synchronous control frees the rotor: with its steady force, and as it adapts during contact."""
     at, mu = machine.receptances(Omega), machine.mu(Omega)
     converged, force = settled(at), machine.unbalance * Omega**2
-    r = (converged.P @ force)[None]
-    orbit = states_of((), converged.R, mu, machine.c, r)
+    orbit = states_of((), converged.R, mu, machine.c, (converged.P @ force)[None])
     values: Complex = converged.currents[1] @ force
     currents = currents_of(dict(zip(machine.loop(Omega).currents, values, strict=True)), machine)
-    stuck = []
-    for contact in all_sets(len(machine.sites))[1:]:
-        states = states_of(contact, converged.R, mu, machine.c, r)
-        for n in range(len(states.points)):
-            if adaptation_rates(at, states, n, machine.c, mu).real.max() < 0.0:
-                stuck.append("+".join(machine.sites[k] for k in contact))
     if not len(orbit.points):
         return Freed(False, currents, "cannot free it: every orbit under its steady force touches a site")
     words = "can hold it free" + _within(currents)
-    rates = _adaptation_growth(machine, Omega)
-    diverging = [name for name, rate in rates.items() if rate > 0.0]
+    stuck = {contact for contact, rate in _adaptation_growth(machine, at, converged) if rate < 0.0}
+    diverging = list(dict.fromkeys(contact for contact, rate in _adaptation_growth(machine, at, at) if rate > 0.0))
     if stuck:
-        words += f"; it may also come to rest in contact at {', '.join(sorted(frozenset(stuck)))}"
+        words += f"; it may also come to rest in contact at {', '.join(sorted(stuck))}"
     elif diverging:
         words += f"; in contact at {', '.join(diverging)} its adaptation diverges"
     possible = all(current.is_allowed for current in currents.values())
     return Freed(possible and not stuck and not diverging, currents, words)
 
 
-def _adaptation_growth(machine: RubbingRotor, Omega: float) -> dict[str, float]:
-    """Return the largest growth rate of the adaptation, over alpha (1), for each set of sites in contact."""
-    at, mu = machine.receptances(Omega), machine.mu(Omega)
-    r = (at.P @ machine.unbalance * Omega**2)[None]
-    result: dict[str, float] = {}
+def _adaptation_growth(machine: RubbingRotor, at: Receptances, held: Receptances) -> Iterator[tuple[str, float]]:
+    """Yield sites and largest growth rate of the adaptation, over alpha (1), of the states in contact under `held`.
+
+    `at` are the receptances of the feedback alone.
+    """
+    mu, r = machine.mu(at.Omega), (held.P @ (machine.unbalance * at.Omega**2))[None]
     for contact in all_sets(len(machine.sites))[1:]:
-        states = states_of(contact, at.R, mu, machine.c, r)
+        states = states_of(contact, held.R, mu, machine.c, r)
         for n in range(len(states.points)):
-            name = "+".join(machine.sites[k] for k in contact)
-            rate = float(adaptation_rates(at, states, n, machine.c, mu).real.max())
-            result[name] = max(rate, result.get(name, -math.inf))
-    return result
+            rates = adaptation_rates(at, states, n, machine.c, mu)
+            yield "+".join(machine.sites[k] for k in contact), float(rates.real.max())
 
 
 def _within(currents: Mapping[str, BearingCurrent]) -> str:
