@@ -9,12 +9,12 @@ from typing import Annotated
 
 import numpy as np
 
-from amb_actuator.force import limited_current
 from amb_actuator.interface import DYNAMIC
 from amb_analysis.machine.demand_limits import demand_amplitude
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.stability import TURNS
 from amb_analysis.steady_contact.trap_map import Regime, SolvedState
+from amb_cosim.design.magnetic_bearing import current_range
 from amb_cosim.results.component_names import ACTUATOR
 
 VIBRATIONS = 6  # reported vibrations about a state, the least damped first
@@ -137,15 +137,13 @@ def currents_of(values: Mapping[str, complex], machine: RubbingRotor) -> dict[st
 
 def allowed_current(machine: RubbingRotor, bearing: str) -> float:
     """Return the largest amplitude (A) that coils (`amb_actuator.amplifier`), controller and DAC can follow."""
-    parameters, result = machine.machine.parameters, math.inf
-    if ACTUATOR in parameters:
-        p = parameters[ACTUATOR]
+    levitated, result = machine.machine, math.inf
+    if ACTUATOR in levitated.parameters:
         for axis in "xy":
-            names = ("bias_current", "static_current", "current_limit", "voltage_limit", "resistance")
-            bias, static, limit, voltage, resistance = (p[f"{bearing}.{name}_{axis}"] for name in names)
-            if p["amplifier"] == DYNAMIC:
-                limit = min(limit, voltage / resistance)
-            result = min(result, *(abs(limited_current(demand, bias, static, limit)) for demand in (-1e12, 1e12)))
-        axes = [direction for name, direction in machine.machine.loop.axes if name == bearing]
-        result = min([result, *(demand_amplitude(machine.machine, bearing, axis) for axis in axes)])
+            p = levitated.axis(bearing, axis)
+            if levitated.parameters[ACTUATOR]["amplifier"] == DYNAMIC:
+                p.current_limit = min(p.current_limit, p.voltage_limit / p.resistance)
+            result = min(result, *map(abs, current_range(p)))
+        axes = [direction for name, direction in levitated.loop.axes if name == bearing]
+        result = min([result, *(demand_amplitude(levitated, bearing, axis) for axis in axes)])
     return max(result, 0.0)
