@@ -45,8 +45,8 @@ def test_the_code_of_the_readme_draws_and_prints_its_stated_output(build_fmu, ru
 def test_figures_of_the_theory_pages_are_those_of_the_model():
     p = axis_parameters()
     result, capacity = linear_range(p), load_capacity(p, np.array([500.0 / np.sqrt(2.0)]))
-    in_mm = f"{result.x_low * 1e3:.3f} to {result.x_high * 1e3:.3f} mm"
-    assert f"{in_mm}, {result.i_low:.2f} to {result.i_high:.2f} A" in PROSE
+    in_mm = f"{result.x[0] * 1e3:.3f} to {result.x[1] * 1e3:.3f} mm"
+    assert f"{in_mm}, {result.i_c[0]:.2f} to {result.i_c[1]:.2f} A" in PROSE
     assert ", ".join(f"{rate / 1e6:.2f}" for rate in force_slew_rate(p)) + " MN/s" in PROSE
     in_hz = [full_swing_bandwidth(p, amplitude) for amplitude in (1.0, 4.43)]
     assert f"1 A up to {in_hz[0]:.0f} Hz, 4.43 A up to {in_hz[1]:.0f} Hz" in PROSE

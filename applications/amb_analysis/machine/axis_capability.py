@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -18,13 +19,12 @@ from amb_cosim.design.magnetic_bearing import current_range, linear_constants, l
 from array_types import Array
 
 
-class LinearRange(NamedTuple):
-    """Limits of the linear law: displacements at I_c = 0 (m) and control currents at x = 0 (A)."""
+@dataclass(frozen=True)
+class LinearRange:
+    """Limits of the linear law: displacement (m) at I_c = 0, and control current (A) at x = 0."""
 
-    x_low: float
-    x_high: float
-    i_low: float
-    i_high: float
+    x: Annotated[tuple[float, float], "m"]
+    i_c: Annotated[tuple[float, float], "A"]
 
 
 class LoadCapacity(NamedTuple):
@@ -62,9 +62,9 @@ def linear_range(p: np.record, tolerance: float = 0.05) -> LinearRange:
         raise ValueError(f"tolerance = {tolerance:g} is not allowed; it must be between 0 and 1")
     low, high = current_range(p)
     gap = float(np.nextafter(p.gap, 0.0))
-    along_x = [_first_crossing(lambda x: float(linear_error(p, x, 0.0)) - tolerance, end) for end in (-gap, gap)]
-    along_i = [_first_crossing(lambda i: float(linear_error(p, 0.0, i)) - tolerance, end) for end in (low, high)]
-    return LinearRange(*along_x, *along_i)
+    x_low, x_high = (_first_crossing(lambda x: float(linear_error(p, x, 0.0)) - tolerance, end) for end in (-gap, gap))
+    i_low, i_high = (_first_crossing(lambda i: float(linear_error(p, 0.0, i)) - tolerance, end) for end in (low, high))
+    return LinearRange((x_low, x_high), (i_low, i_high))
 
 
 def _first_crossing(excess: Callable[[float], float], end: float) -> float:

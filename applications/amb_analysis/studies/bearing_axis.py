@@ -34,14 +34,6 @@ AMPLITUDES = (0.25, 0.5, 1.0)  # of the largest sine of the control current
 
 
 @dataclass(frozen=True)
-class LinearLimits:
-    """Limits of the linear law: displacement (m) at I_c = 0, and control current (A) at x = 0."""
-
-    x: Annotated[tuple[float, float], "m"]
-    i_c: Annotated[tuple[float, float], "A"]
-
-
-@dataclass(frozen=True)
 class FullSwing:
     """Amplitudes of a sinusoidal control current (A) and of its force (N), and the bandwidth (Hz) at that amplitude."""
 
@@ -143,7 +135,7 @@ class BearingAxis(PlannedResult):
     k_s: Annotated[float, "N/m"]
     k_i: Annotated[float, "N/A"]
     tolerance: float
-    linear_range: LinearLimits
+    linear_range: axis_capability.LinearRange
     slew_rate: Annotated[tuple[float, float], "N/s"]
     amplifier_bandwidth: Annotated[float, "Hz"]
     full_swing: tuple[FullSwing, ...]
@@ -227,7 +219,6 @@ def linearisation(
             f"carry 0 to {p.current_limit:g} A and need control currents of both signs"
         )
     k_s, k_i = magnetic_bearing.linear_constants(p)
-    limits = axis_capability.linear_range(p, TOLERANCE)
     full_swing = tuple(
         FullSwing(i, float(_force_amplitude(p, i)), axis_capability.full_swing_bandwidth(p, i))
         for i in (share * largest for share in AMPLITUDES)
@@ -239,7 +230,7 @@ def linearisation(
         k_s=k_s,
         k_i=k_i,
         tolerance=TOLERANCE,
-        linear_range=LinearLimits((limits.x_low, limits.x_high), (limits.i_low, limits.i_high)),
+        linear_range=axis_capability.linear_range(p, TOLERANCE),
         slew_rate=axis_capability.force_slew_rate(p),
         amplifier_bandwidth=float(p.bandwidth),
         full_swing=full_swing,
@@ -296,13 +287,7 @@ def _load_capacity(p: np.record) -> LoadCurves:
 
     static_load, loads = carried(p.static_current), LOADS * carried(p.current_limit - p.bias_current)
     capacity, at_static = (axis_capability.load_capacity(p, each) for each in (loads, np.array([static_load])))
-    return LoadCurves(
-        loads,
-        capacity.static_current,
-        capacity.up,
-        capacity.down,
-        StaticLoad(static_load, float(at_static.up[0]), float(at_static.down[0])),
-    )
+    return LoadCurves(loads, *capacity, StaticLoad(static_load, float(at_static.up[0]), float(at_static.down[0])))
 
 
 def _operating_map(p: np.record, clearance: float) -> OperatingMap:

@@ -42,16 +42,16 @@ def test_errors_name_value_and_limit(refused, facts):
 def test_linear_law_is_exact_in_the_current_without_saturation():
     i_c = np.linspace(*current_range(IRON_FREE), 11)
     np.testing.assert_allclose(linear_error(IRON_FREE, 0.0, i_c), 0.0, atol=1e-12)
-    assert linear_range(IRON_FREE)[2:] == current_range(IRON_FREE)
+    assert linear_range(IRON_FREE).i_c == current_range(IRON_FREE)
 
 
 def test_linear_range_ends_where_the_error_reaches_five_percent():
     result = linear_range(RIG)
-    assert result.x_low < 0.0 < result.x_high
-    for x in (result.x_low, result.x_high):
+    assert result.x[0] < 0.0 < result.x[1]
+    for x in result.x:
         assert linear_error(RIG, x, 0.0) == pytest.approx(0.05, abs=1e-6)
         assert np.max(linear_error(RIG, np.linspace(0.0, 0.999 * x, 200), 0.0)) < 0.05
-    for i in (result.i_low, result.i_high):
+    for i in result.i_c:
         assert linear_error(RIG, 0.0, i) == pytest.approx(0.05, abs=1e-6)
         assert np.max(linear_error(RIG, 0.0, np.linspace(0.0, 0.999 * i, 200))) < 0.05
 
@@ -60,7 +60,7 @@ def test_linear_range_along_x_is_that_of_the_series_of_the_law():
     """F/(K_s x) - 1 = 3/2 (a^2 - b^2)/(a^2 + b^2) xi + 2 xi^2 + O(xi^3), xi = x/l, for small tolerances."""
     a, b = 5.57, 4.43
     xi = np.max(np.roots([2.0, 1.5 * (a**2 - b**2) / (a**2 + b**2), -1e-4]).real)
-    assert linear_range(IRON_FREE, 1e-4).x_high == pytest.approx(xi * 1.2e-3, rel=1e-3)
+    assert linear_range(IRON_FREE, 1e-4).x[1] == pytest.approx(xi * 1.2e-3, rel=1e-3)
 
 
 def test_slew_rate_agrees_with_the_model():
