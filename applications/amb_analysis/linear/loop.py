@@ -70,7 +70,7 @@ class Loop:
     def __post_init__(self) -> None:
         missing = [component for component in (PLANT, ACTUATOR) if component not in self.linear_components.names]
         if missing:
-            raise ValueError(f"scenario {self.name} has no component {missing[0]}; a linear loop needs one")
+            raise ValueError(f"system {self.name} has no component {missing[0]}; a linear loop needs one")
         if not self.demands:
             raise ValueError(f"{ACTUATOR} has no demand that a controller is connected to; a linear loop needs one")
 

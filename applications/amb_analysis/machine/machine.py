@@ -214,9 +214,9 @@ def machine_of(planned: PlannedRun, *needed: str) -> Machine:
     Raises
     ------
     ValueError
-        If the run lacks plant, actuator, or another component that is `needed`.
+        If the run lacks the plant, or another component that is `needed`.
     """
-    missing = [component for component in (PLANT, ACTUATOR, *needed) if component not in planned.interfaces]
+    missing = [component for component in (PLANT, *needed) if component not in planned.interfaces]
     if missing:
-        raise ValueError(f"scenario {planned.name} has no component {missing[0]}; a linear loop requires one")
+        raise ValueError(f"scenario {planned.name} has no component {missing[0]}, which the study requires")
     return Machine(planned)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from amb_analysis.machine.machine import Machine
+from amb_analysis.machine.machine import Machine, machine_of
 from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop, forward_loop, mixing
 from amb_analysis.steady_contact.receptances import Receptances, receptances
 from amb_cosim.results.component_names import CONTROLLER, PLANT
@@ -114,9 +114,7 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
     ValueError
         If the run has no `rotor_contact`, or none of its sites is enabled.
     """
-    if PLANT not in planned.interfaces:
-        raise ValueError(f"scenario {planned.name} has no component {PLANT}; a rub needs a rotor")
-    machine = Machine(planned)
+    machine = machine_of(planned)
     source, p = machine.linear_components, machine.parameters[PLANT]
     sites = tuple(site["name"] for site in source.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"])
     if not sites:

@@ -17,7 +17,7 @@ from amb_analysis.studies.result import PlannedResult
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.design import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario, load_scenario
 from amb_files.suggestions import suggest
@@ -255,7 +255,7 @@ def _axis_of(
     values: Mapping[str, float] = {}
     if scenario is not None:
         chosen = as_scenario(load_scenario(str(scenario)).machine(), rotor)
-        machine = machine_of(plan_run(chosen, settings))
+        machine = machine_of(plan_run(chosen, settings), ACTUATOR)
         description, values = machine.rotor, machine.parameters[PLANT]
     axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]
     names = [loop_axis.name for loop_axis in axes]

@@ -13,7 +13,7 @@ import numpy as np
 
 from amb_analysis.machine.channels import Place, place_of
 from amb_analysis.machine.frequency_response import Loop, Structure, frequency_response, refined, resonant_frequencies
-from amb_analysis.machine.machine import Machine
+from amb_analysis.machine.machine import machine_of
 from amb_analysis.measured.deviation import CurveDeviation, ModeDeviation, curve_deviation, mode_deviations
 from amb_analysis.measured.estimates import Estimator
 from amb_analysis.measured.files import read_measured
@@ -26,7 +26,6 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
 from amb_files.checks import require
 from array_types import Array, Complex
@@ -195,9 +194,7 @@ def response(
     machine = None
     if controlled_scenario is not None:
         levitated = controlled_scenario.machine(rotor=refined_rotor)
-        machine = Machine(plan_run(levitated, set, options=RunOptions(flavour=flavour)))
-        if PLANT not in machine.planned.interfaces:
-            raise ValueError(f"scenario {machine.planned.name} has no component {PLANT}")
+        machine = machine_of(plan_run(levitated, set, options=RunOptions(flavour=flavour)))
     default_speed = 0.0 if machine is None else machine.Omega
     Omega = default_speed if speed is None else spin_speed(speed)
     if machine is not None and loop == "closed":

@@ -21,7 +21,7 @@ from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
 from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
-from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.control_loop import inner_loop_parameters
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario, as_scenario, make_scenario
@@ -127,7 +127,7 @@ def plan_identification(
     planned = plan_run(scenario, settings, options=options)
     if planned.speed != Omega:
         raise ValueError("Omega cannot be set here; speeds sets it")
-    identified_machine = machine_of(planned, CONTROLLER)
+    identified_machine = machine_of(planned, ACTUATOR, CONTROLLER)
     lowest = identified_machine.parameters[CONTROLLER]["rolac.min_speed"]
     if Omega < lowest and not math.isclose(Omega, lowest):
         raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {lowest:g} rad/s, rolac.min_speed")

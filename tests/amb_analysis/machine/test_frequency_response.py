@@ -19,6 +19,7 @@ from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
 
 FOLDER = Path(__file__).parents[2] / "strange_machine"
+PASSIVE = "nelson_mcvaugh_free"
 F = np.geomspace(5.0, 2000.0, 40)
 STEP = 50e-6
 
@@ -26,6 +27,14 @@ STEP = 50e-6
 @pytest.fixture(scope="module")
 def machine():
     return machine_of(plan_run(as_scenario(FOLDER / "levitation.toml", None), None))
+
+
+def test_a_rotor_without_magnets_is_named_with_what_it_lacks():
+    planned = plan_run(as_scenario(PASSIVE, None), None)
+    with raises_naming(ValueError, f"scenario {PASSIVE}", ACTUATOR):
+        machine_of(planned, ACTUATOR)
+    with raises_naming(ValueError, f"system {planned.assembly.system.name}", ACTUATOR):
+        _ = machine_of(planned).loop
 
 
 def places(rotor, *channels, is_input):
