@@ -33,7 +33,7 @@ from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 from signal_chain.presets import is_on
 
-ZONES = {"A": 3.0, "B": 4.0, "C": 5.0, "D": np.inf}  # upper limit of |S| in each zone
+ZONES = {"A": 3.0, "B": 4.0, "C": 5.0}  # upper limit of |S| in each zone; zone D has none
 COMPARED = 500.0  # Hz, up to which computed and measured sensitivity are compared
 
 
@@ -189,7 +189,7 @@ class StabilityMargin(MachineResult):
 
 def zone(peak: float) -> str:
     """Return the zone of a peak of |S|: A below 3, B below 4, C below 5, D from 5 on (ISO 14839-3)."""
-    return next(name for name, limit in ZONES.items() if peak < limit)
+    return next((name for name, limit in ZONES.items() if peak < limit), "D")
 
 
 def sensitivity(
@@ -278,7 +278,7 @@ def sensitivity(
         delay=_delay(parameters[CONTROLLER]),
         amplifier="dynamic" if parameters[ACTUATOR]["amplifier"] else "ideal",
         settings=tuple(f"{name}={value}" for name, value in (set or {}).items()),
-        zone_limits={name: limit for name, limit in ZONES.items() if np.isfinite(limit)},
+        zone_limits=dict(ZONES),
         frequencies=frequencies,
         axes=axes,
         gang_of_four=gang,

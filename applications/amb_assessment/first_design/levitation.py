@@ -28,7 +28,7 @@ from scipy.optimize import OptimizeResult, minimize
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.loop_vibrations import vibrations_over
-from amb_analysis.studies.stability_margin import ZONES
+from amb_analysis.studies.stability_margin import zone
 from amb_assessment.first_design.loop_search import LoopSearch, Peak, damping_ratios, largest_peaks
 from amb_assessment.first_design.sizing import MachineSizes
 from amb_cosim.cosim.basics.choices import Flavour
@@ -120,7 +120,7 @@ class Levitation:
     @property
     def zone(self) -> str:
         """Zone of ISO 14839-3 of the largest sensitivity."""
-        return next(zone for zone, limit in ZONES.items() if self.peak.value <= limit)
+        return zone(self.peak.value)
 
     @property
     def least_damped(self) -> str:

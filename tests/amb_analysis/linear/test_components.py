@@ -164,7 +164,7 @@ def test_a_response_by_eigenvectors_is_the_sum_of_its_poles():
 
 
 def test_zones_begin_at_their_limits():
-    assert [zone(peak) for peak in (1.0, 2.999, 3.0, 3.999, 4.0, 4.999, 5.0, 40.0)] == list("AABBCCDD")
+    assert [zone(peak) for peak in (1.0, 2.999, 3.0, 3.999, 4.0, 4.999, 5.0, 40.0, np.inf)] == list("AABBCCDDD")
 
 
 def test_least_disk_margin_is_that_between_the_frequencies(monkeypatch):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from amb_analysis.machine.machine import Machine
-from amb_assessment.first_design.levitation import Pid
+from amb_assessment.first_design.levitation import Levitation, Pid
+from amb_assessment.first_design.loop_search import Peak
 from amb_assessment.first_design.shortfalls import saturating_axes, soft_bearings
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
@@ -31,6 +34,12 @@ def test_unbalance_that_saturates_the_coils_is_a_shortfall(share, saturating):
     for axis, reason in zip(saturating, reasons, strict=True):
         demand = BIAS * share * abs(levers[axis[:3]]) / levers["mb1"]
         assert_names(reason, axis, f"{demand:.3g} A", "4.43 A", "1 rpm")
+
+
+@pytest.mark.parametrize(("peak", "name"), [(2.999, "A"), (3.0, "B"), (5.0, "D"), (math.inf, "D")])
+def test_zones_of_a_design_begin_at_their_limits(peak, name):
+    """ISO 14839-3: A below 3, B below 4, C below 5."""
+    assert Levitation(0.1, 0.1, 0.1, 1.0, 1.0, Peak(peak), Peak(1.0), (0.1, 0.02, 0.002)).zone == name
 
 
 def test_bearings_softer_than_their_magnets_require_are_a_shortfall():

@@ -109,8 +109,7 @@ def _panel(subject: Subject, curves: dict[str, tuple[Array, Array]], study: Stab
 
 def zone_limits(ends: Array) -> list[Curve]:
     """Return the upper limits of the zones of |S| between two frequencies (Hz)."""
-    limits = [(zone, limit) for zone, limit in ZONES.items() if np.isfinite(limit)]
-    return [curve(f"{zone}: below {limit:g}", ends, [limit, limit], "dashed") for zone, limit in limits]
+    return [curve(f"{zone}: below {limit:g}", ends, [limit, limit], "dashed") for zone, limit in ZONES.items()]
 
 
 def _table(study: StabilityMargin) -> ResultTable:
