@@ -56,5 +56,9 @@ def peak_beyond(system: control.StateSpace) -> list[tuple[float, float]]:
     """Return the peak of |S| of each axis above `HIGHEST`, and its frequency (Hz); empty if sampling ends below."""
     if 0.5 / system.dt <= HIGHEST * (1.0 + 1e-9):
         return []
-    frequencies, curves = sensitivity_curves(system, HIGHEST, 0.5 / float(system.dt))
+    return peaks_of(*sensitivity_curves(system, HIGHEST, 0.5 / float(system.dt)))
+
+
+def peaks_of(frequencies: Array, curves: Array | Complex) -> list[tuple[float, float]]:
+    """Return the largest |S| of each axis, and its frequency (Hz), from the curves of all axes, shape (axes, n)."""
     return [(float(np.abs(S).max()), float(frequencies[np.abs(S).argmax()])) for S in curves]

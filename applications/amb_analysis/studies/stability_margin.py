@@ -20,7 +20,7 @@ from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, plan_measurement
 from amb_analysis.studies.inputs import Number, controlled, spin_speed
 from amb_analysis.studies.result import MachineResult
-from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
+from amb_analysis.studies.sensitivity_curves import peak_beyond, peaks_of, sensitivity_curves
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
@@ -257,17 +257,17 @@ def sensitivity(
     difference = np.abs(measured.sensitivity / expected - 1.0)
     axes = {
         name: AxisSensitivity(
-            peak=float(np.abs(S).max()),
-            peak_frequency=float(frequencies[np.abs(S).argmax()]),
-            zone=zone(float(np.abs(S).max())),
-            S=S,
+            peak=peak,
+            peak_frequency=frequency,
+            zone=zone(peak),
+            S=curves[k],
             measured_frequencies=measured.frequencies[k],
             measured=np.abs(measured.sensitivity[k]),
             largest_difference_below_500_hz=float(difference[k][measured.frequencies[k] < COMPARED].max()),
             largest_difference=float(difference[k].max()),
             beyond=beyond[k] if beyond else None,
         )
-        for k, (name, S) in enumerate(zip(loop.axis_names, curves, strict=True))
+        for k, (name, (peak, frequency)) in enumerate(zip(loop.axis_names, peaks_of(frequencies, curves), strict=True))
     }
     gang, disks = _all_loops(loop, frequencies)
     return StabilityMargin(

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from amb_analysis.linear.stability import LARGEST, LoopStability, stability_of
-from amb_analysis.studies.sensitivity_curves import curve_frequencies
+from amb_analysis.studies.sensitivity_curves import curve_frequencies, peaks_of
 from amb_assessment.assessment.subject import Subject, hertz
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from array_types import Array
@@ -48,8 +48,7 @@ class LoadCase:
     def peak(self) -> tuple[float, float]:
         """Largest |S| of a stable loop, and its frequency (Hz)."""
         frequencies, S = self.sensitivity
-        top = int(S.argmax())
-        return float(S[top]), float(frequencies[top])
+        return peaks_of(frequencies, S[None])[0]
 
     @cached_property
     def least(self) -> tuple[float, float]:

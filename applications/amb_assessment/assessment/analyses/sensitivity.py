@@ -8,7 +8,7 @@ import numpy as np
 
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.coupled import coupled_loop
-from amb_analysis.studies.sensitivity_curves import peak_beyond, sensitivity_curves
+from amb_analysis.studies.sensitivity_curves import peak_beyond, peaks_of, sensitivity_curves
 from amb_analysis.studies.stability_margin import ZONES, StabilityMargin, sensitivity
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
@@ -72,13 +72,9 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
     """
     system = Loop(loop.linear_components.at(Omega)).sensitivity()
     frequencies, curves = sensitivity_curves(system)
-    beyond = peak_beyond(system)
-    result = []
-    for k, row in enumerate(np.abs(curves)):
-        top = int(row.argmax())
-        peaks = ((float(row[top]), float(frequencies[top])), *beyond[k : k + 1])
-        result.append(AxisPeaks(frequencies, row, peaks))
-    return result
+    S, beyond = np.abs(curves), peak_beyond(system)
+    peaks = peaks_of(frequencies, S)
+    return [AxisPeaks(frequencies, S[k], (peaks[k], *beyond[k : k + 1])) for k in range(len(S))]
 
 
 def sensitivities_over(subject: Subject, loop: Loop) -> dict[float, list[AxisPeaks]]:
