@@ -24,7 +24,7 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.scenario.rotors import RotorSource, is_rotor
 from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
 from amb_files.pack_file import rotor_path
-from amb_files.toml import parse_toml, read_text
+from amb_files.toml import read_toml
 from amb_sweeps import outcomes
 from amb_sweeps.axes import Vary
 from amb_sweeps.branching import varied_labels
@@ -231,7 +231,7 @@ def _rotor_file(rotor: RotorSource) -> dict[str, Any] | None:
         return None
     with suppress(ValueError):  # no pack has a rotor
         path = rotor_path(rotor)
-        return parse_toml(read_text(path, f"rotor file {path}"), f"rotor file {path}")
+        return read_toml(path, f"rotor file {path}")
     return None
 
 

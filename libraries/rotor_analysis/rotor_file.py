@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from amb_files.checks import errors_in
-from amb_files.toml import parse_toml, read_text, validate
+from amb_files.toml import parse_toml, read_text, read_toml, validate
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.shaft import ShaftOrSections
@@ -64,8 +64,7 @@ def numbered_positions(source: RotorSource = None) -> tuple[float, ...]:
         return source.shaft.nodes
     path = rotor_path(source)
     name = f"rotor file {path}"
-    data = parse_toml(read_text(path, name), name)
-    return validate(data["shaft"], ShaftOrSections, name).nodes
+    return validate(read_toml(path, name)["shaft"], ShaftOrSections, name).nodes
 
 
 @lru_cache(maxsize=8)

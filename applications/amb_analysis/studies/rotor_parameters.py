@@ -12,7 +12,7 @@ from amb_analysis.measured.least_squares import FreeParameter
 from amb_analysis.studies.inputs import Number
 from amb_files.pack_file import rotor_path
 from amb_files.suggestions import suggest
-from amb_files.toml import parse_toml, read_text
+from amb_files.toml import read_toml
 from array_types import Array
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor, rotor_from
@@ -47,7 +47,7 @@ class RotorParameters:
             If it cannot be read, or a name is not that of a number in it.
         """
         rotor, path = load_rotor(source), rotor_path(source)
-        data = parse_toml(read_text(path, f"rotor file {path}"), f"rotor file {path}")
+        data = read_toml(path, f"rotor file {path}")
         start = tuple(_number(data, name) for name in names)
         return cls(data, rotor.shaft.nodes, tuple(names), start)
 
