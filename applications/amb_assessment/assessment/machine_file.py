@@ -13,10 +13,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from amb_analysis.studies.inputs import HIGHEST, positive
 from amb_assessment.assessment.retainer_bearings import RetainerBearing
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
-from amb_cosim.cosim.system.values import RPM, Raw, quantity
+from amb_cosim.cosim.system.values import RPM, quantity
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario
@@ -26,7 +27,6 @@ from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 from rotor_analysis.parts import AtSpeed, Bearing
 
-HIGHEST = 1e5  # rad/s
 GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # form of ISO 21940-11, in mm/s
 
 OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "communication_step", "fmu", "parameters")
@@ -73,12 +73,12 @@ class Speeds(Table):
     @property
     def run_up_time(self) -> float | None:
         """Time from standstill to the largest speed (s), if stated."""
-        return None if self.run_up is None else _positive(self.run_up, "s", "speed.run_up")
+        return None if self.run_up is None else positive(self.run_up, "s", "speed.run_up")
 
     @property
     def run_down_time(self) -> float | None:
         """Time from the largest speed to standstill (s), if stated."""
-        return None if self.run_down is None else _positive(self.run_down, "s", "speed.run_down")
+        return None if self.run_down is None else positive(self.run_down, "s", "speed.run_down")
 
 
 class Balancing(Table):
@@ -137,7 +137,7 @@ class CompressorStage(Table):
         if self.cross_coupling is not None:
             return quantity(self.cross_coupling, "N/m", f"cross_coupling of stage at {self.at}")
         P, D, H = (
-            _positive(getattr(self, name) or 0.0, unit, f"{name} of stage at {self.at}")
+            positive(getattr(self, name) or 0.0, unit, f"{name} of stage at {self.at}")
             for name, unit in (("power", "W"), ("diameter", "m"), ("width", "m"))
         )
         B = 3.0 * self.density_ratio if self.kind == "centrifugal" else 1.5
@@ -234,7 +234,7 @@ class MachineFile(Table):
         """Frequency up to which modes are judged (rad/s)."""
         if self.up_to is None:
             return 2.0 * self.speed.tripping
-        value, least = _positive(self.up_to, "rad/s", "up_to"), self.speed.tripping
+        value, least = positive(self.up_to, "rad/s", "up_to"), self.speed.tripping
         require(value >= least, "up_to", f"{value:.4g} rad/s", f">= {least:.4g} rad/s, the trip speed")
         return value
 
@@ -285,13 +285,6 @@ def _without_plant_inputs(data: dict[str, Any]) -> dict[str, Any]:
 
     inputs = {component: values for component, values in data.get("inputs", {}).items() if component != PLANT}
     return {key: value for key, value in data.items() if key != "inputs"} | ({"inputs": inputs} if inputs else {})
-
-
-def _positive(raw: Raw, unit: str, name: str) -> float:
-    value = quantity(raw, unit, name)
-    if not 0.0 < value < float("inf"):
-        raise ValueError(f"{name} = {value:g} {unit} is not allowed; it must be > 0 {unit}")
-    return value
 
 
 def packaged_machines() -> dict[str, Path]:
