@@ -18,7 +18,7 @@ from amb_assessment.first_design.levitation import (
 )
 from amb_assessment.first_design.shortfalls import hindering_positions, shortfalls, soft_bearings
 from amb_assessment.first_design.sizing import SAMPLE_TIMES, MachineSizes
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.scenario import Scenario
 
@@ -57,7 +57,7 @@ Progress = Callable[[float, int], None]  # sample time (s), number of gains trie
 def first_design(
     sizes: MachineSizes,
     scenario: Callable[[Design], Scenario],
-    flavour: Flavour,
+    options: RunOptions,
     progress: Progress = lambda sample_time, tried: None,
 ) -> Design:
     """Return the best design: of the first sample time whose loop is in zone A, or with the smallest shortfall of all.
@@ -68,8 +68,8 @@ def first_design(
         Sizes of the magnets.
     scenario
         Returns the scenario of the machine with a controller.
-    flavour
-        Flavour of the FMUs to linearise.
+    options
+        Options of the linearisation; only the flavour of the FMUs is used.
     progress
         Called with the sample time and the number of gains tried at it.
 
@@ -82,7 +82,7 @@ def first_design(
     candidates = []
     for sample_time in SAMPLE_TIMES:
         start = pid_of(k_s, [*START[:2] * len(k_s), START[2]], sample_time)
-        designer = Designer(scenario(Design(sample_time, start)), sizes, flavour, partial(progress, sample_time))
+        designer = Designer(scenario(Design(sample_time, start)), sizes, options, partial(progress, sample_time))
         pid = designer.best()
         machine = designer.machine(pid)
         levitation = levitation_of(machine.loop, sizes.speed, pid, designer.wanted)

@@ -12,6 +12,7 @@ from amb_assessment.first_design.levitation import TRIP, OperatingPoint, operati
 from amb_assessment.first_design.rotor_text import damping, reduction, require_name, supports
 from amb_assessment.first_design.sizing import BANDWIDTH, MachineSizes, MagnetData, machine_sizes
 from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.scenario import Scenario, make_scenario
@@ -107,7 +108,7 @@ def new_machine(
         what = f"scenario {folder / LEVITATION}"
         return make_scenario(parse_toml(texts(design)[LEVITATION], what) | {"rotor": supported}, LEVITATION)
 
-    design = first_design(sizes, scenario, flavour, progress)
+    design = first_design(sizes, scenario, RunOptions(flavour=flavour), progress)
     if not drawn.bearings:
         rotor += supports(drawn, bearings, design.pid.k_b, design.pid.c_b)
     files = {ROTOR: rotor, **texts(design)}

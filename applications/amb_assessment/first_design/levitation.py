@@ -31,7 +31,6 @@ from amb_analysis.studies.loop_vibrations import vibrations_over
 from amb_analysis.studies.stability_margin import zone
 from amb_assessment.first_design.loop_search import LoopSearch, Peak, damping_ratios, largest_peaks
 from amb_assessment.first_design.sizing import MachineSizes
-from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, static_current_for
@@ -232,16 +231,16 @@ class Designer:
         Scenario of the machine, with any gains.
     sizes
         Sizes of the magnets.
-    flavour
-        Flavour of the FMUs to linearise.
+    options
+        Options of its linearisation; only the flavour of the FMUs is used.
     progress
         Called with the number of gains tried.
     """
 
     def __init__(
-        self, scenario: Scenario, sizes: MachineSizes, flavour: Flavour, progress: Callable[[int], None]
+        self, scenario: Scenario, sizes: MachineSizes, options: RunOptions, progress: Callable[[int], None]
     ) -> None:
-        self._scenario, self._flavour, self.speed = scenario, flavour, sizes.speed
+        self._scenario, self._options, self.speed = scenario, options, sizes.speed
         self._progress, self._tried = progress, 0
         self._k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
         self.wanted = wanted_ratios(sizes.rotor)
@@ -253,7 +252,7 @@ class Designer:
     def machine(self, pid: Pid | None = None) -> Machine:
         """Return the machine with the gains of a PID, by default those of the scenario."""
         values = {} if pid is None else {f"{CONTROLLER}.{name}": value for name, value in pid.parameters.items()}
-        return Machine(plan_run(self._scenario.machine(), values, options=RunOptions(flavour=self._flavour)))
+        return Machine(plan_run(self._scenario.machine(), values, options=self._options))
 
     def best(self) -> Pid:
         """Return the best PID, or the first that meets all targets."""
