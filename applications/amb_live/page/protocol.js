@@ -17,7 +17,7 @@
  * @property {string} unit empty without
  * @property {number | null} min
  * @property {number | null} max
- * @property {number | null} start start value if nothing is set; null of outputs
+ * @property {number | null} start start value if nothing is set; null for outputs
  * @property {string} description
  * @property {Record<string, number>} [items] values of an Enumeration by name
  */
@@ -47,7 +47,7 @@
  * @typedef {object} Ramp
  * @property {string} variable
  * @property {[point: number, value: number][]} points
- * @property {string | null} slope signal that gets the derivative over the coming step (1/s)
+ * @property {string | null} slope signal that receives the derivative over the coming step (1/s)
  */
 
 /**
@@ -96,8 +96,8 @@
  * @property {string} description
  * @property {string} source
  * @property {string} system name of a system, or path
- * @property {string | null} rotor as the scenario names it; null for the packs' default
- * @property {string | null} receptances file of the controller's table, as the scenario names it; of one made in Python, its rotor
+ * @property {string | null} rotor as the scenario names it; null for the default rotor
+ * @property {string | null} receptances file of the controller's table, as the scenario names it; for a table made in Python, its rotor
  * @property {boolean} gradient
  * @property {number} stepSize communication step in s
  * @property {number} rate communication steps in a second, an integer
@@ -110,7 +110,7 @@
  * @property {string[]} variables names of its variables in order of their value references
  * @property {Component[]} components in the order in which they step
  * @property {{ name: string, targets: string[] }[]} signals shared ones, each feeding several inputs
- * @property {Record<string, number>} inputs first values of signals and inputs, where they are not the FMU's
+ * @property {Record<string, number>} inputs initial values of signals and inputs that differ from the FMU's start values
  * @property {PlannedEvent[]} events
  * @property {Ramp[]} ramps
  * @property {StopCondition[]} stops
@@ -152,22 +152,22 @@
 
 /**
  * @typedef {{ type: "load", rig: Rig, parts: Parts, userChanges?: UserChanges, watched?: string[] }} Load
- * Compile the modules, start, settle, and stop at point 0. `userChanges` of a link or another page is done again: its settings hold
- * from the start, and its changes take place when their time comes. `watched` are the signals of frames, all by default.
+ * Compile the module, start, settle, and pause at point 0. `userChanges` are those of a link: the settings apply from the start,
+ * the changes at their points. `watched` are the signals of frames; default: those that the scenario records.
  *
  * @typedef {{ type: "play", pace: number }} Play simulated seconds in a second; Infinity: as fast as possible
  * @typedef {{ type: "pause" }} Pause
- * @typedef {{ type: "step" }} Step do a communication step, then pause
+ * @typedef {{ type: "step" }} Step advance by one communication step, then pause
  * @typedef {{ type: "run", to: number }} Run compute up to a time (s) as fast as possible, then pause
- * @typedef {{ type: "reset", settings?: Settings }} Reset start anew; default: the present settings
+ * @typedef {{ type: "reset", settings?: Settings }} Reset restart; default: with the present settings
  * @typedef {{ type: "set", values: Record<string, number> }} Set inputs, signals and tunable parameters; if any is refused, none is
  * set
- * @typedef {{ type: "speed", speed: number, acceleration: number }} Speed go to a speed (rad/s) at a rate (rad/s2), as speed
- * points do: a change on the way begins at the end of the piece of 0.1 s that runs
- * @typedef {{ type: "push", disc: string, force: [number, number] }} Push force (N) on a disc until the next push of it
+ * @typedef {{ type: "speed", speed: number, acceleration: number }} Speed go to a speed (rad/s) at a rate (rad/s2), in
+ * linear pieces of 0.1 s: a later request takes effect at the end of the present piece
+ * @typedef {{ type: "push", disc: string, force: [number, number] }} Push force (N) on a disc until the next push on it
  * @typedef {{ type: "rewind", time: number, keep?: boolean }} Rewind go back to a time (s), and pause; changes after it
  * are dropped unless `keep`, which repeats them
- * @typedef {{ type: "save", name: string, description?: string }} Save ask for `saved`: the run up to now as a scenario
+ * @typedef {{ type: "save", name: string, description?: string }} Save request `saved`: the run so far as a scenario
  *
  * @typedef {Load | Play | Pause | Step | Run | Reset | Set | Speed | Push | Rewind | Save} Request
  */
@@ -190,7 +190,7 @@
  * @property {number} point
  * @property {number} time s
  * @property {"settling" | "playing" | "paused" | "failed"} status
- * @property {boolean} anew whether rows are those of a new run or of an earlier time: forget all rows from `from` on
+ * @property {boolean} anew whether the rows are those of a new run or of an earlier time: discard all earlier rows from `from` on
  * @property {number} from first point of the rows; without rows, the point
  * @property {Float64Array} rows since the last frame, row by row: time (s), then a column for each watched signal
  * @property {Float64Array} values newest values of all signals, in the order of `Ready.signals`
@@ -207,14 +207,14 @@
  */
 
 /**
- * @typedef {{ type: "userChanges", userChanges: UserChanges }} UserChangesUpdated the record changed: settings, and what was set, pushed, sped up
+ * @typedef {{ type: "userChanges", userChanges: UserChanges }} UserChangesUpdated sent after every change by the user
  * @typedef {{ type: "warning", component: string, time: number, text: string }} Warning that an FMU logged
- * @typedef {{ type: "refused", request: string, text: string }} Refused a request that changed nothing, with the reason: the
- * FMU's message where it was the FMU's to judge
- * @typedef {{ type: "failed", component: string, time: number, text: string }} Failed a step failed by itself, with the FMU's
- * message, or the engine's where `component` is empty; rewind and reset lead on
+ * @typedef {{ type: "refused", request: string, text: string }} Refused a request that was refused and changed nothing, with
+ * the reason: the FMU's message if the FMU rejected a value
+ * @typedef {{ type: "failed", component: string, time: number, text: string }} Failed a step failed, with the FMU's message, or the
+ * engine's if `component` is empty; only `rewind` and `reset` continue
  * @typedef {{ type: "ended", reason: "completed" | "stopped" | "reached", time: number, text: string }} Ended paused at the
- * scenario's end, by its condition, or where `run` was to lead; play goes on
+ * scenario's end, by a stop condition, or at the time of a `run` request; `play` continues
  * @typedef {{ type: "saved", name: string, toml: string }} Saved
  *
  * @typedef {Ready | Frame | UserChangesUpdated | Warning | Refused | Failed | Ended | Saved} Answer

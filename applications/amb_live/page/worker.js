@@ -2,7 +2,7 @@
 
 import { Session } from "./engine/session.js";
 
-const REST = 4; // ms between slices while the run is on time
+const PAUSE_MS = 4; // between slices while the run is on time
 
 const scope = /** @type {{ postMessage: (message: unknown, transfer?: ArrayBuffer[]) => void, onmessage: unknown }} */ (
   /** @type {unknown} */ (globalThis));
@@ -20,7 +20,7 @@ function slice() {
 function schedule(atOnce) {
   if (due) { return; }
   due = true;
-  if (atOnce) { channel.port2.postMessage(0); } else { setTimeout(slice, REST); }
+  if (atOnce) { channel.port2.postMessage(0); } else { setTimeout(slice, PAUSE_MS); }
 }
 
 channel.port1.onmessage = slice;

@@ -101,7 +101,7 @@ test("a scenario that switches magnets off suits the landing, and is announced",
   const falls = at(0, {}, { rig: { ...at(0).rig, events: [{ point: 200, variable: OFF, value: 1, label: "" }] } });
   const suiting = (session) => experimentsOf(session).filter((item) => item.suits).map((item) => item.title);
   assert.deepEqual(suiting(falls), ["Land"]);
-  assert.match(experimentsOf(falls).find((item) => item.suits).steps[0].say(falls), /does so itself at 200 ms/);
+  assert.match(experimentsOf(falls).find((item) => item.suits).steps[0].instruction(falls), /does so itself at 200 ms/);
   assert.deepEqual(suiting(at(0, {}, off(1))), ["Land"]);
   assert.deepEqual(suiting(at(0)), []);
 });

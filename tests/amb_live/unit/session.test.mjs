@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { apply } from "../../../applications/amb_live/page/ui/changes.js";
-import { roomFor } from "../../../applications/amb_live/page/ui/charts.js";
+import { halfHeightFor } from "../../../applications/amb_live/page/ui/charts.js";
 import { absorb, effectOf, lasting, matching, newSession, settingOf, valueOf } from "../../../applications/amb_live/page/ui/session.js";
 
 const variable = (name, causality, variability, start) => ({ name, causality, variability, start, type: "Real", unit: "", min: null, max: null, description: "", reference: 0 });
@@ -62,8 +62,8 @@ test("patterns match as in scenarios", () => {
 });
 
 test("an axis has room for its curves, and shrinks when half of it is empty", () => {
-  assert.equal(roomFor([[0.5, -1.3]], 0.1, 0.1), 1.5);
-  assert.equal(roomFor([[0.9]], 0.1, 1.5), 1.5);
-  assert.equal(roomFor([[0.3]], 0.1, 1.5), 0.5);
-  assert.equal(roomFor([[0]], 0.1, 1.5), 0.1);
+  assert.equal(halfHeightFor([[0.5, -1.3]], 0.1, 0.1), 1.5);
+  assert.equal(halfHeightFor([[0.9]], 0.1, 1.5), 1.5);
+  assert.equal(halfHeightFor([[0.3]], 0.1, 1.5), 0.5);
+  assert.equal(halfHeightFor([[0]], 0.1, 1.5), 0.1);
 });

@@ -1,12 +1,12 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { plannedEvents, touches } from "../../../applications/amb_live/page/ui/timeline.js";
+import { plannedEvents, contactIntervals } from "../../../applications/amb_live/page/ui/timeline.js";
 import { snapped } from "../../../applications/amb_live/page/ui/transport.js";
 
 test("contact lasts from its begin to its end, whether it slides or rolls, and one that lasts until now", () => {
   const contacts = [[0.1, "a", 1], [0.15, "b", 1], [0.2, "a", 2], [0.3, "a", 0], [0.4, "a", 1]].map(([time, site, mode]) => ({ time, site, mode, point: 0 }));
-  assert.deepEqual(touches(contacts, "a", 0.5), [[0.1, 0.3], [0.4, 0.5]]);
-  assert.deepEqual(touches(contacts, "c", 0.5), []);
+  assert.deepEqual(contactIntervals(contacts, "a", 0.5), [[0.1, 0.3], [0.4, 0.5]]);
+  assert.deepEqual(contactIntervals(contacts, "c", 0.5), []);
 });
 
 test("events of one point are one mark, by their label or else by what they set", () => {

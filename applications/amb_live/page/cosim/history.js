@@ -5,7 +5,7 @@
  * @typedef {{ snapshot: import("./assembly.js").Snapshot, since: number[] }} Moment
  */
 
-const MOST = 64; // moments of half a megabyte each; at this number, every second one is discarded
+const MAX_MOMENTS = 64; // moments of half a megabyte each; at this number, every second one is discarded
 
 export class History {
   /**
@@ -24,7 +24,7 @@ export class History {
     const { moments, every, assembly } = this, latest = moments.at(-1)?.snapshot.point ?? -Infinity;
     if (assembly.point < 0 || assembly.point <= latest || (assembly.point % every !== 0 && moments.length > 0)) { return; }
     moments.push({ snapshot: assembly.snapshot(), since: [...since] });
-    if (moments.length >= MOST) {
+    if (moments.length >= MAX_MOMENTS) {
       this.every = 2 * every;
       moments.filter((_, k) => k % 2 === 1).forEach(({ snapshot }) => assembly.discard(snapshot));
       this.moments = moments.filter((_, k) => k % 2 === 0);

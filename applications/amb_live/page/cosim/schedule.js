@@ -3,8 +3,8 @@
 /**
  * @typedef {object} Ramp
  * @property {[point: number, value: number][]} points ascending
- * @property {number} value position
- * @property {number} slope position of the derivative over the coming step (1/s); -1 without
+ * @property {number} valuePosition
+ * @property {number} slopePosition of the derivative over the coming step (1/s); -1 without
  */
 
 /**
@@ -36,9 +36,9 @@ export function addChange({ changes }, point, position, value) {
 export function apply({ changes, ramps, stepSize }, point, set) {
   for (const [position, value] of changes.get(point) ?? []) { set(position, value); }
   for (const ramp of ramps) {
-    const { value, slope } = at(ramp.points, point, stepSize);
-    set(ramp.value, value);
-    if (ramp.slope >= 0) { set(ramp.slope, slope); }
+    const { value, slope } = rampAt(ramp.points, point, stepSize);
+    set(ramp.valuePosition, value);
+    if (ramp.slopePosition >= 0) { set(ramp.slopePosition, slope); }
   }
 }
 
@@ -48,7 +48,7 @@ export function apply({ changes, ramps, stepSize }, point, set) {
  * @param {number} point
  * @param {number} stepSize s
  */
-export function at(points, point, stepSize) {
+export function rampAt(points, point, stepSize) {
   let after = points.length;
   while (after > 0 && points[after - 1][0] > point) { after -= 1; }
   const [begin, first] = points[Math.max(after - 1, 0)], [end, last] = points[Math.min(after, points.length - 1)];

@@ -21,11 +21,11 @@ export function toHash(scenario, { settings, changes }) {
  * @throws {Error} if the hash is damaged
  */
 export function fromHash(hash, stepSize) {
-  const text = hash.replace(/^#/, ""), dot = text.indexOf("=");
-  const name = dot < 0 ? text : text.slice(0, dot), scenario = decodeURIComponent(name);
-  if (dot < 0) { return { scenario, userChanges: { settings: {}, changes: [] } }; }
+  const text = hash.replace(/^#/, ""), equals = text.indexOf("=");
+  const name = equals < 0 ? text : text.slice(0, equals), scenario = decodeURIComponent(name);
+  if (equals < 0) { return { scenario, userChanges: { settings: {}, changes: [] } }; }
   try {
-    const bytes = Uint8Array.from(atob(text.slice(dot + 1).replaceAll("-", "+").replaceAll("_", "/")), (item) => item.charCodeAt(0));
+    const bytes = Uint8Array.from(atob(text.slice(equals + 1).replaceAll("-", "+").replaceAll("_", "/")), (item) => item.charCodeAt(0));
     const [values, events, changes] = JSON.parse(new TextDecoder().decode(bytes));
     const userChanges = { settings: { values: numbers(values), events: events !== false }, changes: changes.map(changeOf) };
     return { scenario, userChanges };

@@ -2,7 +2,7 @@
 
 import { Assembly } from "../cosim/assembly.js";
 import { History } from "../cosim/history.js";
-import { addChange, apply, at } from "../cosim/schedule.js";
+import { addChange, apply, rampAt } from "../cosim/schedule.js";
 import { conditionMet } from "../cosim/stopping.js";
 
 /** @typedef {import("../protocol.js").Change} Change */
@@ -64,7 +64,7 @@ export class Run {
   }
 
   /** Return the text of the condition that ends the run at the present point, if any; it applies only once. */
-  stopsBy() {
+  stopReason() {
     const met = conditionMet(this.stops, this.stopPositions, this.since, this.assembly.values, this.assembly.point);
     if (met < 0) { return null; }
     this.since[met] = NEVER;
@@ -144,8 +144,8 @@ export class Run {
    * @param {number} point
    */
   valueAt(signal, point) {
-    const position = this.positionOf(signal), ramp = this.schedule.ramps.find(({ value }) => value === position);
-    return ramp ? at(ramp.points, point, this.rig.stepSize).value : this.assembly.values[position];
+    const position = this.positionOf(signal), ramp = this.schedule.ramps.find(({ valuePosition }) => valuePosition === position);
+    return ramp ? rampAt(ramp.points, point, this.rig.stepSize).value : this.assembly.values[position];
   }
 
   /**
@@ -191,7 +191,7 @@ export class Run {
   /** The points between which the speed is linear; none for a constant speed. */
   get speeds() {
     const position = this.assembly.position.get(SPEED);
-    return this.schedule.ramps.find(({ value }) => value === position)?.points ?? [];
+    return this.schedule.ramps.find(({ valuePosition }) => valuePosition === position)?.points ?? [];
   }
 
   /** Make the schedule of scenario and user. */
@@ -199,7 +199,7 @@ export class Run {
     const { rig, changes, schedule, planned } = this;
     schedule.changes.clear();
     schedule.ramps = planned ? rig.ramps.map(({ variable, points, slope }) =>
-      ({ points: [...points], value: this.positionOf(variable), slope: slope === null ? -1 : this.positionOf(slope) })) : [];
+      ({ points: [...points], valuePosition: this.positionOf(variable), slopePosition: slope === null ? -1 : this.positionOf(slope) })) : [];
     for (const { point, variable, value } of planned ? rig.events : []) {
       addChange(schedule, point, this.positionOf(variable), value);
     }
@@ -219,10 +219,10 @@ export class Run {
    */
   extend(name, point, until, value) {
     const position = this.positionOf(name), { names, position: positions } = this.assembly, { ramps } = this.schedule;
-    let ramp = ramps.find((item) => item.value === position);
+    let ramp = ramps.find((item) => item.valuePosition === position);
     if (!ramp) {
       const first = this.settings.values?.[name] ?? this.rig.inputs[name] ?? 0;
-      ramp = { points: [[0, first]], value: position, slope: positions.get(`${names[position]}_dot`) ?? -1 };
+      ramp = { points: [[0, first]], valuePosition: position, slopePosition: positions.get(`${names[position]}_dot`) ?? -1 };
       ramps.push(ramp);
     }
     const [last, held] = /** @type {[number, number]} */ (ramp.points.at(-1));

@@ -37,7 +37,7 @@ export function scenarioToml(rig, { settings, changes }, speeds, end, descriptio
   const { parameters, inputs } = startValues(rig, values, variables);
   const lines = [
     `# The run of the live rig up to t = ${end * stepSize} s, by amb-cosim ${rig.version}; it began as scenario ${rig.scenario}.`,
-    ...Object.entries(top).filter(([, value]) => value !== undefined).map(([key, value]) => `${key} = ${plain(value)}`),
+    ...Object.entries(top).filter(([, value]) => value !== undefined).map(([key, value]) => `${key} = ${tomlValue(value)}`),
     ...tables("parameters", parameters, variables),
     ...tables("inputs", inputs, variables),
     ...merged(events).flatMap(({ point, label, role, values }) => [
@@ -45,17 +45,17 @@ export function scenarioToml(rig, { settings, changes }, speeds, end, descriptio
       "[[event]]",
       ...(label && label !== role ? [`label = ${JSON.stringify(label)}`] : []),
       ...(role ? [`role = ${JSON.stringify(role)}`] : []),
-      `time = ${real(point * stepSize)}`,
+      `time = ${floatText(point * stepSize)}`,
       ...Object.entries(values).map(([name, value]) => {
-        const end = endOf(rig, name), [component, variable] = split(end);
-        return `set.${component}.${JSON.stringify(variable)} = ${typed(value, variables.get(end))}`;
+        const input = firstInput(rig, name), [component, variable] = split(input);
+        return `set.${component}.${JSON.stringify(variable)} = ${typedText(value, variables.get(input))}`;
       }),
     ]),
     ...speeds.filter(([point]) => point > 0).flatMap(([point, value]) =>
-      ["", "[[speed]]", `time = ${real(point * stepSize)}`, `Omega = ${real(value)}`]),
+      ["", "[[speed]]", `time = ${floatText(point * stepSize)}`, `Omega = ${floatText(value)}`]),
     ...(planned ? rig.stops : []).flatMap(({ signal, above, limit, first: from, hold }) => [
-      "", "[[stop]]", `variable = ${JSON.stringify(signal)}`, `${above ? "above" : "below"} = ${real(limit)}`,
-      `hold_time = ${real(hold * stepSize)}`, `from_time = ${real(from * stepSize)}`,
+      "", "[[stop]]", `variable = ${JSON.stringify(signal)}`, `${above ? "above" : "below"} = ${floatText(limit)}`,
+      `hold_time = ${floatText(hold * stepSize)}`, `from_time = ${floatText(from * stepSize)}`,
     ]),
   ];
   return `${lines.join("\n")}\n`;
@@ -77,8 +77,8 @@ function startValues(rig, values, variables) {
   /** @type {ByComponent} */
   const inputs = new Map();
   for (const [name, value] of Object.entries(values)) {
-    const end = endOf(rig, name), [component, variable] = split(end), found = variables.get(end);
-    if (name === SPEED || (end !== name && value === found?.start)) { continue; }
+    const input = firstInput(rig, name), [component, variable] = split(input), found = variables.get(input);
+    if (name === SPEED || (input !== name && value === found?.start)) { continue; }
     const target = found?.causality === "parameter" ? parameters : inputs;
     target.set(component, { ...target.get(component), [variable]: value });
   }
@@ -108,14 +108,14 @@ function merged(events) {
  * @param {Rig} rig
  * @param {string} name
  */
-function endOf({ signals }, name) {
+function firstInput({ signals }, name) {
   return signals.find((signal) => signal.name === name)?.targets[0] ?? name;
 }
 
-/** @param {string} end */
-function split(end) {
-  const dot = end.indexOf(".");
-  return [end.slice(0, dot), end.slice(dot + 1)];
+/** Return component and variable of a full name. @param {string} name */
+function split(name) {
+  const dot = name.indexOf(".");
+  return [name.slice(0, dot), name.slice(dot + 1)];
 }
 
 /** @param {string} kind @param {ByComponent} values @param {Map<string, Variable>} variables */
@@ -123,7 +123,7 @@ function tables(kind, values, variables) {
   return [...values].filter(([, item]) => Object.keys(item).length > 0).flatMap(([component, item]) => [
     "",
     `[${kind}.${component}]`,
-    ...Object.entries(item).map(([name, value]) => `${JSON.stringify(name)} = ${typed(value, variables.get(`${component}.${name}`))}`),
+    ...Object.entries(item).map(([name, value]) => `${JSON.stringify(name)} = ${typedText(value, variables.get(`${component}.${name}`))}`),
   ]);
 }
 
@@ -132,21 +132,21 @@ function tables(kind, values, variables) {
  * @param {number} value
  * @param {Variable | undefined} variable
  */
-function typed(value, variable) {
+function typedText(value, variable) {
   if (variable?.type === "Boolean") { return value === 0 ? "false" : "true"; }
-  return variable?.type === "Integer" ? String(value) : real(value);
+  return variable?.type === "Integer" ? String(value) : floatText(value);
 }
 
 /**
  * Return a number as TOML text of a float with the same value.
  * @param {number} value
  */
-function real(value) {
+function floatText(value) {
   const text = String(value);
   return /[.e]/.test(text) ? text : `${text}.0`;
 }
 
 /** @param {string | number | boolean | undefined} value */
-function plain(value) {
-  return typeof value === "number" ? real(value) : JSON.stringify(value);
+function tomlValue(value) {
+  return typeof value === "number" ? floatText(value) : JSON.stringify(value);
 }

@@ -9,7 +9,7 @@ import { scenarioToml } from "./scenario.js";
 /** @typedef {import("../protocol.js").Answer} Answer */
 
 /**
- * A computation up to a point, at a pace, displayed or not.
+ * A computation up to a point, at a pace; samples are recorded while it plays, not while the rotor settles.
  * @typedef {object} Course
  * @property {"settling" | "playing"} status
  * @property {number} to point; may be infinite
@@ -17,12 +17,12 @@ import { scenarioToml } from "./scenario.js";
  * @property {boolean} notifyAtEnd whether an answer reports its end
  */
 
-const SLICE = 8; // ms of work at a time
-const FRAME = 15; // ms between frames
-const PIECE = 0.1; // s, of a ramp of the speed
-const BATCH = 16; // most steps between two readings of the clock
-const ENOUGH = 5; // ms of work between two measurements of the speed; clocks of browsers are coarse
-const BEHIND = 250; // ms that a course may be late; a longer delay is not made up for
+const SLICE_MS = 8; // of work at a time
+const FRAME_MS = 15; // between frames
+const PIECE_SECONDS = 0.1; // of a ramp of the speed
+const MAX_BATCH = 16; // steps between two readings of the clock
+const MEASURED_MS = 5; // of work between two measurements of the speed; clocks of browsers are coarse
+const MAX_DELAY_MS = 250; // of a course; a longer delay is not made up for
 
 /** A run, the course that computes it, and samples and contacts that no frame has sent yet. Times `now` are in ms. */
 export class Session {
@@ -81,17 +81,17 @@ export class Session {
   work(now, clock) {
     const { course } = this;
     if (!this.present || !course) { return false; }
-    const { assembly } = this.run, goal = this.goalOf(course, now), begin = assembly.point;
-    const steps = Math.min(Math.max(Math.floor(this.measured.speed * this.run.rig.rate / 1000), 1), BATCH) || 1; // in about a millisecond
+    const { assembly } = this.run, goal = this.pointDue(course, now), begin = assembly.point;
+    const steps = Math.min(Math.max(Math.floor(this.measured.speed * this.run.rig.rate / 1000), 1), MAX_BATCH) || 1; // in about a millisecond
     let time = now;
-    while (this.course === course && assembly.point < goal && time - now < SLICE) {
+    while (this.course === course && assembly.point < goal && time - now < SLICE_MS) {
       const batch = Math.min(assembly.point + steps, goal);
       while (this.course === course && assembly.point < batch) { this.advance(course); }
       time = clock();
     }
     if (this.course === course && assembly.point >= course.to) { this.finish(course); }
     this.measure(begin, time - now);
-    if (this.course !== course || time - this.measured.displayed >= FRAME) { this.show(time); }
+    if (this.course !== course || time - this.measured.displayed >= FRAME_MS) { this.show(time); }
     return this.course === course && assembly.point < goal;
   }
 
@@ -221,17 +221,17 @@ export class Session {
    * @param {number} rate rad/s2
    */
   addPiece(goal, rate) {
-    this.ramp = { goal, rate, until: this.run.addPiece(goal, rate, Math.round(PIECE * this.run.rig.rate)) };
+    this.ramp = { goal, rate, until: this.run.addPiece(goal, rate, Math.round(PIECE_SECONDS * this.run.rig.rate)) };
     this.userChangesUpdated = true;
   }
 
-  /** Do a step, after recording the present point. @param {Course} course */
+  /** Record the present point, and do a step unless the run ends there. @param {Course} course */
   advance(course) {
     const { run, ramp } = this;
     if (ramp && ramp.until <= run.assembly.point) {
       if (run.valueAt("Omega", run.assembly.point) === ramp.goal) { this.ramp = null; } else { this.addPiece(ramp.goal, ramp.rate); }
     }
-    if (this.look(course)) { return; }
+    if (this.recordPoint(course)) { return; }
     try {
       const events = run.step();
       if (course.status === "playing") { this.contacts.push(...events); }
@@ -243,11 +243,11 @@ export class Session {
   }
 
   /** Record the present point, and return whether the run ends at it. @param {Course} course */
-  look(course) {
+  recordPoint(course) {
     const { run } = this;
     if (!run.arrive()) { return false; }
     if (course.status === "playing") { this.record(); }
-    const text = run.stopsBy(), { point } = run.assembly, time = point * run.rig.stepSize;
+    const text = run.stopReason(), { point } = run.assembly, time = point * run.rig.stepSize;
     if (text !== null && course.status === "playing") {
       this.post({ type: "ended", reason: "stopped", time, text });
       this.course = null;
@@ -261,7 +261,7 @@ export class Session {
 
   /** @param {Course} course */
   finish(course) {
-    if (course.notifyAtEnd && !this.look(course)) {
+    if (course.notifyAtEnd && !this.recordPoint(course)) {
       this.post({ type: "ended", reason: "reached", time: this.run.assembly.point * this.run.rig.stepSize, text: "" });
     }
     this.course = null;
@@ -300,12 +300,12 @@ export class Session {
    * @param {Course} course
    * @param {number} now
    */
-  goalOf({ pace, to }, now) {
+  pointDue({ pace, to }, now) {
     if (pace === Infinity) { return to; }
     const { start, run: { assembly, rig } } = this;
     const goal = start.point + Math.floor((now - start.now) / 1000 * pace * rig.rate);
     const late = (goal - assembly.point) / rig.rate / pace * 1000;
-    if (late > BEHIND) { start.now += late - BEHIND; }
+    if (late > MAX_DELAY_MS) { start.now += late - MAX_DELAY_MS; }
     return Math.min(goal, to);
   }
 
@@ -318,7 +318,7 @@ export class Session {
     const { measured, run } = this;
     measured.steps += run.assembly.point - begin;
     measured.busy += taken;
-    if (measured.busy < ENOUGH) { return; }
+    if (measured.busy < MEASURED_MS) { return; }
     const speed = measured.steps * run.rig.stepSize / (measured.busy / 1000);
     Object.assign(measured, { steps: 0, busy: 0 });
     measured.speed = Number.isFinite(measured.speed) ? 0.8 * measured.speed + 0.2 * speed : speed;

@@ -8,24 +8,24 @@ const STATUS = ["OK", "Warning", "Discard", "Error", "Fatal", "Pending"];
 const WARNING = 1; // highest status of a successful call
 const KINDS = /** @type {const} */ (["Real", "Integer", "Boolean"]);
 const CO_SIMULATION = 1;
-const MOST_MESSAGES = 100;
+const MAX_MESSAGES = 100;
 
 /** A call that failed, with the FMU's message. */
 export class FmuError extends Error {
   /**
    * @param {string} call
    * @param {number} status
-   * @param {string} said
+   * @param {string} text message of the FMU; may be empty
    */
-  constructor(call, status, said) {
-    super(said || `${call}: fmi2${STATUS[status]}`);
+  constructor(call, status, text) {
+    super(text || `${call}: fmi2${STATUS[status]}`);
     this.name = "FmuError";
   }
 }
 
 /**
- * Variables that are read together, by a call for each type: addresses of references and values in the memory of the module;
- * `first` variable of the list.
+ * Variables that are read together, with one call per type: addresses of their references and values in the memory of the
+ * module, and the index of the first of them in the list.
  * @typedef {{ get: import("./library.js").Call, references: number, at: number, count: number, real: boolean, first: number }[]} Exchange
  */
 
@@ -44,7 +44,7 @@ export class Instance {
     this.log = [];
     this.library = library;
     library.listeners.set(unique, (status, text) => {
-      if (this.log.length < MOST_MESSAGES) { this.log.push({ status, text: text.trim() }); }
+      if (this.log.length < MAX_MESSAGES) { this.log.push({ status, text: text.trim() }); }
     });
     const [address, identity, location] = [unique, guid, `data:;base64,${data}`].map((text) => newText(library, text));
     this.address = address; // of its name
@@ -99,14 +99,14 @@ export class Instance {
    * @param {number} value
    */
   put({ type, reference }, value) {
-    const { call } = this.library, [place, at] = [call.malloc(4), call.malloc(8)];
+    const { call } = this.library, [referenceAt, valueAt] = [call.malloc(4), call.malloc(8)];
     const { reals, integers } = this.memory;
-    integers[place >> 2] = reference;
-    if (type === "Real") { reals[at >> 3] = value; } else { integers[at >> 2] = value; }
+    integers[referenceAt >> 2] = reference;
+    if (type === "Real") { reals[valueAt >> 3] = value; } else { integers[valueAt >> 2] = value; }
     try {
-      this.check("fmi2Set", call[`fmi2Set${type}`](this.component, place, 1, at));
+      this.check("fmi2Set", call[`fmi2Set${type}`](this.component, referenceAt, 1, valueAt));
     } finally {
-      [place, at].forEach((address) => call.free(address));
+      [referenceAt, valueAt].forEach((address) => call.free(address));
     }
   }
 
@@ -143,7 +143,7 @@ export class Instance {
 
   /** Save the state, and return its address for `restore` and `forget`. */
   save() {
-    return this.atPlace(0, "fmi2GetFMUstate");
+    return this.callWithState(0, "fmi2GetFMUstate");
   }
 
   /** @param {number} state */
@@ -153,7 +153,7 @@ export class Instance {
 
   /** @param {number} state */
   forget(state) {
-    this.atPlace(state, "fmi2FreeFMUstate");
+    this.callWithState(state, "fmi2FreeFMUstate");
   }
 
   /**
@@ -161,7 +161,7 @@ export class Instance {
    * @param {number} state
    * @param {"fmi2GetFMUstate" | "fmi2FreeFMUstate"} name
    */
-  atPlace(state, name) {
+  callWithState(state, name) {
     const { call } = this.library, place = call.malloc(4);
     this.memory.integers[place >> 2] = state;
     const status = call[name](this.component, place), after = this.memory.integers[place >> 2];
@@ -178,8 +178,8 @@ export class Instance {
   check(call, status) {
     if (status <= WARNING) { return; }
     const errors = this.log.filter((message) => message.status !== WARNING);
-    const said = (errors.length > 0 ? errors : this.log).map(({ text }) => text);
+    const texts = (errors.length > 0 ? errors : this.log).map(({ text }) => text);
     this.log.length = 0;
-    throw new FmuError(call, status, said.join("; "));
+    throw new FmuError(call, status, texts.join("; "));
   }
 }

@@ -9,7 +9,7 @@ import { addMessage, showFailure, showNotice } from "./messages.js";
  */
 export function showAnswer(answer) {
   if (answer.type === "refused") { showFailure(answer.text); }
-  if (answer.type === "failed") { showFailure(`${answer.component} at ${answer.time.toFixed(4)} s: ${answer.text}. Go back in time, or reset.`); }
+  if (answer.type === "failed") { showFailure(`${answer.component || "The run failed"} at ${answer.time.toFixed(4)} s: ${answer.text}. Go back in time, or reset.`); }
   if (answer.type === "warning") { addMessage(answer.component, answer.text, answer.time); }
   if (answer.type === "ended" && answer.reason !== "reached") { showNotice(answer.reason === "completed" ? "The scenario ends here. Run continues it." : answer.text); }
   if (answer.type === "saved") {

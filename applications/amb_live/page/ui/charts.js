@@ -35,14 +35,14 @@ import { numberText } from "./format.js";
  */
 export function makeChart(place, spec, palette) {
   /** @type {[number, number]} */
-  let window = [0, 1];
+  let timeRange = [0, 1];
   let half = spec.least;
   const axis = { stroke: palette.soft, grid: { stroke: palette.line, width: 1 }, ticks: { stroke: palette.line, width: 1, size: 4 }, font: `12px ${palette.font}`, gap: 3 };
   const plot = new uPlot({
     width: Math.max(place.clientWidth, 120), height: Math.max(place.clientHeight, 60),
     padding: [6, 8, 0, 0],
     cursor: { y: false, points: { size: 6 } }, legend: { show: false },
-    scales: { x: { time: false, range: () => window }, y: { range: () => [spec.positive ? 0 : -half, half] } },
+    scales: { x: { time: false, range: () => timeRange }, y: { range: () => [spec.positive ? 0 : -half, half] } },
     axes: [{ ...axis, size: 24, space: 70, values: (_, ticks) => ticks.map((t) => numberText(t, 6)) },
            { ...axis, size: 46, space: 18, values: (_, ticks) => ticks.map((t) => numberText(t, 3)) }],
     series: [{ label: "t" }, ...spec.curves.map((curve) => ({
@@ -55,9 +55,9 @@ export function makeChart(place, spec, palette) {
   return {
     spec,
     draw: (/** @type {import("./traces.js").Traces} */ traces, /** @type {number} */ from, /** @type {number} */ to) => {
-      window = [from, to];
+      timeRange = [from, to];
       const curves = traces.thinned(names, from, to, Math.max(Math.round(plot.width / 2), 100), scales);
-      half = roomFor(curves.slice(1), spec.least, half);
+      half = halfHeightFor(curves.slice(1), spec.least, half);
       plot.setData(/** @type {uPlot.AlignedData} */ (curves));
     },
     resize: () => plot.setSize({ width: Math.max(place.clientWidth, 120), height: Math.max(place.clientHeight, 60) }),
@@ -72,7 +72,7 @@ export function makeChart(place, spec, palette) {
  * @param {number} least
  * @param {number} before
  */
-export function roomFor(curves, least, before) {
+export function halfHeightFor(curves, least, before) {
   let largest = 0;
   for (const curve of curves) { for (const value of curve) { if (Math.abs(value) > largest) { largest = Math.abs(value); } } }
   const wanted = Math.max(1.06 * largest, least);

@@ -1,6 +1,6 @@
 // The controls of a rig, with their variables and units.
 
-import { roomFor } from "./charts.js";
+import { halfHeightFor } from "./charts.js";
 import { matching } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -53,14 +53,14 @@ export function declaredGroups(session) {
   const { geometry } = session.rig;
   /** @type {(label: string, patterns: string[], unit: string, scale: number, from: number, to: number, step: number) => Slider} */
   const slider = (label, patterns, unit, scale, from, to, step) => ({ kind: "slider", label, patterns, unit, scale, from, to, step });
-  const discs = geometry.discs.filter((item) => item.unbalance).map((item) => item.name), most = 1e3 * largestUnbalance(session);
+  const discs = geometry.discs.filter((item) => item.unbalance).map((item) => item.name), maxUnbalance = 1e3 * largestUnbalance(session);
   /** @type {Group[]} */
   const groups = [
     {
       title: "Unbalance", theory: "rotor", open: true,
       controls: discs.map((name) => ({
         kind: "pair", label: name.toUpperCase(),
-        amount: slider(`unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.u`], "g m", 1e3, 0, most, most / 240),
+        amount: slider(`unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.u`], "g m", 1e3, 0, maxUnbalance, maxUnbalance / 240),
         angle: slider(`angle of the unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.phi`], "°", 180 / Math.PI, -180, 180, 1),
       })),
     },
@@ -100,7 +100,7 @@ export function declaredGroups(session) {
       controls: [slider("gravity", ["rotor_contact.gravity"], "m/s²", 1, 0, 20, 0.01)],
     },
   ];
-  return groups.map((group) => ({ ...group, controls: group.controls.filter((control) => isHere(session, control)) }))
+  return groups.map((group) => ({ ...group, controls: group.controls.filter((control) => isAvailable(session, control)) }))
     .filter((group) => group.controls.length > 0);
 }
 
@@ -112,7 +112,7 @@ export function declaredGroups(session) {
 function largestUnbalance({ rig }) {
   const set = [...Object.entries(rig.inputs), ...rig.events.map((event) => /** @type {const} */ ([event.variable, event.value]))];
   const values = set.filter(([name]) => /^rotor_contact\.[^.]+\.u$/.test(name)).map(([, value]) => value);
-  return values.some((value) => value > 0) ? roomFor([values], 0, 0) * 2 : 0.06;
+  return values.some((value) => value > 0) ? halfHeightFor([values], 0, 0) * 2 : 0.06;
 }
 
 /**
@@ -148,8 +148,8 @@ function named(session, pattern, label) {
   return matching(session, pattern).map((name) => ({ name, label: label(...name.split(".")) }));
 }
 
-/** @param {Session} session @param {Declared} control */
-function isHere(session, control) {
+/** Return whether the rig has a variable of a control; boxes without one are removed. @param {Session} session @param {Declared} control */
+function isAvailable(session, control) {
   if (control.kind === "choice") { return control.options.length > 0; }
   if (control.kind === "boxes") {
     control.boxes = control.boxes.filter((box) => session.variables.has(box.name));

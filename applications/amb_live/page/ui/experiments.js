@@ -18,11 +18,11 @@ import { matching, settingOf, valueOf } from "./session.js";
  */
 
 /**
- * A step: its instruction, its condition, for how long the condition must hold (s), and the remark afterwards.
+ * A step: its instruction, the condition that completes it, how long this must hold (s), and the remark afterwards.
  * @typedef {object} Step
- * @property {(session: Session) => string} say
- * @property {(session: Session, notes: Notes) => boolean} isSo
- * @property {number} holds
+ * @property {(session: Session) => string} instruction
+ * @property {(session: Session, notes: Notes) => boolean} isMet
+ * @property {number} hold
  * @property {(session: Session, notes: Notes) => string} remark
  */
 
@@ -56,12 +56,12 @@ export function follow(step, notes, session) {
     notes.force = Math.max(notes.force, valueOf(session, `rotor_contact.${site.name}.f_n_peak`) || 0);
   }
   notes.touched ||= touched(session).length > 0;
-  if (!step.isSo(session, notes)) {
+  if (!step.isMet(session, notes)) {
     notes.since = NaN;
     return false;
   }
   if (Number.isNaN(notes.since)) { notes.since = session.time; }
-  return session.time - notes.since >= step.holds;
+  return session.time - notes.since >= step.hold;
 }
 
 /**
@@ -81,21 +81,21 @@ function push() {
     title: "Levitate and push", suits: false,
     steps: [
       {
-        say: (now) => `Run it (space). ${isOff(now) ? "No magnet has power: the rotor falls or lies on its retainers" : "Nothing touches the rotor: magnets hold it, and its unbalance moves it around its orbit"}. The circle is the clearance of a retainer.`,
-        isSo: (session) => session.status === "playing" || session.time > 0.01, holds: 0.05,
+        instruction: (now) => `Run it (space). ${isOff(now) ? "No magnet has power: the rotor falls or lies on its retainers" : "Nothing touches the rotor: magnets hold it, and its unbalance moves it around its orbit"}. The circle is the clearance of a retainer.`,
+        isMet: (session) => session.status === "playing" || session.time > 0.01, hold: 0.05,
         remark: (session, notes) => (notes.touched ? `It rotates, and touches ${places(touched(session)) || "now and then"}.` : `It rotates freely, within ${percent(notes.reach)} of the clearance.`),
       },
       {
-        say: () => "Push it: drag within an orbit, or focus an orbit and hold an arrow key. A slow pace shows more.",
-        isSo: isPushed, holds: 0, remark: (now) => (isOff(now) ? "No magnet has power: only retainers and inertia resist. Choose Controller, PID to levitate it." : "The magnets answer with more current; look at Signals."),
+        instruction: () => "Push it: drag within an orbit, or focus an orbit and hold an arrow key. A slow pace shows more.",
+        isMet: isPushed, hold: 0, remark: (now) => (isOff(now) ? "No magnet has power: only retainers and inertia resist. Choose Controller, PID to levitate it." : "The magnets answer with more current; look at Signals."),
       },
       {
-        say: () => "Let go, and watch it come back.",
-        isSo: (session) => !isPushed(session), holds: 0.15,
+        instruction: () => "Let go, and watch it come back.",
+        isMet: (session) => !isPushed(session), hold: 0.15,
         remark: (session, notes) => {
-          const now = touched(session);
-          if (isOff(session)) { return now.length > 0 ? `It lies on ${places(now)}: without power nothing lifts it.` : "It moves freely until it falls: without power nothing holds it."; }
-          if (now.length > 0) { return `It stays in contact at ${places(now)}: that is the next experiment.`; }
+          const sites = touched(session);
+          if (isOff(session)) { return sites.length > 0 ? `It lies on ${places(sites)}: without power nothing lifts it.` : "It moves freely until it falls: without power nothing holds it."; }
+          if (sites.length > 0) { return `It stays in contact at ${places(sites)}: that is the next experiment.`; }
           return notes.touched ? `It touched with ${quantityText(notes.force, "N")}, and is free again.` : `It came back without contact, from ${percent(notes.reach)} of the clearance. Push harder?`;
         },
       },
@@ -112,13 +112,13 @@ function trap({ rig, variables }) {
     title: "Trap and free", suits: false,
     steps: [
       {
-        say: (now) => (isOff(now) ? "No magnet has power: a rotor on its retainers is landed, not trapped. Choose Controller, PID first. " : "") + `With a plain controller, increase an unbalance (Hands on, Unbalance) until the rotor touches and stays in contact.${byItself}`,
-        isSo: (session) => contactTime(session) > 0.3 && !isOff(session), holds: 0,
+        instruction: (now) => (isOff(now) ? "No magnet has power: a rotor on its retainers is landed, not trapped. Choose Controller, PID first. " : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
+        isMet: (session) => contactTime(session) > 0.3 && !isOff(session), hold: 0,
         remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
       },
       {
-        say: () => `Free it: ${has ? "choose another controller, or " : ""}reduce the unbalance, or change a gain.`,
-        isSo: (session) => contactTime(session) === 0, holds: 0.1,
+        instruction: () => `Free it: ${has ? "choose another controller, or " : ""}reduce the unbalance, or change a gain.`,
+        isMet: (session) => contactTime(session) === 0, hold: 0.1,
         remark: (session, notes) => `Free after ${quantityText(session.time - notes.began, "s")}. Go back on the time line and try another way.`,
       },
     ],
@@ -135,17 +135,17 @@ function land(session) {
     title: "Land", suits: coming !== undefined || isOff(session),
     steps: [
       {
-        say: () => `${fall} the magnets off: Controller, Off. A pace of 1/100 shows the fall.${byItself}`,
-        isSo: isOff, holds: 0, remark: () => "No magnet pulls the rotor any more.",
+        instruction: () => `${fall} the magnets off: Controller, Off. A pace of 1/100 shows the fall.${byItself}`,
+        isMet: isOff, hold: 0, remark: () => "No magnet pulls the rotor any more.",
       },
       {
-        say: () => "Watch it land.",
-        isSo: (_, notes) => notes.touched, holds: 0.1,
+        instruction: () => "Watch it land.",
+        isMet: (_, notes) => notes.touched, hold: 0.1,
         remark: (now, notes) => `${notes.since > notes.began ? `It landed ${quantityText(notes.since - notes.began, "s")} after` : "It has landed"}, and pressed with up to ${quantityText(notes.force, "N")}; ${landed(now)}.`,
       },
       {
-        say: () => "Lift it again: Controller, PID.",
-        isSo: (now) => !isOff(now), holds: 0.3,
+        instruction: () => "Lift it again: Controller, PID.",
+        isMet: (now) => !isOff(now), hold: 0.3,
         remark: (now) => (touched(now).length === 0 ? "It levitates again." : `It is still in contact at ${places(touched(now))}: a PID alone cannot lift a whirling rotor. Wait, slow it down, or choose another controller.`),
       },
     ],

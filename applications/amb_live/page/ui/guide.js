@@ -20,30 +20,30 @@ export function makeGuide(panel, session, progress, run) {
   if (progress.experiment === null) { progress.experiment = Math.max(experiments.findIndex((item) => item.suits), 0); }
   const chosen = () => Math.min(progress.experiment ?? 0, experiments.length - 1);
   const tabs = experiments.map((item, k) => make("button", { type: "button", text: `${k + 1} ${item.title}`, "data-experiment": String(k) }));
-  const said = make("p", { class: "say", "aria-live": "polite" }), remarks = make("ol", { class: "remarks", "aria-live": "polite" });
-  const skip = make("button", { type: "button", id: "skip-step", title: "Continue without it" });
+  const instruction = make("p", { class: "say", "aria-live": "polite" }), remarks = make("ol", { class: "remarks", "aria-live": "polite" });
+  const skip = make("button", { type: "button", id: "skip-step", title: "Continue without this step" });
   const begin = (/** @type {number} */ experiment) => {
     Object.assign(progress, { experiment, step: 0, notes: null, remarks: [] });
     run();
   };
   tabs.forEach((tab, k) => tab.addEventListener("click", () => begin(k)));
-  const goOn = (/** @type {string} */ remark) => {
+  const completeStep = (/** @type {string} */ remark) => {
     if (remark !== "") { progress.remarks.push(remark); }
     Object.assign(progress, { step: progress.step + 1, notes: null });
   };
   skip.addEventListener("click", () => {
-    if (progress.step < experiments[chosen()].steps.length) { goOn(""); } else { begin((chosen() + 1) % experiments.length); }
+    if (progress.step < experiments[chosen()].steps.length) { completeStep(""); } else { begin((chosen() + 1) % experiments.length); }
   });
-  panel.replaceChildren(make("div", { class: "choices", role: "group", "aria-label": "Experiment" }, tabs), remarks, said, skip);
+  panel.replaceChildren(make("div", { class: "choices", role: "group", "aria-label": "Experiment" }, tabs), remarks, instruction, skip);
   return (now) => {
     const { title, steps } = experiments[chosen()], step = steps[progress.step];
     tabs.forEach((tab, k) => tab.setAttribute("aria-pressed", String(k === chosen())));
     if (step !== undefined) {
       progress.notes ??= newNotes(now.time);
-      if (follow(step, progress.notes, now)) { goOn(step.remark(now, progress.notes)); }
+      if (follow(step, progress.notes, now)) { completeStep(step.remark(now, progress.notes)); }
     }
     const next = experiments[(chosen() + 1) % experiments.length].title;
-    setText(said, steps[progress.step]?.say(now) ?? `That was “${title}”.`);
+    setText(instruction, steps[progress.step]?.instruction(now) ?? `That was “${title}”.`);
     setText(skip, progress.step < steps.length ? "Skip" : `Next: ${next}`);
     if (remarks.children.length !== progress.remarks.length) { remarks.replaceChildren(...progress.remarks.map((text) => make("li", { text }))); }
   };

@@ -49,9 +49,9 @@ function open(data) {
   const send = (/** @type {import("../protocol.js").Request} */ request) => engine?.send(request);
   const seeker = makeSeeker(() => session, send);
   const sitesShown = () => shownSites(session).map((site) => site.name).join();
-  const tellPending = () => showPending(
+  const updatePending = () => showPending(
     Object.keys(planned).filter((name) => session.variables.get(name)?.variability === "fixed"), reset,
-    () => { planned = {}; tellPending(); });
+    () => { planned = {}; updatePending(); });
 
   /**
    * Start a scenario, with the changes of a link, if any.
@@ -71,7 +71,7 @@ function open(data) {
     setText(byId("description", HTMLElement), rig.description);
     setText(byId("origin", HTMLElement), originOf(rig));
     showFailure("");
-    tellPending();
+    updatePending();
     clearMessages();
     const parts = await partsOf(data, rig);
     if (session === loaded) {
@@ -125,13 +125,13 @@ function open(data) {
     [planned, waits, narrator] = [{}, true, newNarrator()];
     seeker.drop();
     send({ type: "reset", settings });
-    tellPending();
+    updatePending();
   }
 
   /** @type {import("./changes.js").Changes} */
   const changes = {
     set: (values) => { showFailure(""); send({ type: "set", values }); },
-    plan: (values) => { planned = { ...planned, ...values }; tellPending(); },
+    plan: (values) => { planned = { ...planned, ...values }; updatePending(); },
     speed: (speed, acceleration) => { showFailure(""); send({ type: "speed", speed, acceleration }); },
     push: (disc, force) => {
       if (session.status === "paused" && Math.hypot(...force) > 0) { showNotice("The run is paused: a push moves the rotor while it runs (space)."); }
@@ -159,7 +159,7 @@ function open(data) {
     }
   }
 
-  const wake = startRedraw(() => session.heard, (now) => {
+  const wake = startRedraw(() => session.answerCount, (now) => {
     view?.draw(now);
     transport.draw(session, palette, now);
   }, endNotice);

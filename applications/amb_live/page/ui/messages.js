@@ -2,8 +2,8 @@
 
 import { byId, make, setText } from "./dom.js";
 
-const READ = 8000; // ms that a notice stays
-const MOST = 30; // messages that are stored
+const NOTICE_MS = 8000; // for which a notice stays
+const MAX_MESSAGES = 30; // messages that are stored
 
 let noticeEnds = 0;
 
@@ -22,7 +22,7 @@ export function showNotice(text) {
   const box = byId("notice", HTMLElement);
   box.hidden = false;
   setText(box, text);
-  noticeEnds = performance.now() + READ;
+  noticeEnds = performance.now() + NOTICE_MS;
 }
 
 /** Hide a notice after its time. @param {number} now ms */
@@ -40,7 +40,7 @@ export function addMessage(source, text, time) {
   const list = byId("log", HTMLOListElement);
   const next = [...list.children].find((item) => item instanceof HTMLElement && Number(item.dataset.time) <= time);
   list.insertBefore(make("li", { "data-time": String(time) }, [make("b", { text: source }), ` ${text}`]), next ?? null);
-  while (list.children.length > MOST) { list.lastElementChild?.remove(); }
+  while (list.children.length > MAX_MESSAGES) { list.lastElementChild?.remove(); }
 }
 
 /** Remove all messages, or only those after a time. @param {number} [after] s */
@@ -60,8 +60,9 @@ export function showPending(names, reset, forget) {
   const box = byId("pending", HTMLElement);
   box.hidden = names.length === 0;
   const listed = names.length > 3 ? `${names.slice(0, 2).join(", ")} and ${names.length - 2} more` : names.join(", ");
-  const now = make("button", { type: "button", id: "apply", text: "Reset with it (R)" }), drop = make("button", { type: "button", text: "Forget" });
-  now.addEventListener("click", reset);
+  const isOne = names.length === 1;
+  const apply = make("button", { type: "button", id: "apply", text: `Reset with ${isOne ? "it" : "them"} (R)` }), drop = make("button", { type: "button", text: "Forget" });
+  apply.addEventListener("click", reset);
   drop.addEventListener("click", forget);
-  box.replaceChildren(make("span", { text: `${listed} takes effect when the run is reset.` }), now, drop);
+  box.replaceChildren(make("span", { text: `${listed} ${isOne ? "takes" : "take"} effect when the run is reset.` }), apply, drop);
 }

@@ -47,9 +47,9 @@ export function contactArcs(x, y, force, sectors) {
   for (let k = 0; k < force.length; k++) {
     if (force[k] > 0) {
       const last = sectorAt(k), first = k > 0 && force[k - 1] > 0 ? sectorAt(k - 1) : last;
-      const way = (((last - first) % sectors) + 1.5 * sectors) % sectors - 0.5 * sectors; // the shorter way round
-      for (let step = 0; step <= Math.abs(way); step++) {
-        const sector = (((first + Math.sign(way) * step) % sectors) + sectors) % sectors;
+      const between = (((last - first) % sectors) + 1.5 * sectors) % sectors - 0.5 * sectors; // sectors from first to last, the shorter way round
+      for (let step = 0; step <= Math.abs(between); step++) {
+        const sector = (((first + Math.sign(between) * step) % sectors) + sectors) % sectors;
         arcs[sector] = Math.max(arcs[sector], force[k]);
       }
     }

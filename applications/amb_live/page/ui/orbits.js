@@ -8,10 +8,10 @@ import { seriesOfSite } from "./palette.js";
 import { matching, settingOf, valueOf } from "./session.js";
 
 const SECTORS = 120;
-const REVOLUTIONS = 3; // of a trail
-const LONGEST = 0.5; // s of a trail
+const TRAIL_REVOLUTIONS = 3;
+const MAX_TRAIL_SECONDS = 0.5;
 const USUAL_PUSH = 1000; // N for a drag of a clearance, where the stiffness of the bearings is unknown
-const STRONGER = 1.3; // push over the bearing's stiffness times the clearance
+const PUSH_FACTOR = 1.3; // push for a drag of a clearance, over the bearing's stiffness times the clearance
 /** @type {Record<string, [number, number]>} */
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
 
@@ -22,7 +22,6 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowD
  * @typedef {object} OrbitView
  * @property {Site} site
  * @property {string} disc that a push acts on
- * @property {string} colour number
  * @property {HTMLElement} element
  * @property {HTMLCanvasElement} canvas
  * @property {HTMLElement} force
@@ -67,7 +66,7 @@ export function nearestDisc(geometry, z) {
 export function pushScale(session) {
   const stiffness = matching(session, "rolac_controller.*.k_b_?").map((name) => settingOf(session, name)).filter((item) => item > 0);
   const clearances = session.rig.geometry.sites.map((site) => site.clearance);
-  const wanted = STRONGER * Math.max(...stiffness) * Math.max(...clearances);
+  const wanted = PUSH_FACTOR * Math.max(...stiffness) * Math.max(...clearances);
   if (!(wanted > 0 && Number.isFinite(wanted))) { return USUAL_PUSH; }
   const decade = 10 ** Math.floor(Math.log10(wanted));
   return decade * ([10, 5, 2, 1].find((step) => step * decade <= 1.15 * wanted) ?? 1);
@@ -106,7 +105,7 @@ function makeView(site, disc) {
   canvas.setAttribute("aria-label", `Orbit at ${site.name.toUpperCase()}${disc ? `; drag, or hold an arrow key, to push ${disc.toUpperCase()}` : ""}`);
   const force = make("span", { class: "force" }), scale = make("span", { class: "scale" });
   const element = make("div", { class: "orbit" }, [canvas, make("span", { class: "tag", text: site.name.toUpperCase() }), force, scale]);
-  return { site, disc, colour: "", element, canvas, force, scale, span: 1e-3, push: [0, 0] };
+  return { site, disc, element, canvas, force, scale, span: 1e-3, push: [0, 0] };
 }
 
 /**
@@ -147,7 +146,7 @@ function listen(view, session, rotation, apply) {
 function drawView(view, session, rotation, palette) {
   const name = `rotor_contact.${view.site.name}`, colour = palette.series[seriesOfSite(session.rig.geometry, view.site)];
   const omega = Math.abs(valueOf(session, "rotor_contact.speed")) || 100;
-  const from = session.time - Math.min((REVOLUTIONS * 2 * Math.PI) / omega, LONGEST);
+  const from = session.time - Math.min((TRAIL_REVOLUTIONS * 2 * Math.PI) / omega, MAX_TRAIL_SECONDS);
   const [x, y] = [view.site.x, view.site.y].map((signal) => {
     const path = session.traces.between(signal, from, session.time), now = valueOf(session, signal);
     return path.length === 0 && Number.isFinite(now) ? Float32Array.of(now) : path; // no samples before the first step

@@ -19,10 +19,10 @@ import { Traces } from "./traces.js";
  * @property {number} time s
  * @property {number} reached latest time computed since the run began (s)
  * @property {number} speed
- * @property {number} heard answers of the worker so far
+ * @property {number} answerCount answers of the worker so far
  */
 
-const HELD = 1 << 18; // samples: a minute at 4 kHz
+const MAX_SAMPLES = 1 << 18; // samples: a minute at 4 kHz
 
 /**
  * Return the session of a rig before its worker is ready.
@@ -34,7 +34,7 @@ export function newSession(rig) {
     component.variables.map((variable) => /** @type {const} */ ([`${component.name}.${variable.name}`, variable]))));
   return {
     rig, variables, columns: new Map(), values: new Float64Array(0), traces: new Traces([], 1), contacts: [],
-    userChanges: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, speed: NaN, heard: 0,
+    userChanges: { settings: {}, changes: [] }, status: "loading", time: 0, reached: 0, speed: NaN, answerCount: 0,
   };
 }
 
@@ -44,10 +44,10 @@ export function newSession(rig) {
  * @param {Answer} answer
  */
 export function absorb(session, answer) {
-  session.heard += 1;
+  session.answerCount += 1;
   if (answer.type === "ready") {
     session.columns = new Map(answer.signals.map((name, k) => [name, k]));
-    session.traces = new Traces(answer.watched, HELD);
+    session.traces = new Traces(answer.watched, MAX_SAMPLES);
     session.contacts = [];
     session.userChanges = answer.userChanges;
     session.status = "settling";
@@ -73,7 +73,7 @@ function absorbFrame(session, frame) {
 }
 
 /**
- * Return the newest value of a signal, NaN without values.
+ * Return the newest value of a signal; NaN before the first frame, and for an unknown signal.
  * @param {Session} session
  * @param {string} name
  */

@@ -4,7 +4,7 @@ import { makeChart } from "./charts.js";
 import { make } from "./dom.js";
 import { currentLimits, limitsText } from "./limits.js";
 import { seriesOfSite } from "./palette.js";
-import { whetherSeen } from "./seen.js";
+import { observeVisibility } from "./seen.js";
 import { settingOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -83,7 +83,7 @@ export function makeSignals(panel, current, palette) {
   })));
   const sizes = new ResizeObserver(() => charts.forEach((chart) => chart.resize()));
   sizes.observe(panel);
-  const seen = places.map((place) => whetherSeen(place.element));
+  const seen = places.map((place) => observeVisibility(place.element));
   let turn = 0;
   return {
     draw: (span) => {

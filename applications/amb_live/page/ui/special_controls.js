@@ -9,7 +9,7 @@ import { settingOf, valueOf } from "./session.js";
 /** @typedef {import("./changes.js").Changes} Changes */
 /** @typedef {import("./changes.js").Control} Control */
 
-const FASTEST = 400; // rad/s, on the slider
+const USUAL_MAX_SPEED = 400; // rad/s, on the slider
 
 /**
  * Return the control of the speed.
@@ -18,7 +18,7 @@ const FASTEST = 400; // rad/s, on the slider
  * @returns {Control}
  */
 export function makeSpeedControl(session, changes) {
-  const highest = Math.max(FASTEST, Math.ceil((1.5 * 2 * Math.PI) / session.rig.period / 50) * 50);
+  const highest = Math.max(USUAL_MAX_SPEED, Math.ceil((1.5 * 2 * Math.PI) / session.rig.period / 50) * 50);
   const range = make("input", { type: "range", min: "0", max: String(highest), step: "0.5", "aria-label": "Speed" });
   const field = make("input", { type: "number", step: "any", id: "speed-field", "aria-label": "Speed, rad/s" });
   const rate = make("input", { type: "number", step: "any", value: "50", "aria-label": "Rate of change of the speed, rad/s²" });
@@ -57,7 +57,7 @@ export function makeAnyVariable(session, changes) {
   const value = make("input", { type: "number", step: "any", id: "variable-value", "aria-label": "Value in the variable's unit" });
   const button = make("button", { type: "button", id: "variable-set", text: "Set" });
   const about = make("p", { class: "hint" }), badge = make("span");
-  const look = () => {
+  const describe = () => {
     const variable = session.variables.get(field.value);
     badge.replaceChildren(...(variable === undefined ? [] : [effectBadge(session, field.value)]));
     if (variable === undefined) { return; }
@@ -66,7 +66,7 @@ export function makeAnyVariable(session, changes) {
     about.textContent = `${variable.description}. ${unitText(variable.unit)} ${range.filter(Boolean).join(", ")} ${items}`;
     value.value = String(settingOf(session, field.value));
   };
-  field.addEventListener("input", look);
+  field.addEventListener("input", describe);
   button.addEventListener("click", () => {
     if (session.variables.has(field.value) && Number.isFinite(value.valueAsNumber)) { apply(session, changes, { [field.value]: value.valueAsNumber }); }
   });

@@ -68,7 +68,7 @@ function speedText(speed) {
   return [quantityOf(speed * 30 / Math.PI, "rpm"), quantityOf(speed, "rad/s"), quantityOf(speed / (2 * Math.PI), "Hz")].join(", ");
 }
 
-/** @param {number} value @param {string} unit @returns {string} which no line breaks */
+/** @param {number} value @param {string} unit @returns {string} without a line break inside */
 function quantityOf(value, unit) {
   return `${numberText(value, 4)}\u00a0${unit}`;
 }

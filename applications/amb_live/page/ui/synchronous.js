@@ -3,7 +3,7 @@
 import { arrow, surfaceOf } from "./canvas.js";
 import { make, setText } from "./dom.js";
 import { numberText, quantityText } from "./format.js";
-import { roomFor } from "./charts.js";
+import { halfHeightFor } from "./charts.js";
 import { valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -46,7 +46,7 @@ export function makeSynchronous(canvas, table, session) {
       setText(rows[k].amplitude, quantityText(item.amplitude, "m"));
       setText(rows[k].phase, item.amplitude > 0 ? `${numberText(Math.round((180 * item.phase) / Math.PI))}°` : "–");
     });
-    span = roomFor([vectors.map((item) => item.amplitude)], 1e-6, span);
+    span = halfHeightFor([vectors.map((item) => item.amplitude)], 1e-6, span);
     drawPolar(canvas, vectors.map((item, k) => ({ ...item, colour: palette.series[seriesOf(now, k)] })), span, palette);
   };
 }

@@ -11,7 +11,7 @@ import { numberText } from "./format.js";
  * @param {string} site
  * @param {number} now s, at which an ongoing contact ends
  */
-export function touches(contacts, site, now) {
+export function contactIntervals(contacts, site, now) {
   /** @type {[number, number][]} */
   const spans = [];
   let begin = NaN;
@@ -83,7 +83,7 @@ export class Timeline {
     context.fillRect(INSET, base - 3, x - INSET, 3);
     context.fillStyle = palette.touch;
     for (const site of session.rig.geometry.sites) {
-      for (const [begin, stop] of touches(session.contacts, site.name, session.time)) {
+      for (const [begin, stop] of contactIntervals(session.contacts, site.name, session.time)) {
         context.fillRect(this.at(begin), base - 10, Math.max(this.at(stop) - this.at(begin), 1.2), 6);
       }
     }

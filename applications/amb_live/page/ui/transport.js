@@ -10,7 +10,7 @@ import { endOfLine, Timeline } from "./timeline.js";
 
 /**
  * Functions that the buttons call.
- * @typedef {object} Wishes
+ * @typedef {object} Actions
  * @property {(pace: number) => void} play
  * @property {() => void} pause
  * @property {() => void} step
@@ -21,50 +21,50 @@ import { endOfLine, Timeline } from "./timeline.js";
 /** @typedef {ReturnType<typeof makeTransport>} Transport */
 
 const DETENTS = [-3, -2, -1, 0, Math.log10(5)]; // 1/1000, 1/100, 1/10, 1, 5
-const ENOUGH = 0.9; // share of the requested pace that counts as reached
-const LINES = 40; // ms between drawings of the time line
-const SEEKS = 120; // ms between going to times while the handle is dragged
+const REACHED_SHARE = 0.9; // share of the requested pace that counts as reached
+const TIMELINE_MS = 40; // between drawings of the time line
+const SEEK_MS = 120; // between two requested times while the handle is dragged
 
 /**
  * Connect the controls of time.
- * @param {Wishes} wishes
+ * @param {Actions} actions
  * @param {() => Session} current
  */
-export function makeTransport(wishes, current) {
+export function makeTransport(actions, current) {
   const play = byId("play", HTMLButtonElement), pace = byId("pace", HTMLInputElement), seek = byId("seek", HTMLInputElement);
   const keep = byId("keep", HTMLInputElement), canvas = byId("line-canvas", HTMLCanvasElement);
   const clock = byId("clock", HTMLElement), cycle = byId("cycle", HTMLElement), achieved = byId("achieved", HTMLElement);
   let isDragging = false, lastSeek = 0, lastLine = -Infinity;
   const paceNow = () => 10 ** snapped(Number(pace.value));
   const isRunning = () => current().status === "playing" || current().status === "settling";
-  const toggle = () => (isRunning() ? wishes.pause() : wishes.play(paceNow()));
+  const toggle = () => (isRunning() ? actions.pause() : actions.play(paceNow()));
   const showPace = () => {
     const text = factorText(paceNow());
     setText(byId("pace-text", HTMLOutputElement), text);
     pace.setAttribute("aria-valuetext", `${text} of real time`);
   };
-  const repace = () => {
+  const applyPace = () => {
     showPace();
-    if (current().status === "playing") { wishes.play(paceNow()); }
+    if (current().status === "playing") { actions.play(paceNow()); }
   };
   play.addEventListener("click", toggle);
-  byId("step", HTMLButtonElement).addEventListener("click", wishes.step);
-  byId("reset", HTMLButtonElement).addEventListener("click", wishes.reset);
-  pace.addEventListener("input", repace);
+  byId("step", HTMLButtonElement).addEventListener("click", actions.step);
+  byId("reset", HTMLButtonElement).addEventListener("click", actions.reset);
+  pace.addEventListener("input", applyPace);
   seek.addEventListener("input", () => {
     isDragging = true;
-    if (performance.now() - lastSeek > SEEKS) {
+    if (performance.now() - lastSeek > SEEK_MS) {
       lastSeek = performance.now();
-      wishes.go(Number(seek.value), keep.checked);
+      actions.go(Number(seek.value), keep.checked);
     }
   });
-  seek.addEventListener("change", () => { isDragging = false; wishes.go(Number(seek.value), keep.checked); });
+  seek.addEventListener("change", () => { isDragging = false; actions.go(Number(seek.value), keep.checked); });
   showPace();
   return {
     toggle,
     pace: paceNow,
-    setPace: (/** @type {number} */ value) => { pace.value = String(Math.log10(value)); repace(); },
-    change: (/** @type {number} */ decades) => { pace.value = String(Number(pace.value) + decades); repace(); },
+    setPace: (/** @type {number} */ value) => { pace.value = String(Math.log10(value)); applyPace(); },
+    change: (/** @type {number} */ decades) => { pace.value = String(Number(pace.value) + decades); applyPace(); },
     draw: (/** @type {Session} */ session, /** @type {import("./palette.js").Palette} */ palette, /** @type {number} */ now) => {
       play.classList.toggle("running", isRunning());
       play.setAttribute("aria-label", isRunning() ? "Pause" : "Run");
@@ -79,7 +79,7 @@ export function makeTransport(wishes, current) {
       seek.step = String(session.rig.stepSize);
       if (!isDragging) { seek.value = String(session.time); }
       seek.setAttribute("aria-valuetext", `${numberText(session.time, 4)} s`);
-      if (now - lastLine > LINES) {
+      if (now - lastLine > TIMELINE_MS) {
         lastLine = now;
         new Timeline(canvas, session, palette).draw();
       }
@@ -102,11 +102,11 @@ export function snapped(decades) {
  */
 export function slowness(session, requested) {
   const { status, speed } = session;
-  if (status !== "playing" || !(speed > 0) || speed >= Math.min(requested, 1) * ENOUGH) { return ""; }
-  const method = session.variables.get("rotor_contact.solver.method"), now = valueOf(session, "rotor_contact.solver.method");
-  const way = Object.entries(method?.items ?? {}).find(([, value]) => value === now)?.[0].replaceAll("_", " ") ?? "";
-  const at = touched(session).map((name) => name.toUpperCase()).join(" and ");
-  const why = at !== "" ? `contact at ${at} takes many small steps` : way !== "" && way !== "exact" ? `its steps are computed by a slower method (${way})` : "this computer is too slow for so many modes";
+  if (status !== "playing" || !(speed > 0) || speed >= Math.min(requested, 1) * REACHED_SHARE) { return ""; }
+  const methods = session.variables.get("rotor_contact.solver.method")?.items ?? {}, used = valueOf(session, "rotor_contact.solver.method");
+  const method = Object.entries(methods).find(([, value]) => value === used)?.[0].replaceAll("_", " ") ?? "";
+  const sites = touched(session).map((name) => name.toUpperCase()).join(" and ");
+  const why = sites !== "" ? `contact at ${sites} takes many small steps` : method !== "" && method !== "exact" ? `its steps are computed by a slower method (${method})` : "this computer is too slow for so many modes";
   return `Slower than requested, ${factorText(speed)} of real time: ${why}.`;
 }
 

@@ -6,7 +6,7 @@ import { makeControls } from "./controls.js";
 import { byId, setText } from "./dom.js";
 import { makeGuide } from "./guide.js";
 import { makeOrbits, rotationOf } from "./orbits.js";
-import { whetherSeen } from "./seen.js";
+import { observeVisibility } from "./seen.js";
 import { settingOf, valueOf } from "./session.js";
 import { enlargementOf, roomOf, ShaftPicture } from "./shaft.js";
 import { makeSignals } from "./signals.js";
@@ -16,7 +16,7 @@ import { makeSynchronous } from "./synchronous.js";
 /** @typedef {import("./session.js").Session} Session */
 /** @typedef {import("./palette.js").Palette} Palette */
 
-const TEXTS = 100; // ms between updates of texts
+const TEXT_MS = 100; // between updates of texts
 const USUAL_WINDOW = 0.5; // s, of the curves
 const YAW = { home: -1.15, step: 0.08 };
 
@@ -35,7 +35,7 @@ export function makeView(current, changes, palette, progress) {
   const shaft = makeShaft(current);
   const signals = makeSignals(byId("charts", HTMLElement), current, colours);
   const synchronous = makeSynchronous(byId("polar", HTMLCanvasElement), byId("synchronous", HTMLTableElement), session);
-  const window_ = byId("window", HTMLSelectElement);
+  const windowSelect = byId("window", HTMLSelectElement);
   const texts = [
     makeContacts(byId("contacts", HTMLElement), session), makeFacts(byId("control-state", HTMLElement), session),
     makeEnergies(byId("energies", HTMLElement)), makeGuide(byId("guide", HTMLElement), session, progress, changes.run), makeControls(byId("controls", HTMLElement), session, changes),
@@ -46,8 +46,8 @@ export function makeView(current, changes, palette, progress) {
     draw: (/** @type {number} */ now) => {
       orbits.draw(current(), colours);
       shaft.draw(colours);
-      signals.draw(Number(window_.value));
-      if (now - lastTexts > TEXTS) {
+      signals.draw(Number(windowSelect.value));
+      if (now - lastTexts > TEXT_MS) {
         lastTexts = now;
         texts.forEach((update) => update(current()));
         synchronous(current(), colours);
@@ -62,8 +62,8 @@ export function makeView(current, changes, palette, progress) {
  * @param {import("../protocol.js").Rig} rig
  */
 export function chooseWindow(rig) {
-  const window_ = byId("window", HTMLSelectElement), spans = [...window_.options].map((option) => Number(option.value));
-  window_.value = String(Math.min(USUAL_WINDOW, spans.find((span) => span >= rig.last * rig.stepSize) ?? USUAL_WINDOW));
+  const windowSelect = byId("window", HTMLSelectElement), spans = [...windowSelect.options].map((option) => Number(option.value));
+  windowSelect.value = String(Math.min(USUAL_WINDOW, spans.find((span) => span >= rig.last * rig.stepSize) ?? USUAL_WINDOW));
 }
 
 /**
@@ -71,7 +71,7 @@ export function chooseWindow(rig) {
  * @param {() => Session} current
  */
 function makeShaft(current) {
-  const canvas = byId("shaft", HTMLCanvasElement), seen = whetherSeen(canvas), listeners = new AbortController(), { signal } = listeners;
+  const canvas = byId("shaft", HTMLCanvasElement), seen = observeVisibility(canvas), listeners = new AbortController(), { signal } = listeners;
   let room = 0;
   /** @type {import("./camera.js").Camera} */
   let camera = { yaw: YAW.home, pitch: 0.3, scale: 1, distance: 1, centre: [0, 0] };
