@@ -35,7 +35,7 @@ def sweep_bar(progress: bool | Report | None = None) -> Iterator[Report]:
                 start[:] = [(time.monotonic(), done)]
             passed = time.monotonic() - start[0][0]
             rate = (done - start[0][1]) / passed if passed > 0.0 else 0.0
-            text = f"{done} of {total} runs, {rate:.3g} a second"
+            text = f"{done} of {total} runs, {rate:.3g} per second"
             progress_bars.update(task, description=text, completed=done, total=total)
 
         yield report

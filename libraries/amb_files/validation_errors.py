@@ -111,6 +111,10 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
         allowed = " or ".join(dict.fromkeys(_allowed(details, metadata) for details in errors))
     allowed = next((extra.text for extra in metadata if isinstance(extra, Allowed)), allowed)
     value = _at(data, keys)
+    if isinstance(value, str) and kind == "float_type" and _unit(metadata) and re.search(r"\d", value):
+        allowed += ", written without a unit"
+    if isinstance(value, Mapping) and allowed == "a list":
+        allowed = f"a list of tables, [[{place}]]"
     unit = _unit(metadata) if isinstance(value, int | float) and not isinstance(value, bool) else ""
     return f"{place or 'it'} = {_shortened(value)}{unit} is not allowed; it must be {allowed}"
 
@@ -132,10 +136,12 @@ def _allowed(details: ErrorDetails, metadata: Sequence[Any]) -> str:
     kind = details["type"]
     limits = [f"{sign} {getattr(m, _name(type(m))):g}" for m in metadata for t, sign in _BOUNDS.items() if type(m) is t]
     limits = list(dict.fromkeys(limits))  # a union repeats those of its members
-    if limits and kind in ("float_type", "greater_than", "greater_than_equal", "less_than", "less_than_equal"):
-        return " and ".join(dict.fromkeys(limits)) + _unit(metadata)
+    if limits and kind in ("greater_than", "greater_than_equal", "less_than", "less_than_equal"):
+        return " and ".join(limits) + _unit(metadata)
+    if kind == "float_type" and (limits or _unit(metadata)):
+        return f"a number {' and '.join(limits) or 'in'}{_unit(metadata)}"
     if limits and kind == "finite_number":
-        return "finite and " + " and ".join(dict.fromkeys(limits)) + _unit(metadata)
+        return "finite and " + " and ".join(limits) + _unit(metadata)
     if kind in _KINDS:
         return _KINDS[kind]
     message = str(details["msg"])
