@@ -162,16 +162,16 @@ def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier:
     h
         Length of the step (s).
     """
-    rest, sign = pair.operating_current, pair.sign
+    operating, sign = pair.operating_current, pair.sign
     if u.amplifier_off != 0.0:
-        coil = discharge_response(p, rest + sign * pair.deviation, h)
+        coil = discharge_response(p, operating + sign * pair.deviation, h)
     elif u.stuck != 0.0:
-        return CoilResponse(pair.deviation, pair.deviation, p.resistance * (rest + sign * pair.deviation), 0.0)
+        return CoilResponse(pair.deviation, pair.deviation, p.resistance * (operating + sign * pair.deviation), 0.0)
     elif amplifier == DYNAMIC:
-        coil = regulated_response(p, rest + sign * pair.deviation, rest + sign * i_c, h)
+        coil = regulated_response(p, operating + sign * pair.deviation, operating + sign * i_c, h)
     else:
-        return CoilResponse(i_c, i_c, p.resistance * (rest + sign * i_c), 0.0)
-    return CoilResponse(sign * (coil.current - rest), sign * (coil.mean - rest), coil.voltage, coil.limited)
+        return CoilResponse(i_c, i_c, p.resistance * (operating + sign * i_c), 0.0)
+    return CoilResponse(sign * (coil.current - operating), sign * (coil.mean - operating), coil.voltage, coil.limited)
 
 
 @kernel

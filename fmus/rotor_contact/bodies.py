@@ -96,9 +96,9 @@ def drive_torque(spin: Spin, Omega: float) -> float:
 
 @kernel
 def is_beyond_limit(spin: Spin, Omega: float) -> bool:
-    """Return whether a drive that is on should deliver more than its limit: to follow its demand, or to hold the speed.
+    """Return whether a drive would have to exceed its torque limit to follow its demand.
 
-    An ideal drive holds it against the drag.
+    An ideal drive must hold the speed against the drag. A drive with the limit 0 is off.
     """
     torque = spin.drag * Omega if spin.row < 0 else spin.torque + spin.gain * (spin.demanded - Omega)
     return bool(spin.torque_limit > 0.0 and abs(torque) > spin.torque_limit)

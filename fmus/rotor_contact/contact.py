@@ -71,7 +71,7 @@ def write_equations(w: Workspace, friction: float) -> int:
         if not is_constrained(site):
             continue
         i, row = site.row, site.unknown
-        k_x, k_y = site.n_x, site.n_y
+        n_x, n_y = site.n_x, site.n_y
         rolling = site.mode == ROLLING
         b[row] = 0.0
         if rolling:
@@ -80,20 +80,20 @@ def write_equations(w: Workspace, friction: float) -> int:
             if not is_constrained(other):
                 continue
             j, column = other.row, other.unknown
-            n_x, n_y = other.n_x, other.n_y
+            m_x, m_y = other.n_x, other.n_y
             # response at the site, in x and y, to a unit force along n and along t at the other site
-            xn = Minv[i, j] * n_x + Minv[i, j + 1] * n_y
-            yn = Minv[i + 1, j] * n_x + Minv[i + 1, j + 1] * n_y
-            xt = Minv[i, j + 1] * n_x - Minv[i, j] * n_y
-            yt = Minv[i + 1, j + 1] * n_x - Minv[i + 1, j] * n_y
+            xn = Minv[i, j] * m_x + Minv[i, j + 1] * m_y
+            yn = Minv[i + 1, j] * m_x + Minv[i + 1, j + 1] * m_y
+            xt = Minv[i, j + 1] * m_x - Minv[i, j] * m_y
+            yt = Minv[i + 1, j + 1] * m_x - Minv[i + 1, j] * m_y
             ratio = friction_ratio(other, friction)
-            A[row, column] = -(k_x * xn + k_y * yn) + ratio * (k_x * xt + k_y * yt)
+            A[row, column] = -(n_x * xn + n_y * yn) + ratio * (n_x * xt + n_y * yt)
             if rolling:
-                A[row + 1, column] = -(k_x * yn - k_y * xn) + ratio * (k_x * yt - k_y * xt)
+                A[row + 1, column] = -(n_x * yn - n_y * xn) + ratio * (n_x * yt - n_y * xt)
             if other.mode == ROLLING:
-                A[row, column + 1] = k_x * xt + k_y * yt
+                A[row, column + 1] = n_x * xt + n_y * yt
                 if rolling:
-                    A[row + 1, column + 1] = k_x * yt - k_y * xt
+                    A[row + 1, column + 1] = n_x * yt - n_y * xt
     if w.n > Minv.shape[0]:
         _add_bodies(w, friction)
     return size

@@ -40,8 +40,8 @@ METHOD = Enumeration(  # how a step was computed
             "by substeps: fewer than 32 identical steps so far, speed or modes too fast for matrices, or a rotor "
             "without modes in at most four substeps",
         ),
-        ("yielding", "by substeps: a compliant contact law"),
+        ("compliant", "by substeps: a compliant contact law"),
         ("integrated", "by substeps: solver.exact_motion is false"),
     ),
 )
-EXACT, PIECES, EVENTS, NO_MATRICES, YIELDING, INTEGRATED = range(6)
+EXACT, PIECES, EVENTS, NO_MATRICES, COMPLIANT, INTEGRATED = range(6)

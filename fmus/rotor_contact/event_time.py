@@ -85,13 +85,13 @@ def locate_event(w: Workspace, tau: float, dt: float) -> float:
         f = indicator(w.sites, z_new, n, Omega) - EVENT_OFFSET
         if abs(f) < EVENT_OFFSET - TOLERANCE:
             return trial
-        now = 1 if f > 0.0 else -1
-        _move_end(w.sites, z_new, n, Omega, now > 0, now == side)
-        if now > 0:
+        new_side = 1 if f > 0.0 else -1
+        _move_end(w.sites, z_new, n, Omega, new_side > 0, new_side == side)
+        if new_side > 0:
             high = trial
         else:
             low = trial
-        side = now
+        side = new_side
     substep(w, tau, high)
     return high
 
@@ -126,9 +126,9 @@ def _first_crossing(w: Workspace, low: float, high: float, last: float, side: in
             f_low, f_high = site.before[which], site.after[which]
             if not f_high > 0.0:
                 continue
-            at = 0.5 * (low + high)
+            estimate = 0.5 * (low + high)
             if side >= 0 or f_low < -STARTS_ON_EVENT * f_high:
-                at = low + (high - low) * f_low / (f_low - f_high)
+                estimate = low + (high - low) * f_low / (f_low - f_high)
             if which == 0 and can_touch(site):
                 touch = low
                 outward = radial_component(site, stages.z_new[n : 2 * n])
@@ -137,6 +137,6 @@ def _first_crossing(w: Workspace, low: float, high: float, last: float, side: in
                 elif outward > 0.0:
                     touch = last - (f_high if last == high else f_low) * site.clearance / outward
                 if low < touch < high:
-                    at = touch
-            first = min(first, at)
+                    estimate = touch
+            first = min(first, estimate)
     return first

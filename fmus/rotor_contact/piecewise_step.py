@@ -85,29 +85,29 @@ def advance_by_pieces(
     if share == 0.0 or not update_matrices(structure, w.motion, w.sites, key, matrices, min(share, 1.0)):
         return NO_MATRICES_YET
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
-    z, z_new, last = stages.z, stages.z_new, int(sizes.n_levels) - 1
+    z, z_new, finest = stages.z, stages.z_new, int(sizes.n_levels) - 1
     theta, Omega = w.motion.theta, w.motion.Omega
     are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
     memory.method = EXACT
-    # shares of the step: where it is, and before which no event is expected
-    at, event, least, n_events = 0.0, 1.0, 0, 0
-    while at < 1.0 - TIME_TOLERANCE:
-        rest, yields = 1.0 - at, is_any_compliant(w.sites)
+    # shares of the step: the part done, and that before which no event is expected; the least level of the next piece
+    done, next_event, least_level, n_events = 0.0, 1.0, 0, 0
+    while done < 1.0 - TIME_TOLERANCE:
+        left, compliant = 1.0 - done, is_any_compliant(w.sites)
         level = _level_for(
-            matrices, rest, event - at, max(int(memory.level) if is_any_constrained(w.sites) else 0, least)
+            matrices, left, next_event - done, max(int(memory.level) if is_any_constrained(w.sites) else 0, least_level)
         )
         h = 0.5**level * step_size
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
-        can_solve = not yields and are_valid and n_events <= EVENT_LIMIT
+        can_solve = not compliant and are_valid and n_events <= EVENT_LIMIT
         if can_solve and _is_slow(w, h) and are_complete(matrices, index):
-            latest = min(rest * 2.0**level, 1.0)
+            latest = min(left * 2.0**level, 1.0)
             outcome, share, roughness, taken = _try_piece(
                 w, matrices, level, index, h, latest, theta, Omega, damping.torque
             )
             if outcome != REJECTED:
                 new_theta, new_Omega = angle_and_speed_after(w, z_new, theta, Omega, share * h)
-                holds, after = find_forces_at(w, matrices, z_new, new_theta, new_Omega)
-                ends_in_tension = outcome == ENDS and share == 1.0 and not holds and level < last
+                valid_after, after = find_forces_at(w, matrices, z_new, new_theta, new_Omega)
+                ends_in_tension = outcome == ENDS and share == 1.0 and not valid_after and level < finest
                 if ends_in_tension or not are_complete(matrices, place_on_grid(matrices, new_Omega)):
                     outcome, share, roughness = REJECTED, 1.0, TOO_ROUGH
                     are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
@@ -115,12 +115,12 @@ def advance_by_pieces(
                 add_energies(w, matrices, share * h, taken, damping, after)
                 copy(z_new, z)
                 theta, Omega, damping, are_valid = new_theta, new_Omega, after, True
-                at, least = at + share * 0.5**level, 0
+                done, least_level = done + share * 0.5**level, 0
                 if level > 0 or outcome == HAS_EVENT:
                     memory.method = max(memory.method, PIECES)
-                if outcome == HAS_EVENT or not holds:
-                    n_events, event = n_events + 1, 1.0
-                    fault = _pass_event(structure, w, theta, Omega, law, SHORTEST_FLIGHT * 0.5**last * step_size)
+                if outcome == HAS_EVENT or not valid_after:
+                    n_events, next_event = n_events + 1, 1.0
+                    fault = _pass_event(structure, w, theta, Omega, law, SHORTEST_FLIGHT * 0.5**finest * step_size)
                     if fault != 0:
                         return fault
                     theta, Omega = angle_and_speed_after(w, z, theta, Omega, 0.0)
@@ -128,24 +128,24 @@ def advance_by_pieces(
                 elif level == int(memory.level) and roughness * OF_TWICE_THE_LENGTH <= LONGER_BELOW:
                     memory.level = max(level - 1.0, 0.0)
                 continue
-            if level < last:
+            if level < finest:
                 if share < 1.0:
-                    event = at + share * 0.5**level
-                    least = level + 1 if level >= series_level(matrices) else 0
+                    next_event = done + share * 0.5**level
+                    least_level = level + 1 if level >= series_level(matrices) else 0
                 else:
-                    least = int(level_for(level, roughness, last + 1))
-                    memory.level = float(least)
+                    least_level = int(level_for(level, roughness, finest + 1))
+                    memory.level = float(least_level)
                 continue
-        length = rest if not can_solve and are_valid else min(rest, 0.5 ** (level if are_valid else last))
+        length = left if not can_solve and are_valid else min(left, 0.5 ** (level if are_valid else finest))
         part = motion_at(w.motion, theta, Omega)
         collect_coefficients(structure, part)
         fault = advance(with_motion(w, part), solver, law, length * step_size, memory)
         if fault != 0:
             return fault
         memory.method = EVENTS
-        memory.level = float(last) if is_any_constrained(w.sites) else 0.0
+        memory.level = float(finest) if is_any_constrained(w.sites) else 0.0
         theta, Omega = angle_and_speed_after(w, z, theta, Omega, length * step_size)
-        at, event, least = at + length, 1.0, 0
+        done, next_event, least_level = done + length, 1.0, 0
         are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
     return 0
 

@@ -25,7 +25,7 @@ from rotor_contact.dynamics import (
     motion_of,
     set_bearings,
 )
-from rotor_contact.enumerations import EVENTS, EXACT, INTEGRATED, NO_MATRICES, NODAL, YIELDING
+from rotor_contact.enumerations import COMPLIANT, EVENTS, EXACT, INTEGRATED, NO_MATRICES, NODAL
 from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
 from rotor_contact.exact_motion import propagate
 from rotor_contact.heating import advance_temperature
@@ -191,7 +191,7 @@ def step(
             collect_coefficients(structure, motion)
             if spin.row >= 0 and spin.inertia <= least_inertia(motion):
                 return FAULT_INERTIA
-            # another unbalance is another kinetic energy at the same velocities
+            # a change of the unbalance changes the kinetic energy at the same velocities
             energy_integrals(z, n).work += coupling_energy(motion, spin, head.theta, z[n : 2 * n]) - head.coupling
             fault = advance(w, solver, law, step_size, head)
         if fault != 0:
@@ -220,7 +220,7 @@ def _method(solver: np.record, sites: Sites, is_built: bool) -> float:
     if solver.exact_motion == 0.0:
         return float(INTEGRATED)
     if is_any_compliant(sites):
-        return float(YIELDING)
+        return float(COMPLIANT)
     return float(EVENTS if is_built else NO_MATRICES)
 
 
@@ -295,8 +295,8 @@ def _faults(planes: Planes) -> dict[int, str]:
         FAULT_FAST: "a housing, a race or the spin changes too fast to follow: mount_stiffness and mount_damping over "
         "housing_mass, drag over race_inertia, drive.gain over spin.inertia must give time constants of at least 0.5 "
         "us",
-        FAULT_NODAL: "contact.impact_law = 0 is not allowed if a housing can move; it must be 1, which conserves "
-        "momentum",
+        FAULT_NODAL: "contact.impact_law = 0 (nodal) is not allowed if a housing can move; it must be 1 (newton), "
+        "which conserves momentum",
         **{
             FAULT_OFFSET
             + k: f"{site}.offset_x = {{{site}.offset_x}} m, {site}.offset_y = {{{site}.offset_y}} m is not "
