@@ -95,7 +95,7 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
         ax.set_xlabel(_axis_label(dataset, across[0]))
         if dataset[across[0]].dtype.kind in "if":
             ax.xaxis.set_major_locator(MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10]))
-    axes[0].set_ylabel(_axis_label(dataset, across[1]) if len(across) > 1 else label)
+    axes[0].set_ylabel(_axis_label(dataset, across[1]) if len(across) > 1 else fitted(label, 2.8))
     if name == "outcome":
         occurring = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
         handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in occurring]
@@ -155,6 +155,8 @@ def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, sca
             ax.set_yticks([])
         else:
             ax.plot(x, values, ".-", color=BLUE)
+            if name == "rolling":
+                ax.set(ylim=(-0.05, 1.05), yticks=[0, 1])
         return None
     y = dataset[across[1]]
     if SAMPLE in values.dims:

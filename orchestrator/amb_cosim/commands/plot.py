@@ -17,7 +17,7 @@ TABLES = (".csv", ".mat")
 @click.command()
 @click.argument("result", type=click.Path(path_type=Path))
 @click.argument("variables", nargs=-1, required=True, metavar="VARIABLE...")
-@output("File .png, .pdf, .svg, .csv or .mat; default traces.png in the result's folder.")
+@output("File .png, .pdf, .svg, .csv or .mat; default: name of the figure, or traces.png, in the result folder.")
 @click.option("--begin", metavar="MOMENT", help="First moment, 0.3 (s) or 'cycle 5'.")
 @click.option("--until", metavar="MOMENT", help="Last moment.")
 @UNITS

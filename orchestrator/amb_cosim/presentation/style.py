@@ -76,13 +76,13 @@ def set_orbit_axes(panel: Axes, title: str, limit: float, label: str) -> None:
 
 
 def draw_retainer(panel: Axes, clearance: float, centre: tuple[float, float] = (0.0, 0.0)) -> None:
-    """Draw the inner edge of a retainer as a grey ring below the orbits, which may lie on it."""
+    """Draw the inner edge of a retainer or bush as a grey ring below the orbits, which may lie on it."""
     panel.add_patch(Annulus(centre, (1.0 + RING) * clearance, RING * clearance, **RETAINER))
 
 
 def retainer_sample() -> Patch:
     """Return the entry of a legend for the rings that `draw_retainer` draws."""
-    return Patch(**{**RETAINER, "label": "retainer, from its clearance on"})
+    return Patch(**{**RETAINER, "label": "beyond the clearance"})
 
 
 def samples(colours: Iterable[str], **options: Any) -> tuple[Line2D, ...]:

@@ -60,9 +60,12 @@ def mark_axes(panel: Axes, dataset: Signals) -> None:
     """Write at the edge of an orbit that was turned upright where x and y of the magnets point."""
     if upright(dataset) == 1.0:
         return
-    reach = 0.93 * panel.get_xlim()[1]
+    limit = panel.get_xlim()[1]
     for name, direction in (("x", 1.0), ("y", 1.0j)):
-        end = reach * upright(dataset) * direction
+        axis = upright(dataset) * direction
+        end = (
+            limit * min(0.93 / max(abs(axis.real), abs(axis.imag)), 1.07) * axis
+        )  # outside the ring where there is room
         panel.plot([0.0, end.real], [0.0, end.imag], color="0.75", lw=0.5, zorder=0.4)
         panel.text(end.real, end.imag, f"${name}$", fontsize=7, color="0.45", ha="center", va="center")
 
