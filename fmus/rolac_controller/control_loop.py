@@ -101,10 +101,10 @@ class ControlLoop:
 def _check_feedback(bearings: Sequence[str], feedback: Sequence[str], planes: Sequence[str]) -> None:
     for k, bearing in enumerate(bearings):
         if k >= len(feedback) or feedback[k] not in planes:
-            named = f"plane {feedback[k]!r} is not" if k < len(feedback) else "none is"
+            named = f"there is no plane {feedback[k]!r}; " if k < len(feedback) else ""
+            there = f"the rotor has {'the' if planes else 'no'} sensor planes {', '.join(planes)}".rstrip()
             raise ValueError(
-                f"bearing {bearing!r} has no sensors: {named} among the planes {', '.join(planes) or '(none)'}; its "
-                "control needs one"
+                f"bearing {bearing!r} has no sensors: {named}{there}; its control needs a plane of its own"
             )
         if feedback[k] in feedback[:k]:
             other = bearings[feedback.index(feedback[k])]

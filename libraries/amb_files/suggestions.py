@@ -9,7 +9,8 @@ from collections.abc import Iterable
 def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
     """Suggest the options closest to `name`; if none is close, list the first `limit` options.
 
-    The text is the second half of a message.
+    If none of these belongs to the same place as `name`, `hub` of `hub.unbalance`, options of that place are added. The
+    text is the second half of a message.
 
     Examples
     --------
@@ -17,9 +18,15 @@ def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
     'did you mean clearance?'
     >>> suggest("x", ["a", "b", "c"], limit=2)
     'there are a, b and 1 more'
+    >>> suggest("hub.unbalance", ["hub.u", "hub.phi", "energy.balance"])
+    'did you mean hub.u, hub.phi?'
     """
     options = list(options)
     near = difflib.get_close_matches(name, options, n=5) or [o for o in options if name in o][:5]
+    place = name.rpartition(".")[0]
+    here = [option for option in options if place and option.startswith(f"{place}.")]
+    if not set(near) & set(here):
+        near = [*near, *here[:5]]
     if near:
         return f"did you mean {', '.join(near)}?"
     rest = f" and {len(options) - limit} more" if len(options) > limit else ""

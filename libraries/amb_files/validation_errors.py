@@ -22,6 +22,9 @@ _KINDS = {
     "bool_type": "true or false",
     "int_type": "a whole number",
     "float_type": "a number",
+    "float_parsing": "a number",
+    "int_parsing": "a whole number",
+    "bool_parsing": "true or false",
     "string_type": "a string",
     "finite_number": "a finite number",
     "list_type": "a list",
@@ -32,6 +35,7 @@ _KINDS = {
     "dataclass_type": "a table",
 }
 _BOUNDS = {annotated_types.Gt: ">", annotated_types.Ge: ">=", annotated_types.Lt: "<", annotated_types.Le: "<="}
+_NO_NUMBER = ("float_type", "float_parsing")
 _LONGEST = 60  # characters of a value in a message
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
 _MANY = 3  # unknown keys of a table from which on a single sentence lists them
@@ -111,7 +115,7 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
         allowed = " or ".join(dict.fromkeys(_allowed(details, metadata) for details in errors))
     allowed = next((extra.text for extra in metadata if isinstance(extra, Allowed)), allowed)
     value = _at(data, keys)
-    if isinstance(value, str) and kind == "float_type" and _unit(metadata) and re.search(r"\d", value):
+    if isinstance(value, str) and kind in _NO_NUMBER and _unit(metadata) and re.search(r"\d", value):
         allowed += ", written without a unit"
     if isinstance(value, Mapping) and allowed == "a list":
         allowed = f"a list of tables, [[{place}]]"
@@ -138,7 +142,7 @@ def _allowed(details: ErrorDetails, metadata: Sequence[Any]) -> str:
     limits = list(dict.fromkeys(limits))  # a union repeats those of its members
     if limits and kind in ("greater_than", "greater_than_equal", "less_than", "less_than_equal"):
         return " and ".join(limits) + _unit(metadata)
-    if kind == "float_type" and (limits or _unit(metadata)):
+    if kind in _NO_NUMBER and (limits or _unit(metadata)):
         return f"a number {' and '.join(limits) or 'in'}{_unit(metadata)}"
     if limits and kind == "finite_number":
         return "finite and " + " and ".join(limits) + _unit(metadata)

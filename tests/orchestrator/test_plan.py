@@ -244,6 +244,18 @@ def test_end_is_a_whole_number_of_steps():
         plan(until=0.0001)
 
 
+def test_an_event_after_the_end_of_its_scenario_is_noticed():
+    assert plan().notices == plan(until=0.1).notices == ()
+    late = plan(scenario=SCENARIO.replace("cycle = 5", "cycle = 50"))
+    (notice,) = late.notices
+    assert_names(notice, "event step", "cycle 50", "cycle 10", "3.14159 s", "0.628319 s")
+
+
+def test_an_event_without_a_moment_is_named():
+    with raises_naming(ValueError, "event step", "cycle", "time"):
+        plan(scenario=SCENARIO.replace("cycle = 5\n", ""))
+
+
 def test_parameters_and_inputs_are_distinguished():
     with raises_naming(ValueError, "rotor.d1.u", "input", "parameter"):
         plan(extra='parameters.rotor."d1.u" = 1\n')

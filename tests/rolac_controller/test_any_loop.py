@@ -136,7 +136,7 @@ def test_sensor_planes_at_one_place_are_refused():
         ({"feedback": ("p3", "p0", "q")}, ("'mb3'", "'q'")),
         ({"feedback": ("p3", "p0", "p0")}, ("'mb3'", "'p0'")),
         ({"bearings": (), "feedback": ()}, ("0 bearings", "1 to 30")),
-        ({"planes": (), "feedback": ()}, ("'mb1'", "none")),
+        ({"planes": (), "feedback": ()}, ("'mb1'", "no sensor planes")),
     ],
 )
 def test_a_loop_without_sensors_for_each_bearing_is_refused(changes, facts):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -31,7 +32,7 @@ def _positions(text: str) -> list[str]:
 @click.option("--rotor", metavar="NAME|FILE", help="Rotor file of the drawing (TOML), or a rotor of a pack.")
 @click.option("--mass", type=WithUnit("60 kg"), help="Mass of the rotor, such as '60 kg'.")
 @click.option("--length", type=WithUnit("1.2 m"), help="Length of the rotor, such as '1.2 m'.")
-@click.option("--speed", type=SPEED, prompt=True, help="Highest operating speed, such as '12000 rpm'.")
+@click.option("--speed", type=SPEED, help="Highest operating speed, such as '12000 rpm'.")
 @click.option(
     "--bearings",
     type=WithUnit("0.2 m 1.0 m", parts=_positions),
@@ -53,7 +54,7 @@ def new(
     rotor: str | None,
     mass: str | None,
     length: str | None,
-    speed: str,
+    speed: str | None,
     bearings: str | None,
     k_i: str | None,
     k_s: str | None,
@@ -76,7 +77,7 @@ def new(
 
     with refusing():
         magnet = _magnet(k_i, k_s, gap, bias, drive)
-        Omega = quantity(speed, "rad/s", "speed")
+        Omega = quantity(speed or _asked("speed", SPEED), "rad/s", "speed")
         text = _rotor_text(folder.name, rotor, mass, length, Omega)
         places = None if bearings is None else [quantity(z, "m", "bearings") for z in _positions(bearings)]
         if places is not None and len(places) != 2:
@@ -202,6 +203,13 @@ def _comparison(magnet: MagnetData | None, typical: MagnetData) -> str:
     return f"{text}, {ratio:.2g} times apart: are the constants of an axis or of a pole?" if ratio > APART else text
 
 
+def _asked(option: str, kind: click.ParamType[Any]) -> str:
+    """Prompt for a value that is missing; without a terminal raise ValueError."""
+    if not sys.stdin.isatty():
+        raise ValueError(f"--{option} is missing")
+    return str(click.prompt(option.capitalize(), type=kind))
+
+
 def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | None, Omega: float) -> str:
     """Return the text of the named rotor file, or of a plain shaft."""
     from amb_assessment.first_design.rotor_text import plain_shaft
@@ -211,8 +219,8 @@ def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | No
     from rotor_analysis.rotor_file import load_rotor
 
     if rotor is None:
-        m = quantity(mass or click.prompt("Mass"), "kg", "mass")
-        return plain_shaft(name, m, quantity(length or click.prompt("Length"), "m", "length"), Omega)
+        m = quantity(mass or _asked("mass", WithUnit("60 kg")), "kg", "mass")
+        return plain_shaft(name, m, quantity(length or _asked("length", WithUnit("1.2 m")), "m", "length"), Omega)
     for key, values in (("mass", mass), ("length", length)):
         if values is not None:
             raise ValueError(f"{key} = {values!r} conflicts with the rotor file, which states it; set only one of them")

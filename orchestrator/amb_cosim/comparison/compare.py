@@ -166,7 +166,8 @@ def compare(
         If there are too few or too many sources, one is invalid, or a value is set for a saved result.
     """
     if not 2 <= len(sources) <= MOST:
-        raise ValueError(f"{len(sources)} runs are not allowed; the number must be from 2 to {MOST}")
+        runs = "1 run is" if len(sources) == 1 else f"{len(sources)} runs are"
+        raise ValueError(f"{runs} not allowed; the number must be from 2 to {MOST}")
     settings, rotors, flavours = (
         _for_each(value, len(sources), name) for value, name in ((set, "set"), (rotor, "rotor"), (flavour, "flavour"))
     )

@@ -56,7 +56,8 @@ class Result(Run):
             return cls(dataset, Outcome(*json.loads(dataset.attrs["outcome"])))
         except Exception as error:  # HDF5, its readers and JSON each raise their own
             raise ValueError(
-                f"{file} is not a result of a run, or is damaged: {error or type(error).__name__}"
+                f"{file} is not a result of a run, or is damaged ({error or type(error).__name__}); it must be a "
+                f"folder with {RESULT}, or that file"
             ) from error
 
     @property

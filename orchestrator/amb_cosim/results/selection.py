@@ -38,7 +38,11 @@ class Selection:
 
 
 def select(
-    dataset: Signals, variables: Sequence[str] = (), begin: Raw | None = None, until: Raw | None = None
+    dataset: Signals,
+    variables: Sequence[str] = (),
+    begin: Raw | None = None,
+    until: Raw | None = None,
+    figures: Sequence[str] = (),
 ) -> Selection:
     """Return the variables that match names or patterns (default: all), within a time range.
 
@@ -50,6 +54,8 @@ def select(
         Names `component.variable`, with or without the component, and wildcards `*` and `?`: `left.x`, `*.f_n`.
     begin, until
         Moments: a time (s), a text with its unit, or `cycle 5`; those of the record by default.
+    figures
+        Names of figures, which an error suggests, too.
 
     Raises
     ------
@@ -65,7 +71,7 @@ def select(
             components = {name.partition(".")[0] for name in available}
             is_whole = pattern.partition(".")[0] in components
             options = available if is_whole else [name.partition(".")[2] or name for name in available]
-            raise ValueError(f"no recorded variable matches {pattern!r}; {suggest(pattern, options)}")
+            raise ValueError(f"no recorded variable matches {pattern!r}; {suggest(pattern, [*figures, *options])}")
         chosen |= dict.fromkeys(matching)
     time, period = np.asarray(dataset["time"].values, np.float64), dataset.attrs.get("period_s")
     first = -np.inf if begin is None else moment_of(begin, period)

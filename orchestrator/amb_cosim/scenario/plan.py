@@ -80,6 +80,8 @@ def _experiment(
     coupling = scenario.coupling or assembly.system.coupling
     period, h = cycle_period(values.inputs[SPEED]), scenario.step_size(coupling)
     end, notices = _end(scenario, until, period, h)
+    if until is None:
+        notices += _events_after(scenario, scenario.end(period), period)
     changes: list[InputChange] = []
     for number, event in enumerate(scenario.event, 1):
         time, label = event.moment(period), f"event {event.name or number}"
@@ -119,6 +121,16 @@ def _end(scenario: Scenario, until: Raw | None, period: float, h: float) -> tupl
         return n * h, ()
     deviation = f"until = {time:.12g} s is not a whole number of communication steps of {h:g} s"
     return n * h, (f"{deviation}; the run ends at {n * h:.9g} s",)
+
+
+def _events_after(scenario: Scenario, end: float, period: float) -> tuple[str, ...]:
+    """Return a notice for each event of a scenario that is not before its end (s)."""
+    late = [(event.described, time) for event in scenario.event if (time := event.moment(period)) >= end]
+    return tuple(
+        f"{described} at {time:.6g} s (cycle {time / period:.4g}) has no effect: the run ends at {end:.6g} s (cycle "
+        f"{end / period:.4g})"
+        for described, time in late
+    )
 
 
 def _release(scenario: Scenario, values: Assignments, events: Sequence[InputChange]) -> list[InputChange]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import StringConstraints
 
@@ -19,26 +19,27 @@ FigureName = Literal["orbits", "displacement", "contact", "whirl", "magnets", "e
 class _Moment(Table):
     """An event at a cycle or at a time."""
 
-    noun: ClassVar[str]
-
     cycle: Cycles | None = None
     """Cycle of the event: revolutions at the initial speed since the end of settling."""
     time: Value | None = None
     """Time of the event in seconds since the end of settling."""
 
+    @property
+    def described(self) -> str:
+        """Its name in messages, without a place in the file."""
+        raise NotImplementedError
+
     def moment(self, period: float) -> float:
         """Return its time (s) for cycles of `period` (s)."""
         if (self.cycle is None) == (self.time is None):
-            raise ValueError(f"{self.noun} needs either cycle or time")
+            raise ValueError(f"{self.described} needs either cycle or time")
         if self.cycle is not None:
             return self.cycle * period
-        return quantity(self.time or 0.0, "s", f"time of {self.noun}")
+        return quantity(self.time or 0.0, "s", f"time of {self.described}")
 
 
 class Event(_Moment):
     """New values of inputs and tunable parameters from a point in time."""
-
-    noun = "an event"
 
     label: Label | None = None
     """Unique name of the event in figures and sweeps, such as `power_loss`; default: its role."""
@@ -52,14 +53,22 @@ class Event(_Moment):
         """Its label or, without one, its role; empty without both."""
         return self.label or self.role or ""
 
+    @property
+    def described(self) -> str:
+        """`event step`, or without a name `the event that sets rotor_contact`."""
+        return f"event {self.name}" if self.name else f"the event that sets {', '.join(self.set)}"
+
 
 class SpeedPoint(_Moment):
     """A speed at a point in time; it changes linearly from the previous point."""
 
-    noun = "a speed point"
-
     Omega: Value
     """The speed at that time."""
+
+    @property
+    def described(self) -> str:
+        """`the speed point with Omega = 960 rpm`."""
+        return f"the speed point with Omega = {self.Omega}"
 
 
 class Stop(Table):

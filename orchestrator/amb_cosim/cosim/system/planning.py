@@ -228,7 +228,8 @@ def _with_rate(component: Component, values: Assignments, h: float) -> Component
         return replace(component, every=whole_steps(name, sample_time, h))
     if component.every * h > (1.0 + ROUNDING) * sample_time:
         raise ValueError(
-            f"{name} = {sample_time:.12g} s is not allowed; it must be at least the communication step {h:g} s"
+            f"a step of {component.every * h:g} s is not allowed for {component.name}; it must be at most {name} = "
+            f"{sample_time:.12g} s"
         )
     return component
 

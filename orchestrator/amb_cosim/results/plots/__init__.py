@@ -103,7 +103,7 @@ class Plots:
         from amb_cosim.results.selection import select
 
         with mpl.rc_context(STYLE):
-            return traces(select(self._dataset, variables, begin, until))
+            return traces(select(self._dataset, variables, begin, until, tuple(MODULES)))
 
     def __repr__(self) -> str:
         methods = ", ".join(f"{name}()" for name in MODULES)
