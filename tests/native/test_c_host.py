@@ -273,6 +273,6 @@ def test_the_windows_library_finds_its_data_in_every_form_of_location(wine, cc, 
         answers, log = run([*wine, host], library, guid, form, program=["new 0", "enter 0", "exit 0", "free 0"])
         assert [answer[0] for answer in answers] == ["0"] * 4, (form, log)
     beside, _ = run([*wine, host], library, guid, "Z:\\nowhere", program=["new 0", "enter 0", "exit 0", "free 0"])
-    assert [answer[0] for answer in beside] == ["0"] * 4, "those beside the library are taken"
+    assert [answer[0] for answer in beside] == ["0"] * 4, "those beside the library are used"
     _, log = run([*wine, host], shutil.copy(library, tmp_path), guid, "Z:\\nowhere", program=["new 0"])
     assert "cannot read Z:\\nowhere/model.bin: No such file or directory" in log

@@ -81,7 +81,7 @@ def test_a_flipped_bit_in_any_byte_is_noticed(library, content):
             damaged = bytearray(content)
             damaged[at] ^= 1 << (at % 8)
             message = refusal(library, bytes(damaged))
-            assert_names(message, "build the FMU")
+            assert_names(message, "rebuild the FMU")
             if name not in ("magic", "version", "counts"):
                 assert_names(message, "checksum")
 
@@ -101,7 +101,7 @@ def test_data_of_a_newer_format_are_refused_with_that_reason(library, content):
 def test_data_for_another_engine_are_refused(library, content, lag):
     other = model_data(lag, np.zeros(1), library.guid, "f" * 32)
     key = engine_key([lag])
-    assert_names(refusal(library, other), f"engine {'f' * 32}", f"engine {key}", "build")
+    assert_names(refusal(library, other), f"engine {'f' * 32}", f"engine {key}", "rebuild")
 
 
 @pytest.mark.parametrize("wild", [2**28 + 1, 2**31, 2**61, 2**64 - 1])

@@ -78,7 +78,7 @@ def test_the_data_beside_the_library_replace_a_wrong_location(library2, location
     beside = library2.path.parents[2] / "resources"
     with library2.instantiate(resources=location) as fmu:
         values = "NULL" if location is None else location
-        sentence = f"there are no resources at {values}; those beside the library are taken, {beside}"
+        sentence = f"there are no resources at {values}; those beside the library are used, {beside}"
         assert fmu.log == [(WARNING, "logStatusWarning", sentence)]
         fmu.begin(u=1.0)
         assert fmu.step(0) == OK

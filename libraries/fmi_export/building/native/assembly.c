@@ -157,7 +157,7 @@ static int place_parts(struct Assembly *assembly, Run *run, char *reason)
     }
     assembly->first_input[data->n_parts] = (intptr_t)n_inputs;
     assembly->first_output[data->n_parts] = (intptr_t)n_outputs;
-    snprintf(reason, TEXT_SIZE, "its parts do not fit");
+    snprintf(reason, TEXT_SIZE, "the sizes of its parts do not match");
     return state - run->state == data->n_state && work - run->work == data->n_work &&
            n_parameters == data->n_parameters && n_inputs == assembly->wiring->n_sources &&
            n_outputs == data->n_outputs - 1;

@@ -37,95 +37,94 @@ static const double KINK = 1e-2;       /* of the differences to both sides, rela
 static const double ROUNDINGS = 256.0; /* by which a step's output, or an output of nominal size, may be wrong */
 static const double OFF = 1e-5;        /* of the same, by which it may differ between ways to compute it */
 
-/* Room for the answers to a direction: y0, and the two others of each level, each of `n` outputs. */
+/* Trial steps in a direction: the outputs y0 of the unchanged one, and those of two changed ones for each level. */
 typedef struct {
     Instance *instance;
     void *before; /* the saved state of the instance */
     const uint32_t *unknowns, *knowns;
     size_t n, n_knowns;
-    double *answers;
+    double *outputs;
     int valid[LEVELS];
-    double places[2];  /* where the others are, in units of d: -1 and 1, or 1 and 2, or -1 and -2 */
+    double offsets[2]; /* changes of the two, in units of d: -1 and 1, or 1 and 2, or -1 and -2 */
     const char *input; /* the first of the direction, for messages */
-} Question;
+} TrialSteps;
 
-static double *answer(const Question *question, int level, int other)
+static double *outputs_at(const TrialSteps *trial, int level, int other)
 {
-    return question->answers + question->n * (size_t)(1 + 2 * level + other);
+    return trial->outputs + trial->n * (size_t)(1 + 2 * level + other);
 }
 
 /* Take a step with inputs changed by `share` times the seed, and keep its outputs; 0, or its fault. */
-static int64_t probe(const Question *question, const double *seed, double share, double *outputs)
+static int64_t probe(const TrialSteps *trial, const double *seed, double share, double *outputs)
 {
-    Instance *instance = question->instance;
-    memcpy(instance->now, question->before, instance->saved_size);
-    for (size_t i = 0; i < question->n_knowns; i++)
-        instance->run.values[question->knowns[i]] += share * seed[i];
+    Instance *instance = trial->instance;
+    memcpy(instance->now, trial->before, instance->saved_size);
+    for (size_t i = 0; i < trial->n_knowns; i++)
+        instance->run.values[trial->knowns[i]] += share * seed[i];
     int64_t fault = run_step(&instance->run, instance->now->time, instance->now->outcome.step_size);
-    for (size_t j = 0; j < question->n; j++)
-        outputs[j] = instance->run.values[question->unknowns[j]];
+    for (size_t j = 0; j < trial->n; j++)
+        outputs[j] = instance->run.values[trial->unknowns[j]];
     return fault;
 }
 
 /* The largest share of a seed, by the nominal sizes of its inputs; 0 of a seed that is zero. */
-static double first_share(const Question *question, const double *seed)
+static double first_share(const TrialSteps *trial, const double *seed)
 {
     double share = INFINITY;
-    for (size_t i = 0; i < question->n_knowns; i++)
+    for (size_t i = 0; i < trial->n_knowns; i++)
         if (seed[i] != 0.0)
-            share = fmin(share, LARGEST_SHARE * question->instance->run.data.variables[question->knowns[i]].nominal /
-                                    fabs(seed[i]));
+            share = fmin(share,
+                         LARGEST_SHARE * trial->instance->run.data.variables[trial->knowns[i]].nominal / fabs(seed[i]));
     return isfinite(share) ? share : 0.0;
 }
 
-/* Choose where the others are, by how far the inputs can go against the direction and in it. */
-static void choose_places(Question *question, const double *seed, double share)
+/* Choose the changes by how far the inputs can go against the direction and in it. */
+static void choose_offsets(TrialSteps *trial, const double *seed, double share)
 {
-    const Data *data = &question->instance->run.data;
+    const Data *data = &trial->instance->run.data;
     double room[2] = {INFINITY, INFINITY};
-    question->input = NULL;
-    for (size_t i = 0; i < question->n_knowns; i++) {
-        uint32_t input = question->knowns[i];
-        double value = question->instance->run.values[input];
+    trial->input = NULL;
+    for (size_t i = 0; i < trial->n_knowns; i++) {
+        uint32_t input = trial->knowns[i];
+        double value = trial->instance->run.values[input];
         if (seed[i] == 0.0)
             continue;
-        question->input = question->input ? question->input : name_of(data, input);
+        trial->input = trial->input ? trial->input : name_of(data, input);
         room[seed[i] > 0.0] = fmin(room[seed[i] > 0.0], (data->maxima[input] - value) / fabs(seed[i]));
         room[seed[i] < 0.0] = fmin(room[seed[i] < 0.0], (value - data->minima[input]) / fabs(seed[i]));
     }
     double sense = room[1] >= room[0] ? 1.0 : -1.0;
     int one_sided = fmin(room[0], room[1]) < share * pow(FINER, FEWEST - LEVELS);
-    question->places[0] = one_sided ? sense : -1.0;
-    question->places[1] = one_sided ? 2.0 * sense : 1.0;
+    trial->offsets[0] = one_sided ? sense : -1.0;
+    trial->offsets[1] = one_sided ? 2.0 * sense : 1.0;
 }
 
-/* The difference quotient of the change d; `plus` and `minus` are the answers there. */
-static double quotient(const Question *question, double y, double plus, double minus, double d)
+/* The difference quotient of the change d; `plus` and `minus` are the outputs of the changed steps. */
+static double quotient(const TrialSteps *trial, double y, double plus, double minus, double d)
 {
-    if (question->places[1] == 1.0)
+    if (trial->offsets[1] == 1.0)
         return (minus - plus) / (2.0 * d);
-    return question->places[0] * (4.0 * (plus - y) - (minus - y)) / (2.0 * d);
+    return trial->offsets[0] * (4.0 * (plus - y) - (minus - y)) / (2.0 * d);
 }
 
-/* How far the slopes of the two intervals between the three answers are apart. */
-static double slopes_apart(const Question *question, double y, double plus, double minus, double d)
+/* How far the slopes of the two intervals between the three outputs are apart. */
+static double slopes_apart(const TrialSteps *trial, double y, double plus, double minus, double d)
 {
-    return fabs(question->places[1] == 1.0 ? minus - 2.0 * y + plus : minus - 2.0 * plus + y) / d;
+    return fabs(trial->offsets[1] == 1.0 ? minus - 2.0 * y + plus : minus - 2.0 * plus + y) / d;
 }
 
 /* The derivative of an output; unchanged, with the reason in the log, if there is none. */
-static Status settle(const Question *question, const char *call, double share, size_t j, double *result)
+static Status extrapolate(const TrialSteps *trial, const char *call, double share, size_t j, double *result)
 {
-    double quotients[LEVELS], gap[LEVELS], noise[LEVELS], least = INFINITY, y = question->answers[j];
-    double nominal =
-        question->instance->run.data.variables[question->unknowns[j]].nominal; /* of a sum that is near zero */
+    double quotients[LEVELS], gap[LEVELS], noise[LEVELS], least = INFINITY, y = trial->outputs[j];
+    double nominal = trial->instance->run.data.variables[trial->unknowns[j]].nominal; /* of a sum that is near zero */
     int best = -1;
     for (int k = 0; k < LEVELS; k++, share /= FINER) {
-        double plus = answer(question, k, 0)[j], minus = answer(question, k, 1)[j];
-        quotients[k] = quotient(question, y, plus, minus, share);
-        gap[k] = slopes_apart(question, y, plus, minus, share);
+        double plus = outputs_at(trial, k, 0)[j], minus = outputs_at(trial, k, 1)[j];
+        quotients[k] = quotient(trial, y, plus, minus, share);
+        gap[k] = slopes_apart(trial, y, plus, minus, share);
         noise[k] = ROUNDINGS * DBL_EPSILON * fmax(fmax(nominal, fabs(y)), fmax(fabs(plus), fabs(minus))) / share;
-        if (!k || !question->valid[k] || !question->valid[k - 1])
+        if (!k || !trial->valid[k] || !trial->valid[k - 1])
             continue;
         double change = fabs(quotients[k] - quotients[k - 1]);
         if (change < least) {
@@ -133,23 +132,23 @@ static Status settle(const Question *question, const char *call, double share, s
             best = k;
         }
     }
-    const char *name = name_of(&question->instance->run.data, question->unknowns[j]);
+    const char *name = name_of(&trial->instance->run.data, trial->unknowns[j]);
     if (best < 0 || least > AGREEMENT * fabs(quotients[best]) + noise[best])
-        return decline(question->instance,
-                       "%s: %s has no derivative by %s here, differences over ever smaller changes do not agree", call,
-                       name, question->input);
-    int next = best + 1 < LEVELS && question->valid[best + 1];
+        return decline(trial->instance,
+                       "%s: %s has no derivative by %s here; differences over ever smaller changes do not agree", call,
+                       name, trial->input);
+    int next = best + 1 < LEVELS && trial->valid[best + 1];
     double finer = next ? gap[best + 1] : gap[best], coarser = next ? gap[best] : gap[best - 1];
     int is_off = finer > 0.5 * FINER * coarser && gap[best] < noise[best] * (OFF / (ROUNDINGS * DBL_EPSILON));
     if (gap[best] > KINK * fabs(quotients[best]) + noise[best] && finer > 0.5 * coarser && !is_off)
-        return decline(question->instance,
-                       "%s: %s has no derivative by %s here, which differs to both sides by %g of %g", call, name,
-                       question->input, gap[best], quotients[best]);
+        return decline(trial->instance,
+                       "%s: %s has no derivative by %s here; the one-sided derivatives differ by %g of %g", call, name,
+                       trial->input, gap[best], quotients[best]);
     *result = quotients[best] + (quotients[best] - quotients[best - 1]) / (FINER * FINER - 1.0);
     return STATUS_OK;
 }
 
-/* The status of an answer: OK without NaN, Warning with some, Discard if all are NaN. */
+/* The status of results: OK without NaN, Warning with some, Discard if all are NaN. */
 static Status status_of(const double *results, size_t n)
 {
     size_t n_missing = 0;
@@ -159,28 +158,28 @@ static Status status_of(const double *results, size_t n)
 }
 
 /* Derivatives of all unknowns in a direction, NaN of those that have none. */
-static Status ask(Question *question, const char *call, const double *seed, double *results)
+static Status derivatives_along(TrialSteps *trial, const char *call, const double *seed, double *results)
 {
-    Instance *instance = question->instance;
-    double share = first_share(question, seed), finer = share;
-    for (size_t j = 0; j < question->n; j++)
+    Instance *instance = trial->instance;
+    double share = first_share(trial, seed), finer = share;
+    for (size_t j = 0; j < trial->n; j++)
         results[j] = share == 0.0 ? 0.0 : NAN;
     if (share == 0.0)
         return STATUS_OK;
-    choose_places(question, seed, share);
-    int64_t fault = probe(question, seed, 0.0, question->answers);
+    choose_offsets(trial, seed, share);
+    int64_t fault = probe(trial, seed, 0.0, trial->outputs);
     for (int k = 0; k < LEVELS && !fault; k++, finer /= FINER) {
-        int64_t first = probe(question, seed, question->places[0] * finer, answer(question, k, 0));
-        question->valid[k] = !first && !probe(question, seed, question->places[1] * finer, answer(question, k, 1));
+        int64_t first = probe(trial, seed, trial->offsets[0] * finer, outputs_at(trial, k, 0));
+        trial->valid[k] = !first && !probe(trial, seed, trial->offsets[1] * finer, outputs_at(trial, k, 1));
     }
     char reason[TEXT_SIZE];
     memcpy(reason, instance->now->outcome.reason, TEXT_SIZE);
-    memcpy(instance->now, question->before, instance->saved_size);
+    memcpy(instance->now, trial->before, instance->saved_size);
     if (fault)
         return decline(instance, "%s: the next step cannot be taken: %s", call, reason);
-    for (size_t j = 0; j < question->n; j++)
-        settle(question, call, share, j, results + j);
-    return status_of(results, question->n);
+    for (size_t j = 0; j < trial->n; j++)
+        extrapolate(trial, call, share, j, results + j);
+    return status_of(results, trial->n);
 }
 
 /* Whether all are Real inputs, or Real outputs. */
@@ -194,27 +193,26 @@ static int are_of(const Instance *instance, const uint32_t *references, size_t c
     return 1;
 }
 
-/* Make a question ready, its room in `block`, which is to be freed. */
-static Status prepare(Question *question, const char *call, char **block)
+/* Prepare trial steps, with their room in `block`, which is to be freed. */
+static Status prepare(TrialSteps *trial, const char *call, char **block)
 {
-    Instance *instance = question->instance;
+    Instance *instance = trial->instance;
     if (!may(instance, STEP_COMPLETE, call))
         return STATUS_ERROR;
-    if ((question->n && !question->unknowns) || (question->n_knowns && !question->knowns))
+    if ((trial->n && !trial->unknowns) || (trial->n_knowns && !trial->knowns))
         return fail(instance, "%s: references is NULL", call);
-    if (!are_of(instance, question->unknowns, question->n, 1) ||
-        !are_of(instance, question->knowns, question->n_knowns, 0))
+    if (!are_of(instance, trial->unknowns, trial->n, 1) || !are_of(instance, trial->knowns, trial->n_knowns, 0))
         return decline(instance, "%s: there are derivatives of Real outputs by Real inputs alone", call);
     if (!(instance->now->outcome.step_size > 0.0))
         return decline(instance, "%s: derivatives are those over a step of the size of the last one; there was none",
                        call);
-    size_t saved = (instance->saved_size + 15) / 16 * 16, n_columns = question->n + question->n_knowns;
-    *block = malloc(saved + ((1 + 2 * LEVELS) * question->n + n_columns) * sizeof(double));
+    size_t saved = (instance->saved_size + 15) / 16 * 16, n_columns = trial->n + trial->n_knowns;
+    *block = malloc(saved + ((1 + 2 * LEVELS) * trial->n + n_columns) * sizeof(double));
     if (!*block)
         return fail(instance, "%s: there is no memory for differences", call);
-    question->before = *block;
-    question->answers = (double *)(*block + saved);
-    memcpy(question->before, instance->now, instance->saved_size);
+    trial->before = *block;
+    trial->outputs = (double *)(*block + saved);
+    memcpy(trial->before, instance->now, instance->saved_size);
     return STATUS_OK;
 }
 
@@ -222,16 +220,16 @@ Status slave_directional(Instance *instance, const char *call, const Derivatives
                          double *results)
 {
     char *block = NULL;
-    Question question = {.instance = instance,
-                         .unknowns = of->unknowns,
-                         .knowns = of->knowns,
-                         .n = of->n_unknowns,
-                         .n_knowns = of->n_knowns};
-    Status status = prepare(&question, call, &block);
+    TrialSteps trial = {.instance = instance,
+                        .unknowns = of->unknowns,
+                        .knowns = of->knowns,
+                        .n = of->n_unknowns,
+                        .n_knowns = of->n_knowns};
+    Status status = prepare(&trial, call, &block);
     if (status == STATUS_OK && ((of->n_knowns && !seed) || (of->n_unknowns && !results)))
         status = fail(instance, "%s: %s is NULL", call, seed ? "sensitivity" : "seed");
     if (status == STATUS_OK)
-        status = ask(&question, call, seed, results);
+        status = derivatives_along(&trial, call, seed, results);
     free(block);
     return status;
 }
@@ -239,24 +237,24 @@ Status slave_directional(Instance *instance, const char *call, const Derivatives
 Status slave_adjoint(Instance *instance, const char *call, const Derivatives *of, const double *seed, double *results)
 {
     char *block = NULL;
-    Question question = {.instance = instance,
-                         .unknowns = of->unknowns,
-                         .knowns = of->knowns,
-                         .n = of->n_unknowns,
-                         .n_knowns = of->n_knowns};
-    Status status = prepare(&question, call, &block);
+    TrialSteps trial = {.instance = instance,
+                        .unknowns = of->unknowns,
+                        .knowns = of->knowns,
+                        .n = of->n_unknowns,
+                        .n_knowns = of->n_knowns};
+    Status status = prepare(&trial, call, &block);
     if (status == STATUS_OK && ((of->n_unknowns && !seed) || (of->n_knowns && !results)))
         status = fail(instance, "%s: %s is NULL", call, seed ? "sensitivity" : "seed");
-    int can_ask = status == STATUS_OK;
-    for (size_t i = 0; i < of->n_knowns && can_ask; i++) {
-        double *column = question.answers + (1 + 2 * LEVELS) * question.n, *unit = column + question.n;
+    int is_ready = status == STATUS_OK;
+    for (size_t i = 0; i < of->n_knowns && is_ready; i++) {
+        double *column = trial.outputs + (1 + 2 * LEVELS) * trial.n, *unit = column + trial.n;
         memset(unit, 0, of->n_knowns * sizeof *unit);
         unit[i] = 1.0;
-        ask(&question, call, unit, column);
+        derivatives_along(&trial, call, unit, column);
         results[i] = 0.0;
         for (size_t j = 0; j < of->n_unknowns; j++)
             results[i] += seed[j] != 0.0 ? seed[j] * column[j] : 0.0;
     }
     free(block);
-    return can_ask ? status_of(results, of->n_knowns) : status;
+    return is_ready ? status_of(results, of->n_knowns) : status;
 }

@@ -226,7 +226,7 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component component, const fmi2Byte bytes
 
 /* Status --------------------------------------------------------------------------------------------------------- */
 
-static fmi2Status cannot_tell(Instance *instance, const char *call, const char *why)
+static fmi2Status no_status(Instance *instance, const char *call, const char *why)
 {
     return (fmi2Status)unsupported(instance, STATUS_DISCARD, call, why);
 }
@@ -234,7 +234,7 @@ static fmi2Status cannot_tell(Instance *instance, const char *call, const char *
 fmi2Status fmi2GetStatus(fmi2Component component, fmi2StatusKind kind, fmi2Status *value)
 {
     (void)kind, (void)value;
-    return cannot_tell(component, __func__, "no step is asynchronous");
+    return no_status(component, __func__, "steps are never asynchronous");
 }
 
 fmi2Status fmi2GetRealStatus(fmi2Component component, fmi2StatusKind kind, fmi2Real *value)
@@ -243,7 +243,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component component, fmi2StatusKind kind, fmi2R
     if (!may(instance, ASKABLE, __func__))
         return fmi2Error;
     if (kind != fmi2LastSuccessfulTime || !value)
-        return cannot_tell(instance, __func__, "there is fmi2LastSuccessfulTime alone");
+        return no_status(instance, __func__, "the only Real status is fmi2LastSuccessfulTime");
     *value = instance->now->time;
     return fmi2OK;
 }
@@ -251,7 +251,7 @@ fmi2Status fmi2GetRealStatus(fmi2Component component, fmi2StatusKind kind, fmi2R
 fmi2Status fmi2GetIntegerStatus(fmi2Component component, fmi2StatusKind kind, fmi2Integer *value)
 {
     (void)kind, (void)value;
-    return cannot_tell(component, __func__, "there is no such status");
+    return no_status(component, __func__, "there is no Integer status");
 }
 
 fmi2Status fmi2GetBooleanStatus(fmi2Component component, fmi2StatusKind kind, fmi2Boolean *value)
@@ -260,7 +260,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component component, fmi2StatusKind kind, fm
     if (!may(instance, ASKABLE, __func__))
         return fmi2Error;
     if (kind != fmi2Terminated || !value)
-        return cannot_tell(instance, __func__, "there is fmi2Terminated alone");
+        return no_status(instance, __func__, "the only Boolean status is fmi2Terminated");
     *value = fmi2False;
     return fmi2OK;
 }
@@ -273,7 +273,7 @@ fmi2Status fmi2GetStringStatus(fmi2Component component, fmi2StatusKind kind, fmi
     if (!may(instance, ASKABLE, __func__))
         return fmi2Error;
     if (kind != fmi2PendingStatus || !value)
-        return cannot_tell(instance, __func__, "there is fmi2PendingStatus alone");
+        return no_status(instance, __func__, "the only String status is fmi2PendingStatus");
     *value = instance->now->outcome.reason;
     return fmi2OK;
 }
@@ -306,10 +306,10 @@ fmi2Status fmi2GetRealOutputDerivatives(fmi2Component component, REFERENCES, con
                                         fmi2Real values[])
 {
     (void)references, (void)count, (void)orders, (void)values;
-    return not_here(component, __func__, "this FMU gives no derivatives by time");
+    return not_here(component, __func__, "this FMU provides no time derivatives of its outputs");
 }
 
 fmi2Status fmi2CancelStep(fmi2Component component)
 {
-    return not_here(component, __func__, "there is no step to cancel, none is asynchronous");
+    return not_here(component, __func__, "there is no step to cancel; steps are never asynchronous");
 }

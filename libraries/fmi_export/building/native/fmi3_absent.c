@@ -74,7 +74,7 @@ fmi3Status fmi3SetClock(fmi3Instance instance, REFERENCES, const fmi3Clock value
 #define AND , /* before the first further parameter */
 
 static const char CLOCKS[] = "this FMU has no clocks", EVENTS[] = "this FMU has no event mode",
-                  DERIVATIVES[] = "this FMU gives no derivatives by time",
+                  DERIVATIVES[] = "this FMU provides no time derivatives of its outputs",
                   STRUCTURE[] = "this FMU has no structural parameters",
                   EXCHANGE[] = "this is an FMU for co-simulation, not for model exchange",
                   SCHEDULED[] = "this is an FMU for co-simulation, not for scheduled execution",

@@ -63,7 +63,7 @@ static int has_scheme(const char *location)
 char *resource_folder(const char *location, char *reason)
 {
     if (!location || !*location) {
-        snprintf(reason, TEXT_SIZE, "the host gave no resource location, in which the data of the model are");
+        snprintf(reason, TEXT_SIZE, "the host gave no resource location; it must be the folder with model.bin");
         return NULL;
     }
     const char *path = after(location, "file:");

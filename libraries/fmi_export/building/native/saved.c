@@ -45,7 +45,7 @@ void free_states(Instance *instance)
     free(instance->states);
 }
 
-static const char NO_STATE[] = "%s: the pointer is to no state that this instance has saved and not freed";
+static const char NO_STATE[] = "%s: the pointer belongs to no state that this instance has saved and not freed";
 
 /* Bytes may come from anywhere, so they end with the checksum of those before. */
 static size_t serialised_size(const Instance *instance) { return instance->saved_size + sizeof(uint32_t); }
@@ -114,7 +114,8 @@ Status slave_serialise(Instance *instance, const char *call, const void *state, 
     if (!is_saved(instance, state))
         return fail(instance, NO_STATE, call);
     if (size < serialised_size(instance))
-        return fail(instance, "%s: a state takes %zu bytes, not %zu", call, serialised_size(instance), size);
+        return fail(instance, "%s: size = %zu bytes is not allowed; it must be >= %zu bytes, the size of a state", call,
+                    size, serialised_size(instance));
     uint32_t sum = checksum(state, instance->saved_size);
     memcpy(bytes, state, instance->saved_size);
     memcpy((char *)bytes + instance->saved_size, &sum, sizeof sum);
@@ -133,7 +134,7 @@ Status slave_deserialise(Instance *instance, const char *call, const void *bytes
     if (size == serialised_size(instance))
         memcpy(&sum, (const char *)bytes + instance->saved_size, sizeof sum);
     if (size != serialised_size(instance) || sum != checksum(bytes, instance->saved_size))
-        return fail(instance, "%s: the bytes are not whole", call);
+        return fail(instance, "%s: the bytes are damaged or not whole", call);
     void *saved = new_state(instance);
     if (!saved)
         return fail(instance, "%s: there is no memory for a state", call);

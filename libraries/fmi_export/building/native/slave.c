@@ -79,8 +79,8 @@ static Instance *allocate(const unsigned char *bytes, size_t size, const char *n
     return instance;
 }
 
-/* A new instance with the data at a resource location, or beside the library without any, which `elsewhere`
-   (PATH_SIZE) then says; NULL with a reason if there can be none. */
+/* A new instance with the data at a resource location or, if there are none, beside the library; `elsewhere`
+   (PATH_SIZE) then receives their path. NULL with a reason if there is no instance. */
 static Instance *load(const char *name, const char *guid, const char *location, char *elsewhere, char *reason)
 {
     char why[TEXT_SIZE];
@@ -95,7 +95,8 @@ static Instance *load(const char *name, const char *guid, const char *location, 
     if (!bytes)
         return NULL;
     if (!data_is_valid(bytes, size, why))
-        snprintf(reason, TEXT_SIZE, "resources/model.bin does not fit: %.*s; build the FMU anew", TEXT_SIZE / 2, why);
+        snprintf(reason, TEXT_SIZE, "resources/model.bin does not match this FMU: %.*s; rebuild the FMU", TEXT_SIZE / 2,
+                 why);
     else if (!guid || strcmp(guid, data_in(bytes).guid) != 0)
         snprintf(reason, TEXT_SIZE, "the modelDescription.xml has guid %s, but resources/model.bin belongs to %s",
                  guid ? guid : "NULL", data_in(bytes).guid);
@@ -121,7 +122,7 @@ Instance *slave_new(const char *name, const char *guid, const char *location, co
     start_over(instance);
     if (*elsewhere)
         log_status(instance, STATUS_WARNING,
-                   "there are no resources at %.1000s; those beside the library are taken, %.1000s",
+                   "there are no resources at %.1000s; those beside the library are used, %.1000s",
                    location ? location : "NULL", elsewhere);
     return instance;
 }
