@@ -9,11 +9,15 @@ import pytest
 
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.results.places import places_of
+from amb_cosim.results.series import parameters, speed, thinning, turns
+from amb_cosim.scenario.make_result import bare_signals, make_result
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from amb_cosim.scenario.simulation import run_planned
+from amb_sweeps.metrics import evaluate
 from amb_sweeps.worker import Runner, Task, varied
 from tests.support.messages import assert_names, raises_naming
 
@@ -53,6 +57,23 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
         instances.close()
     for from_new, from_reset in zip(fresh, reset, strict=True):
         assert_equal(from_new, from_reset)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        HIT | {"rotor_contact.rb?.offset_x": "0.2 mm"},
+        {"rotor_contact.spin.free": True},
+    ],
+)
+def test_sweeps_evaluate_what_a_complete_result_has(settings):
+    """Offsets of retainers, the speed, clearances and the thinning of the record decide on values and outcomes."""
+    planned = plan_run(SCENARIO.changed(record={"every": 20}), settings, UNTIL)
+    recording = run_plan(planned.assembly, planned.plan)
+    bare, complete = bare_signals(planned, recording), make_result(planned, recording).signals
+    assert repr(evaluate(bare)) == repr(evaluate(complete))
+    for quantity in (parameters, speed, turns, thinning):
+        np.testing.assert_array_equal(quantity(bare), quantity(complete))
 
 
 def test_instances_are_new_after_a_run_that_failed():

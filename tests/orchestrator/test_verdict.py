@@ -137,6 +137,11 @@ def test_a_lasting_vibration_that_reaches_limits_is_a_limit_cycle(synthetic, cas
     assert summarise(vibrating(synthetic(), **case)).verdict.word == word
 
 
+def test_a_vibration_is_not_its_own_where_a_component_excites_it(synthetic):
+    shaken = vibrating(synthetic(), 7.37).assign_attrs(sources='["shaker"]')
+    assert summarise(shaken).verdict.word == "levitated"
+
+
 @pytest.mark.parametrize("every", [1, 3, 7])
 def test_a_limit_cycle_is_one_in_a_thinned_record(synthetic, every):
     limited = lambda cycle: np.sin(2.0 * np.pi * 7.37 * cycle) > 0.9  # noqa: E731

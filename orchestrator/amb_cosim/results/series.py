@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -79,7 +80,12 @@ def cycles(dataset: Signals) -> Array:
 
 def parameters(dataset: Signals, component: str = PLANT) -> dict[str, Any]:
     """Return the parameters of a component, by default the plant; none if the run did not have it."""
-    result: dict[str, Any] = json.loads(dataset.attrs.get("parameters", "{}")).get(component, {})
+    return _decoded(dataset.attrs.get("parameters", "{}")).get(component, {})
+
+
+@lru_cache(maxsize=1)
+def _decoded(text: str) -> dict[str, dict[str, Any]]:
+    result: dict[str, dict[str, Any]] = json.loads(text)
     return result
 
 

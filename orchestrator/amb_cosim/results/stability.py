@@ -5,6 +5,8 @@ The end of a run is judged: the time since the last change, the last contact and
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import ROLES
@@ -17,6 +19,7 @@ from amb_cosim.results.series import cycles, displacements, parameters, signal, 
 from array_types import Array, Bools
 
 LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed
+SOURCES = "sources"  # attribute of a data set: names of components that only supply signals
 MIN_CYCLES = 5.0
 NOTICEABLE = 1e-4  # of the smallest clearance; smaller motion counts as rest
 STEADY_SPEED = 0.01  # relative change that is ignored
@@ -72,7 +75,8 @@ def is_self_excited(dataset: Signals, within: slice) -> bool:
     Rotation, weight and constant inputs force motion that is periodic with the rotation, also if it reaches limits. Any
     other vibration decays under a stable loop. One that does not is driven by an unstable loop, and limits that it
     reaches bound it: a limit cycle, which may be at these limits for any share of the time. Vibrations are compared
-    over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all vibrations, the result is false.
+    over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all vibrations, or a component that only
+    supplies signals, such as test forces, the result is false.
 
     Parameters
     ----------
@@ -80,7 +84,7 @@ def is_self_excited(dataset: Signals, within: slice) -> bool:
         Samples to judge, without events, contact and test forces.
     """
     motion, revolutions = _steadily_forced(dataset, within), np.abs(turns(dataset)[within])
-    if motion is None or _is_noisy(dataset):
+    if motion is None or _is_noisy(dataset) or json.loads(dataset.attrs.get(SOURCES, "[]")):
         return False
     if np.ptp(cycles(dataset)[within]) * len(motion) / (len(motion) - 1) < 2.0 * MIN_CYCLES:
         return False

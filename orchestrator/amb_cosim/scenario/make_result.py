@@ -12,14 +12,15 @@ from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, SignalTable
 from amb_cosim.cosim.record.warnings import ATTRIBUTE as WARNINGS
 from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
-from amb_cosim.cosim.run.dataset import step_times, steps_of, to_signals
+from amb_cosim.cosim.run.dataset import parameters_of, step_times, steps_of, to_signals
 from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.system.experiment import Plan
+from amb_cosim.cosim.system.system import System
 from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import places_of
 from amb_cosim.results.power import with_power
 from amb_cosim.results.result import Result
-from amb_cosim.results.stability import LAST_CHANGE
+from amb_cosim.results.stability import LAST_CHANGE, SOURCES
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
 from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array
@@ -28,14 +29,15 @@ from array_types import Array
 def bare_signals(planned: PlannedRun, recording: Recording) -> SignalTable:
     """Return the record of a run over time and cycle, with the rotor's positions and the cycles of events.
 
-    This suffices for key values; collecting units, parameters and warnings would take longer than computing them.
+    It gives the key values of a complete result; collecting units and warnings would take longer than computing them.
     """
     plan, recorder = planned.plan, recording.recorder
     variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
     steps = {f"{name}{AT_STEPS}": Samples(column, {}, EACH_STEP) for name, column in steps_of(recording).items()}
     time = np.asarray(recorder.points * plan.step_size, np.float64)
     coordinates = _coordinates(plan, time) | step_times(recording)
-    return SignalTable(variables | steps, coordinates, _landmarks(planned, recorder))
+    of_run = {"communication_step_s": plan.step_size, "parameters": json.dumps(parameters_of(recording))}
+    return SignalTable(variables | steps, coordinates, of_run | _landmarks(planned, recorder))
 
 
 def _coupling_warnings(planned: PlannedRun) -> list[WarningRecord]:
@@ -59,12 +61,9 @@ def make_result(planned: PlannedRun, recording: Recording) -> Result:
         "scenario": scenario.name,
         "description": scenario.description,
         "source": scenario.source,
-        "speed_rad_s": planned.speed,
         **_landmarks(planned, recorder),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
-    if planned.profile:
-        attributes["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in planned.profile])
     if scenario.plot.cycles is not None:
         attributes["plot_cycles"] = list(scenario.plot.cycles)
     if scenario.plot.figures is not None:
@@ -86,7 +85,7 @@ def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
 
 
 def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
-    """Return the places of the rotor, labels and cycles of events with a role, and the last change, as attributes."""
+    """Return attributes: places and speed of the rotor, labels and cycles of events with a role, the last change."""
     plan, cycle = planned.plan, planned.plan.step_size / planned.plan.period
     roles = {event.role: event.name for event in planned.scenario.event if event.role}
     events = {role: label for role, label in roles.items() if plan.marks[label] <= recorder.reached}
@@ -94,5 +93,15 @@ def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
     labels = {f"{role}_label": label for role, label in events.items()}
     changes = (*(n for n, _, _ in plan.events), *(n for n, _ in planned.profile))
     last = max((n for n in changes if n <= recorder.reached), default=0)
-    common = {PLACES: places_of(planned.assembly).to_json(), "period_s": plan.period}
+    common = {PLACES: places_of(planned.assembly).to_json(), "period_s": plan.period, "speed_rad_s": planned.speed}
+    if planned.profile:
+        common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in planned.profile])
+    if sources := _sources(plan.system):
+        common[SOURCES] = json.dumps(sources)
     return {**common, **cycles, **labels, LAST_CHANGE: last * cycle}
+
+
+def _sources(system: System) -> list[str]:
+    """Return the components that only supply signals, such as a generator of test forces."""
+    senders = {system.split(link.source)[0] for link in system.connections}
+    return sorted(senders - {system.split(link.target)[0] for link in system.connections})

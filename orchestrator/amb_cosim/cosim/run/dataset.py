@@ -141,7 +141,7 @@ def to_signals(recording: Recording) -> SignalTable:
         "notices": json.dumps(plan.notices),
         warnings.ATTRIBUTE: warnings.to_json(_warnings(recording, times)),
         "outcome": json.dumps([outcome.status, outcome.time, outcome.component, outcome.reason]),
-        "parameters": json.dumps(_parameters(recording)),
+        "parameters": json.dumps(parameters_of(recording)),
         "initial_inputs": json.dumps(dict(plan.inputs)),
         "fmu_guids": json.dumps({c: interface.guid for c, interface in recording.interfaces.items()}),
         "versions": json.dumps(_versions()),
@@ -157,7 +157,7 @@ def _of_output(output: Output, source: Samples) -> Samples:
     return Samples(values, {**source.attrs, "units": output.unit or "1"})
 
 
-def _parameters(recording: Recording) -> dict[str, dict[str, Any]]:
+def parameters_of(recording: Recording) -> dict[str, dict[str, Any]]:
     """Return the parameters of every component: numbers, and set texts."""
     texts = recording.plan.all_texts()
     numbers = recording.plan.all_parameters(recording.interfaces)
