@@ -10,10 +10,11 @@ from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 
-LARGEST_RATIO = 1.5  # between an assumed constant and the magnet's, or its inverse, without a warning
+LARGEST_RATIO = 1.5  # between an assumed constant and the magnet's, or its inverse, without a warning or a change
 MOST_NAMED = 4  # in a warning
 MEASURED = "k_s_measured", "k_i_measured"
 GEOMETRY = "turns", "pole_area", "gap", "half_angle", "bias_current"
+TEST_FORCE = f"{CONTROLLER}.identification.force_scale"
 LINEAR = 0  # of force_law: constants from the geometry
 
 
@@ -67,6 +68,46 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
     about = f"by more than a factor of {LARGEST_RATIO:g} from the values of the magnets"
     more = [f"and {len(differences) - MOST_NAMED} more"] if len(differences) > MOST_NAMED else []
     return [f"constants differ {about}: {'; '.join(differences[:MOST_NAMED] + more)}"] if differences else []
+
+
+def set_test_force(missing: MissingParameters) -> None:
+    """Scale the test force of an identification by the force of the magnets over that of the actuator's start values.
+
+    A(f) of `rolac_controller.excitation` suits the magnets of the start values. A test force in proportion to
+
+        K_i I_b = k I_b^2/s_0^2,    k = 4 mu_0 N^2 A cos(phi)                                        (1)
+
+    without static load takes the same share of the currents of other magnets, and of their gap, since K_s is about
+    K_i I_b/s_0. The weakest axis decides. Measured magnets have their K_i. Magnets within a factor of `LARGEST_RATIO`
+    keep A(f).
+
+    Parameters
+    ----------
+    missing
+        The values of all parameters, and the names of those that are set or fixed.
+    """
+    values, shares = missing.values, list[float]()
+    measured = {MEASURED[1], "bias_current", "static_current"}
+    for bearing, axis in magnet_axes(values):
+        own = parameters_of(values, bearing, axis)
+        start = {name: values.interfaces[ACTUATOR].ports[f"{bearing}.{name}_{axis}"].start or 0.0 for name in own}
+        if not (measured if is_measured(values) else {*GEOMETRY, "static_current"}) <= own.keys():
+            return
+        largest, of_start = (_test_range(p, measured=is_measured(values)) for p in (own, start))
+        if not largest > 0.0 or not of_start > 0.0:
+            return
+        shares.append(largest / of_start)
+    if shares and not 1.0 / LARGEST_RATIO <= min(shares) <= LARGEST_RATIO:
+        _set_if_allowed(missing, TEST_FORCE, min(shares))
+
+
+def _test_range(of_axis: Mapping[str, float], *, measured: bool) -> float:
+    """Return (1) of an axis over 4 mu_0, or K_i I_b of a measured one; I_b is the current of the coil without load."""
+    bias = of_axis["bias_current"] + min(of_axis["static_current"], 0.0)
+    if measured:
+        return of_axis[MEASURED[1]] * bias
+    k = of_axis["turns"] ** 2 * of_axis["pole_area"] * math.cos(of_axis["half_angle"])
+    return k * math.copysign(bias**2, bias) / of_axis["gap"] ** 2
 
 
 def is_measured(values: Assignments) -> bool:

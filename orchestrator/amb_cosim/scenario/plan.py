@@ -18,7 +18,12 @@ from amb_cosim.scenario.control_loop import check_control_loop
 from amb_cosim.scenario.coupling import delay, predictable
 from amb_cosim.scenario.far_values import StatedValues
 from amb_cosim.scenario.gravity import set_gravity
-from amb_cosim.scenario.operating_point import MissingParameters, set_operating_points, stated_constants
+from amb_cosim.scenario.operating_point import (
+    MissingParameters,
+    set_operating_points,
+    set_test_force,
+    stated_constants,
+)
 from amb_cosim.scenario.plan_warnings import idle_switches, unsteady_effects, viscous_losses
 from amb_cosim.scenario.scenario import SPEED, Scenario, checked_speed, cycle_period
 from amb_cosim.scenario.stators import set_stators
@@ -196,6 +201,7 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
     missing = MissingParameters(values, stated | stated_constants(values))
     of_loads = set_gravity(missing, scenario)
     warnings = [*set_operating_points(missing), *of_loads]
+    set_test_force(missing)
     coupling = scenario.coupling or assembly.system.coupling
     checked_speed(values.inputs[SPEED])  # a wrong speed is reported before a wrong step
     if late := delay(coupling, scenario.step_size(coupling)):

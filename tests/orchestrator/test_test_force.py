@@ -1,0 +1,58 @@
+"""The default test force of an identification suits the magnets of any machine, and is the thesis's on its rig."""
+
+from __future__ import annotations
+
+import pytest
+
+from amb_analysis.studies.receptance_measurement import force_amplitude, plan_identification
+from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.scenario import load_scenario
+
+SCALE = "identification.force_scale"
+
+
+def scale_of(scenario, **settings):
+    """Return the scale that a plan sets; None if it leaves the start value, 1."""
+    return plan_run(load_scenario(scenario), settings).plan.parameters["rolac_controller"].get(SCALE)
+
+
+def largest_force(**changes):
+    """Return K_i I_b (N) of an axis without static load (2.9)."""
+    p = axis_parameters("mb1", "x", static_current=0.0, **changes)
+    return linear_constants(p)[1] * float(p.bias_current)
+
+
+@pytest.mark.parametrize("scenario", ["fig5_6", "fig4_9", "fig6_6", "drop"])
+def test_the_rig_has_the_force_of_the_thesis(scenario):
+    assert scale_of(scenario) is None
+
+
+def test_force_is_that_of_the_rig_in_proportion_to_the_magnets():
+    """550 N above 30 Hz on the rig; the magnets of the compressor have 2.2 times its K_i I_b."""
+    values = plan_run(load_scenario("compressor_levitated")).plan.parameters["amb_actuator"]
+    names = ("turns", "pole_area", "gap", "half_angle", "bias_current", "current_limit")
+    own = {name: values[f"mb1.{name}_x"] for name in names if f"mb1.{name}_x" in values}
+    share = largest_force(**own) / largest_force()
+    assert share > 1.5
+    assert scale_of("compressor_levitated") == pytest.approx(share, rel=1e-9)
+    machine = plan_identification(150.0 * 6.2832, machine=load_scenario("compressor_levitated"))
+    assert force_amplitude(machine) == pytest.approx(550.0 * share, rel=1e-9)
+
+
+def test_the_weakest_axis_decides():
+    """Force is as the square of the turns, 20 of 48."""
+    small = {"amb_actuator.mb2.turns_y": 20.0}
+    before = scale_of("compressor_levitated")
+    assert scale_of("compressor_levitated", **small) == pytest.approx(before * (20.0 / 48.0) ** 2, rel=1e-9)
+
+
+def test_measured_magnets_scale_by_their_current_stiffness():
+    """K_i of 544 N/A are the start values of the rig."""
+    k_i = {"amb_actuator.mb1.k_i_measured_x": 54.4}
+    assert scale_of("fig5_6", **k_i) == pytest.approx(0.1, rel=1e-9)
+
+
+def test_a_stated_scale_is_kept():
+    stated = {f"rolac_controller.{SCALE}": 0.5}
+    assert scale_of("compressor_levitated", **stated) == 0.5
