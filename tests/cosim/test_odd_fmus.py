@@ -56,6 +56,13 @@ def test_a_message_that_is_not_utf8_is_kept(run):
     assert warned == "Temp\ufffdrature trop \ufffdlev\ufffde"
 
 
+def test_an_error_that_is_logged_by_a_successful_step_is_a_warning(run):
+    """As of an FMU that carries on with defaults; the run is complete."""
+    result = run("complain")
+    assert result.outcome.status == "completed"
+    assert [w.sentence for w in warnings_of(result.dataset)] == ["no table, defaults apply"]
+
+
 def test_a_nan_fails_the_run_and_keeps_its_record(run):
     result = run("nan")
     assert_names(result.outcome.failure, "one.y", "nan", "0.006 s")

@@ -28,14 +28,14 @@ struct Instance {
     void *environment;
 };
 
-static void say(Instance *self, const char *text)
+static void say(Instance *self, int status, const char *text)
 {
     if (!self)
         return;
 #if FMI_VERSION == 3
-    self->log(self->environment, WARNING, "log", text);
+    self->log(self->environment, status, "log", text);
 #else
-    self->log(self->environment, "one", WARNING, "log", text);
+    self->log(self->environment, "one", status, "log", text);
 #endif
 }
 
@@ -110,8 +110,11 @@ static int done(const char *deed, Instance *self)
     if (IS(nan) && self)
         self->y = NAN;
     if (IS(latin))
-        say(self, "Temp\xe9rature trop \xe9lev\xe9"
-                  "e");
+        say(self, WARNING,
+            "Temp\xe9rature trop \xe9lev\xe9"
+            "e");
+    if (IS(complain))
+        say(self, ERROR, "no table, defaults apply");
     if (IS(inf) && self)
         self->y = INFINITY;
     return IS(discard)       ? DISCARD

@@ -40,6 +40,11 @@ class Log:
     def warnings(self) -> list[str]:
         return [text for status, text in self.messages if status == WARNING]
 
+    @property
+    def complaints(self) -> list[str]:
+        """Warnings, and faults of calls that succeeded."""
+        return [text for status, text in self.messages if status not in INFORMATION]
+
     def explanations(self) -> list[str]:
         """Return the texts that explain a refusal: those of faults, otherwise information, otherwise warnings."""
         faults = [text for status, text in self.messages if status not in (*INFORMATION, WARNING)]

@@ -248,8 +248,8 @@ class FmuComponent:
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings logged by the FMU since the end of its initialisation."""
-        return self._log.warnings
+        """Warnings logged by the FMU since the end of its initialisation, and faults unless they explain a refusal."""
+        return self._log.warnings if self._has_refused else self._log.complaints
 
     def entry_points(self) -> EntryPoints:
         """Return the functions that `write`, `step` and `read` call; valid until `close`."""
@@ -288,6 +288,7 @@ class FmuComponent:
     def _set_up(self, inputs: Sequence[str], outputs: Sequence[str], start: StartValues, every: int) -> None:
         """Set the start values of a run, and the variables that it exchanges."""
         self.every = every
+        self._has_refused = False
         self.stop_time: float | None = None
         numbers = {name: value for name, value in start.items() if not isinstance(value, str | bytes)}
         self._in, self._out, initial = (self._exchange(tuple(names)) for names in (inputs, outputs, numbers))
@@ -328,6 +329,7 @@ class FmuComponent:
 
     def _refusal(self, function: str, status: int) -> FmuError:
         self._running = self._running and 0 <= status < ERROR
+        self._has_refused = True
         if status == FATAL:
             _corrupted.add(self._folder)
         end = self._binding.end_of_run(function, status)
