@@ -11,12 +11,12 @@ from fmpy.fmi1 import FMICallException
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 WARNING, DISCARD, ERROR, FATAL = (STATUS.index(name) for name in ("Warning", "Discard", "Error", "Fatal"))
 INFORMATION = (STATUS.index("OK"), STATUS.index("Pending"))
-MOST_WARNINGS, MOST_INFORMATION = 100, 10  # stored per instance
+MOST_WARNINGS, MOST_INFORMATION = 100, 10  # stored per instance; of faults, as many as both
 
 
 class Log:
     """Messages of an instance, with their status: the first `MOST_WARNINGS` warnings, the last `MOST_INFORMATION`
-    messages without a fault, and all faults.
+    messages without a fault, and as many of the first and the last faults.
     """
 
     def __init__(self) -> None:
@@ -25,10 +25,10 @@ class Log:
     def add(self, status: int, text: str) -> None:
         if status == WARNING and len(self.warnings) == MOST_WARNINGS:
             return
-        if status in INFORMATION:
-            kept = [message for message in self.messages if message[0] in INFORMATION]
-            if len(kept) == MOST_INFORMATION:
-                self.messages.remove(kept[0])
+        first = 0 if status in INFORMATION else MOST_WARNINGS
+        kept = [message for message in self.messages if _kind(message[0]) == _kind(status)]
+        if len(kept) == first + MOST_INFORMATION:
+            self.messages.remove(kept[first])
         self.messages.append((status, text))
 
     def forget(self, messages: Sequence[tuple[int, str]]) -> None:
@@ -49,6 +49,10 @@ class Log:
         """Return the texts that explain a refusal: those of faults, otherwise information, otherwise warnings."""
         faults = [text for status, text in self.messages if status not in (*INFORMATION, WARNING)]
         return faults or [text for status, text in self.messages if status in INFORMATION] or self.warnings
+
+
+def _kind(status: int) -> str:
+    return "information" if status in INFORMATION else "warning" if status == WARNING else "fault"
 
 
 class Binding:
