@@ -12,17 +12,17 @@ from amb_cosim.results.contact_history import Recovery
 from amb_cosim.results.orbits import orbit_largest
 from amb_cosim.results.places import RotorPlaces, places
 
-UNITS = {
-    "contact": "1",
-    "recovered": "1",
-    "rolling": "1",
-    "contact_share": "1",
-    "averaged_contact_force": "N",
-    "peak_contact_force": "N",
-    "peak_impulse": "N s",
-    "orbit_largest": "mm",
-    "rolling_from": "cycle",
-    "last_contact": "cycle",
+KEY_VALUES = {  # unit and, unless the name says it, description
+    "contact": ("1", "1 if the rotor touched from cycle 0 on"),
+    "recovered": ("1", "1 if the rotor is stable and stays free of contact"),
+    "rolling": ("1", "1 if the rotor rolled on a site through a full whirl revolution or more"),
+    "contact_share": ("1", "Fraction of the time between disturbance and relief in contact"),
+    "averaged_contact_force": ("N", ""),
+    "peak_contact_force": ("N", ""),
+    "peak_impulse": ("N s", ""),
+    "orbit_largest": ("mm", ""),
+    "rolling_from": ("cycle", ""),
+    "last_contact": ("cycle", ""),
 }
 
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from amb_cosim.cosim.basics.differences import list_differences
 from amb_files.atomic import write_file
 from amb_files.temporary_folders import temporary_folder
-from amb_sweeps.metrics import UNITS
+from amb_sweeps.metrics import KEY_VALUES
 from amb_sweeps.sampling import SamplePlan
 from amb_sweeps.worker import PointResult
 from amb_sweeps.zarr_groups import EVERY_CHUNK, consolidate, forget_group, read_group, write_group
@@ -36,15 +36,13 @@ STORE, RUNS = "sweep.zarr", "runs"
 CHUNK = 16384  # most points that are written together
 LONGEST = 400  # most characters of a reason
 PARTIAL = re.compile(r"\.[0-9a-f]{32}\.partial$")  # Zarr's temporary files of chunks
-DESCRIPTIONS = {
-    "outcome": "unstable, trapped, landed, recovered, prevented; completed, stopped; failed, invalid, crashed; empty",
-    "reason": "Why a run failed or stopped",
-    "seconds": "Wall-clock time of the run",
-    "shared": "Fraction of the steps of the run that were restored from another point",
-    "contact": "1 if the rotor touched from cycle 0 on",
-    "recovered": "1 if the rotor is stable and stays free of contact",
-    "rolling": "1 if the rotor rolled on a site through a full whirl revolution or more",
-    "contact_share": "Fraction of the time between disturbance and relief in contact",
+OUTCOMES = "unstable, trapped, landed, recovered, prevented; completed, stopped; failed, invalid, crashed; empty"
+VALUES = {  # unit and description
+    **KEY_VALUES,
+    "outcome": ("", OUTCOMES),
+    "reason": ("", "Why a run failed or stopped"),
+    "seconds": ("s", "Wall-clock time of the run"),
+    "shared": ("", "Fraction of the steps of the run that were restored from another point"),
 }
 
 
@@ -140,8 +138,7 @@ class SweepStore:
         return coordinates
 
     def _attributes(self, name: str) -> dict[str, str]:
-        unit = "s" if name == "seconds" else UNITS.get(name.partition(".")[0], "")
-        described = DESCRIPTIONS.get(name)
+        unit, described = VALUES.get(name.partition(".")[0], ("", ""))
         return {**({"units": unit} if unit else {}), **({"description": described} if described else {})}
 
     def _create(self) -> None:
