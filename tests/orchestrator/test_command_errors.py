@@ -54,7 +54,7 @@ SWEEP = "sweep fig4_9 --vary Omega=200,220"
 
 RUN = {
     "run fig4_8": "no scenario 'fig4_8'; did you mean fig4_",
-    "run mine.toml": "no file 'mine.toml'",
+    "run mine.toml": "no file 'mine.toml' in /",
     "run none.toml": "none.fmu",
     "run text.toml": "text.fmu cannot be unpacked: it is not a zip archive",
     "run fig4_9 --set rotor.d1.u=1": "no component 'rotor'; did you mean",

@@ -57,8 +57,10 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         what = "not a regular file" if source.exists() else "a link to a missing file"
         raise ValueError(f"scenario {name}: {source} is {what}")
     if not source.is_file():
-        kind = "file" if name.endswith(".toml") else "scenario"
-        raise ValueError(f"no {kind} {name!r}; {suggest(name, packaged_scenarios())}")
+        if name.endswith(".toml"):
+            beside = sorted(file.name for file in source.parent.glob("*.toml"))
+            raise ValueError(f"no file {source.name!r} in {source.parent.resolve()}; {suggest(source.name, beside)}")
+        raise ValueError(f"no scenario {name!r}; {suggest(name, packaged_scenarios())}")
     check_bases(f"scenario {name}", derived)
     data = read_toml(source, f"scenario {name}")
     data = with_paths(data, lambda path: str(source.parent / path))
