@@ -115,7 +115,7 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
     yield Panel(
         "Radial displacement over clearance",
         label,
-        "r / C_r",
+        "radius / clearance",
         tuple(curve(mb.upper(), axis, r[from_cycle_0]) for mb, r in relative.items()),
     )
     forces_of_sites = {site: peaks(run, site) for site in touchable(run)}
@@ -130,12 +130,12 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
     if any(mode is not None and (mode == ROLLING).any() for mode in modes):
         whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[from_cycle_0] for site in forces}
         curves = tuple(curve(site.upper(), axis, whirl) for site, whirl in whirls.items())
-        yield Panel("Whirl speed", label, "phi-dot (rad/s)", curves)
+        yield Panel("Whirl speed", label, "whirl (rad/s)", curves)
     for draw in others:
         yield from draw(run)
     if not speed_changes(run):
         title = "Orbits over clearance" + ("" if rolling_from(run) is None else ", until it rolls")
-        yield Panel(title, "x / C_r", "y / C_r", tuple(_orbits(run, from_cycle_0)), is_round=True)
+        yield Panel(title, "x / clearance", "y / clearance", tuple(_orbits(run, from_cycle_0)), is_round=True)
 
 
 def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
