@@ -83,7 +83,7 @@ def bearing_critical_speeds(subject: Subject, speeds: Array, stiffness: dict[str
     for k in range(COUNT):
         for n in range(len(speeds) - 1):
             a, b = excess[k, n], excess[k, n + 1]
-            if a * b < 0.0:
+            if (a < 0.0 <= b) or (b < 0.0 <= a):
                 crossings.append((k + 1, float(speeds[n] + a / (a - b) * (speeds[n + 1] - speeds[n]))))
     return sorted(crossings, key=lambda item: item[1])
 
