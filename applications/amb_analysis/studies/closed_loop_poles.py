@@ -19,11 +19,13 @@ from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, controlled, speed
 from amb_analysis.studies.loop_vibrations import (
     LeastDamped,
     Vibrations,
+    begun_later,
     followed,
     least_damped,
     vibrations,
     vibrations_over,
 )
+from amb_analysis.studies.natural_modes import NO_RESONANCE
 from amb_analysis.studies.result import MachineResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
@@ -82,7 +84,8 @@ class ClosedLoopPoles(MachineResult):
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     poles
-        The slowest vibrations at the first speed, followed over the others.
+        The slowest vibrations at the first speed, followed over the others; then those that begin at a higher speed,
+        and at the last one have a resonance and are slower than the fastest of these.
     least_damped
         The least damped of all vibrations, including those not followed, at any speed of the range, also between those
         of the diagram; None without vibrations.
@@ -187,7 +190,8 @@ def poles(
         Highest spin speed (rad/s), or a string with its unit; by default 1.5 times that of the scenario, or 628 rad/s
         if that is 0.
     count
-        Number of vibrations to follow, the slowest first.
+        Number of vibrations to follow from the lowest speed, the slowest first. Slow ones that begin at a higher speed,
+        such as the precession of a gyroscopic rotor in damped bearings, follow as well.
     set, flavour
         Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
 
@@ -244,7 +248,7 @@ def _about_crossings(
     The next sample is where the secant through the samples on both sides of a crossing meets the frequency of rotation.
     """
     for _ in range(ROUNDS):
-        tracks = followed(result, count)
+        tracks = _tracks(result, count)
         crossings = [c.speed for c in _crossings(speeds, [_over_speed(result, track) for track in tracks])]
         missing = [at for at in crossings if np.abs(speeds - at).min() > CLOSE * at]
         if not missing:
@@ -252,7 +256,19 @@ def _about_crossings(
         vibrations_at = dict(zip(speeds.tolist(), result, strict=True))
         speeds = with_samples(speeds, missing)
         result = [vibrations_at.get(Omega) or vibrations(loop, Omega) for Omega in speeds.tolist()]
-    return speeds, result, followed(result, count)
+    return speeds, result, _tracks(result, count)
+
+
+def _tracks(result: list[Vibrations], count: int) -> list[list[int | None]]:
+    """Return the tracks of the `count` slowest vibrations at the first speed, and of those that begin later.
+
+    Of the latter, those with a resonance at the last speed count that are slower there than one of the former.
+    """
+    tracks, ratios = followed(result, count), result[-1].ratios()
+    fastest = max((track[-1] for track in tracks if track[-1] is not None), default=-1)
+    resonant = {k for k in range(fastest) if ratios[k] < NO_RESONANCE}  # numbers ascend with frequency
+    later = begun_later(result, followed(result, len(result[0].poles)))
+    return [*tracks, *(track for track in later if track[-1] in resonant)]
 
 
 def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOverSpeed:

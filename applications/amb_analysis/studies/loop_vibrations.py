@@ -145,10 +145,34 @@ def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]
     return tracks
 
 
+def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) -> list[list[int | None]]:
+    """Return the tracks of vibrations at the last speed that begin after the first one, None before they do.
+
+    A well damped rigid rotor, I_d a'' + (c - i Omega I_p) a' + k a = 0, creeps back without vibration at rest. At speed
+    it whirls backward at nearly k / (Omega I_p), with the damping ratio c / |c - i Omega I_p|.
+
+    Parameters
+    ----------
+    vibrations
+        Vibrations at each speed, shape (n,).
+    tracks
+        Tracks of those at the first speed (`followed`), whose poles belong to no other.
+    """
+    result = []
+    for backward in followed(vibrations[::-1], len(vibrations[-1].poles)):
+        track = backward[::-1]
+        taken = [n for n, k in enumerate(track) if k is not None and any(other[n] == k for other in tracks)]
+        begin = max(taken, default=-1) + 1
+        track[:begin] = [None] * begin
+        if track[0] is None and track[-1] is not None:
+            result.append(track)
+    return result
+
+
 def _step_ratio(vibrations: list[Vibrations], n: int) -> float:
     """Return the step in speed to the n-th vibrations over the step before it, at most 1; 1 without speeds."""
     before, last, now = (at.stability.speed for at in vibrations[n - 2 : n + 1])
-    return min((now - last) / (last - before), 1.0) if last > before else 1.0
+    return min((now - last) / (last - before), 1.0) if last != before else 1.0
 
 
 def _distances(vibrations: list[Vibrations], track: list[int | None], now: Vibrations, n: int) -> Array:

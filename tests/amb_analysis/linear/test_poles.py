@@ -9,7 +9,7 @@ import pytest
 
 from amb_analysis.linear.loop import LoopPoles
 from amb_analysis.linear.stability import LoopStability
-from amb_analysis.studies.loop_vibrations import Vibrations, followed, least_damped, vibrations_over
+from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, least_damped, vibrations_over
 from amb_cosim import studies
 from rotor_analysis.damping import Damping
 from rotor_analysis.rotor_file import load_rotor
@@ -88,6 +88,23 @@ def test_a_pole_that_disappears_ends_its_track():
     both = Vibrations(np.array([10j - 0.1, 30j - 0.1]), np.array([1.0, 1.0]), STABLE)
     single = Vibrations(both.poles[:1], both.senses[:1], STABLE)
     assert followed([both, both, single, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]
+
+
+def test_precession_that_creeps_at_rest_is_followed_from_where_it_begins():
+    """I_d a'' + (c - i Omega I_p) a' + k a = 0, c^2 > 4 I_d k: none at rest, k/(Omega I_p) backward at speed."""
+    I_d, I_p, c, k = 1e-3, 8e-4, 4.0, 100.0
+    result = []
+    for speed in np.linspace(10.0, 1e5, 41):
+        roots = np.roots([I_d, c - 1j * speed * I_p, k])
+        s = np.where(roots.imag < 0.0, roots.conj(), roots)
+        order = [n for n in np.argsort(s.imag) if -s[n].real < 0.995 * abs(s[n])]
+        result.append(Vibrations(s[order], np.sign(roots.imag)[order], STABLE))
+    assert len(result[0].poles) == 0
+    tracks = begun_later(result, followed(result, 8))
+    (precession,) = [track for track in tracks if result[-1].senses[track[-1]] < 0.0]
+    assert result[-1].poles[precession[-1]].imag == pytest.approx(k / (1e5 * I_p), rel=0.01)
+    begun = [at.senses[n] for at, n in zip(result, precession, strict=True) if n is not None]
+    assert begun == [-1.0] * sum(-1.0 in at.senses for at in result)
 
 
 class DampedLeastBetweenSpeeds:

@@ -12,7 +12,7 @@ from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.machine.machine import MODES
 from amb_analysis.studies.closed_loop_poles import whirl_of
 from amb_analysis.studies.damping_zones import ZONES
-from amb_analysis.studies.loop_vibrations import Vibrations, followed, vibrations
+from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, vibrations
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius
 from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
@@ -40,6 +40,7 @@ def answer(subject: Subject) -> AnalysisResult:
     at_all_frequencies = least_decrement_over("decrement_anywhere", lambda Omega: vibrations(loop, Omega), operating)
     stability = spectral_radius("spectral_radius", least_stable(subject))
     tracks = followed(result, len(result[0].poles))
+    tracks += begun_later(result, tracks)
     at = int(np.flatnonzero(speeds == speed.highest)[0])
     rows = tuple(
         (f"{hertz(s.imag):.1f}", f"{rpm(s.imag):.0f}", f"{decrement:.3f}", whirl_of(sense))
