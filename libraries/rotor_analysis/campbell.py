@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from array_types import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Mode, Whirl, modes
-from rotor_analysis.tracking import continue_modes, pair_modes, track_modes
+from rotor_analysis.tracking import continue_modes, modes_begun_later, pair_modes, track_modes
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Campbell:
     speeds
         Spin speeds (rad/s), shape (n,).
     tracks
-        For each mode its values at each speed; None from where it no longer oscillates.
+        For each mode its values at each speed; None from where it no longer oscillates, and before it begins.
     critical_speeds
         Intersections with the synchronous line, ascending.
     """
@@ -75,7 +75,8 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     count
-        Number of modes, the lowest ones at the first speed.
+        Number of modes, the lowest ones at the first speed. Slow modes that begin to oscillate at a higher speed follow
+        (`modes_begun_later`).
 
     Raises
     ------
@@ -84,6 +85,7 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
     """
     speeds = np.atleast_1d(np.asarray(speeds, dtype=np.float64))
     tracks = track_modes(model, speeds, count)
+    tracks += modes_begun_later(model, speeds, tracks)
     crossings: list[CriticalSpeed] = []
     for number, track in enumerate(tracks, start=1):
         for (low, mode), (high, after) in pairwise(zip(speeds.tolist(), track, strict=True)):

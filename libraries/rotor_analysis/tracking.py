@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from itertools import pairwise
 
@@ -11,11 +12,12 @@ from scipy.optimize import linear_sum_assignment
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
-from rotor_analysis.modes import Mode, modes
+from rotor_analysis.modes import SAME_EIGENVALUE, Mode, modes
 
 HALVING_ASSURANCE = 0.9  # below it a step in speed is halved
 LOWEST_ASSURANCE = 0.5  # below it a mode has no continuation
 MAX_HALVINGS = 10
+RESONANT = math.sqrt(0.5)  # damping ratio up to which a response has a peak
 
 
 def modal_assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex]) -> Array:
@@ -89,6 +91,47 @@ def track_modes(model: Matrices, speeds: Array, count: int) -> list[list[Mode | 
         for track, mode in zip(tracks, current, strict=True):
             track.append(mode)
     return tracks
+
+
+def modes_begun_later(
+    model: Matrices, speeds: Array, tracks: Sequence[Sequence[Mode | None]]
+) -> list[list[Mode | None]]:
+    """Return the tracks of modes that begin to oscillate above the first speed, None before they do.
+
+    Of the modes at the last speed, those count that have a resonance, damping ratios up to 1/sqrt(2), and are slower
+    than the fastest of `tracks`. A gyroscopic rotor in well damped bearings creeps at rest and whirls backward at
+    speed.
+
+    Parameters
+    ----------
+    model
+        A model with its bearings.
+    speeds
+        Spin speeds (rad/s), ascending, shape (n,).
+    tracks
+        Modes at each speed (`track_modes`), which belong to no other track.
+    """
+    ends = [track[-1].eigenvalue for track in tracks if track[-1] is not None]
+    fastest = max((value.imag for value in ends), default=0.0)
+    current: list[Mode | None] = [
+        mode
+        for mode in modes(model, float(speeds[-1]))
+        if mode.frequency < fastest and abs(mode.damping_ratio) <= RESONANT and not _is_of(mode, ends)
+    ]
+    later: list[list[Mode | None]] = [[mode] for mode in current]
+    down = speeds[::-1].tolist()
+    for n, (before, after) in enumerate(pairwise(down), start=2):
+        if any(mode is not None for mode in current):
+            current = continue_modes(model, current, before, after)
+        taken = [mode.eigenvalue for track in tracks if (mode := track[-n]) is not None]
+        current = [None if mode is None or _is_of(mode, taken) else mode for mode in current]
+        for track, mode in zip(later, current, strict=True):
+            track.append(mode)
+    return [track[::-1] for track in later if track[-1] is None]
+
+
+def _is_of(mode: Mode, eigenvalues: Sequence[complex]) -> bool:
+    return any(abs(mode.eigenvalue - value) <= SAME_EIGENVALUE * abs(value) for value in eigenvalues)
 
 
 def continue_modes(

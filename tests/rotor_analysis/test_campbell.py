@@ -181,3 +181,16 @@ def test_equal_whirls_on_stiff_bearings_are_separated_at_every_speed():
     model = analysis_model(rotor, None, np.array([0.0, 1000.0]), 4).supported.model
     for Omega in np.linspace(0.0, 100.0, 401)[1:]:
         assert {mode.whirl for mode in modes(model, Omega, 2)} == {"backward", "forward"}
+
+
+def test_precession_of_a_well_damped_disc_begins_above_rest():
+    """I_D a'' + (c L^2/2 - i Omega I_P) a' + k L^2/2 a = 0 creeps at rest, and whirls backward at speed."""
+    k, c, speeds = 1e4, 100.0, np.linspace(0.0, 3000.0, 16)
+    diagram = campbell(rigid(tensor(k), tensor(c)).model, speeds, 2)
+    slow, _ = sorted(np.roots([I_D, c * L**2 / 2 - 1j * speeds[-1] * I_P, k * L**2 / 2]), key=abs)
+    assert slow.imag < 0.0
+    precession = diagram.tracks[2]
+    assert precession[0] is None
+    assert precession[-1].whirl == "backward"
+    assert precession[-1].eigenvalue == pytest.approx(slow.conjugate(), rel=1e-6)
+    assert len(diagram.tracks) == 3
