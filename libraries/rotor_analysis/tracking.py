@@ -98,9 +98,9 @@ def modes_begun_later(
 ) -> list[list[Mode | None]]:
     """Return the tracks of modes that begin to oscillate above the first speed, None before they do.
 
-    Of the modes at the last speed, those count that have a resonance, damping ratios up to 1/sqrt(2), and are slower
-    than the fastest of `tracks`. A gyroscopic rotor in well damped bearings creeps at rest and whirls backward at
-    speed.
+    Those count that begin without a resonance, with a damping ratio above 1/sqrt(2), and at the last speed have one and
+    are slower than the fastest of `tracks`. A gyroscopic rotor in well damped bearings creeps at rest and whirls
+    backward at speed.
 
     Parameters
     ----------
@@ -127,7 +127,12 @@ def modes_begun_later(
         current = [None if mode is None or _is_of(mode, taken) else mode for mode in current]
         for track, mode in zip(later, current, strict=True):
             track.append(mode)
-    return [track[::-1] for track in later if track[-1] is None]
+    return [track[::-1] for track in later if track[-1] is None and _first_ratio(track[::-1]) > RESONANT]
+
+
+def _first_ratio(track: Sequence[Mode | None]) -> float:
+    """Return the damping ratio with which a track begins."""
+    return next(mode.damping_ratio for mode in track if mode is not None)
 
 
 def _is_of(mode: Mode, eigenvalues: Sequence[complex]) -> bool:

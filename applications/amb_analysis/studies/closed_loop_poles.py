@@ -25,7 +25,6 @@ from amb_analysis.studies.loop_vibrations import (
     vibrations,
     vibrations_over,
 )
-from amb_analysis.studies.natural_modes import NO_RESONANCE
 from amb_analysis.studies.result import MachineResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
@@ -38,6 +37,7 @@ from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.modes import Whirl
 from rotor_analysis.refinement import with_samples
+from rotor_analysis.tracking import RESONANT
 
 POINTS = 61  # speeds of the diagram, before those of tables and near critical speeds are added
 ROUNDS = 6  # of adding samples at critical speeds
@@ -84,8 +84,8 @@ class ClosedLoopPoles(MachineResult):
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     poles
-        The slowest vibrations at the first speed, followed over the others; then those that begin at a higher speed,
-        and at the last one have a resonance and are slower than the fastest of these.
+        The slowest vibrations at the first speed, followed over the others; then those that begin without a
+        resonance at a higher speed, and at the last one have a resonance and are slower than the fastest of these.
     least_damped
         The least damped of all vibrations, including those not followed, at any speed of the range, also between those
         of the diagram; None without vibrations.
@@ -262,13 +262,19 @@ def _about_crossings(
 def _tracks(result: list[Vibrations], count: int) -> list[list[int | None]]:
     """Return the tracks of the `count` slowest vibrations at the first speed, and of those that begin later.
 
-    Of the latter, those with a resonance at the last speed count that are slower there than one of the former.
+    Of the latter, those count that begin without a resonance, and at the last speed have one and are slower than one of
+    the former.
     """
     tracks, ratios = followed(result, count), result[-1].ratios()
     fastest = max((track[-1] for track in tracks if track[-1] is not None), default=-1)
-    resonant = {k for k in range(fastest) if ratios[k] < NO_RESONANCE}  # numbers ascend with frequency
+    resonant = {k for k in range(fastest) if ratios[k] < RESONANT}  # numbers ascend with frequency
     later = begun_later(result, followed(result, len(result[0].poles)))
-    return [*tracks, *(track for track in later if track[-1] in resonant)]
+    return [*tracks, *(track for track in later if track[-1] in resonant and _begins_damped(result, track))]
+
+
+def _begins_damped(result: list[Vibrations], track: list[int | None]) -> bool:
+    first = next((at, k) for at, k in zip(result, track, strict=True) if k is not None)
+    return bool(first[0].ratios()[first[1]] > RESONANT)
 
 
 def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOverSpeed:
