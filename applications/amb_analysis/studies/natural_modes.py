@@ -25,8 +25,7 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
-
-NO_RESONANCE = math.sqrt(0.5)  # damping ratio above which a response has no peak
+from rotor_analysis.tracking import RESONANT
 
 HEADINGS = ("speed", "mode", "frequency (rad/s)", "(Hz)", "damping ratio", "whirl")
 
@@ -196,7 +195,7 @@ def modes(
 def _lowest(model: Matrices, Omega: float, count: int) -> tuple[Mode, ...]:
     """Return the lowest modes with a resonance, followed if needed by the lowest of the others."""
     require(count >= 1, "count", count, "1 or more")
-    ordered = sorted(modes_of(model, Omega), key=lambda mode: mode.damping_ratio > NO_RESONANCE)
+    ordered = sorted(modes_of(model, Omega), key=lambda mode: mode.damping_ratio > RESONANT)
     return tuple(ordered[:count])
 
 

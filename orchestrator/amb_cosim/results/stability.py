@@ -5,8 +5,6 @@ The end of a run is judged: the time since the last change, the last contact and
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 
 from amb_cosim.cosim.basics.choices import ROLES
@@ -19,7 +17,7 @@ from amb_cosim.results.series import cycles, displacements, parameters, signal, 
 from array_types import Array, Bools
 
 LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed
-SOURCES = "sources"  # attribute of a data set: names of components that only supply signals
+SOURCES = "sources"  # attribute of a data set: names of components that only supply signals, if there are any
 MIN_CYCLES = 5.0
 NOTICEABLE = 1e-4  # of the smallest clearance; smaller motion counts as rest
 STEADY_SPEED = 0.01  # relative change that is ignored
@@ -84,7 +82,7 @@ def is_self_excited(dataset: Signals, within: slice) -> bool:
         Samples to judge, without events, contact and test forces.
     """
     motion, revolutions = _steadily_forced(dataset, within), np.abs(turns(dataset)[within])
-    if motion is None or _is_noisy(dataset) or json.loads(dataset.attrs.get(SOURCES, "[]")):
+    if motion is None or _is_noisy(dataset) or SOURCES in dataset.attrs:
         return False
     if np.ptp(cycles(dataset)[within]) * len(motion) / (len(motion) - 1) < 2.0 * MIN_CYCLES:
         return False

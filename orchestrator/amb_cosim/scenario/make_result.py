@@ -43,7 +43,7 @@ def bare_signals(planned: PlannedRun, recording: Recording) -> SignalTable:
 def _coupling_warnings(planned: PlannedRun) -> list[WarningRecord]:
     """Return a warning if the coupling puts a loop in doubt; connections in both directions form a loop."""
     system = planned.plan.system
-    links = {(system.split(link.source)[0], system.split(link.target)[0]) for link in system.connections}
+    links = _links(system)
     if not any((target, source) in links for source, target in links):
         return []
     parameters = planned.plan.all_parameters(planned.interfaces)
@@ -103,5 +103,10 @@ def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
 
 def _sources(system: System) -> list[str]:
     """Return the components that only supply signals, such as a generator of test forces."""
-    senders = {system.split(link.source)[0] for link in system.connections}
-    return sorted(senders - {system.split(link.target)[0] for link in system.connections})
+    links = _links(system)
+    return sorted({sender for sender, _ in links} - {receiver for _, receiver in links})
+
+
+def _links(system: System) -> set[tuple[str, str]]:
+    """Return the sending and the receiving component of all connections."""
+    return {(system.split(link.source)[0], system.split(link.target)[0]) for link in system.connections}
