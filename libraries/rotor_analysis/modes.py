@@ -15,8 +15,9 @@ from rotor_analysis.spectrum import AT_REST, eigenpairs, eigenvalues, oscillatin
 
 Whirl = Literal["forward", "backward", "mixed"]
 
-SAME_EIGENVALUE = 1e-5  # relative distance of eigenvalues that count as equal; rounding separates them by up to 1e-6
-INDEPENDENT = 1e10  # condition of the products of shapes; rounding leaves those of a defective eigenvalue above 1e12
+SAME_EIGENVALUE = 1e-5  # relative distance of eigenvalues that may be equal but for rounding
+SAME_SOLUTION = 5e-7  # what a combination of their shapes may miss of its acceleration; rounding alone causes 3e-7
+INDEPENDENT = 1e12  # condition of the products of shapes, above which they are one shape of a defective eigenvalue
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +149,11 @@ def _whirl_senses(x: Complex, y: Complex) -> list[float]:
 
 
 def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Complex:
-    """Replace shapes that share an eigenvalue by combinations, from the most backward to the most forward."""
+    """Replace shapes that share an eigenvalue by combinations, from the most backward to the most forward.
+
+    Only combinations that also solve the eigenproblem: sum_i e_ij phi_i misses sum_i e_ij (lambda_i - lambda_j) phi_i,
+    which is large if the shapes are almost parallel because the eigenvalue is almost defective.
+    """
     shapes, begin = shapes.copy(), 0
     for end in range(1, len(values) + 1):
         if end < len(values) and abs(values[end] - values[begin]) <= SAME_EIGENVALUE * abs(values[begin]):
@@ -157,8 +162,12 @@ def _separate_whirl(model: Matrices, values: Complex, shapes: Complex) -> Comple
             displacement = np.stack([translations(model, shape) for shape in shapes[:, begin:end].T], axis=-1)
             x, y = displacement[:, 0], displacement[:, 1]
             size = x.conj().T @ x + y.conj().T @ y
-            if np.linalg.cond(size) < INDEPENDENT:  # otherwise they are the same shape, of a defective eigenvalue
+            if np.linalg.cond(size) < INDEPENDENT:
                 turning = 1j * (x.conj().T @ y - y.conj().T @ x)  # Hermitian: 2 Im(x conj(y)) summed over the nodes
-                shapes[:, begin:end] = shapes[:, begin:end] @ eigh(turning, size)[1]
+                e, among = eigh(turning, size)[1], values[begin:end]
+                lengths = np.sqrt(np.diag(size).real)  # of the shapes; those of the combinations are 1
+                misses = np.abs(e) * lengths[:, None] * np.abs(among[:, None] - among) / np.abs(among)
+                if misses.max() < SAME_SOLUTION:
+                    shapes[:, begin:end] = shapes[:, begin:end] @ e
         begin = end
     return shapes

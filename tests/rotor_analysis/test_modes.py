@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from analysis_cases import I_D, I_P, MASS, STEEL, L, disc_between, jeffcott, rigid, spring, tensor
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rotor_analysis.assembly import assemble, on_bearings
@@ -228,6 +228,9 @@ def test_timoshenko_beam_with_diagonal_mass_is_of_second_order():
     c=st.floats(0.0, 5e3),
     Omega=st.floats(0.0, 600.0),
 )
+@example(k=(1e5, 1e5), cross=(0.0, 1.0), c=0.0, Omega=0.0)  # defective: two equal eigenvalues with one shape
+@example(k=(1e5, 1e5), cross=(1e-3, 1.0), c=0.0, Omega=0.0)
+@example(k=(1e5, 1e5), cross=(0.0, 10.0), c=0.0, Omega=0.0)
 def test_every_mode_solves_the_eigenproblem_on_any_bearings(k, cross, c, Omega):
     rotor = disc_between(
         Bearing("left", 1, ((k[0], cross[0]), (cross[1], k[1])), tensor(c)),
