@@ -38,11 +38,13 @@ T = TypeVar("T")
 BATCH_TIME = 1.0  # s
 LARGEST_BATCH = 500  # points
 WRITE_TIME = 5.0  # s between two writes of the store, for any number of processes
-POLL = 0.1  # s until an interruption is noticed
+POLL = 0.25  # s until an interruption is noticed
 START_TIME = 120  # s until a process of the cluster has started
 ANSWER_TIME = 10  # s until a scheduler answers
 POLITE_TIME = 2  # s for repeated requests to a scheduler, and for a client to disconnect
 SETTINGS = {
+    "distributed.admin.tick.interval": "1s",  # waiting processes would use a twentieth of a core at the default, 20 ms
+    "distributed.admin.system-monitor.interval": "10s",
     "distributed.scheduler.allowed-failures": 1,
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.worker.daemon": True,
