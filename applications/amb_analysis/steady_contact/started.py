@@ -102,7 +102,7 @@ def _with_contact(
     X = np.linalg.solve(1j * omega * np.eye(len(law.A)) - law.A, law.B @ F_xy)
     state_forcing = np.exp(1j * omega * h) * X - expm(law.A * h) @ X
     output_forcing = dict(zip(linear_rotor.outputs, law.C @ state_forcing, strict=True))
-    names = [loop.master.wiring.names[at] for at in part.slot[np.isin(part.slot, loop.signals)]]
+    names = [loop.master.wiring.names[at] for at in part.slot[loop.moving[part.slot]]]
     forcing: Complex = np.array(
         [*state_forcing[: len(part.moves)][part.moves], *(output_forcing.get(name, 0.0) for name in names)]
     )

@@ -78,7 +78,7 @@ class Binding:
         """Direct messages to this project's logger again."""
 
     def call(self, name: str, *arguments: Any) -> None:
-        """Call a function for the instance.
+        """Call a function of the library for the instance, with the types of arguments that FMPy has declared.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class Binding:
             If it returns neither OK nor Warning.
         """
         function = self.function(name)
-        check_status(function, getattr(self.fmu, function)(self.fmu.component, *arguments))
+        check_status(function, getattr(self.fmu.dll, function)(self.fmu.component, *arguments))
 
     def free(self) -> None:
         """Free the instance and its library."""
@@ -98,8 +98,8 @@ class Binding:
 
 
 def check_status(function: str, status: int | None) -> None:
-    """Raise for a status below OK, as FMPy does for one above Warning; most of its methods return the status."""
-    if status is not None and status < 0:
+    """Raise for a status other than OK and Warning; methods of FMPy may return none, and accept one below OK."""
+    if status is not None and not 0 <= status <= WARNING:
         raise FMICallException(function=function, status=status)
 
 

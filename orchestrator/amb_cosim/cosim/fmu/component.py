@@ -229,10 +229,13 @@ class FmuComponent:
 
     def answer(self, time: float, step_size: float) -> Array:
         """Step from the stored state (s), and return the memory after the step, valid until the next call."""
-        self.restore()
-        self.step(time, step_size)
-        self._call("GetFMUState", byref(self._after))
+        self._guard(None, self._step_from_state, self._binding, time, step_size)
         return self._numbers(self._after)
+
+    def _step_from_state(self, fmu: FmuBinding, time: float, step_size: float) -> None:
+        fmu.call("SetFMUState", self._state)
+        fmu.step(time, step_size)
+        fmu.call("GetFMUState", byref(self._after))
 
     def _size_of(self, state: c_void_p) -> int:
         size = c_size_t()

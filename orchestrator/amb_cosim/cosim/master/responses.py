@@ -13,7 +13,7 @@ import numpy as np
 
 from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
-from array_types import Array, Indices
+from array_types import Array, Bools, Indices
 
 CHANGE = 1e-6  # of a state (SI units) and, at least, of an input; any serves where all is linear
 SHARE = 1e-3  # of an input, by which it is changed; a change by its full size may exceed a limit
@@ -101,43 +101,43 @@ class StateMap:
         growth = float(self.component.answer(time, step_size)[self._angle] - self.base[self._angle])
         return growth % (2.0 * math.pi)
 
-    def response(self, signals: Indices, angles: Indices, scales: Array, time: float, step_size: float) -> Response:
+    def response(self, moving: Bools, turning: Bools, scales: Array, time: float, step_size: float) -> Response:
         """Find the response of a step from rest to each single state and input.
 
         Parameters
         ----------
-        signals, angles
-            Positions, in order, of the signals that move linearly, and of the angle signals.
+        moving, turning
+            Of the master's values, the signals that move linearly, and the angles.
         scales
-            Magnitude of each signal.
+            Magnitude of each value.
         time, step_size
             Time and size of the step (s).
         """
-        fed = np.flatnonzero(np.isin(self.sources, signals))
-        sizes = np.maximum(SHARE * scales[np.searchsorted(signals, self.sources[fed])], CHANGE)
+        fed = moving[self.sources]
+        sizes = np.maximum(SHARE * scales[self.sources[fed]], CHANGE)
         changes = np.concatenate([np.full(len(self.rows), CHANGE), sizes])
         changed = np.concatenate([self.rows, self._inputs[fed]])
-        observed = np.concatenate([self.rows, self._outputs[np.isin(self.slot, signals)]])
-        turned = [*self._inputs[np.isin(self.sources, angles)], *([] if self._angle is None else [self._angle])]
+        observed = np.concatenate([self.rows, self._outputs[moving[self.slot]]])
+        turned = [*self._inputs[turning[self.sources]], *([] if self._angle is None else [self._angle])]
         self.memory[:] = self.base
         self.memory[changed] = 0.0
         self.memory[self._energy[1:]] = HUGE
-        forced, matrix = np.zeros((len(ANGLES), len(observed))), np.zeros((len(observed), len(changed)))
-        for row, angle in enumerate(ANGLES):
+        forced, answers = np.zeros((len(ANGLES), len(observed))), np.zeros((len(changed), len(observed)))
+        for answer, angle in zip(forced, ANGLES, strict=True):
             self.memory[turned] = angle
-            forced[row] = self.component.answer(time, step_size)[observed]
+            self.component.answer(time, step_size).take(observed, out=answer)
         self.memory[turned] = ANGLES[0]
-        for column, (place, change) in enumerate(zip(changed, changes, strict=True)):
+        for answer, place, change in zip(answers, changed.tolist(), changes.tolist(), strict=True):
             self.memory[place] = change
-            matrix[:, column] = (self.component.answer(time, step_size)[observed] - forced[0]) / change
+            self.component.answer(time, step_size).take(observed, out=answer)
             self.memory[place] = 0.0
+        matrix = np.ascontiguousarray((answers - forced[0]).T / changes)
         return Response(matrix, first_harmonic(forced))
 
-    def places_of(self, positions: Indices) -> tuple[Indices, Indices]:
-        """Return the places in memory of variables at these positions, and the position of each."""
+    def places_of(self, chosen: Bools) -> tuple[Indices, Indices]:
+        """Return the places in memory of these of the master's values, and the position of each."""
         places, at = np.append(self._inputs, self._outputs), np.append(self.sources, self.slot)
-        is_included = np.isin(at, positions)
-        return places[is_included], at[is_included]
+        return places[chosen[at]], at[chosen[at]]
 
     def start(self, states: Array, places: Indices, values: Array, angle: float) -> None:
         """Set states, the values at places in memory, and the angle (rad) of the part."""

@@ -29,7 +29,7 @@ from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.master.responses import ANGLES, Response, StateMap, first_harmonic
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import WARM_UP
-from array_types import Array, Indices
+from array_types import Array, Bools, Indices
 
 TOLERANCE = 1e-9  # of the largest signal of the same unit
 DOUBLINGS = 24  # of the number of steps within which the powers of T must vanish
@@ -45,16 +45,21 @@ class _OffOrbit(Exception):
 
 @dataclass(frozen=True)
 class SettledLoop:
-    """A master at communication point n, its components as parts, and the positions of the moving signals.
+    """A master at communication point n, its components as parts, and which of its values move.
 
-    `signals` move linearly, `angles` are angles.
+    `moving` move linearly, `turning` are angles.
     """
 
     master: Master[FmuComponent]
     parts: Sequence[StateMap]
-    signals: Indices
-    angles: Indices
+    moving: Bools
+    turning: Bools
     n: int
+
+    @cached_property
+    def signals(self) -> Indices:
+        """Positions of the values that move linearly."""
+        return np.flatnonzero(self.moving)
 
     @property
     def n_states(self) -> int:
@@ -64,13 +69,12 @@ class SettledLoop:
     @cached_property
     def _places(self) -> list[tuple[Indices, Indices]]:
         """Places of the moving signals in the memory of each part, and their positions."""
-        moved = np.append(self.signals, self.angles)
-        return [part.places_of(moved) for part in self.parts]
+        return [part.places_of(self.moving | self.turning) for part in self.parts]
 
     def put(self, x: Array, angle: float) -> None:
         """Set states, signals and angle (rad) of master and parts, at point n."""
         values = self.master.values
-        values[self.signals], values[self.angles] = x[self.n_states :], angle
+        values[self.signals], values[self.turning] = x[self.n_states :], angle
         row = 0
         for part, (places, positions) in zip(self.parts, self._places, strict=True):
             part.start(x[row : row + len(part.rows)], places, values[positions], angle)
@@ -86,8 +90,8 @@ class SettledLoop:
     def responses(self) -> list[Response]:
         """Find the response of each part."""
         time, step_size = self.master.time(self.n), self.master.step_size
-        scales = np.abs(self.master.values[self.signals])
-        return [part.response(self.signals, self.angles, scales, time, step_size) for part in self.parts]
+        scales = np.abs(self.master.values)
+        return [part.response(self.moving, self.turning, scales, time, step_size) for part in self.parts]
 
     def single_step(self, responses: Sequence[Response]) -> tuple[Array, Array]:
         """Return T of (1), and the constant, cosine and sine part of F, shape (n_x, 3)."""
@@ -97,8 +101,10 @@ class SettledLoop:
         after = before.copy()
         for part, response in zip(self.parts, responses, strict=True):
             rows = np.arange(row, row + len(part.rows))
-            fed = n_states + np.searchsorted(self.signals, part.sources[np.isin(part.sources, self.signals)])
-            observed = n_states + np.flatnonzero(np.isin(self.signals, part.slot))
+            fed, observed = (
+                n_states + np.searchsorted(self.signals, positions[self.moving[positions]])
+                for positions in (part.sources, part.slot)
+            )
             seen = before if self.master.coupling == "jacobi" else after
             answer = response.matrix @ np.vstack([before[rows], seen[fed]])
             answer[:, size:] += response.forcing
@@ -197,10 +203,11 @@ def loop_at(master: Master[FmuComponent], assembly: Assembly, n: int) -> Settled
         linear_state = assembly.fmus[name].linear_state or {}
         parts.append(StateMap(component, assembly.interfaces[name], exchanged, positions, linear_state))
     _refuse_active_nonlinearity(parts)
-    used = np.unique(np.concatenate(master.wiring.sources))
-    moved = used[(used >= master.wiring.n_exogenous) & (master.values[used] != before[used])]
-    is_angle = master.values[moved] == _turning(parts).angle
-    return SettledLoop(master, parts, moved[~is_angle], moved[is_angle], n + 1)
+    moved, is_angle = np.zeros(len(before), np.bool_), master.values == _turning(parts).angle
+    moved[np.concatenate(master.wiring.sources)] = True
+    moved &= master.values != before
+    moved[: master.wiring.n_exogenous] = False
+    return SettledLoop(master, parts, moved & ~is_angle, moved & is_angle, n + 1)
 
 
 def solve(
@@ -252,7 +259,8 @@ def _residual(loop: SettledLoop, orbit: Orbit) -> Array:
 
 def check_stability(T: Array, step_size: float) -> None:
     """Raise CannotSettle unless the powers of T vanish; steps take `step_size` (s)."""
-    power, size = T, math.inf
+    moves = T.any(axis=0)  # what no step reads does not change whether the powers vanish
+    power, size = T[np.ix_(moves, moves)], math.inf
     with np.errstate(all="ignore"):
         for _ in range(DOUBLINGS):
             power = power @ power
@@ -292,7 +300,9 @@ def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
     names = [loop.master.wiring.names[position] for position in loop.signals]
     units = [_unit(name, loop.parts) for name in names]
     sizes = (np.abs(orbit.mean) + np.abs(orbit.amplitude))[loop.n_states :]
-    largest = {unit: max(size for size, u in zip(sizes, units, strict=True) if u == unit) for unit in set(units)}
+    largest = dict.fromkeys(units, 0.0)
+    for unit, size in zip(units, sizes, strict=True):
+        largest[unit] = max(largest[unit], size)
     expected = orbit.at(orbit.angle_at(n))[loop.n_states :]
     deviation = np.abs(loop.master.values[loop.signals] - expected) / [largest[unit] or 1.0 for unit in units]
     if np.all(deviation <= TOLERANCE):
