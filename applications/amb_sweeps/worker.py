@@ -150,7 +150,7 @@ class Runner:
             self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels)
         assembly, instances, branches = self._assemblies[key]
         recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
-        first_key = key, repr({name: raw for name, raw in of_point.items() if not event_of(scenario, name)})
+        first_key = key, repr({name: raw for name, raw in settings.items() if not event_of(scenario, name)})
         if self._first[0] != first_key:
             self._first = first_key, first_values(scenario, assembly, values)
         plan = plan_scenario(scenario, assembly, values, self.task.until, recorded, self._first[1])

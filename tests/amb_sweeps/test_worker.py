@@ -144,6 +144,22 @@ def test_point_that_passes_worn_retainers_ends_on_the_stator():
     runner.close()
 
 
+@pytest.mark.parametrize(
+    "fields",
+    [
+        [{"unbalance_factor": 1.0}, {"unbalance_factor": 2.0}],
+        [{"gravity": 0.0}, {"gravity": 9.81}],
+        [{"coupling": "gauss_seidel"}, {"coupling": "jacobi"}],
+    ],
+)
+def test_unbalance_gravity_and_coupling_at_the_start_are_those_of_the_point(fields):
+    scenario = load_scenario("compressor_levitated")
+    runner = Runner(Task(scenario))
+    for of_point in fields:
+        plan, alone = runner.plan(of_point).plan, plan_run(scenario.changed(**of_point)).plan
+        assert (plan.inputs, plan.parameters, plan.warnings) == (alone.inputs, alone.parameters, alone.warnings)
+
+
 def test_points_do_not_depend_on_those_before_them():
     points = [{}, HIT, {"Omega": 200.0}, HIT, {}]
     runner = Runner(Task(SCENARIO, until=UNTIL))
