@@ -19,7 +19,7 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
     ValueError
         If a name or a value is invalid, or a number without a unit is far from the scenario's.
     """
-    runner = Runner(task)
+    runner, labels = Runner(task), task.scenario.labels
     guids: dict[str, str] = {}
     units: dict[str, str] = {}
     descriptions: dict[str, str] = {}
@@ -31,7 +31,7 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
             guids |= {planned.fmus[c].path.stem: interface.guid for c, interface in planned.interfaces.items()}
         stated = StatedValues(task.scenario, task.settings, planned.assembly.assignments())
         for name, value in settings.items():
-            label = event_of(task.scenario, name)
+            label = event_of(labels, name)
             ports = stated.ports(name.removeprefix(f"{label}."))
             if ports and ports[0].unit:
                 units.setdefault(name, ports[0].unit)

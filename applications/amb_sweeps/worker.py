@@ -79,7 +79,7 @@ class Runner:
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        self._assemblies: dict[str, tuple[Assembly, InstancePool, Branches]] = {}
+        self._assemblies: dict[str, tuple[Assembly, InstancePool, Branches, tuple[str, ...] | None]] = {}
         self._first: tuple[tuple[str, str], FirstValues | None] = ("", ""), None
 
     def plan(self, settings: Mapping[str, Setting]) -> PlannedRun:
@@ -137,7 +137,7 @@ class Runner:
 
     def close(self) -> None:
         """Free the FMUs."""
-        for _, instances, _ in self._assemblies.values():
+        for _, instances, *_ in self._assemblies.values():
             instances.close()
         self._assemblies.clear()
 
@@ -147,10 +147,11 @@ class Runner:
         key = repr([reasons_for_stators(scenario, values), *(getattr(scenario, name) for name in _ASSEMBLED_FROM)])
         if key not in self._assemblies:
             assembly, instances = assemble_scenario(scenario, values, self.task.options), InstancePool()
-            self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels)
-        assembly, instances, branches = self._assemblies[key]
-        recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
-        first_key = key, repr({name: raw for name, raw in settings.items() if not event_of(scenario, name)})
+            recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
+            self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels), recorded
+        assembly, instances, branches, recorded = self._assemblies[key]
+        labels = scenario.labels
+        first_key = key, repr({name: raw for name, raw in settings.items() if not event_of(labels, name)})
         if self._first[0] != first_key:
             self._first = first_key, first_values(scenario, assembly, values)
         plan = plan_scenario(scenario, assembly, values, self.task.until, recorded, self._first[1])
@@ -172,20 +173,21 @@ def varied(scenario: Scenario, values: Mapping[str, Setting]) -> tuple[Scenario,
     fmus = {name: settings.pop(name) for name in list(settings) if name.startswith("fmu.")}
     if fmus:
         changes["fmu"] = {name.removeprefix("fmu."): str(fmu) for name, fmu in fmus.items()}
-    of_events = {name: settings.pop(name) for name in list(settings) if event_of(scenario, name) or is_moment(name)}
+    labels = scenario.labels
+    of_events = {name: settings.pop(name) for name in list(settings) if event_of(labels, name) or is_moment(name)}
     for name in of_events:
-        if not event_of(scenario, name):
-            labels = ", ".join(scenario.labels) or "none"
-            raise ValueError(f"{name}: scenario {scenario.name} has no such event; its labelled events: {labels}")
+        if not event_of(labels, name):
+            named = ", ".join(labels) or "none"
+            raise ValueError(f"{name}: scenario {scenario.name} has no such event; its labelled events: {named}")
     if of_events:
         changes["event"] = [_event(event, of_events) for event in scenario.event]
     return (scenario.changed(**changes) if changes else scenario), settings
 
 
-def event_of(scenario: Scenario, name: str) -> str:
+def event_of(labels: Sequence[str], name: str) -> str:
     """Return the event label with which the name of a variation begins; empty if none."""
     label = name.partition(".")[0]
-    return label if label in scenario.labels else ""
+    return label if label in labels else ""
 
 
 def _event(event: Event, settings: Mapping[str, Raw]) -> dict[str, Any]:

@@ -67,8 +67,8 @@ def touches(dataset: Signals, site: str) -> Bools:
 
 def largest(dataset: Signals, values: Array | None, begin: float = 0.0, end: float = np.inf) -> float | None:
     """Return the largest of values at each sample between two cycles, from cycle 0 on; None without samples there."""
-    within = (cycles(dataset) >= max(begin, 0.0)) & (cycles(dataset) < end)
-    return None if values is None or not within.any() else float(values[within].max())
+    first, stop = np.searchsorted(cycles(dataset), (max(begin, 0.0), end))
+    return None if values is None or first >= stop else float(values[first:stop].max())
 
 
 def _peaks(dataset: Signals, site: str) -> Array | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -80,7 +81,9 @@ def cycles(dataset: Signals) -> Array:
 
 def parameters(dataset: Signals, component: str = PLANT) -> dict[str, Any]:
     """Return the parameters of a component, by default the plant; none if the run did not have it."""
-    return _decoded(dataset.attrs.get("parameters", "{}")).get(component, {})
+    stored = dataset.attrs.get("parameters", "{}")  # JSON, unless the result is only judged
+    of_components: Mapping[str, dict[str, Any]] = _decoded(stored) if isinstance(stored, str) else stored
+    return of_components.get(component, {})
 
 
 @lru_cache(maxsize=1)

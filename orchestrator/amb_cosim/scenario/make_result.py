@@ -36,14 +36,14 @@ def bare_signals(planned: PlannedRun, recording: Recording) -> SignalTable:
     steps = {f"{name}{AT_STEPS}": Samples(column, {}, EACH_STEP) for name, column in steps_of(recording).items()}
     time = np.asarray(recorder.points * plan.step_size, np.float64)
     coordinates = _coordinates(plan, time) | step_times(recording)
-    of_run = {"communication_step_s": plan.step_size, "parameters": json.dumps(parameters_of(recording))}
+    of_run = {"communication_step_s": plan.step_size, "parameters": parameters_of(recording)}
     return SignalTable(variables | steps, coordinates, of_run | _landmarks(planned, recorder))
 
 
 def _coupling_warnings(planned: PlannedRun) -> list[WarningRecord]:
     """Return a warning if the coupling puts a loop in doubt; connections in both directions form a loop."""
     system = planned.plan.system
-    links = _links(system)
+    links = system.links
     if not any((target, source) in links for source, target in links):
         return []
     parameters = planned.plan.all_parameters(planned.interfaces)
@@ -96,17 +96,12 @@ def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
     common = {PLACES: places_of(planned.assembly).to_json(), "period_s": plan.period, "speed_rad_s": planned.speed}
     if planned.profile:
         common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in planned.profile])
-    if sources := _sources(plan.system):
+    if sources := _sources(planned.assembly.system):
         common[SOURCES] = json.dumps(sources)
     return {**common, **cycles, **labels, LAST_CHANGE: last * cycle}
 
 
 def _sources(system: System) -> list[str]:
     """Return the components that only supply signals, such as a generator of test forces."""
-    links = _links(system)
+    links = system.links
     return sorted({sender for sender, _ in links} - {receiver for _, receiver in links})
-
-
-def _links(system: System) -> set[tuple[str, str]]:
-    """Return the sending and the receiving component of all connections."""
-    return {(system.split(link.source)[0], system.split(link.target)[0]) for link in system.connections}

@@ -118,10 +118,12 @@ def is_measured(values: Assignments) -> bool:
 
 def parameters_of(values: Assignments, bearing: str, axis: str) -> dict[str, float]:
     """Return the parameters of an axis of the actuator by their names without bearing and axis."""
-    prefix, suffix = f"{bearing}.", f"_{axis}"
-    names = (p.name for p in values.interfaces[ACTUATOR].of("parameter"))
-    of_axis = [name for name in names if name.startswith(prefix) and name.endswith(suffix)]
-    return {name.removeprefix(prefix).removesuffix(suffix): values.parameter(f"{ACTUATOR}.{name}") for name in of_axis}
+    prefix, suffix, stated = f"{bearing}.", f"_{axis}", values.parameters[ACTUATOR]
+    return {
+        port.name.removeprefix(prefix).removesuffix(suffix): stated.get(port.name, port.start or 0.0)
+        for port in values.interfaces[ACTUATOR].of("parameter")
+        if port.name.startswith(prefix) and port.name.endswith(suffix)
+    }
 
 
 def magnet_axes(values: Assignments) -> Iterator[tuple[str, str]]:

@@ -88,6 +88,7 @@ class Program(NamedTuple):
 
 
 C = TypeVar("C", bound=Addressable)
+_NOTHING = Changes(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0))
 
 
 class End(Structure):
@@ -273,8 +274,9 @@ def _ends(lengths: Sequence[int]) -> Indices:
 
 def _merged(changes: Sequence[Changes]) -> Changes:
     """Merge the changes of several schedules in order of time; at the same point the last schedule wins."""
-    nothing = Changes(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0))
-    points, positions, values = (np.concatenate(parts) for parts in zip(nothing, *changes, strict=True))
+    if not any(len(each.points) for each in changes):
+        return _NOTHING
+    points, positions, values = (np.concatenate(parts) for parts in zip(_NOTHING, *changes, strict=True))
     order = np.argsort(points, kind="stable")
     return Changes(points[order], positions[order], values[order])
 

@@ -61,6 +61,17 @@ class SettledLoop:
         """Positions of the values that move linearly."""
         return np.flatnonzero(self.moving)
 
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of these signals."""
+        return [self.master.wiring.names[position] for position in self.signals]
+
+    @cached_property
+    def units(self) -> list[str | None]:
+        """Units of these signals."""
+        ports = {part.component.name: part.interface.ports for part in self.parts}
+        return [ports[component][variable].unit for component, _, variable in (n.partition(".") for n in self.names)]
+
     @property
     def n_states(self) -> int:
         """The number of states, which precede the signals in x."""
@@ -297,8 +308,7 @@ def _refuse_active_nonlinearity(parts: Sequence[StateMap]) -> None:
 
 def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
     """Raise _OffOrbit unless all signals agree with the orbit at point n."""
-    names = [loop.master.wiring.names[position] for position in loop.signals]
-    units = [_unit(name, loop.parts) for name in names]
+    names, units = loop.names, loop.units
     sizes = (np.abs(orbit.mean) + np.abs(orbit.amplitude))[loop.n_states :]
     largest = dict.fromkeys(units, 0.0)
     for unit, size in zip(units, sizes, strict=True):
@@ -312,8 +322,3 @@ def _check(loop: SettledLoop, orbit: Orbit, n: int) -> None:
         f"{names[worst]} does not move linearly: it deviates from the computed motion by {deviation[worst]:.2g} of the "
         f"largest such signal; possible causes are noise, nonlinear forces and limits"
     )
-
-
-def _unit(name: str, parts: Sequence[StateMap]) -> str | None:
-    component, _, variable = name.partition(".")
-    return next(part.interface.ports[variable].unit for part in parts if part.component.name == component)

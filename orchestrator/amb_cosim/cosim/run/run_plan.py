@@ -154,6 +154,8 @@ def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome 
     Outputs that are recorded or connected are watched; before a checkpoint from which the run began, recorded ones.
     """
     plan, recorder, foreign = simulator.plan, simulator.recorder, simulator.assembly.from_elsewhere
+    if not foreign:
+        return None
     watch = FiniteWatch(dict(enumerate(plan.recorded)), plan.record_from)
     watch.see(recorder.points, recorder.table)
     watch.add(simulator.watch)

@@ -247,6 +247,11 @@ class System:
                 "\n".join(f"{target} must be connected but is not; {options}" for target, options in possible)
             )
 
+    @cached_property
+    def links(self) -> frozenset[tuple[str, str]]:
+        """The sending and the receiving component of all connections."""
+        return frozenset((self.split(link.source)[0], self.split(link.target)[0]) for link in self.connections)
+
     def fed(self) -> set[str]:
         """Return the inputs that a connection or a signal feeds."""
         return {target for _, target in self.feeds()}
