@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 from amb_analysis.studies.receptance_identification import identify
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, PlannedResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
@@ -58,7 +58,7 @@ class RobustnessRow:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Robustness(DrawnResult):
+class Robustness(PlannedResult, DrawnResult):
     """Outcomes of a scenario and of its variations.
 
     scenario
@@ -112,6 +112,7 @@ class Robustness(DrawnResult):
             "peak force (N) of each site, largest orbit (mm) at each bearing and retainer",
             *not_varied,
             verdict,
+            *self.warning_lines(),
         ]
 
 
@@ -167,7 +168,8 @@ def robustness(
         runner.close()
     if rows[0].reason:
         raise ValueError(f"scenario {scenario.name}: {rows[0].reason}")
-    return Robustness(scenario.name, change, tuple(rows), dict(varied.left_out))
+    left_out = dict(varied.left_out)
+    return Robustness(scenario.name, change, tuple(rows), left_out, warnings=planned.plan.warnings)
 
 
 def _identified(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from amb_analysis.linear.linearise import linearise
 from amb_assessment.assessment.assess import assess, check_machine
 from amb_assessment.assessment.description import description
 from amb_assessment.assessment.machine_file import load_machine
@@ -21,16 +22,24 @@ STUDIES = {
     "unbalance_response": {"up_to": 200.0},
     "linearisation": {},
     "sensitivity": {},
+    "identify": {"speeds": "9000 rpm", "computed": True},
+    "waterfall": {"window": "2 ms"},
+    "coupling": {},
+    "robustness": {},
 }
+BY_RUNS = ("waterfall", "coupling", "robustness")  # half a revolution is enough
 
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_studies_show_the_warnings_of_a_run(name):
-    expected = plan_run(load_scenario(MACHINE), IDLE).plan.warnings
+    machine = load_scenario(MACHINE).changed(settle_cycles=0, end_cycle=0.5)
+    source = {"source" if name == "waterfall" else "scenario": machine if name in BY_RUNS else MACHINE}
+    expected = plan_run(machine, IDLE).plan.warnings
     assert_names(expected[0], "rolac_controller.chain.noise", "rolac_controller.chain.preset")
-    result = getattr(studies, name)(scenario=MACHINE, set=IDLE, **STUDIES[name])
-    assert result.warnings == expected
-    assert [part for part in result.text() if isinstance(part, str)][-1] == f"warning: {expected[0]}"
+    result = getattr(studies, name)(**source, set=IDLE, **STUDIES[name])
+    assert [shown.removesuffix(" (parameters)") for shown in result.warnings] == [*expected]  # the suffix of a summary
+    assert result.as_dict()["warnings"] == [*result.warnings]
+    assert [part for part in result.text() if isinstance(part, str)][-1] == f"warning: {result.warnings[-1]}"
 
 
 def test_an_assessment_shows_the_warnings_of_a_run():
@@ -43,3 +52,10 @@ def test_an_assessment_shows_the_warnings_of_a_run():
     assert result.warnings[0] in page(result)
     assert description(check_machine(file), ())[-1] == f"warning: {result.warnings[0]}"
     assert assess("compressor", only=["free_modes"]).warnings == ()
+
+
+def test_a_linear_model_has_the_warnings_of_a_run():
+    expected = plan_run(load_scenario(MACHINE), IDLE).plan.warnings
+    model = linearise(MACHINE, set=IDLE, components=["rotor_contact"])
+    assert model.warnings == expected
+    assert model.text()[-1] == f"warning: {expected[0]}"

@@ -1,5 +1,7 @@
 """The convergence study: the parameters that it varies, its measure of contact, and its verdict on synthetic runs."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from amb_analysis.studies import contact_convergence, convergence_runs
@@ -45,15 +47,16 @@ def test_meshes_differ_only_in_nodes_or_mass_matrix(cases):
 
 @pytest.fixture
 def study(monkeypatch):
-    """`study(peak, starts)`: the study with `peak(case)` (N) at RB1 in place of simulations."""
+    """`study(peak, starts, warnings)`: the study with `peak(case)` (N) at RB1 in place of simulations."""
 
-    def run(peak, starts=4):
+    def run(peak, starts=4, warnings=()):
         def simulated(_, cases, progress):
             progress(len(cases), len(cases))
             sites = [Contact(peak(case), 2.0, 3.0, 4.0) for case in cases]
             return [CaseResult({"rb1": site}, "recovered", 1e-8) for site in sites]
 
-        monkeypatch.setattr(contact_convergence, "plan_case", lambda case: None)
+        planned = SimpleNamespace(plan=SimpleNamespace(warnings=warnings))
+        monkeypatch.setattr(contact_convergence, "plan_case", lambda case: planned)
         monkeypatch.setattr(contact_convergence, "simulate_in_processes", simulated)
         return studies.convergence("fig4_9", rotor="bath_rig", starts=starts, progress=False)
 
@@ -86,6 +89,12 @@ def test_scattering_starts_are_called_chaotic_and_their_medians_compared(study):
     assert result.scatter == pytest.approx(100.0)
     assert result.change == pytest.approx(1.0)
     assert "chaotic, medians are compared" in str(result)
+
+
+def test_warnings_of_the_plan_follow_the_verdict(study):
+    result = study(lambda case: 1000.0, starts=0, warnings=("a switch is idle",))
+    assert result.text()[-1] == "warning: a switch is idle"
+    assert result.as_dict()["warnings"] == ["a switch is idle"]
 
 
 @pytest.mark.slow

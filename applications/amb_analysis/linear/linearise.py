@@ -104,7 +104,9 @@ def model_of(
     chosen_inputs = free if inputs is None else _matching("inputs", inputs, free, reason)
     chosen_outputs = part_outputs if outputs is None else _matching("outputs", outputs, variables, reason)
     point = {SPEED: source.plan.inputs[SPEED]} if SPEED in source.plan.inputs else {}
-    return linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **source.point})
+    model = linear_model(whole.selected(chosen_inputs, chosen_outputs), units, {**point, **source.point})
+    model.warnings = source.plan.warnings
+    return model
 
 
 def in_order(

@@ -25,6 +25,8 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
         Operating point by name: the speed `Omega` (rad/s), and other set values.
     notes
         Effects that the model neglects, or the source of a foreign part, in sentences.
+    warnings
+        Warnings of the plan of the run, which a run has in its summary.
     """
 
     input_names: tuple[str, ...]
@@ -33,6 +35,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
     output_units: tuple[str, ...]
     operating_point: Mapping[str, float]
     notes: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         time = f"sampled every {self.dt:g} s" if self.dt else "continuous"
@@ -48,7 +51,8 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
             for name, unit in zip(names, units, strict=True):
                 signals.add_row(name, unit, kind)
         point = ", ".join(f"{name} = {value:g}" for name, value in self.operating_point.items())
-        return [repr(self), f"at {point}" if point else "at rest", signals, *self.notes]
+        warnings = (f"warning: {sentence}" for sentence in self.warnings)
+        return [repr(self), f"at {point}" if point else "at rest", signals, *self.notes, *warnings]
 
     def _repr_html_(self) -> str:
         return html_of(self.text())

@@ -25,7 +25,7 @@ from amb_analysis.studies.convergence_runs import (
     varied_cases,
 )
 from amb_analysis.studies.processes import simulate_in_processes
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import MachineResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
@@ -62,11 +62,9 @@ class ConvergenceRow:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ContactConvergence(DrawnResult):
+class ContactConvergence(MachineResult):
     """Contact of a scenario with other modes, meshes, substeps, communication steps and starts.
 
-    scenario, rotor
-        Their names.
     rows
         The run of the scenario, followed by the others.
     scatter
@@ -84,8 +82,6 @@ class ContactConvergence(DrawnResult):
 
     name: ClassVar[str] = "convergence"
 
-    scenario: str
-    rotor: str
     rows: tuple[ConvergenceRow, ...]
     scatter: Annotated[float | None, "%"]
     change: Annotated[float | None, "%"]
@@ -111,6 +107,7 @@ class ContactConvergence(DrawnResult):
             f"peak: largest force (N); {window}; impact: largest impulse of impacts in a step; impulse: of all (N s)",
             *self._over_starts(sites),
             *self._verdict(),
+            *self.warning_lines(),
         ]
 
     def _over_starts(self, sites: Sequence[str]) -> list[TextBlock]:
@@ -191,7 +188,7 @@ def convergence(
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
     values = as_scenario(scenario, rotor)
     base = ConvergenceCase(values, dict(set or {}), RunOptions(flavour=flavour))
-    plan_case(base)  # checks the input and builds the FMUs before processes are started
+    planned = plan_case(base)  # checks the input and builds the FMUs before processes are started
     with progress_bar(progress) as report:
         variants = list(varied_cases(base))
         base_cases = _with_starts([base], starts)
@@ -223,6 +220,7 @@ def convergence(
         averaged_change=averaged_change,
         averaged_step_change=averaged_step_change,
         chaotic=chaotic,
+        warnings=planned.plan.warnings,
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, PlannedResult
 from amb_cosim.cosim.basics.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.system_tables import Record
@@ -67,7 +67,7 @@ class OrderRow:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CouplingOrders(DrawnResult):
+class CouplingOrders(PlannedResult, DrawnResult):
     """Runs of a scenario in each order of the master and at several communication steps, compared with the first."""
 
     name: ClassVar[str] = "coupling"
@@ -86,7 +86,7 @@ class CouplingOrders(DrawnResult):
             last = "-" if row.last_contact is None else f"{row.last_contact:.1f}"
             other_cells = (f"{100.0 * row.deviation:.1f}", row.outcome, last, f"{row.cost:.1f}")
             table.add_row(row.order, f"{1e6 * row.step:g}", *orbits, *other_cells)
-        return [table]
+        return [table, *self.warning_lines()]
 
 
 RUNS = (
@@ -126,13 +126,14 @@ def coupling(
     """
     values = as_scenario(scenario, rotor).model_copy(update={"record": Record()})
     options = RunOptions(flavour=flavour)
-    runs = [run for run in RUNS if not run.predicts or predictable(plan_run(values, set, options=options).interfaces)]
+    planned = plan_run(values, set, options=options)
+    runs = [run for run in RUNS if not run.predicts or predictable(planned.interfaces)]
     result = [simulated(run, values, set or {}, options) for run in runs]
     first, shortest = result[0]
     if not first.orbit or not all(first.orbit.values()):
         raise ValueError(f"scenario {values.name}: the rotor does not move before its step; {first.outcome}")
     rows = (replace(row, deviation=_deviation(row, first), cost=wall / shortest) for row, wall in result)
-    return CouplingOrders(values.name, tuple(rows))
+    return CouplingOrders(values.name, tuple(rows), warnings=planned.plan.warnings)
 
 
 def simulated(

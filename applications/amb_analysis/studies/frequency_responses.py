@@ -21,7 +21,7 @@ from amb_analysis.measured.modal_fit import fitted_modes
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
 from amb_analysis.measured.units import si_channel
 from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
-from amb_analysis.studies.result import PlannedResult
+from amb_analysis.studies.result import DrawnResult, PlannedResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
@@ -66,7 +66,7 @@ class ComputedResponse:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrequencyResponses(PlannedResult):
+class FrequencyResponses(PlannedResult, DrawnResult):
     """Frequency responses of a rotor.
 
     rotor

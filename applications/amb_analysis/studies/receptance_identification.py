@@ -20,7 +20,7 @@ from amb_analysis.studies.receptance_measurement import (
     run_identification,
     table_for,
 )
-from amb_analysis.studies.result import StudyResult
+from amb_analysis.studies.result import PlannedResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
@@ -50,7 +50,7 @@ Report = Callable[[IdentificationProgress], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(StudyResult):
+class Identification(PlannedResult):
     """Receptances identified at several speeds.
 
     speeds
@@ -89,7 +89,7 @@ class Identification(StudyResult):
                     difference = f"{100.0 * np.abs(ratios(result.receptance, result.model) - 1.0).max():.2g}"
             numbers = f"{result.frequency:.6g}", str(result.periods), number(result.force)
             table.add_row(*numbers, condition, difference, outcome)
-        return [table]
+        return [table, *self.warning_lines()]
 
 
 def identify(
@@ -163,7 +163,8 @@ def identify(
                     table.write(path)
             if result.interrupted:
                 break
-    return Identification(tuple(chosen_speeds), tuple(results), table)
+    warnings = dict.fromkeys(sentence for machine in runs for sentence in machine.planned.plan.warnings)
+    return Identification(tuple(chosen_speeds), tuple(results), table, warnings=tuple(warnings))
 
 
 @contextmanager

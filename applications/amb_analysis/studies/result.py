@@ -53,7 +53,7 @@ class DrawnResult(StudyResult):
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class PlannedResult(DrawnResult):
+class PlannedResult(StudyResult):
     """A result for a planned run.
 
     warnings
@@ -68,7 +68,7 @@ class PlannedResult(DrawnResult):
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class MachineResult(PlannedResult):
+class MachineResult(PlannedResult, DrawnResult):
     """A result for the machine of a scenario.
 
     scenario, rotor

@@ -12,11 +12,12 @@ import numpy as np
 from scipy.signal import find_peaks, get_window, stft
 
 from amb_analysis.studies.inputs import Number, spin_speed
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, PlannedResult
 from amb_cosim.comparison.compare import Source, load
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.record.warnings import sentences, warnings_of
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.places import places
@@ -78,7 +79,7 @@ class BearingSpectra:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Waterfall(DrawnResult):
+class Waterfall(PlannedResult, DrawnResult):
     """Spectra of the orbits of a run over time.
 
     scenario
@@ -93,6 +94,8 @@ class Waterfall(DrawnResult):
         Whether the spin speed changes.
     bearings
         Spectra by bearing.
+    warnings
+        All warnings of the run.
     """
 
     name: ClassVar[str] = "waterfall"
@@ -118,7 +121,8 @@ class Waterfall(DrawnResult):
                 *result.other,
             )
         nearby = f"up to {NEAR / self.window:.3g} Hz from the spin, from 0 Hz or from each other"
-        return [table, f"negative frequencies are backward whirl; vibrations {nearby} are not distinguished"]
+        note = f"negative frequencies are backward whirl; vibrations {nearby} are not distinguished"
+        return [table, note, *self.warning_lines()]
 
 
 def waterfall(
@@ -226,6 +230,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         frequencies=lines,
         changing_speed=speed_changes(recorded),
         bearings=result,
+        warnings=tuple(sentences(warnings_of(recorded))),
     )
 
 

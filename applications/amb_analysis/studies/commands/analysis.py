@@ -275,3 +275,5 @@ def linearise(scenario: str | None, controller: str | None, output: Path, **opti
     click.echo(f"{model.nstates} states, {model.ninputs} inputs, {model.noutputs} outputs, {sampled}; in {path}")
     for note in model.notes:
         click.echo(f"notice: {note}", err=True)
+    for sentence in model.warnings:
+        click.echo(f"warning: {sentence}", err=True)
