@@ -87,7 +87,7 @@ def new(
             task = progress.add_task(STARTING, total=None)
 
             def report(sample_time: float, tried: int) -> None:
-                progress.update(task, description=f"samples of {1e6 * sample_time:g} us, {tried} gains tried")
+                progress.update(task, description=f"samples of {1e6 * sample_time:g} us, gains tried: {tried}")
 
             machine = new_machine(folder, text, Omega, positions, magnet, flavour, report)
     for bearing, point in machine.points.items():

@@ -16,7 +16,7 @@ from amb_assessment.first_design.levitation import (
     operating_points,
     pid_of,
 )
-from amb_assessment.first_design.shortfalls import hindering_positions, shortfalls, soft_bearings
+from amb_assessment.first_design.shortfalls import high_voltage, hindering_positions, shortfalls, soft_bearings
 from amb_assessment.first_design.sizing import SAMPLE_TIMES, MachineSizes
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
@@ -92,7 +92,7 @@ def first_design(
     best, machine = min(candidates, key=lambda item: item[0].loop.lack)
     if not best.loop.is_stable:
         raise ValueError(_refusal(sizes, best, machine))
-    missed = (*shortfalls(machine, best.loop, sizes.speed), *soft_bearings(best.pid, k_s))
+    missed = (*shortfalls(machine, best.loop, sizes.speed), *soft_bearings(best.pid, k_s), *high_voltage(sizes))
     return replace(best, shortfalls=missed)
 
 

@@ -13,6 +13,7 @@ from amb_analysis.machine.machine import Machine
 from amb_analysis.machine.response import synchronous_response
 from amb_analysis.studies.stability_margin import ZONES
 from amb_assessment.first_design.levitation import BANDS, BEYOND, LEFT, STIFFNESS, TRIP, Levitation, Pid
+from amb_assessment.first_design.sizing import MachineSizes
 from amb_cosim.cosim.system.values import RPM
 from rotor_analysis.mode_reach import REACHED, ModeReach, mode_reaches
 from rotor_analysis.rotor import Rotor
@@ -20,6 +21,7 @@ from rotor_analysis.rotor import Rotor
 ACCEPTED = "AB"  # zones of unrestricted long-term operation (ISO 14839-3)
 MODES = 6  # of the free rotor that are examined
 WELL = 0.3  # least reach of a bearing that damps a mode well
+INDUSTRIAL = 600.0  # V, about the highest voltage of amplifiers that are sold for magnetic bearings
 
 
 def shortfalls(machine: Machine, levitation: Levitation, speed: float) -> tuple[str, ...]:
@@ -73,6 +75,23 @@ def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
             f"stiffness K_b over K_s: {shares} ({STIFFNESS:g} is wanted), where sensitivity is at least K_s/K_b at low "
             "frequency; a smaller bias current or a wider gap lowers K_s"
         )
+
+
+def high_voltage(sizes: MachineSizes) -> Iterator[str]:
+    """Yield the voltage of the coils if it exceeds that of industrial amplifiers, and coils for which these suffice.
+
+    U = 2 R I_max + L I_b 2 Omega,   I_b ~ I_max ~ 1/N,   R ~ L ~ N^2,   hence U ~ N at the same force     (1)
+    """
+    if sizes.voltage_limit <= INDUSTRIAL:
+        return
+    turns = max(math.floor(sizes.turns * INDUSTRIAL / sizes.voltage_limit), 1)
+    more = sizes.turns / turns
+    yield (
+        f"amplifiers of {sizes.voltage_limit:.0f} V: coils of {sizes.turns} turns with a bias of "
+        f"{sizes.bias_current:.3g} A need that voltage at {sizes.speed * RPM:.0f} rpm, and industrial amplifiers have "
+        f"up to about {INDUSTRIAL:g} V; for the same force {sizes.voltage_limit / more:.0f} V are enough with {turns} "
+        f"turns, a bias of {more * sizes.bias_current:.3g} A and a current limit of {more * sizes.current_limit:.3g} A"
+    )
 
 
 def _damping_shortfall(rotor: Rotor, loop: Levitation) -> Iterator[str]:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
 from amb_analysis.machine.machine import Machine
 from amb_assessment.first_design.levitation import Levitation, Pid
 from amb_assessment.first_design.loop_search import Peak
-from amb_assessment.first_design.shortfalls import saturating_axes, soft_bearings
+from amb_assessment.first_design.rotor_text import plain_shaft, supports
+from amb_assessment.first_design.shortfalls import high_voltage, saturating_axes, soft_bearings
+from amb_assessment.first_design.sizing import MU_0, machine_sizes
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
+from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names
 
 SLOW = 0.1  # rad/s: the rotor follows the rotating force as a static one
@@ -51,3 +55,24 @@ def test_bearings_softer_than_their_magnets_require_are_a_shortfall():
     assert_names(reason, "top 0.58", "low 0.53", "0.7", "bias current", "gap")
     assert "mid" not in reason
     assert not list(soft_bearings(Pid(k_s, pid.c_b, 1e-5), k_s))
+
+
+@pytest.mark.parametrize(("mass", "length", "rpm"), [(1500.0, 3.2, 6000.0), (60.0, 1.2, 12000.0)])
+def test_voltage_beyond_industrial_amplifiers_is_a_shortfall(tmp_path, mass, length, rpm):
+    """Coils with the advised turns, bias and limit have the same flux, and the voltage of their own inductance."""
+    file, speed = tmp_path / "rotor.toml", rpm * math.pi / 30.0
+    file.write_text(plain_shaft("motor", mass, length, speed))
+    file.write_text(file.read_text() + supports(load_rotor(file), None))
+    sizes = machine_sizes(load_rotor(file), speed)
+    reasons = list(high_voltage(sizes))
+    assert len(reasons) == (mass > 1000.0)
+    for reason in reasons:
+        advice = re.search(r"; for .* (\S+) V .* (\d+) turns, a bias of (\S+) A .* (\S+) A", reason)
+        U, N, bias, limit = (float(value) for value in advice.groups())
+        assert N * bias == pytest.approx(sizes.turns * sizes.bias_current, rel=0.01)
+        inductance = 2.0 * MU_0 * N**2 * sizes.pole_area / sizes.gap
+        resistance = sizes.resistance * (N / sizes.turns) ** 2  # of coils with the same copper
+        assert pytest.approx(2.0 * resistance * limit + 2.0 * inductance * bias * speed, rel=0.01) == U
+        assert U <= 600.0
+        assert U * (N + 1.0) / N > 600.0  # with one turn more
+        assert_names(reason, f"{sizes.voltage_limit:.0f} V", f"{sizes.turns} turns", "600 V", f"{rpm:.0f} rpm")
