@@ -28,7 +28,9 @@ from amb_cosim.cosim.system.values import Raw
 from fmi_export.building.units import to_unit
 
 MOST_POINTS = 10_000_000  # points of a sweep
-_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?![-+.\d]).*?)\s*")
+_NUMBER, _TO = r"\d+(?:\.\d+)?", r" *(?:-|–|\.\.+|to) *"
+_SPAN = re.compile(rf"{_NUMBER}(?:{_TO}{_NUMBER}(?: .*|[^.\s]*)| *(\S.*?){_TO}{_NUMBER} *\1)")  # such as 200-300
 _NAME = re.compile(r"[A-Za-z_][\w?*\[\]]*(?:\.[^&/]+)?")  # variables of FMUs have any names, such as der(x)
 _VARIED = re.compile(r"\s*(.*?\S)\s*=\s*(@.*\S|[^=]*[^=\s])\s*")  # values have no =, paths of files may
 
@@ -214,6 +216,9 @@ def _list(name: str, values: Sequence[Any]) -> Column:
     invalid = [item for item in items if not isinstance(item, bool | int | float | str) or item == ""]
     if invalid or not items:
         raise ValueError(f"{name} = {values} is not allowed; it must be a list of numbers or texts")
+    spans = [item for item in items if isinstance(item, str) and _SPAN.fullmatch(item)]
+    if spans:
+        raise ValueError(f"{name} = {spans[0]} is not a value; write a range as START:STOP:COUNT, such as 200:300:11")
     quantities = [_quantity(item) if isinstance(item, str) else None for item in items]
     numbers = [entry for entry in quantities if entry is not None]
     if len(numbers) == len(items):
