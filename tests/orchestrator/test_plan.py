@@ -144,6 +144,14 @@ def test_a_speed_must_suit_every_target():
         plan({"rotor.Omega": 600})
 
 
+def test_a_refused_speed_is_named_in_rad_per_s_and_as_written():
+    """-960 rpm turn -16 times a second, 100.531 rad/s."""
+    signed = interface(*(replace(port, minimum=-1e4) for port in INTERFACES["sampler"].ports.values()))
+    for name in ("Omega", "rotor.Omega"):
+        with raises_naming(ValueError, "Omega", "-100.531 rad/s", "-960 rpm", ">= 0 rad/s"):
+            plan({name: "-960 rpm"}, sampler=signed)
+
+
 RUN_UP = """
 [[speed]]
 time = "0.2 s"

@@ -116,6 +116,8 @@ def with_points(*points: str) -> str:
         (MINIMAL + "coupling = 'magic'", ("coupling", "'magic'", "'gauss_seidel'", "'jacobi'", "'iterative'")),
         (MINIMAL + "inputs.a.b = [1, 2]", ("inputs.a.b", "[1, 2]", "number", "true", "false")),
         (with_points("time = 1\nOmega = -3"), ("Omega", "-3 rad/s", ">= 0 rad/s")),
+        (with_points("time = 1\nOmega = '-9 rpm'"), ("Omega", "-0.942478 rad/s", "-9 rpm", ">= 0 rad/s")),
+        (MINIMAL.replace("end_cycle = 10", "end_time = '-2 min'"), ("end_time", "-120 s", "-2 min", "> 0 s")),
         (with_points("Omega = 3"), ("speed point", "cycle", "time")),
         (with_points("time = 1\ncycle = 1\nOmega = 3"), ("speed point", "cycle", "time")),
         (with_points("time = '1 V'\nOmega = 3"), ("time", "speed point", "'1 V'", "unit V")),

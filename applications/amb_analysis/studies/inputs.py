@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from amb_cosim.cosim.fmu.fmus import FmuSource
-from amb_cosim.cosim.system.values import quantity
+from amb_cosim.cosim.system.values import quantity, stated
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
@@ -52,7 +52,7 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
         If it is not a speed, negative, or beyond `HIGHEST`.
     """
     value = quantity(raw, "rad/s", name)
-    require(0.0 <= value <= HIGHEST, name, f"{value:g} rad/s", f">= 0 rad/s and <= {HIGHEST:g} rad/s")
+    require(0.0 <= value <= HIGHEST, name, stated(f"{value:g} rad/s", raw), f">= 0 rad/s and <= {HIGHEST:g} rad/s")
     return value
 
 
@@ -72,7 +72,7 @@ def speed_range(up_to: Number, points: int, lowest: float = 0.0) -> Array:
         If `up_to` is not a speed above the lowest.
     """
     highest = spin_speed(up_to, "up-to")
-    require(highest > lowest, "up-to", f"{highest:g} rad/s", f"> {lowest:.4g} rad/s")
+    require(highest > lowest, "up-to", stated(f"{highest:g} rad/s", up_to), f"> {lowest:.4g} rad/s")
     return np.linspace(lowest, highest, points)
 
 
@@ -85,10 +85,9 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
         If it is not such a number, or not from `LEAST` to `MOST`; `reason` is appended to the allowed range.
     """
     value, unit_text = quantity(raw, unit, name), unit.replace(".", " ")
-    require(0.0 < value < float("inf"), name, f"{value:g} {unit_text}", f"> 0 {unit_text}{reason}")
-    require(
-        LEAST <= value <= MOST, name, f"{value:g} {unit_text}", f">= {LEAST:g} {unit_text} and <= {MOST:g} {unit_text}"
-    )
+    shown = stated(f"{value:g} {unit_text}", raw)
+    require(0.0 < value < float("inf"), name, shown, f"> 0 {unit_text}{reason}")
+    require(LEAST <= value <= MOST, name, shown, f">= {LEAST:g} {unit_text} and <= {MOST:g} {unit_text}")
     return value
 
 

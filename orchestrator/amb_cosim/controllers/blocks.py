@@ -24,7 +24,7 @@ from pydantic import Field
 
 from amb_cosim.controllers.laws import Law, law_of, series_of_sections
 from amb_cosim.cosim.system.tables import Table, Value
-from amb_cosim.cosim.system.values import quantity
+from amb_cosim.cosim.system.values import quantity, stated
 
 Points = Annotated[tuple[tuple[Value, Value], ...], Field(min_length=1, max_length=1000)]  # of (speed, value)
 ValueOf = Callable[[Value, str], float]
@@ -45,7 +45,8 @@ def _number(raw: Value, unit: str, name: str, low: float, high: float) -> float:
     value = quantity(raw, unit, name)
     if not low <= value <= high:
         suffix = "" if unit == "1" else f" {unit}"
-        raise ValueError(f"{name} = {value:g}{suffix} is not allowed; it must be >= {low:g} and <= {high:g}{suffix}")
+        shown = stated(f"{value:g}{suffix}", raw)
+        raise ValueError(f"{name} = {shown} is not allowed; it must be >= {low:g} and <= {high:g}{suffix}")
     return value
 
 

@@ -203,7 +203,7 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
     warnings = [*set_operating_points(missing), *of_loads]
     set_test_force(missing)
     coupling = scenario.coupling or assembly.system.coupling
-    checked_speed(values.inputs[SPEED])  # a wrong speed is reported before a wrong step
+    checked_speed(values.inputs[SPEED], values.written[SPEED])  # a wrong speed is reported before a wrong step
     if late := delay(coupling, scenario.step_size(coupling)):
         for name in set(predictable(assembly.interfaces)) - stated:
             values.set(name, late)

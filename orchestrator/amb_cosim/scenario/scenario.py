@@ -15,7 +15,7 @@ from amb_cosim.cosim.basics.choices import Coupling, Role, Settling
 from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
-from amb_cosim.cosim.system.values import quantity
+from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
 from amb_cosim.scenario.rotors import (
@@ -31,7 +31,7 @@ from amb_cosim.scenario.rotors import (
 )
 from amb_cosim.scenario.scenario_tables import Event, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_file
-from amb_files.checks import errors_in
+from amb_files.checks import errors_in, require
 from amb_files.pack_file import default
 from amb_files.toml import parse_toml, validate
 
@@ -175,7 +175,7 @@ class Scenario(Table):
     @property
     def initial_speed(self) -> float:
         """Speed before and at the beginning of cycle 0 in rad/s."""
-        return checked_speed(quantity(self.Omega, "rad/s", "Omega"))
+        return checked_speed(quantity(self.Omega, "rad/s", "Omega"), self.Omega)
 
     @property
     def period(self) -> float:
@@ -207,10 +207,10 @@ class Scenario(Table):
         return next((event for event in self.event if event.role == role), None)
 
 
-def checked_speed(speed: float) -> float:
-    """Return the speed (rad/s), if a rotor can turn at it; raise ValueError otherwise."""
-    if not 0.0 <= speed < math.inf:
-        raise ValueError(f"Omega = {speed:g} rad/s is not allowed; it must be >= 0 rad/s, since cycles count its turns")
+def checked_speed(speed: float, written: Raw = 0.0) -> float:
+    """Return the speed (rad/s), if a rotor can turn at it; raise ValueError, with the speed as `written`, otherwise."""
+    shown = stated(f"{speed:g} rad/s", written)
+    require(0.0 <= speed < math.inf, "Omega", shown, ">= 0 rad/s, since cycles count its turns")
     return speed
 
 
@@ -307,5 +307,5 @@ def _check_speeds(scenario: Scenario) -> None:
                 else "at > 0 s, because Omega defines the start"
             )
             raise ValueError(f"speed point at {moment:g} s is not allowed; it must be {what}")
-        checked_speed(quantity(point.Omega, "rad/s", "Omega"))
+        checked_speed(quantity(point.Omega, "rad/s", "Omega"), point.Omega)
         before = moment

@@ -24,6 +24,8 @@ class Assignments:
         Values of parameters by component and name.
     inputs
         Values of signals and of other inputs, by name.
+    written
+        Values of signals and of other inputs as they were set, by name.
     texts
         Values of String and Binary variables by component and name.
     dropped
@@ -34,6 +36,7 @@ class Assignments:
         self.system, self.interfaces = system, interfaces
         self.parameters: dict[str, dict[str, float]] = {c.name: {} for c in system.components}
         self.inputs: dict[str, float] = {}
+        self.written: dict[str, Raw] = {}
         self.texts: dict[str, dict[str, str | bytes]] = {}
         self.dropped: list[str] = []
 
@@ -42,7 +45,7 @@ class Assignments:
         other = Assignments(self.system, self.interfaces)
         other.parameters = {component: dict(values) for component, values in self.parameters.items()}
         other.texts = {component: dict(values) for component, values in self.texts.items()}
-        other.inputs, other.dropped = dict(self.inputs), list(self.dropped)
+        other.inputs, other.written, other.dropped = dict(self.inputs), dict(self.written), list(self.dropped)
         return other
 
     def set(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
@@ -76,7 +79,7 @@ class Assignments:
             if not is_signal and self.interfaces[component].ports[variable].causality == "parameter":
                 self.parameters[component][variable] = value
             else:
-                self.inputs[target] = value
+                self.inputs[target], self.written[target] = value, raw
         return names
 
     def set_or_drop(self, name: str, raw: Raw, only: str | None = None) -> list[str]:

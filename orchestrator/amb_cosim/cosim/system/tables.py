@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictFloat, StrictInt, StrictStr
 
-from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_files.validation_errors import Allowed
 
 Value = Annotated[
@@ -54,14 +54,15 @@ def time_of(raw: Raw, name: str, least: float | None = None, most: float = math.
         If it is not a time or outside the range; the message begins with `name`.
     """
     value = quantity(raw, "s", name)
+    shown = stated(f"{value:g} s", raw)
     if most < math.inf:
         if not -math.inf < value <= most:
-            raise ValueError(f"{name} = {value:g} s is not allowed; it must be <= {most:g} s")
+            raise ValueError(f"{name} = {shown} is not allowed; it must be <= {most:g} s")
     elif least is not None:
         if not least <= value < math.inf:
-            raise ValueError(f"{name} = {value:g} s is not allowed; it must be >= {least:g} s")
+            raise ValueError(f"{name} = {shown} is not allowed; it must be >= {least:g} s")
     elif not 0.0 < value < math.inf:
-        raise ValueError(f"{name} = {value:g} s is not allowed; it must be > 0 s")
+        raise ValueError(f"{name} = {shown} is not allowed; it must be > 0 s")
     return value
 
 

@@ -39,6 +39,12 @@ def plain_number(raw: Raw) -> float | None:
         return None
 
 
+def stated(value: str, raw: Raw) -> str:
+    """Return a converted value for a message, followed by what the user wrote if that has a unit of its own."""
+    is_other = isinstance(raw, str) and plain_number(raw) is None and raw.split() != value.split()
+    return f"{value} ({raw})" if is_other else value
+
+
 def convert(raw: Raw, port: Port, name: str) -> float:
     """Convert `raw` to a number in the unit of `port`; booleans are 0 and 1, names of an Enumeration their values.
 
@@ -61,8 +67,8 @@ def convert(raw: Raw, port: Port, name: str) -> float:
     if port.type == "Integer" and not port.items and value != math.floor(value if math.isfinite(value) else 0.5):
         raise ValueError(f"{name} = {raw} is not allowed; it must be a whole number {_bounds(port)}".rstrip())
     if not (is_allowed and math.isfinite(value)):
-        typed = f" ({raw})" if isinstance(raw, str) and plain_number(raw) is None else ""
-        raise ValueError(f"{name} = {value:.9g}{port.display_unit}{typed} is not allowed; it must be {port.allowed()}")
+        shown = stated(f"{value:.9g}{port.display_unit}", raw)
+        raise ValueError(f"{name} = {shown} is not allowed; it must be {port.allowed()}")
     return value
 
 
