@@ -9,6 +9,7 @@ from interfaces import interface
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.cosim.system.planning import plan_experiment
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
 from amb_cosim.cosim.system.tables import time_of
@@ -170,3 +171,20 @@ def test_an_end_of_a_connection_has_a_component_and_a_variable(end):
 def test_a_system_without_an_experiment_is_refused_by_name():
     with raises_naming(ValueError, "system levitated", "[experiment]"):
         load_experiment("levitated")
+
+
+@pytest.mark.parametrize(
+    ("text", "facts"),
+    [
+        ("[parameters.rotr]\nmass = 1\n", ("system mine", "no component 'rotr'", "rotor")),
+        ("[experiment]\ninputs = { 'rotor.g' = 1 }\n", ("mine.toml", "rotor", "'g'")),
+        ("[experiment]\nrecord.variables = ['rotr.x']\n", ("mine.toml", "record.variables", "'rotr.x'")),
+    ],
+)
+def test_an_error_in_a_system_file_names_the_system(tmp_path, text, facts):
+    file = tmp_path / "mine.toml"
+    text += "" if "[experiment]" in text else "[experiment]\n"
+    file.write_text(f"{text}communication_step = 1\nstop_time = 2\n[[component]]\nname = 'rotor'\nfmu = 'rotor.fmu'\n")
+    with raises_naming(ValueError, *facts):
+        assembly = Assembly(load_system(file), {}, {"rotor": INTERFACES["rotor"]})
+        plan_experiment(load_experiment(file), assembly.assignments())

@@ -118,6 +118,29 @@ def test_scenario_and_settings_override_parameters_of_the_system():
     assert (p.parameters["sampler"]["k_x"], p.parameters["sampler"]["k_y"]) == (5.0, 7.0)
 
 
+@pytest.mark.parametrize(
+    ("text", "facts"),
+    [
+        (SCENARIO.replace("inputs.rotor", "inputs.rotr"), ("no component 'rotr'", "rotor")),
+        (SCENARIO.replace("set.rotor", "set.rotr", 1), ("no component 'rotr'", "rotor")),
+        (SCENARIO.replace("d2.u", "d2.v"), ("rotor", "d2.v", "d2.u")),
+        (SCENARIO.replace("5 g.m", "5 mm"), ("rotor.d1.u", "5 mm", "kg.m")),
+        (SCENARIO + "[parameters.sampl]\nk_x = 1\n", ("no component 'sampl'", "sampler")),
+        (SCENARIO + "[[stop]]\nvariable = 'rotor.y'\nabove = 1\n", ("stop", "'rotor.y'")),
+        (SCENARIO + "[record]\nvariables = ['rotor.y']\n", ("record.variables", "'rotor.y'")),
+    ],
+)
+def test_an_error_in_a_scenario_names_the_scenario(text, facts):
+    with raises_naming(ValueError, "scenario mine", *facts):
+        plan(scenario=text)
+
+
+def test_an_error_in_a_setting_does_not_name_the_scenario():
+    with raises_naming(ValueError, "no component 'rotr'") as error:
+        plan({"rotr.d1.u": 1.0})
+    assert "mine" not in str(error.value)
+
+
 def test_a_scaled_value_is_checked_against_the_limits():
     with raises_naming(ValueError, "unbalance_factor", "rotor.d1.u", "0.12 kg.m"):
         plan(scenario=SCENARIO.replace("10 g.m", "60 g.m"))

@@ -27,6 +27,7 @@ from amb_cosim.scenario.operating_point import (
 from amb_cosim.scenario.plan_warnings import idle_switches, unsteady_effects, viscous_losses
 from amb_cosim.scenario.scenario import SPEED, Scenario, checked_speed, cycle_period
 from amb_cosim.scenario.stators import set_stators
+from amb_files.checks import errors_in
 
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
 UNBALANCE = "kg.m"
@@ -87,12 +88,13 @@ def _experiment(
     end, notices = _end(scenario, until, period, h)
     if until is None:
         notices += _events_after(scenario, scenario.end(period), period)
-    changes: list[InputChange] = []
-    for number, event in enumerate(scenario.event, 1):
-        time, label = event.moment(period), f"event {event.name or number}"
-        changes += [InputChange(time, name, value, label) for name, value in _scaled(event.set, scenario, values)]
-    changes += _release(scenario, values, changes)
-    profiles = _speed_profile(scenario, values, period)
+    with errors_in(f"scenario {scenario.name}"):
+        changes: list[InputChange] = []
+        for number, event in enumerate(scenario.event, 1):
+            time, label = event.moment(period), f"event {event.name or number}"
+            changes += [InputChange(time, name, value, label) for name, value in _scaled(event.set, scenario, values)]
+        changes += _release(scenario, values, changes)
+        profiles = _speed_profile(scenario, values, period)
     places = places_of(assembly)
     return Experiment(
         step_size=h,
@@ -113,6 +115,7 @@ def _experiment(
         coupling=coupling,
         notices=notices,
         warnings=first.warnings,
+        source=f"scenario {scenario.name}",
     )
 
 
@@ -185,11 +188,12 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
     without a unit that are far from the scenario's values are refused.
     """
     values = assembly.assignments()
-    values.set(SPEED, scenario.Omega)
-    values.set_defaults_of_signals()
-    stated = {*values.set_parameters(scenario.parameters)}
-    for name, value in _scaled(scenario.inputs, scenario, values, "input"):
-        values.set_first(name, value)
+    with errors_in(f"scenario {scenario.name}"):
+        values.set(SPEED, scenario.Omega)
+        values.set_defaults_of_signals()
+        stated = {*values.set_parameters(scenario.parameters)}
+        for name, value in _scaled(scenario.inputs, scenario, values, "input"):
+            values.set_first(name, value)
     comparison = StatedValues(scenario, {}, values)
     for name, raw in (settings or {}).items():
         stated.update(values.set(name, raw))

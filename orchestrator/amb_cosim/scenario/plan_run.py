@@ -18,6 +18,7 @@ from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.rotors import table_source
 from amb_cosim.scenario.scenario import SPEED, Scenario
 from amb_cosim.scenario.stators import lacking_stators, stators_of_run
+from amb_files.checks import errors_in
 
 
 @dataclass(frozen=True)
@@ -103,6 +104,7 @@ def model_options(scenario: Scenario) -> dict[str, Any]:
 def system_of(scenario: Scenario) -> System:
     """Return the system of a scenario, with its replacing FMUs."""
     system = load_system(scenario.system, {"gradient": scenario.gradient})
-    for component, fmu in scenario.fmu.items():
-        system = system.with_fmu(component, fmu)
+    with errors_in(f"scenario {scenario.name}"):
+        for component, fmu in scenario.fmu.items():
+            system = system.with_fmu(component, fmu)
     return system

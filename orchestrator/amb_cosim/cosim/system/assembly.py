@@ -19,6 +19,7 @@ from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.replacement import fitted
 from amb_cosim.cosim.system.signal_map import SignalMap
 from amb_cosim.cosim.system.system import System
+from amb_files.checks import errors_in
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ class Assembly:
     @cached_property
     def _assignments(self) -> Assignments:
         values = Assignments(self.system, self.interfaces)
-        values.set_parameters(self.system.parameters)
+        with errors_in(f"system {self.system.name}"):
+            values.set_parameters(self.system.parameters)
         return values
 
 

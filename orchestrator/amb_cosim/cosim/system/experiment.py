@@ -80,6 +80,8 @@ class Experiment:
         Sentences for the plan: on roundings; on parameters without effect or in conflict, and approximations.
     coupling
         Order of the components' steps, in place of the system's.
+    source
+        Name of its file for messages, such as `system pair`.
     """
 
     step_size: float
@@ -102,6 +104,7 @@ class Experiment:
     notices: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     coupling: Coupling | None = None
+    source: str = ""
 
 
 @dataclass(frozen=True)

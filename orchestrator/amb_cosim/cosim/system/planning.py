@@ -15,6 +15,7 @@ from amb_cosim.cosim.system.replacement import notices
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
 from amb_cosim.cosim.system.system import Component, System
 from amb_cosim.cosim.system.values import Raw
+from amb_files.checks import errors_in
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matches, matching_names
 
@@ -36,10 +37,17 @@ def plan_experiment(experiment: Experiment, values: Assignments, settings: Mappi
     ValueError
         For names that do not exist, values that are not allowed, and times that do not fit the steps.
     """
-    for name, raw in experiment.inputs.items():
-        values.set_first(name, raw)
+    with errors_in(experiment.source):
+        for name, raw in experiment.inputs.items():
+            values.set_first(name, raw)
     for name, raw in (settings or {}).items():
         values.set(name, raw)
+    with errors_in(experiment.source):
+        return _planned(experiment, values)
+
+
+def _planned(experiment: Experiment, values: Assignments) -> Plan:
+    """Return the plan of an experiment with these values."""
     h = experiment.step_size
     system, interfaces = values.system, values.interfaces
     values.set_defaults_of_signals()

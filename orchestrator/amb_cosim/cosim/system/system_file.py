@@ -106,7 +106,7 @@ def load_experiment(name: str | Path, without: Experiment | None = None) -> Expe
     if table is None:
         raise ValueError(f"system {name} has no table [experiment], which defines the run")
     try:
-        return table.experiment()
+        return replace(table.experiment(), source=f"system {name}")
     except ValueError as error:
         raise ValueError(f"system {name}: experiment: {error}") from error
 
