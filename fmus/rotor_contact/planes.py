@@ -56,6 +56,8 @@ class Planes:
         Names of seals and passive bearings with coefficients over the speed.
     loss_factor
         Loss factor of the shaft, whose damping the constants have as viscous damping; 0 without.
+    implausible
+        Sentences on sizes of the rotor that no machine has.
     """
 
     discs: tuple[str, ...]
@@ -69,6 +71,7 @@ class Planes:
     mixes_axes: bool = False
     seals: tuple[str, ...] = ()
     loss_factor: float = 0.0
+    implausible: tuple[str, ...] = ()
 
     def layout(self) -> dict[str, Any]:
         """Return the fields as JSON types, for storage in an FMU."""

@@ -15,8 +15,13 @@ from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
+from amb_cosim.design.plant_data import plant
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.scenario import parse_scenario
+from rotor_analysis.implausible_sizes import implausible_sizes
+from rotor_analysis.parts import Bearing
+from rotor_analysis.rotor import Rotor
+from rotor_analysis.shaft import Shaft
 from tests.support.messages import assert_names, raises_naming
 
 INTERFACES = {
@@ -90,6 +95,17 @@ def test_loss_factor_that_a_model_approximates_is_a_warning_of_the_run():
     assert_names(sentence, "rotor", "loss_factor = 0.015", "viscous")
     fmus["rotor"].layout["loss_factor"] = 0.0
     assert plan_scenario(parse_scenario(SCENARIO, "mine"), Assembly(SYSTEM, fmus, INTERFACES)).warnings == ()
+
+
+def test_implausible_sizes_of_the_rotor_are_warnings_of_the_run():
+    """The plant has them in its layout, so that a run need not read the rotor."""
+    shaft = Shaft((0.0, 150.0, 300.0), (0.5,), youngs_modulus=2e11, density=7850.0, poissons_ratio=0.3)
+    long = Rotor("long", shaft, bearings=(Bearing("left", 1), Bearing("right", 3)))
+    model, _ = plant(long)
+    fmus = {"rotor": SimpleNamespace(layout=model.layout), "sampler": SimpleNamespace(layout=None)}
+    warnings = plan_scenario(parse_scenario(SCENARIO, "mine"), Assembly(SYSTEM, fmus, INTERFACES)).warnings
+    assert warnings == implausible_sizes(long)
+    assert_names(warnings[0], "rotor long", "300 m", "<= 40 m", "mm")
 
 
 @pytest.mark.parametrize("steps", [1, 3, 1000, 7 * 10**8])

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, PlannedResult
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from array_types import Array
 from rotor_analysis.damping import free_modes
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.receptance_error import ReceptanceError, receptance_error
 from rotor_analysis.reduced_rotor import WhirlError, reduced_rotor, reduction_error, whirl_error
 from rotor_analysis.rigid_body import rigid_body
@@ -36,7 +37,7 @@ class LayoutEntry:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RotorLayout(DrawnResult):
+class RotorLayout(PlannedResult, DrawnResult):
     """A rotor, its modes at rest on its bearings, and the reduced model of a plant.
 
     rotor
@@ -63,6 +64,8 @@ class RotorLayout(DrawnResult):
         The rotor, for the figure.
     limits
         Limits of the coefficients of bearings and seals.
+    warnings
+        Implausible sizes.
     """
 
     name: ClassVar[str] = "layout"
@@ -111,6 +114,7 @@ class RotorLayout(DrawnResult):
             *self._receptance_table(),
             *self._whirl_table(),
             f"damping: {_damping(self.description)}",
+            *self.warning_lines(),
         ]
 
     def _plant(self) -> str:
@@ -196,6 +200,7 @@ def layout(rotor: RotorSource = None) -> RotorLayout:
         whirl=whirl_error(description, COUNT),
         description=description,
         limits=limits_of((*description.bearings, *description.seals)),
+        warnings=implausible_sizes(description),
     )
 
 

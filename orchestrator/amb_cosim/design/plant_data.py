@@ -12,6 +12,7 @@ from amb_cosim.design.stator_names import stator_site
 from array_types import Array
 from fmi_export.model import Model
 from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.inertia import MASSLESS
 from rotor_analysis.pairs import turned
 from rotor_analysis.parts import Bearing, Site
@@ -194,6 +195,7 @@ def _planes(rotor: Rotor, sites: Sequence[Site]) -> Planes:
         sensors=tuple(MeasuredPlane(s.name, s.x, s.y) for s in rotor.sensors),
         seals=tuple(seal.name for seal in rotor.seals),
         loss_factor=rotor.damping.loss_factor,
+        implausible=implausible_sizes(rotor),
     )
 
 

@@ -24,7 +24,7 @@ from amb_cosim.scenario.operating_point import (
     set_test_force,
     stated_constants,
 )
-from amb_cosim.scenario.plan_warnings import idle_switches, unsteady_effects, viscous_losses
+from amb_cosim.scenario.plan_warnings import idle_switches, implausible_sizes, unsteady_effects, viscous_losses
 from amb_cosim.scenario.scenario import SPEED, Scenario, checked_speed, cycle_period
 from amb_cosim.scenario.stators import set_stators
 from amb_files.checks import errors_in
@@ -211,7 +211,7 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
     if late := delay(coupling, scenario.step_size(coupling)):
         for name in set(predictable(assembly.interfaces)) - stated:
             values.set(name, late)
-    warnings = [*idle_switches(values, stated), *warnings, *viscous_losses(assembly)]
+    warnings = [*implausible_sizes(assembly), *idle_switches(values, stated), *warnings, *viscous_losses(assembly)]
     return FirstValues(values, tuple(warnings), unsteady_effects(values))
 
 

@@ -1,4 +1,4 @@
-"""Notes on a plan: switches that are idle, effects with which no two turns are alike, approximated damping."""
+"""Notes on a plan: idle switches, effects that make turns differ, implausible sizes, approximated damping."""
 
 from __future__ import annotations
 
@@ -49,6 +49,11 @@ def unsteady_effects(values: Assignments) -> str:
         custom = chosen == preset.items[CUSTOM]
         effects += [name for name in switches if not custom or values.parameter(name)]
     return f"{', '.join(effects)}: no two turns are alike" if effects else ""
+
+
+def implausible_sizes(assembly: Assembly) -> list[str]:
+    """Return the sentences on implausible sizes of the rotors (`rotor_analysis.implausible_sizes`)."""
+    return [sentence for fmu in assembly.fmus.values() for sentence in (fmu.layout or {}).get("implausible", ())]
 
 
 def viscous_losses(assembly: Assembly) -> list[str]:

@@ -1,0 +1,50 @@
+"""Sizes of a rotor that no machine has, with their likely cause: another unit in the rotor file."""
+
+from __future__ import annotations
+
+import math
+
+from rotor_analysis.rotor import Rotor
+
+LONGEST, SHORTEST = 40.0, 3e-3  # m, of a shaft; a dental turbine has 10 to 20 mm, a steam turbine and generator 15 m
+THICKEST = 3.0  # m, diameter of a shaft
+WIDEST = 4.0  # m, radius of a disc
+HEAVIEST = 3e5  # kg; the rotor of a nuclear power station's generator has 250 t
+LOOSEST = 0.02  # m, radial clearance
+
+
+def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
+    """Return a sentence for each kind of size that is implausible: lengths, masses, inertias.
+
+    A disc with the polar inertia of a body, and a rod with its diametral inertia, have radius and length
+
+        r = sqrt(2 I_p/m),   l = sqrt(12 I_d/m)                                                            (1)
+    """
+    nodes = rotor.shaft.nodes
+    length = nodes[-1] - nodes[0]
+    thickest = max(d for layers in rotor.elements for layer in layers for d in layer.diameter)
+    lengths = [
+        _above("length of the shaft", length, LONGEST, "m"),
+        _above("diameter of the shaft", thickest, THICKEST, "m"),
+        *(_above(f"clearance of {site.name}", site.clearance, LOOSEST, "m") for site in rotor.sites),
+    ]
+    masses = [_above("mass", rotor.mass, HEAVIEST, "kg")]
+    inertias = []
+    for body in (body for body in rotor.bodies if body.mass > 0.0):
+        radius, rod = (math.sqrt(a / body.mass) for a in (2.0 * body.polar_inertia, 12.0 * body.diametral_inertia))
+        of = f"with mass and inertia of {body.name}"
+        inertias.append(_above(f"radius of a disc {of}", radius, WIDEST, "m"))
+        inertias.append(_above(f"length of a rod {of}", rod, LONGEST, "m"))
+    small = f"length of the shaft = {length:.4g} m (plausible: >= {SHORTEST:g} m)" if length < SHORTEST else ""
+    kinds = (
+        (lengths, "lengths are in m; are those of its file in mm?"),
+        (masses, "masses are in kg, and follow from lengths in m; are those of its file in g or mm?"),
+        (inertias, "inertias are in kg m2 and radii in m; are those of its file in kg mm2 or mm?"),
+        ([small], "lengths are in m; were those of its file converted to m twice?"),
+    )
+    found = ((", ".join(filter(None, parts)), cause) for parts, cause in kinds)
+    return tuple(f"rotor {rotor.name} has implausible sizes: {parts}; {cause}" for parts, cause in found if parts)
+
+
+def _above(what: str, value: float, limit: float, unit: str) -> str:
+    return f"{what} = {value:.4g} {unit} (plausible: <= {limit:g} {unit})" if value > limit else ""
