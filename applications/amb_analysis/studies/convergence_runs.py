@@ -95,7 +95,10 @@ def varied_cases(base: ConvergenceCase) -> Iterator[ConvergenceCase]:
     shapes, all_shapes = elastic_shapes(rotor)
     if rotor.reduction.method != "none":
         for modes in (shapes // 2, min(2 * shapes, all_shapes)):
-            yield _with(with_modes(rotor, modes), base, varied="modes", label=f"{modes} modes", value=modes)
+            reduced = with_modes(rotor, modes)
+            count, _ = elastic_shapes(reduced)  # with residual shapes, of which a rotor of few modes has more
+            if count != shapes or rotor.reduction.method != "free_modes":
+                yield _with(reduced, base, varied="modes", label=f"{count} shapes", value=count)
     mass_matrix = rotor.shaft.mass_matrix
     other: MassModel = "consistent" if mass_matrix == "diagonal" else "diagonal"
     mesh_modes, seen = MESH_MODES if rotor.mesh is None else rotor.mesh.modes, {(len(rotor.shaft.nodes), mass_matrix)}

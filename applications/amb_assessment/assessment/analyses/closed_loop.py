@@ -79,7 +79,7 @@ def _with_all_modes(subject: Subject) -> list[Quantity]:
     speeds = np.unique([*np.linspace(0.0, finer.file.speed.tripping, SPEEDS_OF_ALL_MODES), *edges])
     speeds = with_tables(finer, speeds)
     result = least_decrement_over("decrement_all_modes", lambda Omega: vibrations(loop, Omega), speeds)
-    note = f"with {min(MODES, most)} modes in a plane of motion, {retained} in co-simulation"
+    note = f"with {elastic_shapes(finer.rotor)[0]} shapes in a plane of motion, {retained} in co-simulation"
     return [replace(result, note=note)]
 
 

@@ -217,12 +217,16 @@ def _convergence(
     more = min(max(2 * retained, FEWEST), most)
     if subject.rotor.reduction.method == "none" or more <= retained:
         return []
-    machines = {retained: subject, more: subject_of(subject.file, subject.flavour, more)}
+    finer = subject_of(subject.file, subject.flavour, more)
+    more, _ = elastic_shapes(finer.rotor)  # residual shapes included
+    machines = {retained: subject, more: finer}
     runs = {n: simulate(item, Omega, inputs, end_time=CONVERGENCE, **lost) for n, item in machines.items()}
     forces = [_largest(run) for run in runs.values()]
     change = 100.0 * abs(forces[1] / forces[0] - 1.0)
-    note = f"{forces[0]:.4g} N with {retained} modes per plane of motion, {forces[1]:.4g} N with {more}; mean over 1 ms"
-    whirling = " and ".join(f"{n} modes" for n, run in runs.items() if _whirls_backward(run))
+    note = (
+        f"{forces[0]:.4g} N with {retained} shapes per plane of motion, {forces[1]:.4g} N with {more}; mean over 1 ms"
+    )
+    whirling = " and ".join(f"{n} shapes" for n, run in runs.items() if _whirls_backward(run))
     reason = f"the landing with {whirling} whirls backward, and the force of such a landing is chance"
     chaotic = reason if whirling else ""
     return [Quantity("landing_force_change", "largest force, twice the modes", change, "%", {}, note, chaotic=chaotic)]
