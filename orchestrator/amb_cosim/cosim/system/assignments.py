@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from amb_cosim.cosim.fmu.fmus import fmu_name
@@ -30,6 +31,8 @@ class Assignments:
         Values of String and Binary variables by component and name.
     dropped
         Names whose values `set_or_drop` dropped.
+    outputs
+        Names of all outputs.
     """
 
     def __init__(self, system: System, interfaces: Mapping[str, FmuInterface]) -> None:
@@ -39,10 +42,12 @@ class Assignments:
         self.written: dict[str, Raw] = {}
         self.texts: dict[str, dict[str, str | bytes]] = {}
         self.dropped: list[str] = []
+        outputs = [(c.name, port.name) for c in system.components for port in interfaces[c.name].of("output")]
+        self.outputs = tuple(f"{component}.{name}" for component, name in outputs)
 
     def copy(self) -> Assignments:
         """Return a copy of the values, for additions."""
-        other = Assignments(self.system, self.interfaces)
+        other = copy(self)
         other.parameters = {component: dict(values) for component, values in self.parameters.items()}
         other.texts = {component: dict(values) for component, values in self.texts.items()}
         other.inputs, other.written, other.dropped = dict(self.inputs), dict(self.written), list(self.dropped)

@@ -69,10 +69,7 @@ def _planned(experiment: Experiment, values: Assignments) -> Plan:
         values.inputs.setdefault(name, values.start_value(event.variable))
         events.append((grid.nearest("time of event", event.time), name, value))
     settling, unsolved = _settling(experiment, common)
-    signals = [
-        *values.inputs,
-        *(f"{c.name}.{p.name}" for c in system.components for p in interfaces[c.name].of("output")),
-    ]
+    signals = [*values.inputs, *values.outputs]
     patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
     recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, signals)
     each = experiment.each if experiment.record_every > 1 else ()
