@@ -95,7 +95,6 @@ def _experiment(
             changes += [InputChange(time, name, value, label) for name, value in _scaled(event.set, scenario, values)]
         changes += _release(scenario, values, changes)
         profiles = _speed_profile(scenario, values, period)
-    places = places_of(assembly)
     return Experiment(
         step_size=h,
         stop_time=end,
@@ -104,9 +103,9 @@ def _experiment(
         profiles=profiles,
         stops=tuple(stop.condition(period) for stop in scenario.stop),
         recorded=scenario.record.variables if recorded is None else (),
-        essential=_essential(places) if recorded is None else tuple(recorded),
+        essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
         record_every=scenario.record.every,
-        each=_contact(places),
+        each=_contact(places_of(assembly)) if scenario.record.every > 1 else (),
         record_settling=bool(scenario.record.settling),
         settling=scenario.settling,
         period=period,

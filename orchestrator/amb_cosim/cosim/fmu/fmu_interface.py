@@ -156,6 +156,11 @@ class FmuInterface:
         kinds = dict.fromkeys(port.causality for port in self.ports.values())
         return {kind: tuple(port for port in self.ports.values() if port.causality == kind) for kind in kinds}
 
+    @cached_property
+    def start_parameters(self) -> dict[str, float | None]:
+        """Start values of the parameters by name."""
+        return {port.name: port.start for port in self.of("parameter")}
+
     def elements(self, name: str, place: tuple[int, ...] = ()) -> tuple[Port, ...]:
         """Return the variable `name`, the elements of the array, row by row, or one element of it."""
         if name in self.ports and not place:

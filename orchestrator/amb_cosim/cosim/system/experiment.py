@@ -181,10 +181,7 @@ class Plan:
 
     def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
         """Return every parameter of every component: the set value, or its start value."""
-        return {
-            c: {p.name: self.parameters[c].get(p.name, p.start) for p in interface.of("parameter")}
-            for c, interface in interfaces.items()
-        }
+        return {c: interface.start_parameters | {**self.parameters[c]} for c, interface in interfaces.items()}
 
     def all_texts(self) -> dict[str, dict[str, str]]:
         """Return the set String variables of every component, and Binary ones as hexadecimal digits."""
