@@ -3,9 +3,11 @@
 import codecs
 import subprocess
 import sys
+from io import StringIO
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from rich.table import Table
 
 import amb_cosim
@@ -13,7 +15,7 @@ from amb_assessment.assessment.criteria import load_criteria, packaged_criteria
 from amb_cosim.controllers.block_file import read_blocks
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.presentation.plain_console import plain_console
-from amb_cosim.presentation.text_tables import rendered
+from amb_cosim.presentation.text_tables import print_parts, rendered, text_table
 from amb_sweeps.axes import read_variations
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
@@ -56,3 +58,16 @@ def test_package_runs_as_a_module():
     command = [sys.executable, "-m", "amb_cosim", "--version"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("amb-cosim")
+
+
+def test_a_file_has_sentences_in_one_line_and_tables_whole():
+    """Its reader or another program wraps it; a terminal wraps at its width, between words."""
+    sentence = "receptance at rest between bearings and sites within 0.1 % up to 2007 Hz " * 5
+    table = text_table("Speeds", [f"speed {k} (rad/s)" for k in range(30)], [["100"] * 30])
+    assert sentence.rstrip() in [line.rstrip() for line in rendered([table, sentence]).splitlines()]
+    assert all(f"speed {k} (rad/s)" in rendered([table]).splitlines()[1] for k in range(30))
+    screen = StringIO()
+    print_parts([sentence], Console(file=screen, force_terminal=True, width=60, highlight=False))
+    lines = screen.getvalue().splitlines()
+    assert max(map(len, lines)) <= 60
+    assert " ".join(" ".join(lines).split()) == sentence.strip()

@@ -13,7 +13,8 @@ from amb_cosim.presentation.plain_console import plain_console
 
 TextBlock = Table | str
 
-WIDTH = 160  # characters of a text outside a terminal
+WIDTH = 160  # characters of a line in a notebook
+WIDEST = 10_000  # of a table in a file
 
 
 def text_table(
@@ -66,7 +67,7 @@ def number(value: float | None) -> str:
 def rendered(parts: Iterable[TextBlock]) -> str:
     """Return tables and lines as one text."""
     text = StringIO()
-    print_parts(parts, plain_console(file=text, width=WIDTH))
+    print_parts(parts, plain_console(file=text))
     return text.getvalue()
 
 
@@ -103,9 +104,9 @@ def show_notices(sentences: Iterable[str]) -> None:
 
 
 def print_parts(parts: Iterable[TextBlock], console: Console | None = None) -> None:
-    """Print tables and lines, to standard output by default."""
+    """Print tables and lines, to standard output by default; a file, which has no width, gets them whole."""
     console = console or plain_console()
-    if not console.is_terminal:  # a file has no width to cut tables to
-        console = plain_console(file=console.file, width=WIDTH)
+    if not console.is_terminal:
+        console = plain_console(file=console.file, width=WIDEST)
     for part in parts:
-        console.print(part)
+        console.print(part, soft_wrap=isinstance(part, str) and not console.is_terminal)
