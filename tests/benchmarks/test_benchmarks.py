@@ -133,7 +133,7 @@ def test_the_baseline_equals_the_co_simulation_to_the_last_bit(scenario, until, 
     assert result["profiled"]
     assert result["shape"] == [result["points"], result["variables"]]
     assert result["contact"][-1] >= contact
-    assert 0.5 < result["parts"] <= 1.0
+    assert 0.0 < result["parts"] <= 1.0  # less than half if another program interrupts one of few steps
     assert result["steps"] == result["points"] - 1
     assert result["shortest_step"] > 0.0
     assert result["all_steps"] == pytest.approx(1.0, abs=1e-9)
