@@ -19,9 +19,8 @@ from functools import cached_property
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from two_bodies import INSIDE, ROLLING, SLIDING
 
-FREE, SLIDING, ROLLING = range(3)
-INSIDE = 1e-13  # of the clearance, by which a flight starts off the circle, so that its end is a crossing
 STILL = 1e-9  # m/s
 SLOW = 1e-6  # m/s, of a touch that takes no other site off its circle: they would touch again without end
 LONGEST = 2e-5  # s, of a step, so that a trial does not leave its circle by much
@@ -51,7 +50,7 @@ class FlexibleTouchdown:
     unbalance
         e at the angle 0, as force per Omega^2 (kg m), shape (n,), as x and y in turn.
     force
-        That does not change (N), shape (n,).
+        The constant force (N), shape (n,).
     sites
         Its retainers.
     spin_inertia
@@ -112,7 +111,7 @@ class FlexibleTouchdown:
         return np.kron(np.eye(self.n // 2), [[0.0, -1.0], [1.0, 0.0]])
 
     def mobility(self, q: np.ndarray) -> np.ndarray:
-        """M^-1, with the unbalance that couples shaft and spin; a prescribed angle does not yield."""
+        """M^-1, with the unbalance that couples shaft and spin; zero for a prescribed angle."""
         if self.spin_inertia is None:
             Minv = self.constant_mobility.copy()
             Minv[-1] = Minv[:, -1] = 0.0
@@ -185,12 +184,12 @@ class FlexibleTouchdown:
         a = Minv @ self.loads(q, v)
         if self.spin_inertia is None:
             a[-1] = self.Omega_dot
-        wanted = {k: (-(self.across(k, q, v) ** 2) / self.sites[k].clearance, 0.0) for k in contact}
+        wanted = {k: -(self.across(k, q, v) ** 2) / self.sites[k].clearance for k in contact}
         return self._constrained(q, a, contact, wanted, Minv)
 
     def impulses(self, q, v, contact) -> tuple[np.ndarray, dict[int, tuple[float, float]]]:
         """Velocities after the sites of `contact` have lost their outward speed, and the impulses along n and t."""
-        return self._constrained(q, v, contact, dict.fromkeys(contact, (0.0, 0.0)), self.mobility(q))
+        return self._constrained(q, v, contact, dict.fromkeys(contact, 0.0), self.mobility(q))
 
     def _constrained(self, q, a, contact, wanted, Minv):
         if not contact:
@@ -199,11 +198,11 @@ class FlexibleTouchdown:
         for k, (mode, sign) in contact.items():
             outward, slip = self.rows(k, q)
             A.append(outward)
-            b.append(wanted[k][0] - outward @ a)
+            b.append(wanted[k] - outward @ a)
             if mode == ROLLING:
                 D += [-outward, slip]
                 A.append(slip)
-                b.append(wanted[k][1] - slip @ a)
+                b.append(-slip @ a)
                 place += [(k, 0), (k, 1)]
             else:
                 D.append(-outward - self.sites[k].mu * sign * slip)
