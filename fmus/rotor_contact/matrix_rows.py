@@ -38,11 +38,10 @@ from rotor_contact.structure import Structure
 
 @noinline_kernel
 def build_slot(
-    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, index: float, share: float
+    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, index: float, share: float
 ) -> None:
-    """Build the levels for a speed of the grid until a share of their rows (0 to 1) is built."""
-    sizes, which = matrices.sizes[0], slot_of(index)
-    slot = matrices.slots[which]
+    """Build the levels for a speed of the grid, in the slot `which`, until a share of their rows (0 to 1) is built."""
+    sizes, slot = matrices.sizes[0], matrices.slots[which]
     n, Omega = int(sizes.n), grid_speed(matrices, index)
     rows = n_rows(n, int(sizes.n_ports))
     if slot.index != index:
@@ -83,9 +82,9 @@ def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> Non
 
 
 @kernel
-def share_of(matrices: StepMatrices, index: float) -> float:
-    """Return the share of rows built for a speed of the grid."""
-    sizes, slot = matrices.sizes[0], matrices.slots[slot_of(index)]
+def share_of(matrices: StepMatrices, which: int, index: float) -> float:
+    """Return the share of rows complete for a speed of the grid in the slot `which`."""
+    sizes, slot = matrices.sizes[0], matrices.slots[which]
     if slot.index != index:
         return 0.0
     share: float = slot.n_rows / (n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_built)
@@ -93,17 +92,17 @@ def share_of(matrices: StepMatrices, index: float) -> float:
 
 
 @kernel
-def is_complete(matrices: StepMatrices, index: float) -> bool:
-    """Return whether all levels for a speed of the grid are built."""
-    sizes, slot = matrices.sizes[0], matrices.slots[slot_of(index)]
+def is_complete(matrices: StepMatrices, which: int, index: float) -> bool:
+    """Return whether all levels for a speed of the grid are complete in the slot `which`."""
+    sizes, slot = matrices.sizes[0], matrices.slots[which]
     return bool(slot.index == index and slot.n_rows == n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_built)
 
 
 @kernel
 def are_complete(matrices: StepMatrices, index: float) -> bool:
-    """Return whether all levels for the speeds around a point of the grid are built."""
-    low = math.floor(index)
-    return is_complete(matrices, low) and (index == low or is_complete(matrices, low + 1.0))
+    """Return whether all levels for the speeds around a point of the grid are complete."""
+    low, high = math.floor(index), math.floor(index) + 1.0
+    return is_complete(matrices, slot_of(low), low) and (index == low or is_complete(matrices, slot_of(high), high))
 
 
 @kernel

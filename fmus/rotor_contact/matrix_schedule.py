@@ -14,11 +14,20 @@ from rotor_contact.matrix_rows import build_slot, is_complete, share_of
 from rotor_contact.passive_bearings import same_passive, set_passive
 from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD
 from rotor_contact.site import Sites
-from rotor_contact.speed_grid import place_on_grid, spacing_for
+from rotor_contact.speed_grid import (
+    STRIDE,
+    built_slot_of,
+    interpolate_slot,
+    middle_of,
+    place_on_grid,
+    slot_of,
+    spacing_for,
+    stride_for,
+)
 from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for
 from rotor_contact.structure import Structure
 
-STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every speed of the grid that is passed
+STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every speed passed that is built
 
 
 @kernel
@@ -27,7 +36,7 @@ def steps_with_matrices(
 ) -> float:
     """Return the number of steps with an unchanged key of the matrices, at most a few more than STEPS_BEFORE_BUILD.
 
-    `key` is updated; `origin` is a speed (rad/s) of the grid. Each passed speed of the grid counts against
+    `key` is updated; `origin` is a speed (rad/s) of the grid. Each speed that has to be built on the way counts against
     `STEPS_PER_SPEED` steps, so fast speed changes are integrated: building the matrices costs as much as about thirty
     steps.
     """
@@ -46,7 +55,7 @@ def steps_with_matrices(
         if not same_bits(force, key.forces[i]):
             same = False
             copy(force, key.forces[i])
-    place = math.floor((motion.Omega - origin) / spacing_for(key.step_size[0]))
+    place = math.floor((motion.Omega - origin) / (stride_for(motion.seals) * spacing_for(key.step_size[0])))
     moved = abs(place - float(memory.place))
     memory.place = place
     n_steps = 0.0
@@ -83,28 +92,85 @@ def update_matrices(
 ) -> bool:
     """Build the matrices around the motion's speed up to a share; return whether they can be used.
 
-    Then the next speed of the grid is built while the present speed approaches it.
+    Then those for the next speed are built while the present speed approaches it.
     """
     if not is_for(matrices, key):
         collect_coefficients(structure, motion)
         choose_levels(structure, motion, sites, key, matrices)
-    sizes = matrices.sizes[0]
-    if sizes.n_levels == 0.0:
+    if matrices.sizes[0].n_levels == 0.0:
         return False
-    index = place_on_grid(matrices, motion.Omega)
-    low = float(math.floor(index))  # the type of `ahead`: for two types all that follows is compiled twice
-    n_slots = 1 if index == low else 2
-    for i in range(n_slots):
-        part_of_it = min(max(n_slots * share - i, 0.0), 1.0)
-        if part_of_it > 0.0 and not is_complete(matrices, low + i):
-            build_slot(structure, motion, sites, matrices, low + i, part_of_it)
+    index, stride = place_on_grid(matrices, motion.Omega), float(stride_for(motion.seals))
+    low = float(
+        math.floor(index)
+    )  # of one type, as all numbers below: for two types all that follows is compiled twice
+    n_near = 1 if index == low else 2
+    is_direct = stride == 1.0 or key.origin[0] == motion.Omega
+    first = low if is_direct else middle_of(low) - 1.0
+    n_built = n_near if is_direct else int(middle_of(low + n_near - 1.0) + 1.0 - first) + 1
+    for i in range(n_built):
+        part_of_it = min(max(n_built * share - i, 0.0), 1.0)
+        if part_of_it > 0.0:
+            _build(structure, motion, sites, matrices, is_direct, first + i, part_of_it)
     if share < 1.0:
         return False
-    beyond = index - low - 0.5
-    ahead = low + 2.0 if beyond > 0.0 else low - 1.0
-    if index != low and abs(beyond) > 0.1 and not is_complete(matrices, ahead):
-        share = min(2.5 * abs(beyond) - 0.25, share_of(matrices, ahead) + 1.0 / STEPS_BEFORE_BUILD)
-        build_slot(structure, motion, sites, matrices, ahead, min(share, 1.0))
+    if not is_direct:
+        for i in range(n_near):
+            _interpolate(matrices, low + i, 1.0)
+    if n_near > 1:
+        _look_ahead(structure, motion, sites, matrices, is_direct, index)
     copy(matrices.effects[0], accelerations(motion).cosine)
     copy(matrices.effects[1], accelerations(motion).sine)
     return True
+
+
+@kernel
+def _look_ahead(
+    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, is_direct: bool, index: float
+) -> None:
+    """Complete the next speeds step by step, the closer the present one is to them."""
+    low = float(math.floor(index))
+    beyond = index - low - 0.5
+    ahead = low + 2.0 if beyond > 0.0 else low - 1.0
+    share = 3.0 * abs(beyond) - 0.3
+    if is_direct:
+        if share > 0.0:
+            most = share_of(matrices, slot_of(ahead), ahead) + 1.0 / STEPS_BEFORE_BUILD
+            _build(structure, motion, sites, matrices, True, ahead, min(min(share, most), 1.0))
+        return
+    beyond = index / STRIDE - middle_of(index)
+    far = middle_of(index) + 2.0 if beyond > 0.0 else middle_of(index) - 2.0
+    far_share = 10.0 * abs(beyond) - 2.0  # complete before the first speed that is interpolated from it
+    if far_share > 0.0:
+        most = share_of(matrices, built_slot_of(far), STRIDE * far) + 1.0 / STEPS_BEFORE_BUILD
+        _build(structure, motion, sites, matrices, False, far, min(min(far_share, most), 1.0))
+    if share > 0.0:
+        _interpolate(matrices, ahead, min(share, 1.0))
+
+
+@kernel
+def _build(
+    structure: Structure,
+    motion: Motion,
+    sites: Sites,
+    matrices: StepMatrices,
+    is_direct: bool,
+    number: float,
+    share: float,
+) -> None:
+    """Build up to a share what is not: the speed of this number on the grid, or among those `STRIDE` apart."""
+    which, index = (slot_of(number), number) if is_direct else (built_slot_of(number), STRIDE * number)
+    if not is_complete(matrices, which, index):
+        build_slot(structure, motion, sites, matrices, which, index, share)
+
+
+@kernel
+def _interpolate(matrices: StepMatrices, index: float, share: float) -> None:
+    """Interpolate a speed of the grid up to a share, if those that it is interpolated from are complete."""
+    if is_complete(matrices, slot_of(index), index):
+        return
+    middle = middle_of(index)
+    for i in range(3):
+        number = middle - 1.0 + i
+        if not is_complete(matrices, built_slot_of(number), STRIDE * number):
+            return
+    interpolate_slot(matrices, index, share)

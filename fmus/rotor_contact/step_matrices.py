@@ -12,7 +12,7 @@ cosine . q and sine . q, which give the unbalance's work and its torque on a fre
 `matrix_rows` builds the levels, starting from a piece so short that the series converges fast. Levels shorter than
 h/2^(MAX_LEVELS - 1) are not stored.
 
-P and S depend on the speed: they are built for speeds on a grid (`speed_grid`), each in a slot of memory.
+P and S depend on the speed: slots of memory have them for speeds on a grid (`speed_grid`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ from rotor_contact.structure import REAL
 MAX_LEVELS = 6  # that are stored
 MOST_LEVELS = 14  # that are built: with more, rounding would matter
 MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their square and cube
-N_SLOTS = 3  # of speeds: those around the present one, and the next
+N_NEAR = 3  # slots of the speeds of the grid around the present one, and of the next
+N_BUILT = 4  # slots of speeds from which those are interpolated
+N_SLOTS = N_NEAR + N_BUILT
 MAX_TERMS = 40  # of the series of a piece (`piece_series`)
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 
@@ -53,7 +55,7 @@ SIZES = record(
     ("isotropic", np.float64),  # whether y responds as x does, turned by a right angle
     ("damped", np.float64),  # whether dampers other than seals dissipate energy
 )
-# What is stored for a speed: its number on the grid, and how many rows of all levels are built.
+# What is stored for a speed: its number on the grid, and how many rows of all levels are complete.
 SLOT = record(("index", np.float64), ("n_rows", np.float64))
 # What motion depends on, per site: 1/m, stiffness and damping in x and y, base acceleration.
 SITE_KEY = record(

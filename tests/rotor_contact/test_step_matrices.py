@@ -2,10 +2,14 @@
 
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, CLEARANCE, both, plant, run
+from rotor_cases import BEARINGS, CLEARANCE, both, plant, run, scratch, workspace
 
 from fmi_export.model import Instance
 from rotor_analysis.rotor_file import load_rotor
+from rotor_contact.matrix_rows import build_slot
+from rotor_contact.speed_grid import INTERPOLATION_ERROR, STRIDE, grid_speed, place_on_grid, slot_of
+from rotor_contact.step_matrices import level_of
+from rotor_contact.structure import structure_of
 
 SITES = ("rb1", "rb2", "eb1", "eb2")
 FORCES = [f"{site}.{name}" for site in SITES for name in ("f_n", "f_t", "f_n_peak")]
@@ -40,6 +44,30 @@ def test_fall_of_an_elastic_rotor_agrees_with_short_substeps(case):
     np.testing.assert_allclose(ours[:, orbits], expected[:, orbits], atol=1e-4 * CLEARANCE)
     np.testing.assert_allclose(ours[:, -4], expected[:, -4], rtol=1e-6)
     assert np.all(np.abs(ours[:, -3]) < 1e-6 * np.max(expected[:, -2:].sum(axis=1)) + 1e-4)
+
+
+def test_interpolated_matrices_are_those_built_for_the_speed():
+    """Random states of 44 coordinates after a step, with a disc whose gyroscopic moments turn its velocities."""
+    x = plant(FALL | {"spin.free": 1, "Omega": 300.0}, ELASTIC)
+    run(x, 60)
+    matrices, w = scratch(x).matrices, workspace(x, x["speed"])
+    index = float(np.floor(place_on_grid(matrices, x["speed"])))
+    slot = slot_of(index)
+    assert matrices.slots[slot].index == index
+    assert index % STRIDE in (3.0, 4.0, 5.0)  # farthest from speeds that are built
+    n, level = int(matrices.sizes[0].n), level_of(matrices, slot, 0)
+    P, S, H = (matrix.copy() for matrix in level)
+    matrices.slots[slot].index = np.nan
+    build_slot(structure_of(x.constants), w.motion, w.sites, matrices, slot, index, 1.0)
+    assert not np.array_equal(P, level.P)
+    states = np.random.default_rng(5).normal(size=(50, P.shape[0]))
+    states[:, :n] /= grid_speed(matrices, index)
+    velocities, expected = (states @ matrix[:, n:] for matrix in (P, level.P))
+    np.testing.assert_allclose(velocities, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
+    observed, expected = (states @ matrix for matrix in (S, level.S))
+    np.testing.assert_allclose(observed, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
+    heat, expected = (np.einsum("ki,ij,kj->k", states, np.tril(matrix), states) for matrix in (H, level.H))
+    np.testing.assert_allclose(heat, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
 
 
 def test_changing_gradients_agree_with_short_substeps():
