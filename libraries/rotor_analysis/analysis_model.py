@@ -7,13 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from array_types import Array, Complex
-from rotor_analysis.assembly import assemble, on_bearings
-from rotor_analysis.modal_reduction import reduce_to_modes
+from rotor_analysis.assembly import Matrices, assemble, on_bearings
+from rotor_analysis.free_rotor import FreeRotor, free_rotor
+from rotor_analysis.inertia import lacks_inertia
+from rotor_analysis.modal_reduction import ShapeSpace, reduce_to_shapes, space_with_residuals
 from rotor_analysis.modes import modes
 from rotor_analysis.reduction import reduce_by, unreduced
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.spectrum import eigenvalues, oscillating, slowest_eigenvalues
+from rotor_analysis.spinning_shapes import with_spinning_shapes
 from rotor_analysis.supported_rotor import SupportedRotor
 
 ACCURACY = 1e-5  # of an eigenvalue
@@ -42,8 +45,9 @@ def analysis_model(
 
     max |lambda - lambda_full| / |lambda_full| <= accuracy, over `count` modes at both ends of `speeds`
 
-    Reductions retain an increasing number of free modes, and the residual shapes of bearings and seals. If none of them
-    is accurate, the full model is returned.
+    Reductions retain an increasing number of free modes, from two vibrations each, with the residual shapes of bearings
+    and seals and the shapes that gyroscopic moments add at the highest speed (`spinning_shapes`). If none of them is
+    accurate, or a node has no inertia, the full model is returned.
 
     Parameters
     ----------
@@ -60,14 +64,15 @@ def analysis_model(
     """
     free = assemble(rotor, mass)
     full = on_bearings(free, rotor)
-    if not accuracy:
+    if not accuracy or lacks_inertia(free.M, free.K):
         return AnalysisModel(SupportedRotor(rotor, full, unreduced(full)), 0.0)
-    nodes = (*rotor.bearing_nodes, *rotor.seal_nodes) or (1, len(rotor.shaft.nodes))
+    nodes = tuple(sorted({*rotor.bearing_nodes, *rotor.seal_nodes} or {1, len(rotor.shaft.nodes)}))
     ends = [float(speed) for speed in (np.min(speeds), np.max(speeds))]
     exact = {speed: slowest_eigenvalues(full, speed, count) for speed in ends}
-    retained = count
+    free_modes, retained = free_rotor(free), -(-count // 2)
     while 4 * retained < full.size:
-        basis = reduce_to_modes(free, retained, nodes)
+        space = _space(free_modes, free, retained, nodes, max(map(abs, ends)), accuracy)
+        basis = reduce_to_shapes(free, space, nodes)
         reduction = reduce_by(full, basis.model.translations, basis.right, basis.left)
         error = 0.0
         for speed in ends:
@@ -79,6 +84,19 @@ def analysis_model(
             return AnalysisModel(SupportedRotor(rotor, full, reduction), error)
         retained = int(GROWTH * retained) + 1
     return AnalysisModel(SupportedRotor(rotor, full, unreduced(full)), 0.0)
+
+
+def _space(
+    rotor: FreeRotor, full: Matrices, count: int, nodes: tuple[int, ...], speed: float, accuracy: float
+) -> ShapeSpace:
+    """Return the first elastic modes, all residual shapes of forces at nodes, and the shapes of the spinning rotor."""
+    space = space_with_residuals(rotor, count, nodes)
+    if not speed:
+        return space
+    try:
+        return with_spinning_shapes(space, full, speed, None, accuracy)
+    except ValueError:  # rounding exceeds the accuracy
+        return space
 
 
 def _error(reduced: Complex, exact: Complex, count: int) -> float:

@@ -87,6 +87,12 @@ def space_with_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], accur
     return ShapeSpace(rotor, count, residual_modes(rotor, count, nodes, 2.0 * accuracy))
 
 
+def space_with_residuals(rotor: FreeRotor, count: int, nodes: tuple[int, ...]) -> ShapeSpace:
+    """Return the space of the first elastic modes, at most `count`, and all residual shapes of forces at nodes."""
+    count = min(count, len(rotor.frequencies))
+    return ShapeSpace(rotor, count, residual_modes(rotor, count, nodes, ROUNDING))
+
+
 def space_for_band(rotor: FreeRotor, highest: float, nodes: tuple[int, ...], accuracy: float) -> ShapeSpace:
     """Return the smallest space in which the receptance between nodes is accurate, with the slowest fastest shape.
 
@@ -191,6 +197,5 @@ def reduce_to_modes(full: Matrices, count: int, nodes: tuple[int, ...]) -> Reduc
     """
     if lacks_inertia(full.M, full.K):
         return unreduced(full)
-    free, places = free_rotor(full), tuple(sorted({*nodes}))
-    count = min(count, len(free.frequencies))
-    return reduce_to_shapes(full, ShapeSpace(free, count, residual_modes(free, count, places, ROUNDING)), places)
+    places = tuple(sorted({*nodes}))
+    return reduce_to_shapes(full, space_with_residuals(free_rotor(full), count, places), places)

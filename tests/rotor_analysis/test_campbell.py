@@ -136,17 +136,35 @@ def test_critical_speeds_of_the_reduced_and_full_model_agree(name):
         assert result.damping_ratio == pytest.approx(exact.damping_ratio, rel=3 * ACCURACY, abs=ACCURACY)
 
 
+def fan(stiffness, diameter=0.05):
+    """A shaft of 41 nodes in two bearings, with a heavy disc at an end."""
+    nodes = tuple(np.linspace(0.0, 1.0, 41))
+    shaft = Shaft(nodes, (diameter,), youngs_modulus=210e9, density=7850.0, poissons_ratio=0.3)
+    bearings = tuple(Bearing(f"b{node}", node, stiffness=stiffness, damping=1e-5 * stiffness) for node in (5, 35))
+    return Rotor("fan", shaft, (Body("wheel", 41, 20.0, 0.6, 0.3),), bearings)
+
+
 @pytest.mark.parametrize("stiffness", [0.0, 3e7])
 @pytest.mark.parametrize("Omega", [0.0, 900.0])
 def test_slowest_eigenvalues_agree_with_the_full_spectrum(stiffness, Omega):
-    """Of 41 nodes, with a heavy disc at an end; without stiffness some eigenvalues are 0, in pairs of few digits."""
-    shaft = Shaft(tuple(np.linspace(0.0, 1.0, 41)), (0.05,), youngs_modulus=210e9, density=7850.0, poissons_ratio=0.3)
-    bearings = tuple(Bearing(f"b{node}", node, stiffness=stiffness, damping=1e-5 * stiffness) for node in (5, 35))
-    model = supported_rotor(Rotor("fan", shaft, (Body("wheel", 41, 20.0, 0.6, 0.3),), bearings)).full
+    """Without stiffness some eigenvalues are 0, in pairs of few digits."""
+    model = supported_rotor(fan(stiffness)).full
     slowest, whole = slowest_eigenvalues(model, Omega, 8), eigenvalues(model, Omega)
     assert 32 <= len(slowest) < len(whole) / 3
     upper = [np.sort(of[(of.imag > 1.0) & np.isfinite(of)].imag)[:8] for of in (slowest, whole)]
     np.testing.assert_allclose(upper[0], upper[1], rtol=1e-7)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 3e7])
+def test_two_vibrations_need_the_coordinates_of_one_free_mode(stiffness):
+    """Per plane: four free modes, two rigid motions, the shapes of two bearings, and five of gyroscopic moments."""
+    analysed = analysis_model(fan(stiffness, 0.15), None, np.array([0.0, 3000.0]), 8)
+    model, full = analysed.supported.model, analysed.supported.full
+    assert model.size <= 2 * (4 + 2 + 2 + 5)
+    for Omega in (750.0, 1500.0, 3000.0):
+        result, exact = np.array([mode.eigenvalue for mode in modes(model, Omega, 8)]), eigenvalues(full, Omega)
+        nearest = exact[np.argmin(np.abs(result[:, None] - exact), axis=1)]
+        np.testing.assert_allclose(result, nearest, rtol=ACCURACY)
 
 
 def test_with_zero_tolerance_the_full_model_is_analysed():
