@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from array_types import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.modes import Mode, Whirl, modes
-from rotor_analysis.tracking import continue_modes, modes_begun_later, pair_modes, track_modes
+from rotor_analysis.tracking import ModesOverSpeed, continue_modes, modes_begun_later, pair_modes, track_modes
 
 
 @dataclass(frozen=True)
@@ -84,21 +84,24 @@ def campbell(model: Matrices, speeds: Array, count: int = 8) -> Campbell:
         If the speeds are not finite and ascending, or `count` is below 1.
     """
     speeds = np.atleast_1d(np.asarray(speeds, dtype=np.float64))
-    tracks = track_modes(model, speeds, count)
-    tracks += modes_begun_later(model, speeds, tracks)
+    over_speed = ModesOverSpeed(model)
+    tracks = track_modes(over_speed, speeds, count)
+    tracks += modes_begun_later(over_speed, speeds, tracks)
     crossings: list[CriticalSpeed] = []
     for number, track in enumerate(tracks, start=1):
         for (low, mode), (high, after) in pairwise(zip(speeds.tolist(), track, strict=True)):
             if mode and after and (mode.frequency > low) != (after.frequency > high):
-                crossings.append(_crossing(model, number, mode, low, high))
+                crossings.append(_crossing(model, over_speed, number, mode, low, high))
     return Campbell(
         speeds, tuple(tuple(track) for track in tracks), tuple(sorted(crossings, key=lambda crossing: crossing.Omega))
     )
 
 
-def _crossing(model: Matrices, number: int, mode: Mode, low: float, high: float) -> CriticalSpeed:
+def _crossing(
+    model: Matrices, over_speed: ModesOverSpeed, number: int, mode: Mode, low: float, high: float
+) -> CriticalSpeed:
     def mode_at(Omega: float) -> Mode | None:
-        return continue_modes(model, [mode], low, Omega)[0] if Omega > low else mode
+        return continue_modes(over_speed, [mode], low, Omega)[0] if Omega > low else mode
 
     def frequency_excess(Omega: float) -> float:
         """Return damped frequency minus spin speed; the frequency of a mode that does not oscillate is 0."""

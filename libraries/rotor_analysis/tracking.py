@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -18,6 +19,28 @@ HALVING_ASSURANCE = 0.9  # below it a step in speed is halved
 LOWEST_ASSURANCE = 0.5  # below it a mode has no continuation
 MAX_HALVINGS = 10
 RESONANT = math.sqrt(0.5)  # damping ratio up to which a response has a peak
+KEPT = 2**26  # bytes of shapes, of the latest speeds
+
+
+class ModesOverSpeed:
+    """The modes of a model at any speed, solved once for all that follow them, up or down.
+
+    Parameters
+    ----------
+    model
+        A model with its bearings.
+
+    Attributes
+    ----------
+    M
+        Its mass matrix.
+    at
+        Returns all modes at a spin speed (rad/s).
+    """
+
+    def __init__(self, model: Matrices) -> None:
+        self.M = model.M
+        self.at = lru_cache(max(1, KEPT // (16 * model.size**2)))(partial(modes, model))
 
 
 def modal_assurance(M: Array, first: Sequence[Complex], second: Sequence[Complex]) -> Array:
@@ -56,7 +79,7 @@ def pair_modes(M: Array, tracked: Sequence[Complex], shapes: Sequence[Complex]) 
     return pairs
 
 
-def track_modes(model: Matrices, speeds: Array, count: int) -> list[list[Mode | None]]:
+def track_modes(over_speed: ModesOverSpeed, speeds: Array, count: int) -> list[list[Mode | None]]:
     """Track the first `count` modes from the lowest speed to the highest.
 
     A step over which the MAC of a mode falls below 0.9 is halved, so that modes keep their identity where their
@@ -64,8 +87,8 @@ def track_modes(model: Matrices, speeds: Array, count: int) -> list[list[Mode | 
 
     Parameters
     ----------
-    model
-        A model with its bearings.
+    over_speed
+        The modes of a model with its bearings.
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     count
@@ -84,17 +107,18 @@ def track_modes(model: Matrices, speeds: Array, count: int) -> list[list[Mode | 
     speeds = np.atleast_1d(np.asarray(speeds, dtype=np.float64))
     ascending = len(speeds) > 0 and bool(np.all(np.isfinite(speeds)) and np.all(np.diff(speeds) > 0.0))
     require(ascending, "speeds", f"{speeds.tolist()} rad/s", "finite and ascending, one or more")
-    current: list[Mode | None] = list(modes(model, float(speeds[0]), count))
+    require(count >= 1, "count", count, "1 or more")
+    current: list[Mode | None] = list(over_speed.at(float(speeds[0]))[:count])
     tracks = [[mode] for mode in current]
     for before, after in pairwise(speeds.tolist()):
-        current = continue_modes(model, current, before, after)
+        current = continue_modes(over_speed, current, before, after)
         for track, mode in zip(tracks, current, strict=True):
             track.append(mode)
     return tracks
 
 
 def modes_begun_later(
-    model: Matrices, speeds: Array, tracks: Sequence[Sequence[Mode | None]]
+    over_speed: ModesOverSpeed, speeds: Array, tracks: Sequence[Sequence[Mode | None]]
 ) -> list[list[Mode | None]]:
     """Return the tracks of modes that begin to oscillate above the first speed, None before they do.
 
@@ -104,8 +128,8 @@ def modes_begun_later(
 
     Parameters
     ----------
-    model
-        A model with its bearings.
+    over_speed
+        The modes of a model with its bearings.
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     tracks
@@ -115,14 +139,14 @@ def modes_begun_later(
     fastest = max((value.imag for value in ends), default=0.0)
     current: list[Mode | None] = [
         mode
-        for mode in modes(model, float(speeds[-1]))
+        for mode in over_speed.at(float(speeds[-1]))
         if mode.frequency < fastest and abs(mode.damping_ratio) <= RESONANT and not _is_of(mode, ends)
     ]
     later: list[list[Mode | None]] = [[mode] for mode in current]
     down = speeds[::-1].tolist()
     for n, (before, after) in enumerate(pairwise(down), start=2):
         if any(mode is not None for mode in current):
-            current = continue_modes(model, current, before, after)
+            current = continue_modes(over_speed, current, before, after)
         taken = [mode.eigenvalue for track in tracks if (mode := track[-n]) is not None]
         current = [None if mode is None or _is_of(mode, taken) else mode for mode in current]
         for track, mode in zip(later, current, strict=True):
@@ -140,16 +164,16 @@ def _is_of(mode: Mode, eigenvalues: Sequence[complex]) -> bool:
 
 
 def continue_modes(
-    model: Matrices, current: list[Mode | None], before: float, after: float, halvings: int = MAX_HALVINGS
+    over_speed: ModesOverSpeed, current: list[Mode | None], before: float, after: float, halvings: int = MAX_HALVINGS
 ) -> list[Mode | None]:
     """Continue the modes `current` at speed `before` (rad/s) to the speed `after`; None stays None."""
     oscillating = [k for k, mode in enumerate(current) if mode is not None]
-    result = modes(model, after)
-    pairs = pair_modes(model.M, [m.shape for m in current if m is not None], [m.shape for m in result])
+    result = over_speed.at(after)
+    pairs = pair_modes(over_speed.M, [m.shape for m in current if m is not None], [m.shape for m in result])
     if halvings and any(value < HALVING_ASSURANCE for _, value in pairs):
         middle = 0.5 * (before + after)
         return continue_modes(
-            model, continue_modes(model, current, before, middle, halvings - 1), middle, after, halvings - 1
+            over_speed, continue_modes(over_speed, current, before, middle, halvings - 1), middle, after, halvings - 1
         )
     continued: list[Mode | None] = [None] * len(current)
     for k, (index, _) in zip(oscillating, pairs, strict=True):

@@ -8,6 +8,7 @@ from analysis_cases import I_D, I_P, MASS, NOTHING, E, L, clamped, jeffcott, rig
 from rotor_cases import one_plane_matrices
 from scipy.linalg import eigh
 
+from rotor_analysis import tracking
 from rotor_analysis.analysis_model import ACCURACY, analysis_model
 from rotor_analysis.assembly import assemble
 from rotor_analysis.campbell import campbell
@@ -18,7 +19,7 @@ from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.spectrum import eigenvalues, slowest_eigenvalues
 from rotor_analysis.supported_rotor import supported_rotor
-from rotor_analysis.tracking import modal_assurance, pair_modes, track_modes
+from rotor_analysis.tracking import ModesOverSpeed, modal_assurance, pair_modes, track_modes
 from tests.support.messages import raises_naming
 
 
@@ -101,9 +102,18 @@ def test_tracks_do_not_depend_on_the_step_in_speed():
     tensors = (((2e6, 0.0), (0.0, 3e5)), ((8e5, 0.0), (0.0, 1.5e6)))
     bearings = tuple(replace(b, stiffness=k) for b, k in zip(rotor.bearings, tensors, strict=True))
     model = supported_rotor(replace(rotor, bodies=bodies, bearings=bearings)).model
-    fine, at_once = (track_modes(model, np.linspace(0.0, 2000.0, n), 8) for n in (101, 2))
+    fine, at_once = (track_modes(ModesOverSpeed(model), np.linspace(0.0, 2000.0, n), 8) for n in (101, 2))
     for fine_track, coarse_track in zip(fine, at_once, strict=True):
         assert fine_track[-1].eigenvalue == pytest.approx(coarse_track[-1].eigenvalue, rel=1e-8)
+
+
+def test_each_speed_is_solved_once(monkeypatch):
+    """Whether modes are followed up, down from the last speed, or over halves of a step."""
+    solved = []
+    monkeypatch.setattr(tracking, "modes", lambda model, Omega: solved.append(Omega) or modes(model, Omega))
+    model = rigid(tensor(1e4), tensor(100.0)).model
+    assert len(campbell(model, np.linspace(0.0, 3000.0, 16), 2).tracks) == 3
+    assert len(solved) == len(set(solved)) >= 16
 
 
 def test_modal_assurance_separates_whirl_senses_despite_size_and_phase():
