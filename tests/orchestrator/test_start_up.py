@@ -58,6 +58,12 @@ def test_a_run_loads_neither_compiler_nor_model_nor_data_set(loaded, runner, tmp
     assert (tmp_path / "out" / "result.nc").is_file()
 
 
+def test_pole_areas_load_no_library_of_units(loaded, runner):
+    run = (*RUN, "0.01", "--no-plots", "--set", "amb_actuator.*.pole_area_?=4 cm^2")
+    assert runner(*run).exit_code == 0
+    assert loaded(("pint",), (), run) == []
+
+
 def test_a_run_loads_no_application(loaded, runner):
     run = (*RUN, "0.01", "--no-plots")
     assert runner(*run).exit_code == 0
