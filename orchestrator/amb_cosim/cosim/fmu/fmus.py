@@ -276,7 +276,7 @@ def _key(source: Source, target: BuildTarget, options: Mapping[str, Any]) -> str
     if packages is None:
         return target.guid(*_made(source, options)).strip("{}")
     used = {name: options.get(name) for name in inspect.signature(source).parameters}
-    facts = [source.__qualname__, target.flavour, sysconfig.get_platform(), version("numpy"), version("scipy")]
+    facts = [source.__qualname__, target.flavour, sysconfig.get_platform(), *_versions()]
     sha = hashlib.sha256(repr(facts).encode() + _content(Path(inspect.getfile(source)), "source"))
     for name, option in used.items():
         value = _with_file(source, name, option)
@@ -285,6 +285,12 @@ def _key(source: Source, target: BuildTarget, options: Mapping[str, Any]) -> str
     for package in (*packages, "amb_files", "fmi_export"):
         sha.update(_code(package))
     return sha.hexdigest()[:32]
+
+
+@cache
+def _versions() -> tuple[str, str]:
+    """Return the versions of the packages that compute constants; reading them takes milliseconds."""
+    return version("numpy"), version("scipy")
 
 
 def _with_file(source: Source, name: str, option: Any) -> Any:
