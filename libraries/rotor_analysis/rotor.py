@@ -115,7 +115,7 @@ class Rotor:
     """Planes of displacement sensors."""
     reduction: ReductionOptions = ReductionOptions()
     """Reduction of the plant's model."""
-    materials: dict[Name, Material] = field(default_factory=dict)
+    materials: dict[Name, Material] = field(default_factory=dict, hash=False)
     """Materials of elements and sleeves, by name."""
     mesh: Mesh | None = None
     """Fineness of the elements; by default the nodes are used unchanged."""

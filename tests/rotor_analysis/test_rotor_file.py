@@ -163,6 +163,15 @@ def test_a_duplicate_name_is_refused_at_the_second_part(tmp_path, more, key):
     assert_names(line, key, "unique")
 
 
+def test_equal_rotors_share_what_is_computed_once_for_a_rotor(tmp_path):
+    """Also with materials by name and tensors from lists; another bearing is another rotor."""
+    bearing = '[[bearings]]\nname = "oil"\nnode = 1\nstiffness = [[1e6, 0], [0, 1e6]]\n'
+    steel = f"[materials.steel]\n{SHAFT.split('diameter = 0.05')[1]}"
+    text = f'name = "pump"\n{steel}[shaft]\nnodes = [0, 0.5, 1]\ndiameter = 0.05\nmaterial = "steel"\n{bearing}'
+    first, second, other = (loaded(tmp_path, each) for each in (text, text, text.replace("1e6", "2e6")))
+    assert len({first, second, other}) == len({first, other}) == 2
+
+
 def test_part_placed_by_z_gets_a_node_there(tmp_path):
     """The numbers in the file count the nodes that the file states; the rotor has one more."""
     parts = SEAL + "z = 0.3\n" + OIL + INLET + "z = 1.0\n" + with_ring(2, 1, 1) + "\n[reduction]\nmasters = [1, 3]"

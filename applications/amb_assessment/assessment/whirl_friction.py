@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from amb_analysis.linear.linear_source import source_of_run
@@ -30,6 +32,11 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
     friction
         Largest friction coefficient of its landings, for criteria.
     """
+    least: Quantity = subject.linear_components.cached("whirl friction", lambda: _least_friction(subject))
+    return replace(least, facts={"friction": friction})
+
+
+def _least_friction(subject: Subject) -> Quantity:
     highest = subject.file.speed.tripping
     linear_source = source_of_run(plan_run(co_simulated(subject, subject.file.speed.highest)))
     c = clearances(subject)
@@ -53,7 +60,7 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
     value, where = float(values[n, k]), " and ".join(subject.retainers[j] for j in sets[k])
     usual = "rigid retainers without damping have 0.237, and less with a strong gyroscopic effect"
     note = f"no whirl up to {MOST:g}" if value >= MOST else usual
-    return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} 1/min", value, "1", {"friction": friction}, note)
+    return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} 1/min", value, "1", note=note)
 
 
 def chance(least: Quantity) -> str:

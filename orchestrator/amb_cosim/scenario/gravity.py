@@ -12,6 +12,9 @@ current I_b + I_s and a static current -I_s.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
 from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.results.component_names import ACTUATOR, PLANT
@@ -25,6 +28,9 @@ from amb_cosim.scenario.operating_point import (
 )
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from rotor_analysis.rotor import Rotor
 
 STANDARD_GRAVITY = 9.81  # m/s^2
 OF_MAGNET = (("gap", "m"), ("turns", ""), ("pole_area", "m2"), ("bias_current", "A"), ("current_limit", "A"))
@@ -80,14 +86,21 @@ def _assumed_loads(missing: MissingParameters) -> list[str]:
 
 def _carry_weight(missing: MissingParameters, rotor: RotorSource) -> None:
     from rotor_analysis.rotor_file import load_rotor  # not needed without gravity
-    from rotor_analysis.static_load import carried_masses
 
     size, angle = (missing.values.parameter(f"{PLANT}.{name}") for name in ("gravity", "gravity_angle"))
     with one_blas_thread():
-        carried = carried_masses(load_rotor(rotor))
+        carried = _carried(load_rotor(rotor))
     for bearing, mass in carried.items():
         for axis, upwards in (("x", -math.cos(angle)), ("y", -math.sin(angle))):
             _carry(missing, bearing, axis, mass * size * upwards)
+
+
+@lru_cache(maxsize=8)
+def _carried(rotor: Rotor) -> Mapping[str, float]:
+    """Return the mass (kg) that each bearing carries, the same for all runs of a rotor."""
+    from rotor_analysis.static_load import carried_masses
+
+    return carried_masses(rotor)
 
 
 def _carry(missing: MissingParameters, bearing: str, axis: str, load: float) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from scipy.optimize import brentq
 from slow import slow_but_first
 from threadpoolctl import threadpool_limits
 
+from amb_assessment.assessment import whirl_friction as whirl_module
 from amb_assessment.assessment.analyses import landing
 from amb_assessment.assessment.assess import check_machine
 from amb_assessment.assessment.criteria import load_criteria
@@ -158,6 +160,15 @@ def test_the_compressor_on_its_mounts_meets_the_whirl_friction():
     found = least(load_machine("compressor"))
     assert verdict_on(found) is Judgement.MET
     assert found.value > 1.2 * RIGID
+
+
+def test_whirl_friction_of_a_machine_is_found_once_for_all_landings(monkeypatch):
+    subject, speeds = check_machine(load_machine(BLOWER / "machine.toml")), []
+    over_speed = whirl_module.relative_receptances
+    monkeypatch.setattr(whirl_module, "relative_receptances", lambda *of: speeds.append(of[1]) or over_speed(*of))
+    at_most, at_least = (whirl_friction(subject, friction) for friction in (0.15, 0.05))
+    assert at_least == replace(at_most, facts={"friction": 0.05})
+    assert len(speeds) == len(set(speeds)) > 0
 
 
 @pytest.mark.parametrize(
