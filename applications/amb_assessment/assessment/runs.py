@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,8 @@ from amb_analysis.machine.response import refined_response
 from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
-from amb_cosim.cosim.run.options import RunOptions
+from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.options import RunOptions, Saves
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_forces import touches
 from amb_cosim.results.result import Result
@@ -163,6 +164,8 @@ def simulate(
     *,
     real: bool = False,
     to_magnets: bool = False,
+    start: Checkpoint | None = None,
+    goes_on: bool = False,
     **fields: Any,
 ) -> Result:
     """Return the run of a machine, starting at a speed (rad/s).
@@ -179,6 +182,10 @@ def simulate(
         Whether to use sensor noise and converter resolution, unless the machine defines its signal chain.
     to_magnets
         Whether the rotor may reach a magnet, which ends the run.
+    start
+        The end of the same run with an earlier end, from which it continues; see `end_of`.
+    goes_on
+        Whether to save its end, for a run that continues from it.
     fields
         Fields of a scenario.
 
@@ -195,12 +202,21 @@ def simulate(
     if inputs:
         values["inputs"] = {PLANT: dict(inputs)}
     scenario = co_simulated(subject, Omega, **values)
-    result = run_planned(plan_run(scenario, None, options=RunOptions(flavour=subject.flavour)))
+    options = RunOptions(flavour=subject.flavour, start=start)
+    planned = plan_run(scenario, None, options=options)
+    if goes_on and all(interface.serialises_state for interface in planned.interfaces.values()):
+        options = replace(options, saves=Saves(points=(planned.plan.last,)))
+    result = run_planned(planned, options)
     if result.outcome.status == "interrupted":
         raise KeyboardInterrupt
     if result.outcome.failure is not None and not (to_magnets and ended_at_magnet(subject, result)):
         raise ValueError(f"the run ended early: {result.outcome.failure}")
     return result
+
+
+def end_of(result: Result) -> Checkpoint | None:
+    """Return the end of a run that `goes_on`; None if an FMU cannot save its state, or the run ended early."""
+    return next(iter(result.checkpoints.values()), None)
 
 
 def ended_at_magnet(subject: Subject, result: Result) -> bool:

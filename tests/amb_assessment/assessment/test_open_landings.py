@@ -14,6 +14,7 @@ from amb_assessment.assessment.assess import assess
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, Quantity, judge
 from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.runs import worst_inputs
 from amb_assessment.assessment.subject import subject_of
 from tests.support.messages import assert_names, raises_naming
 
@@ -87,6 +88,22 @@ def test_a_landing_runs_to_its_end_or_is_reported_as_unfinished(monkeypatch):
         assert row[3] in ("not ended", "backward whirl", "at rest") or float(row[3].split()[2]) < 90.0
     if open_ended:
         assert_names(failed.open, "2 s", f"{len(open_ended)} of 2")
+
+
+def test_a_landing_that_goes_on_has_the_figures_of_one_run(monkeypatch):
+    """It continues from the end of its first part, after its first impacts, to the last bit."""
+    subject, starts, runs = subject_of(load_machine(BLOWER)), [], landing.simulate
+    monkeypatch.setattr(
+        landing, "simulate", lambda *of, start, **by: starts.append(start) or runs(*of, start=start, **by)
+    )
+    monkeypatch.setattr(landing, "LONGEST", 0.12)
+    at_once, in_two = [], []
+    for first, landed in ((0.12, at_once), (0.06, in_two)):
+        monkeypatch.setattr(landing, "FIRST", first)
+        landed.append(landing._landed(subject, worst_inputs(subject), 0.15, 0.25))
+    assert in_two == at_once
+    assert in_two[0].heat > 0.0
+    assert [start and round(start.time, 9) for start in starts] == [None, None, 0.06]
 
 
 @pytest.mark.slow

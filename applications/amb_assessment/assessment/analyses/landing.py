@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.retainer_bearings import check_sites, load_panels, load_tables
-from amb_assessment.assessment.runs import check_falls, longest, simulate, without_power, worst_inputs
+from amb_assessment.assessment.runs import check_falls, end_of, longest, simulate, without_power, worst_inputs
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction
 from amb_assessment.reporting.panels import Panel, curve
@@ -147,12 +147,14 @@ def _points(landings: list[Landing], weight: float) -> tuple[list[float], list[f
 
 def _landed(subject: Subject, inputs: dict[str, float], mu: float, phase: float) -> Landing:
     fields, Omega = without_power(subject, 1.0 + phase, mu), subject.file.speed.highest
-    most, landing = longest(subject, LONGEST, MOST_STEPS), Landing(mu, float(360.0 * phase))
+    most, landing, end = longest(subject, LONGEST, MOST_STEPS), Landing(mu, float(360.0 * phase)), None
     for duration in dict.fromkeys((min(FIRST, most), most)):
+        goes_on = duration < most
         try:
-            result = simulate(subject, Omega, inputs, end_time=duration, **fields)
+            result = simulate(subject, Omega, inputs, end_time=duration, start=end, goes_on=goes_on, **fields)
         except ValueError as error:
             return replace(landing, failure=str(error))
+        end = end_of(result)
         landing = _with_results(result, landing, subject.retainers)
         if landing.is_final:
             break
