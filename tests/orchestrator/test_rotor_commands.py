@@ -3,11 +3,14 @@
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from matplotlib.image import imread
 
+from amb_analysis.studies.commands.analysis import study
 from amb_cosim import studies
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.parts import Bearing, Body
 from rotor_analysis.rotor import ReductionOptions, Rotor
@@ -117,3 +120,37 @@ def test_a_plant_without_elastic_modes_is_printed(density, masters):
     assert result.fastest == 0.0
     assert (result.receptance is None) == (density == 0.0)
     assert_names(result, "no elastic mode")
+
+
+IN_MM = """name = "fan"
+[shaft]
+material = "steel"
+sections = [{length = 300.0, diameter = 50.0}, {length = 300.0, diameter = 50.0}]
+[materials.steel]
+density = 7850.0
+youngs_modulus = 2.1e11
+poissons_ratio = 0.3
+"""
+WITH_ROTOR = [name for name, command in study.commands.items() if "rotor" in {p.name for p in command.params}]
+
+
+@pytest.mark.parametrize("name", WITH_ROTOR)
+def test_studies_warn_of_a_rotor_in_mm_once_and_before_they_compute(runner, tmp_path, monkeypatch, name):
+    (tmp_path / "fan.toml").write_text(IN_MM)
+    sentences = implausible_sizes(load_rotor(tmp_path / "fan.toml"))
+    result = SimpleNamespace(text=lambda: [f"warning: {sentence}" for sentence in sentences])  # as of a planned run
+    monkeypatch.setattr(studies, name, lambda **_: result, raising=False)
+    monkeypatch.setattr(studies, "save", lambda *_: None)
+    done = runner("study", name, "--rotor", "fan.toml")
+    assert done.exit_code == 0, done.output
+    assert len(sentences) == 2
+    assert [done.stderr.count(sentence) for sentence in sentences] == [1, 1]
+    assert "warning" not in done.stdout
+
+
+@pytest.mark.parametrize("command", [("build",), ("new", "fan", "--speed", "3000 rpm")])
+def test_rotor_in_mm_explains_why_its_machine_is_refused(runner, tmp_path, command):
+    (tmp_path / "fan.toml").write_text(IN_MM)
+    done = runner(*command, "--rotor", "fan.toml")
+    assert done.exit_code == 2
+    assert_names(done.stderr, "warning: rotor fan", "length of the shaft = 600 m", "mm")

@@ -13,6 +13,7 @@ import click
 from amb_cosim.commands.cli import main
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, SPEED, WithUnit
+from amb_cosim.commands.printing import warn_of_sizes
 from amb_cosim.cosim.basics.choices import Flavour
 
 if TYPE_CHECKING:
@@ -216,7 +217,6 @@ def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | No
     from amb_cosim.cosim.system.values import quantity
     from amb_files.toml import read_text
     from rotor_analysis.packaged_rotors import rotor_path
-    from rotor_analysis.rotor_file import load_rotor
 
     if rotor is None:
         m = quantity(mass or _asked("mass", WithUnit("60 kg")), "kg", "mass")
@@ -225,7 +225,7 @@ def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | No
         if values is not None:
             raise ValueError(f"{key} = {values!r} conflicts with the rotor file, which states it; set only one of them")
     path = rotor_path(rotor)
-    load_rotor(path)  # errors name this file
+    warn_of_sizes(path)  # errors name this file
     return read_text(path, f"rotor file {path}")
 
 

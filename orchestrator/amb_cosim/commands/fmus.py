@@ -9,6 +9,7 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, FMI, PLATFORMS, RECEPTANCES, ROTOR, SETTINGS, UNTIL, output
+from amb_cosim.commands.printing import warn_of_sizes
 from amb_files.atomic import check_writable
 
 SYSTEM = "levitated"  # assembled if no scenario is named
@@ -73,6 +74,7 @@ def build(
                 raise ValueError(f"--controller {controller} can only be combined with {allowed}")
             click.echo(linear_controller(controller).build(output, **options))
             return
+        warn_of_sizes(options["rotor"])
         if assembled is not None:
             click.echo(build_assembled(output, assembled, **options))
             return

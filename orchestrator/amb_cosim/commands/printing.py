@@ -10,6 +10,7 @@ import click
 
 if TYPE_CHECKING:
     from amb_cosim.presentation.text_tables import TextBlock
+    from rotor_analysis.rotor_file import RotorSource
 
 
 class Printed(Protocol):
@@ -35,3 +36,20 @@ def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[Text
 def print_result(result: Printed, as_json: bool) -> None:
     """Print a result as JSON, or as tables and lines."""
     show(result.as_dict(), lambda _: result.text(), as_json)
+
+
+def warn_of_sizes(rotor: RotorSource) -> tuple[str, ...]:
+    """Print and return warnings of implausible sizes of a rotor, before a command computes with it; None has none.
+
+    They are printed to standard error. A planned run also has them among its warnings.
+    """
+    if rotor is None:
+        return ()
+    from amb_cosim.presentation.plain_console import plain_console
+    from amb_cosim.presentation.text_tables import show_warnings
+    from rotor_analysis.implausible_sizes import implausible_sizes
+    from rotor_analysis.rotor_file import load_rotor
+
+    sentences = implausible_sizes(load_rotor(rotor))
+    show_warnings(sentences, plain_console(stderr=True))
+    return sentences

@@ -28,6 +28,7 @@ from amb_cosim.commands.options import (
     output,
 )
 from amb_cosim.commands.packs import GENERAL, PACKAGES, PackCommands
+from amb_cosim.commands.printing import warn_of_sizes
 from amb_files.atomic import check_writable
 
 if TYPE_CHECKING:
@@ -116,12 +117,15 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
         status: AbstractContextManager[object] = nullcontext()
         if not shows_progress:
             status = plain_console(stderr=True).status("computing (a first run compiles the models)")
-        with refusing(), status:
+        with refusing():
             check_writable(folder, is_folder=True)
+            warned = warn_of_sizes(values.get("rotor"))
+        with refusing(), status:
             compute: Callable[..., DrawnResult] = getattr(studies, name)
             result = compute(**values)
             studies.save(result, folder)
-        print_parts([*result.text(), f"results in {folder}"])
+        told = [f"warning: {sentence}" for sentence in warned]
+        print_parts([*(part for part in result.text() if part not in told), f"results in {folder}"])
 
     decorated: Callable[..., None] = run
     always: tuple[Option, ...] = (output(f"Folder for the results; default results/study_{name}."), UNITS)

@@ -9,7 +9,7 @@ import click
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.controller import FILE, controller
 from amb_cosim.commands.options import JSON, ROTOR, SPEED, output
-from amb_cosim.commands.printing import print_result
+from amb_cosim.commands.printing import print_result, warn_of_sizes
 from amb_files.atomic import check_writable
 
 MODES = 8  # of the rotor, the lowest
@@ -49,6 +49,7 @@ def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
     from rotor_analysis.rotor_file import load_rotor
     from rotor_analysis.supported_rotor import supported_rotor
 
+    warn_of_sizes(rotor)
     description = load_rotor(rotor)
     model = supported_rotor(description, description.shaft.mass_matrix).model
     return tuple(mode.frequency for mode in modes(model, quantity(speed, "rad/s", "speed"))[:MODES])
