@@ -250,6 +250,15 @@ def test_the_last_change_of_an_end_applies():
     assert changed.machine(end_cycle=2).end_cycle == 2.0
 
 
+@pytest.mark.parametrize("table", ["[inputs.rotor_contct]", "[[event]]\ncycle = 1\n[event.set.rotor_contct]"])
+def test_a_machine_is_refused_if_its_scenario_names_no_component(tmp_path, table):
+    """Studies of a machine use neither inputs nor events, whose misspelt names were accepted."""
+    (tmp_path / "mine.toml").write_text(f'base = "fig4_9"\n{table}\n"d1.u" = 0.01\n', encoding="utf-8")
+    scenario = load_scenario(str(tmp_path / "mine.toml"))
+    with raises_naming(ValueError, "scenario mine", "rotor_contct", "rotor_contact"):
+        scenario.machine()
+
+
 def test_a_scenario_removes_settings_of_its_base(tmp_path):
     removed = ["event", "rotor_contact.d1.u", "rotor_contact.contact.*", "rolac_controller.rolac_enable"]
     (tmp_path / "mine.toml").write_text(f'base = "fig4_9"\nremove = {removed}\n', encoding="utf-8")

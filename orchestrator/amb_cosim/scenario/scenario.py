@@ -13,6 +13,7 @@ from pydantic import Field
 
 from amb_cosim.cosim.basics.choices import Coupling, Role, Settling
 from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu
+from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import Raw, quantity, stated
@@ -144,7 +145,18 @@ class Scenario(Table):
         """Return a scenario of the same machine and parameters, with other events and `fields`.
 
         It lasts a second without settling unless they set something else.
+
+        Raises
+        ------
+        ValueError
+            If inputs or events, which are left out, name a component that does not exist.
         """
+        system = load_system(self.system, {"gradient": self.gradient})
+        with errors_in(f"scenario {self.name}"):
+            for inputs in (self.inputs, *(event.set for event in self.event)):
+                for component, values in inputs.items():
+                    for variable in values:
+                        system.component(system.divide(f"{component}.{variable}")[0])
         fields_of_machine = {key: value for key, value in self._data().items() if key in _MACHINE}
         return make_scenario(overlaid(fields_of_machine | {"settle_cycles": 0, "end_time": 1.0}, fields), self.name)
 
