@@ -15,7 +15,7 @@ from amb_assessment.assessment.criteria import load_criteria, packaged_criteria
 from amb_cosim.controllers.block_file import read_blocks
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.presentation.plain_console import plain_console
-from amb_cosim.presentation.text_tables import print_parts, rendered, text_table
+from amb_cosim.presentation.text_tables import html_of, print_parts, rendered, text_table
 from amb_sweeps.axes import read_variations
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
@@ -58,6 +58,19 @@ def test_package_runs_as_a_module():
     command = [sys.executable, "-m", "amb_cosim", "--version"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.startswith("amb-cosim")
+
+
+@pytest.mark.parametrize(("width", "lines"), [(60, 1), (30, 2)])
+def test_a_title_longer_than_its_table_wraps_at_the_screen(width, lines):
+    """It was broken at the width of the table, word by word."""
+    title = "Whirl of the free rotor at 41998 rpm"
+    table, screen = text_table(title, ("mode", "(Hz)"), [("1", "10")]), StringIO()
+    print_parts([table], Console(file=screen, force_terminal=True, color_system=None, width=width))
+    shown = screen.getvalue().splitlines()
+    assert " ".join(line.strip() for line in shown[:lines]) == title
+    assert shown[lines].split() == ["mode", "(Hz)"]
+    assert rendered([table]).splitlines()[0] == title
+    assert title in html_of([table])
 
 
 def test_a_file_has_sentences_in_one_line_and_tables_whole():

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from io import StringIO
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
+from rich.text import Text
 
 from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.plain_console import plain_console
@@ -15,6 +16,19 @@ TextBlock = Table | str
 
 WIDTH = 160  # characters of a line in a notebook
 WIDEST = 10_000  # of a table in a file
+
+
+class TitledTable(Table):
+    """A table whose title is as wide as the console; rich breaks it at the width of the table."""
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        if self.title:
+            yield Text(str(self.title), "table.title")
+        title, self.title = self.title, None
+        try:
+            yield from super().__rich_console__(console, options)
+        finally:
+            self.title = title
 
 
 def text_table(
@@ -38,7 +52,7 @@ def text_table(
     gap
         Spaces between two columns.
     """
-    table = Table(title=title, title_justify="left", box=None, padding=(0, gap, 0, 0))
+    table = TitledTable(title=title, box=None, padding=(0, gap, 0, 0))
     for heading in headings:
         table.add_column(heading, justify="left" if heading in left else "right", no_wrap=True)
     for row in rows:
