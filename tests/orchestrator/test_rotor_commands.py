@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -80,6 +81,14 @@ def test_printed_nodes_are_those_of_the_file(rotor, tmp_path):
     assert parts["rb1"] == (4, 0.624)
     assert parts["eye"] == (None, 0.02)
     assert "planes at nodes 1, 3, 4, 10, 11, 13;" in rotor("show", "fine.toml").output
+
+
+def test_errors_of_the_plant_that_round_to_zero_have_no_minus():
+    result = studies.layout("turbo_expander")
+    whirl = replace(result.whirl, forward_error=-1e-6 * abs(result.whirl.forward_error))
+    text = str(replace(result, error=-1e-6 * abs(result.error), whirl=whirl))
+    assert "-0.0000" not in text
+    assert text.count("+0.0000") >= len(result.error)
 
 
 def test_inertias_are_those_of_the_parts():

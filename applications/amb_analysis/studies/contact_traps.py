@@ -203,7 +203,7 @@ class Traps(MachineResult):
         if self.smallest_force is None:
             lines.append("no synchronous currents of these bearings exclude all states in contact")
         elif any(current.amplitude for current in self.smallest_force.values()):
-            added = ", ".join(f"{b} {i.amplitude:.3g} A at {i.phase:.0f} deg" for b, i in self.smallest_force.items())
+            added = ", ".join(f"{b} {i.amplitude:.3g} A at {i.phase:z.0f} deg" for b, i in self.smallest_force.items())
             lines.append(f"the smallest additional currents that exclude all states in contact: {added}")
         return [*lines, *(f"{name}: {freed.words}" for name, freed in self.control.items())]
 

@@ -79,7 +79,7 @@ class ControllerDescription(DrawnResult):
         table = text_table(title, headings, left=("signal", "demand"))
         for path in data["connections"]:
             gains = (number(path["gain_at_rest"]), number(path["largest_gain"]))
-            phases = (f"{phase:.1f}" for phase in path["phase_at_modes_deg"])
+            phases = (f"{phase:z.1f}" for phase in path["phase_at_modes_deg"])
             table.add_row(path["signal"], path["demand"], *gains, *phases)
         sampled = f"{data['states']} states, sampled every {data['sample_time_s']:g} s"
         return [f"{sampled}; largest pole {data['largest_pole']:.6g} in the z plane", table]

@@ -31,5 +31,5 @@ def damping_cells(ratio: float, frequency: float, whirl: Whirl) -> tuple[str, st
     squared in the square of an eigenvalue.
     """
     grows = ratio < -max(ROUNDING, (AT_REST / frequency) ** 2)
-    text = f"{round(ratio if grows else max(ratio, 0.0), 4) + 0.0:.4f}"  # not -0.0000
+    text = f"{ratio if grows else max(ratio, 0.0):z.4f}"
     return text, whirl + (", unstable" if grows else "")

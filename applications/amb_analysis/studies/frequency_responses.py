@@ -96,7 +96,7 @@ class FrequencyResponses(PlannedResult, DrawnResult):
             table = text_table(f"{title}largest values", ("response", "", "at (Hz)", "phase (deg)"), left=("response",))
             for name, item in self.responses.items():
                 top = int(np.argmax(np.abs(item.computed)))
-                phase = f"{np.degrees(np.angle(item.computed[top])):.1f}"
+                phase = f"{np.degrees(np.angle(item.computed[top])):z.1f}"
                 size = f"{abs(item.computed[top]):.4g} {item.unit}"
                 if _is_unbounded(item.frequencies, np.abs(item.computed), top):
                     size, phase = "no bound", "-"
@@ -106,7 +106,7 @@ class FrequencyResponses(PlannedResult, DrawnResult):
         modes = text_table(f"{title}modes", heads)
         for mode in self.modes:
             ratios = (number(mode.measured_damping), number(mode.computed_damping))
-            percent = "-" if mode.percent is None else f"{mode.percent:+.2f}"
+            percent = "-" if mode.percent is None else f"{mode.percent:+z.2f}"
             mac = "-" if mode.mac is None else f"{mode.mac:.3f}"
             modes.add_row(f"{mode.measured:.2f}", number(mode.computed), percent, *ratios, mac)
         curves = text_table(f"{title}responses", ("response", "unit", "FRAC", "rms (dB)"), left=("response", "unit"))

@@ -101,7 +101,7 @@ class RotorLayout(PlannedResult, DrawnResult):
         where += f" ({EXTRAPOLATED})" if is_extrapolated(self.limits, 0.0) else ""
         modes = text_table(f"Undamped, {where}", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
         for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
-            percent = "-" if math.isnan(error) else f"{error:+.4f}"
+            percent = "-" if math.isnan(error) else f"{error:+z.4f}"
             hertz = f"{frequency / (2.0 * math.pi):.3f}" if frequency > 0.0 else "diverges"
             modes.add_row(str(k), f"{frequency:.3f}", hertz, percent)
         return [
@@ -210,7 +210,7 @@ def _hertz(omega: float) -> str:
 
 def _whirl_cells(frequencies: Array, percent: Array) -> list[tuple[str, str]]:
     """Return frequencies (Hz) and errors (%) as displayed."""
-    errors = ("-" if math.isnan(error) else f"{error:+.4f}" for error in percent)
+    errors = ("-" if math.isnan(error) else f"{error:+z.4f}" for error in percent)
     return [(f"{omega / (2.0 * math.pi):.1f}", error) for omega, error in zip(frequencies, errors, strict=True)]
 
 

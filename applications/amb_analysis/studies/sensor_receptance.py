@@ -60,7 +60,7 @@ class SensorReceptance(DrawnResult):
                     self.forces[k],
                     number(1e6 * abs(curve[top])),
                     f"{self.speeds[top]:.2f}",
-                    f"{np.degrees(np.angle(curve[top])):.1f}",
+                    f"{np.degrees(np.angle(curve[top])):z.1f}",
                 )
         return [table]
 

@@ -116,12 +116,12 @@ def _mode_shortfall(mode: ModeReach) -> str:
     at, name = mode.deciding, f"bending mode {mode.number} ({mode.frequency / (2.0 * math.pi):.0f} Hz)"
     if at.value < -REACHED:
         return (
-            f"{name} has a node between {at.bearing} and {at.sensor}: the shape is {at.at_magnet:+.2f} at the magnet "
-            f"and {at.at_sensor:+.2f} at the sensor, so the damping of a PID drives it; move the sensor to the "
+            f"{name} has a node between {at.bearing} and {at.sensor}: the shape is {at.at_magnet:+z.2f} at the magnet "
+            f"and {at.at_sensor:+z.2f} at the sensor, so the damping of a PID drives it; move the sensor to the "
             "magnet's side of the node"
         )
     places = ", ".join(
-        f"{reach.bearing} {reach.at_magnet:+.2f}, {reach.sensor} {reach.at_sensor:+.2f}" for reach in mode.bearings
+        f"{reach.bearing} {reach.at_magnet:+z.2f}, {reach.sensor} {reach.at_sensor:+z.2f}" for reach in mode.bearings
     )
     return f"{name} has nodes close to magnets or sensors, so no gains damp it well: its shape is {places}"
 

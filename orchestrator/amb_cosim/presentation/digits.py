@@ -8,7 +8,7 @@ def significant(value: float, digits: int = 4) -> str:
 
     Examples
     --------
-    >>> significant(4.3214e-5), significant(12345.6)
-    ('4.321e-05', '12346')
+    >>> significant(4.3214e-5), significant(12345.6), significant(-0.0)
+    ('4.321e-05', '12346', '0')
     """
-    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"
+    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e7 else f"{value:z.{digits}g}"

@@ -99,13 +99,13 @@ class ContactLaws(DrawnResult):
             table.add_row(
                 f"{name.replace('_', ' ')} ({loop.equation})",
                 f"{1e6 * loop.deepest:.1f}",
-                *(f"{1e-3 * force + 0.0:.3f}" for force in forces),
+                *(f"{1e-3 * force:z.3f}" for force in forces),
                 f"{loop.restitution:.3f}",
-                f"{round(loop.loss, 4) + 0.0:.4f}",
+                f"{loop.loss:z.4f}",
             )
         printed, switched = self.laws[AS_PRINTED], self.laws["switched_kelvin_voigt"]
         jump, pull, smooth = (
-            f"{1e-3 * force + 0.0:.2f} kN"
+            f"{1e-3 * force:z.2f} kN"
             for force in (printed.force_at_touch, -printed.smallest_force, switched.force_at_touch)
         )
         return [

@@ -62,10 +62,10 @@ class FrequencyTables:
             parts.append(_table(title, ("model", "speed"), rows, ".2f"))
         if self.condensation_error is not None:
             errors = ((f"{speed:g}", row) for speed, row in self.condensation_error.items())
-            parts.append(_table("Error of the condensed model (%)", ("speed",), errors, ".4f"))
+            parts.append(_table("Error of the condensed model (%)", ("speed",), errors, "z.4f"))
         if self.deviation_from_thesis is not None:
             labels = ("model", "mass", "speed")
-            parts.append(_table("Deviation from the thesis (%)", labels, _rows(self.deviation_from_thesis), ".2f"))
+            parts.append(_table("Deviation from the thesis (%)", labels, _rows(self.deviation_from_thesis), "z.2f"))
         return parts
 
 

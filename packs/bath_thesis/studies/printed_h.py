@@ -95,4 +95,4 @@ def _across(H: Array) -> float:
 
 def _pair(values: Array) -> str:
     """Return computed and printed value (N/um)."""
-    return ", ".join(f"{1e-6 * value:.3f}" for value in values)
+    return ", ".join(f"{1e-6 * value:z.3f}" for value in values)

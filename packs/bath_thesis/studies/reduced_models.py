@@ -119,7 +119,7 @@ class ModelReduction(DrawnResult):
         for model, by_mass in self.frequencies.items():
             for mass, by_speed in by_mass.items():
                 for speed, frequencies in by_speed.items():
-                    cells = (f"{value:.2f}" for value in frequencies.deviation)
+                    cells = (f"{value:z.2f}" for value in frequencies.deviation)
                     deviations.add_row(model.replace("_", " "), mass, speed, *cells)
         response = ", ".join(f"{error:.2g} % {name}" for name, error in self.largest_response_error.items())
         amplitudes = f"amplitudes deviate from those of the full model by up to {response.replace('_', ' ')}"

@@ -32,10 +32,9 @@ def draw(result: ModeShapes) -> Figure:
     for k, mode in enumerate(modes):
         axes = figure.add_subplot(rows, columns, k + 1, projection="3d", computed_zorder=False)
         _draw_mode(axes, rotor, mode)
-        ratio = round(mode.damping_ratio, 3) + 0.0  # not -0.000
         axes.set_title(
             f"{k + 1}: {result.shapes[k].kind}, {mode.whirl}\n"
-            f"{speed_unit().text(mode.frequency)}, $\\zeta$ = {ratio:.3f}",
+            f"{speed_unit().text(mode.frequency)}, $\\zeta$ = {mode.damping_ratio:z.3f}",
             y=0.86,
         )
     handles = [

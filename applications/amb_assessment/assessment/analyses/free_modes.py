@@ -42,7 +42,7 @@ def answer(subject: Subject) -> AnalysisResult:
 
 
 def _pair_text(at: BearingReach) -> str:
-    return f"{at.at_magnet:+.2f}, {at.at_sensor:+.2f}" + (f": {at.kind}" if at.kind else "")
+    return f"{at.at_magnet:+z.2f}, {at.at_sensor:+z.2f}" + (f": {at.kind}" if at.kind else "")
 
 
 def _panel(subject: Subject, modes: Sequence[ModeReach]) -> Panel:
