@@ -117,6 +117,14 @@ def test_a_value_beyond_the_range_of_its_type_is_refused(run):
         run('"one.Int8.in[1]" = 128')
 
 
+@pytest.mark.parametrize(("source", "target"), [("Float32", "Int8"), ("Int16", "Boolean"), ("Boolean", "Float64")])
+def test_unlike_types_are_named_as_the_fmus_declare_them(run, source, target):
+    """They were Real, Integer and Boolean, as of FMI 2.0."""
+    unlike = f'[[connect]]\nfrom = "one"\nto = "two"\nvariables = {{ "{source}.out[1]" = "{target}.in[2]" }}'
+    with raises_naming(ValueError, f"one.{source}.out[1] is {source}", f"two.{target}.in[2] is {target}"):
+        run('"one.Int8.in[2]" = 1', unlike)
+
+
 def test_iterative_coupling_restores_states_of_fmi_3(run, tmp_path):
     explicit = run('"one.Float64.in[1]" = 3').dataset
     shutil.copy(tmp_path / "system.toml", tmp_path / "again.toml")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import zipfile
 
@@ -10,7 +11,7 @@ import xarray as xr
 from fmu_systems import system_text
 
 import amb_cosim
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
@@ -45,10 +46,10 @@ AS_SETTINGS = {f"one.m[{i},{j}]": 10.0 - 3 * i - j for i in (1, 2) for j in (1, 
 }  # fmt: skip
 
 
-def component(name):
+def component(name, types=("Float64", "Int8", "UInt64")):
     connectors = "".join(
-        f'<ssd:Connector name="{kind}.{way}" kind="{way}put"><ssc:{kind}/>{PAIR}</ssd:Connector>'
-        for kind in ("Float64", "Int8", "UInt64")
+        f'<ssd:Connector name="{kind}.{way}" kind="{way}put"><ssc:{stated}/>{PAIR}</ssd:Connector>'
+        for kind, stated in zip(("Float64", "Int8", "UInt64"), types, strict=True)
         for way in ("in", "out")
     )
     fixed = '<ssd:Connector name="columns" kind="structuralParameter"><ssc:UInt64/></ssd:Connector>'
@@ -57,7 +58,7 @@ def component(name):
     return f'<ssd:Component name="{name}" {source}>{inner}</ssd:Component>'
 
 
-def structure(links=LINKS, values=VALUES):
+def structure(links=LINKS, values=VALUES, types=("Float64", "Int8", "UInt64")):
     bound = f'<ssv:ParameterSet version="2.0" name="set"><ssv:Parameters>{values}</ssv:Parameters></ssv:ParameterSet>'
     return f"""<ssd:SystemStructureDescription {NAMESPACES} version="2.0" name="two"><ssd:System name="two">
 <ssd:Connectors><ssd:Connector name="push" kind="input"><ssc:Float64/>{PAIR}</ssd:Connector>
@@ -65,7 +66,7 @@ def structure(links=LINKS, values=VALUES):
 <ssd:Connector name="first" kind="output"><ssc:UInt64/></ssd:Connector></ssd:Connectors>
 <ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues>{bound}</ssd:ParameterValues>
 </ssd:ParameterBinding></ssd:ParameterBindings>
-<ssd:Elements>{component("one")}{component("two")}</ssd:Elements>
+<ssd:Elements>{component("one")}{component("two", types)}</ssd:Elements>
 <ssd:Connections>{"".join(links)}</ssd:Connections></ssd:System>
 <ssd:DefaultExperiment startTime="0" stopTime="0.01"/></ssd:SystemStructureDescription>"""
 
@@ -98,6 +99,12 @@ def test_arrays_in_an_archive_and_in_a_system_file_are_equal(run, arrays3_fmu, t
         theirs["two.UInt64.out[2]"][-1],
         9,
     ]
+
+
+def test_a_contradiction_names_the_type_that_the_fmu_declares(run):
+    result = run(types=("Float64", "Float32", "UInt64")).dataset
+    (notice,) = json.loads(result.attrs["notices"])
+    assert_names(notice, "two.Int8.in (Float32, in the FMU Int8)")
 
 
 @pytest.mark.parametrize(("parts", "facts"), [

@@ -54,6 +54,11 @@ class Port:
         return self.reference + self.element
 
     @property
+    def declared(self) -> str:
+        """The type for messages: that of the FMU, if there is one."""
+        return self.stored or self.type
+
+    @property
     def display_unit(self) -> str:
         """The unit with a leading space; empty without a unit."""
         return "" if self.unit in (None, "", "1") else f" {self.unit}"

@@ -101,7 +101,8 @@ class FlatSystem:
             if connector.kind not in ("inout", "unspecified", port.causality, variability):
                 found.append(f"{node.text} ({connector.kind}, in the FMU {port.causality})")
             if connector.type is not None and general_type(connector.type) != port.type:
-                found.append(f"{node.text} ({connector.type}, in the FMU {port.type})")
+                of_fmu = port.declared if isinstance(port, Port) else port.type
+                found.append(f"{node.text} ({connector.type}, in the FMU {of_fmu})")
         return found
 
     def _port(self, node: Node) -> Port | TextVariable | None:
@@ -335,8 +336,8 @@ class FlatSystem:
         for end, port in ends.items() if route.law != UNCHANGED else ():
             if port is not None and port.type != "Real":
                 raise ValueError(
-                    f"{self.what}: {end} is {port.type}; only values of Reals can be transformed or have their unit "
-                    f"converted"
+                    f"{self.what}: {end} is {port.declared}; only Reals and Floats can be transformed or have their "
+                    f"unit converted"
                 )
 
 

@@ -308,7 +308,9 @@ def _same_unit(a: Port, b: Port) -> bool:
 def _check_match(source: str, a: Port, target: str, b: Port, converts_units: bool = False) -> None:
     is_number = converts_units and (a.type, b.type) == ("Integer", "Real") and not a.items
     if a.type != b.type and not is_number:
-        raise ValueError(f"{source} is {a.type} and {target} is {b.type}; connected variables must have the same type")
+        raise ValueError(
+            f"{source} is {a.declared} and {target} is {b.declared}; connected variables must have the same type"
+        )
     if not converts_units and not _same_unit(a, b):
         raise ValueError(
             f"{source} is in {a.unit} and {target} is in {b.unit}; connected variables must have the same unit"
