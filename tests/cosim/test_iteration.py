@@ -102,6 +102,30 @@ def test_inputs_from_the_beginning_of_the_step_need_no_repetition():
     np.testing.assert_array_equal(result, end(*pair(), steps=10, coupling="jacobi"))
 
 
+def test_no_repetition_restores_a_state_before_the_current_point():
+    """By FMI a step may then say that no earlier state follows (noSetFMUStatePriorToCurrentPoint)."""
+
+    class Timed(Lag):
+        now = begin = 0.0
+
+        def step(self, time, step_size):
+            super().step(time, step_size)
+            self.begin, self.now = time, time + step_size
+
+        def save(self):
+            super().save()
+            self.saved_at = self.now
+
+        def restore(self):
+            super().restore()
+            assert self.saved_at == pytest.approx(self.begin, abs=1e-12)
+
+    lags, wiring = pair()
+    timed = [Timed(lag.name, lag.a, lag.b, lag.x) for lag in lags]
+    end(timed, wiring, steps=10)
+    assert timed[0].restores > 10
+
+
 def test_only_components_with_changed_inputs_repeat_their_step():
     lags, wiring = pair((0.0, 0.5))
     end(lags, wiring, steps=10)

@@ -21,12 +21,11 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
     fmi2LastSuccessfulTime,
     fmi2Terminated,
-    fmi2True,
 )
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.fmu.bindings import DISCARD, Binding, Log, address, check_status, reached_text
+from amb_cosim.cosim.fmu.bindings import DISCARD, NO_EARLIER_STATE, Binding, Log, address, check_status, reached_text
 from amb_cosim.cosim.fmu.exchange import Group, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from array_types import Array
@@ -87,7 +86,7 @@ class Binding2(Binding):
 
     def step(self, time: float, step_size: float) -> None:
         """Advance from `time` by `step_size` (s)."""
-        self.call("DoStep", time, step_size, fmi2True)
+        self.call("DoStep", time, step_size, NO_EARLIER_STATE)
 
     def reasons(self, call: str, status: int) -> list[str]:
         """Return a phrase on a discarded step: that it ends the run, or the time that the FMU reached."""

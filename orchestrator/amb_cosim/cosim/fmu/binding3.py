@@ -40,7 +40,7 @@ from fmpy.fmi3 import FMU3Slave
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.loop_library import load_library
-from amb_cosim.cosim.fmu.bindings import DISCARD, ERROR, Binding, Log, address, reached_text
+from amb_cosim.cosim.fmu.bindings import DISCARD, ERROR, NO_EARLIER_STATE, Binding, Log, address, reached_text
 from amb_cosim.cosim.fmu.exchange import Group, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from array_types import Array, Bools
@@ -138,7 +138,9 @@ class Binding3(Binding):
         event, ends, early, reached = c_bool(), c_bool(), c_bool(), c_double()
         self._state.why = NOTHING
         try:
-            self.call("DoStep", time, step_size, True, byref(event), byref(ends), byref(early), byref(reached))
+            self.call(
+                "DoStep", time, step_size, NO_EARLIER_STATE, byref(event), byref(ends), byref(early), byref(reached)
+            )
         finally:
             self._state.number = reached.value
         if ends or early:

@@ -11,6 +11,9 @@ from fmpy.fmi1 import FMICallException
 STATUS = ("OK", "Warning", "Discard", "Error", "Fatal", "Pending")
 WARNING, DISCARD, ERROR, FATAL = (STATUS.index(name) for name in ("Warning", "Discard", "Error", "Fatal"))
 INFORMATION = (STATUS.index("OK"), STATUS.index("Pending"))
+# noSetFMUStatePriorToCurrentPoint of all steps, also in `loop.c`. A repeated step begins at the current point, which is
+# not prior to it. A held or serialised state is restored by another run, after a reset or in a new instance.
+NO_EARLIER_STATE = True
 MOST_WARNINGS, MOST_INFORMATION = 100, 10  # stored per instance; of faults, as many as both
 
 
