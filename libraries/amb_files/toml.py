@@ -41,6 +41,7 @@ from amb_files.validation_errors import sentences
 T = TypeVar("T")
 
 LARGEST = 64 * 2**20  # bytes of a file
+FILES = 12  # of a folder, in a message
 DEEPEST = 100  # levels of tables and lists
 LONGEST_KEY = 1000  # dots of a dotted key
 LINE = re.compile(r"\(at line (\d+)")
@@ -132,6 +133,9 @@ def read_bytes(source: Path | Traversable, name: str, largest: int = LARGEST) ->
     """Return the content of a file of at most `largest` bytes; other arguments and errors as for `read_toml`."""
     try:
         if isinstance(source, Path):
+            if source.is_dir():
+                files = ", ".join(sorted(file.name for file in source.glob("*.toml"))[:FILES])
+                raise ValueError(f"{name} cannot be read: it is a folder{files and f' with {files}'}")
             if is_special(source):
                 raise ValueError(f"{name} cannot be read: it is not a regular file")
             size = source.stat().st_size

@@ -157,7 +157,8 @@ def test_invalid_toml_has_its_line_and_column():
     ("make", "facts"),
     [
         (lambda p: None, ("No such file",)),
-        (lambda p: p.mkdir(), ("directory",)),
+        (lambda p: p.mkdir(), ("folder",)),
+        (lambda p: [p.mkdir(), (p / "machine.toml").touch()], ("folder with machine.toml",)),
         (lambda p: p.write_bytes(b"a\xff"), ("UTF-8", "byte 1")),
     ],
 )

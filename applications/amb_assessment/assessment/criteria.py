@@ -163,7 +163,7 @@ def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
 def _criteria_in(source: str | Path) -> list[Criterion]:
     packaged = packaged_criteria()
     path = packaged.get(str(source), Path(source))
-    if not path.is_file():
+    if not path.exists():
         raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), packaged)}")
     name = f"criteria {path.name}"
     file = validate(read_toml(path, name), CriteriaFile, name)

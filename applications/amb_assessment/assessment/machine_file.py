@@ -302,7 +302,7 @@ def load_machine(source: str | Path) -> MachineFile:
     """
     packaged = packaged_machines()
     path = packaged.get(str(source), Path(source))
-    if not path.is_file():
+    if not path.exists():
         kind = "file" if str(source).endswith(".toml") else "machine"
         raise ValueError(f"no {kind} {str(source)!r}; {suggest(str(source), packaged)}")
     name = f"machine file {path}"

@@ -53,10 +53,9 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     """
     packaged = files_of("scenarios")
     source = packaged.get(name, Path(name))
-    if not source.is_file() and (source.is_symlink() or source.exists()):
-        what = "not a regular file" if source.exists() else "a link to a missing file"
-        raise ValueError(f"scenario {name}: {source} is {what}")
-    if not source.is_file():
+    if source.is_symlink() and not source.exists():
+        raise ValueError(f"scenario {name}: {source} is a link to a missing file")
+    if not source.exists():
         if name.endswith(".toml"):
             beside = sorted(file.name for file in source.parent.glob("*.toml"))
             raise ValueError(f"no file {source.name!r} in {source.parent.resolve()}; {suggest(source.name, beside)}")

@@ -118,7 +118,7 @@ def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentT
     """
     packaged = packaged_systems()
     source = packaged.get(name, Path(name))
-    if not source.is_file():
+    if not source.exists():
         raise ValueError(f"no system {name!r}; {suggest(name, sorted(packaged))}")
     what = f"system {name}"
     check_bases(what, derived)
