@@ -1,4 +1,4 @@
-"""Sizes of a rotor that no machine has, with their likely cause: another unit in the rotor file."""
+"""Sizes and materials of a rotor that no machine has, with their likely cause: another unit in the rotor file."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ THICKEST = 3.0  # m, diameter of a shaft
 WIDEST = 4.0  # m, radius of a disc
 HEAVIEST = 3e5  # kg; the rotor of a nuclear power station's generator has 250 t
 LOOSEST = 0.02  # m, radial clearance
+SOFTEST = 1e9  # Pa, Young's modulus of the stiffest material; a polyamide has 3e9 Pa
+LIGHTEST, MASSLESS = 100.0, 0.5  # kg/m3, of the densest material; less stands for a shaft without mass
 
 
 def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
-    """Return a sentence for each kind of size that is implausible: lengths, masses, inertias.
+    """Return a sentence for each kind of size that is implausible: lengths, masses, inertias, materials.
 
     A disc with the polar inertia of a body, and a rod with its diametral inertia, have radius and length
 
@@ -22,7 +24,10 @@ def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
     """
     nodes = rotor.shaft.nodes
     length = nodes[-1] - nodes[0]
-    thickest = max(d for layers in rotor.elements for layer in layers for d in layer.diameter)
+    layers = [layer for element in rotor.elements for layer in element]
+    thickest = max(d for layer in layers for d in layer.diameter)
+    stiffest = max(layer.material.youngs_modulus for layer in layers)
+    densest = max(layer.material.density for layer in layers)
     lengths = [
         _above("length of the shaft", length, LONGEST, "m"),
         _above("diameter of the shaft", thickest, THICKEST, "m"),
@@ -35,12 +40,16 @@ def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
         of = f"with mass and inertia of {body.name}"
         inertias.append(_above(f"radius of a disc {of}", radius, WIDEST, "m"))
         inertias.append(_above(f"length of a rod {of}", rod, LONGEST, "m"))
-    small = f"length of the shaft = {length:.4g} m (plausible: >= {SHORTEST:g} m)" if length < SHORTEST else ""
+    small = _below("length of the shaft", length, SHORTEST, "m")
+    soft = _below("largest youngs_modulus", stiffest, SOFTEST, "Pa")
+    light = _below("largest density", densest, LIGHTEST, "kg/m3") if densest >= MASSLESS else ""
     kinds = (
         (lengths, "lengths are in m; are those of its file in mm?"),
         (masses, "masses are in kg, and follow from lengths in m; are those of its file in g or mm?"),
         (inertias, "inertias are in kg m2 and radii in m; are those of its file in kg mm2 or mm?"),
         ([small], "lengths are in m; were those of its file converted to m twice?"),
+        ([soft], "moduli are in Pa; are those of its file in GPa or N/mm2?"),
+        ([light], "densities are in kg/m3; are those of its file in g/cm3?"),
     )
     found = ((", ".join(filter(None, parts)), cause) for parts, cause in kinds)
     return tuple(f"rotor {rotor.name} has implausible sizes: {parts}; {cause}" for parts, cause in found if parts)
@@ -48,3 +57,7 @@ def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
 
 def _above(what: str, value: float, limit: float, unit: str) -> str:
     return f"{what} = {value:.4g} {unit} (plausible: <= {limit:g} {unit})" if value > limit else ""
+
+
+def _below(what: str, value: float, limit: float, unit: str) -> str:
+    return f"{what} = {value:.4g} {unit} (plausible: >= {limit:g} {unit})" if value < limit else ""

@@ -1,4 +1,4 @@
-"""Sizes of rotors in another unit are noticed; those of real machines, small and large, are not."""
+"""Sizes and materials of rotors in another unit are noticed; those of real machines, small and large, are not."""
 
 from __future__ import annotations
 
@@ -71,3 +71,22 @@ def test_masses_in_grams_and_inertias_in_kg_mm2_are_implausible():
 def test_a_shaft_converted_to_metres_twice_is_implausible():
     (short,) = implausible_sizes(rotor_of(1.2e-3, 5e-5, (1e-6, 1e-5, 1e-5), 1e-6))
     assert_names(short, "length of the shaft = 0.0012 m", ">= 0.003 m", "twice")
+
+
+@pytest.mark.parametrize(
+    ("material", "facts"),
+    [
+        ({"youngs_modulus": 210.0}, ("youngs_modulus = 210 Pa", "GPa")),
+        ({"youngs_modulus": 210e3}, ("youngs_modulus = 2.1e+05 Pa", "N/mm2")),
+        ({"density": 7.85}, ("density = 7.85 kg/m3", "g/cm3")),
+    ],
+)
+def test_a_material_in_another_unit_is_implausible(material, facts):
+    shaft = Shaft((0.0, 0.5, 1.0), (0.05,), **STEEL | material)
+    assert_names(*implausible_sizes(Rotor("fan", shaft)), "rotor fan", *facts)
+
+
+@pytest.mark.parametrize("density", [0.0, 1e-30, 1e-3])
+def test_a_massless_shaft_is_plausible(density):
+    shaft = Shaft((0.0, 1.0), (0.05,), **STEEL | {"density": density})
+    assert implausible_sizes(Rotor("fan", shaft, (Disc("wheel", 1, 5.0, 0.1, 0.02),))) == ()
