@@ -322,6 +322,13 @@ def test_counts_are_dimensionless_units(unit):
         to_unit(f"3 {unit}", "m", "level")
 
 
+@pytest.mark.parametrize("unit", ["turn", "turns", "rev"])
+def test_turns_of_a_coil_are_no_angle(unit):
+    """36 turns were 226 turns, 36 times 2 pi."""
+    with raises_naming(ValueError, f"turns_x = '36 {unit}'", unit, "without a unit"):
+        to_unit(f"36 {unit}", "1", "turns_x")
+
+
 def test_an_unknown_unit_is_named_with_examples():
     with raises_naming(ValueError, "length", "'furlonk'", "SI"):
         to_unit("3 furlonk", "m", "length")

@@ -324,6 +324,8 @@ def _by_pint(number: float, exact: Fraction | None, text_unit: str, unit: str, w
     try:
         if exact is not None:
             with suppress(TypeError):
+                if unit == "1" and base_unit(text_unit) == base_unit("turn"):  # a coil of 36 turns has no 226 rad
+                    raise ValueError(f"{text_unit} is an angle of 2 pi; write a number without a unit")
                 return float(converted(exact) * _revolution(text_unit, unit))
         return float(converted(number))
     except pint.DimensionalityError as error:
