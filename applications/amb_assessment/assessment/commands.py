@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import click
@@ -60,7 +61,7 @@ def assess(
     with refusing(), bars(plain_console(stderr=True), interval=0.0) as progress:
         require_extra("report", "an assessment", "plotly")
         machine = load_machine(file)
-        folder = output or Path("results") / f"assess_{machine.name}"
+        folder = output or Path("results") / re.sub(r"[/\\]", "_", f"assess_{machine.name}")
         check_writable(folder, is_folder=True)
         task = progress.add_task("preparing (a first run compiles the models)", total=None)
 

@@ -17,7 +17,7 @@ from amb_analysis.studies.inputs import HIGHEST, positive
 from amb_assessment.assessment.retainer_bearings import RetainerBearing
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
-from amb_cosim.cosim.system.values import RPM, quantity
+from amb_cosim.cosim.system.values import RPM, quantity, stated
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario
@@ -135,7 +135,10 @@ class CompressorStage(Table):
         without the densities (API 617, cited from ROSS's report of 2020).
         """
         if self.cross_coupling is not None:
-            return quantity(self.cross_coupling, "N/m", f"cross_coupling of stage at {self.at}")
+            name = f"cross_coupling of stage at {self.at}"
+            Q = quantity(self.cross_coupling, "N/m", name)
+            require(Q >= 0.0, name, stated(f"{Q:g} N/m", self.cross_coupling), ">= 0 N/m, which drives forward whirl")
+            return Q
         P, D, H = (
             positive(getattr(self, name) or 0.0, unit, f"{name} of stage at {self.at}")
             for name, unit in (("power", "W"), ("diameter", "m"), ("width", "m"))

@@ -5,12 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
+from amb_assessment.assessment import commands
 from amb_assessment.assessment.analyses.robustness import variations
 from amb_assessment.assessment.description import inductance_doubt, magnet_numbers
 from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine, packaged_machines
 from amb_assessment.assessment.stages import cross_coupling
 from amb_assessment.assessment.subject import subject_of
+from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
 from tests.support.messages import raises_naming
 
@@ -29,6 +32,20 @@ def test_cross_coupling_of_a_stage_matches_a_hand_calculation():
     assert CompressorStage(at="wheel", density_ratio=1.2, **DATA).anticipated(Omega) == pytest.approx(by_hand)
     axial = CompressorStage(at="wheel", kind="axial", **DATA).anticipated(Omega)
     assert axial == pytest.approx(500e3 * 1.5 * 9.55 / (0.5 * 0.02 * 9000.0))
+
+
+@pytest.mark.parametrize(
+    ("values", "facts"),
+    [
+        ({"cross_coupling": "-57 kN/m"}, ("cross_coupling of stage at wheel = -57000 N/m (-57 kN/m)", ">= 0 N/m")),
+        ({"cross_coupling": math.nan}, ("cross_coupling of stage at wheel = nan", "finite")),
+        ({"cross_coupling": 1e6, "real": "inf N/m"}, ("real of stage at wheel = inf N/m", "finite")),
+        (DATA | {"power": "nan kW"}, ("power of stage at wheel = nan kW", "finite")),
+    ],
+)
+def test_cross_coupling_that_drives_nothing_is_refused(values, facts):
+    with raises_naming(ValueError, *facts):
+        CompressorStage(at="wheel", **values)
 
 
 def test_cross_coupling_pushes_along_a_forward_circle():
@@ -196,3 +213,13 @@ def test_damping_is_judged_up_to_the_trip_speed_at_least():
     """Below it no mode might be excited, so that the least decrement would be met."""
     with raises_naming(ValueError, "up_to", "1", "rad/s", "trip"):
         MachineFile(rotor="compressor", speed={"minimum": 100.0, "maximum": 200.0}, up_to="1 rad/s")
+
+
+def test_a_name_with_slashes_is_one_folder(tmp_path, monkeypatch):
+    """The page of `name = "pump/../../x"` was written outside the folder of results."""
+    text = 'name = "pump 3/4 / ../x"\nrotor = "compressor"\n[speed]\nminimum = "7000 rpm"\nmaximum = "9000 rpm"\n'
+    (tmp_path / "machine.toml").write_text(text)
+    folders = []
+    monkeypatch.setattr(commands, "check_writable", lambda folder, **_: folders.append(folder) or 1 / 0)
+    CliRunner().invoke(main, ["assess", str(tmp_path / "machine.toml")])
+    assert folders == [Path("results") / "assess_pump 3_4 _ .._x"]

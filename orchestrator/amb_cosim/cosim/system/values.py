@@ -22,8 +22,16 @@ def quantity(raw: Raw, unit: str, name: str) -> float:
     Raises
     ------
     ValueError
-        If `raw` is not a number, or has an unknown unit or one of another dimension.
+        If `raw` is not a finite number, or has an unknown unit or one of another dimension.
     """
+    value = _number(raw, unit, name)
+    if not math.isfinite(value):
+        raise ValueError(f"{name} = {raw} is not allowed; it must be finite")
+    return value
+
+
+def _number(raw: Raw, unit: str, name: str) -> float:
+    """Convert `raw` as `quantity` does; infinities and NaN are left to the caller."""
     if isinstance(raw, bool):
         raise ValueError(f"{name} = {str(raw).lower()} is not a number")
     return to_unit(raw, unit, name)
@@ -86,19 +94,19 @@ def _in_absolute_unit_of(port: Port, raw: Raw, name: str) -> float:
     """Convert `raw` as a quantity that is not relative."""
     port_unit, match = port.unit or "1", _QUANTITY.fullmatch(raw) if isinstance(raw, str) else None
     if match is None or match[2] == port_unit or (match[2], port_unit) in COMMON or plain_forms(match[0]):
-        return quantity(raw, port_unit, name)  # which refuses a number with separators
+        return _number(raw, port_unit, name)  # which refuses a number with separators
     number, unit = float(match[1]), match[2]
     scale, declared = port.units.get(unit), port.definition
     if scale is not None and declared is not None and scale[:-2] == declared[:-2] and declared[-2]:
         return (scale[-2] * number + scale[-1] - declared[-1]) / declared[-2]
     if _is_standard(port):
-        return quantity(raw, port_unit, name)
+        return _number(raw, port_unit, name)
     if len(port_unit) > 2 and unit == f"{port_unit}s":
         return number
     try:
         if declared is None or not declared[-2]:
             raise ValueError(f"{port_unit} has no definition")
-        return (quantity(raw, _base(declared), name) - declared[-1]) / declared[-2]
+        return (_number(raw, _base(declared), name) - declared[-1]) / declared[-2]
     except ValueError as error:
         units = ", ".join(dict.fromkeys([port_unit, *port.units]))
         raise ValueError(
