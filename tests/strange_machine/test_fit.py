@@ -2,6 +2,7 @@
 
 import tomllib
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +116,21 @@ def test_frequencies_alone_fit_a_stiffness():
 def test_errors_name_the_faulty_parameter(exact, free, facts):
     with raises_naming(ValueError, *facts):
         studies.fit(ROTOR, measured=Measurement(tuple(exact)), free=free)
+
+
+def test_a_parameter_that_is_named_twice_is_refused():
+    """It was said to have no effect on the data."""
+    with raises_naming(ValueError, "bodies.turbine.mass twice"):
+        free_parameters(["bodies.turbine.mass=0.7:1.2", "bodies.turbine.mass=0.8:1"])
+
+
+def test_a_response_of_zero_is_refused_with_its_frequency(exact):
+    """A line that a file leaves at 0 has no logarithm: the deviation was 5844 dB, and a fit had no finite residual."""
+    values = np.where(F == 425.0, 0.0, exact[1].values)
+    measured = Measurement((exact[0], replace(exact[1], values=values)))
+    for study in (studies.response, partial(studies.fit, free=FREE)):
+        with raises_naming(ValueError, exact[1].name, "0 at 425 Hz"):
+            study(rotor=ROTOR, measured=measured)
 
 
 def test_bounds_are_read_from_texts_and_numbers():

@@ -248,7 +248,7 @@ def measured_content(
     Raises
     ------
     ValueError
-        If the file cannot be read, or none of its responses is chosen.
+        If the file cannot be read, none of its responses is chosen, or one is 0 somewhere: levels are logarithms.
     """
     estimator, segment, window = estimation
     in_file = {place: name for name, place in (channels or {}).items()}
@@ -270,6 +270,10 @@ def measured_content(
     if not chosen:
         measured_names = ", ".join(item.name for item in content.responses)
         raise ValueError(f"no response is left to compare; the measurement has {measured_names}")
+    for item in chosen:
+        if not item.values.all():
+            at = f"{item.frequencies[np.argmin(np.abs(item.values))]:g} Hz"
+            raise ValueError(f"{item.name} = 0 at {at} is not allowed; leave out that line, or choose other responses")
     return Measurement(tuple(sorted(chosen, key=lambda item: item.frequencies.tobytes())), content.modes)
 
 

@@ -79,6 +79,9 @@ def free_parameters(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -
     pairs = list(free.items()) if isinstance(free, Mapping) else [_split(text) for text in free]
     if not pairs:
         raise ValueError("free is missing; name a parameter with its bounds, such as bodies.wheel.mass=3:5")
+    names = [name for name, _ in pairs]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise ValueError(f"free names {twice[0]} twice; a parameter has one pair of bounds")
     try:
         return [FreeParameter(name, float(low), float(high)) for name, (low, high) in pairs]
     except ValueError as error:
