@@ -21,7 +21,7 @@ def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
     >>> suggest("hub.unbalance", ["hub.u", "hub.phi", "energy.balance"])
     'did you mean hub.u, hub.phi?'
     """
-    options = list(options)
+    options = list(dict.fromkeys(options))
     near = difflib.get_close_matches(name, options, n=5) or [o for o in options if name in o][:5]
     place = name.rpartition(".")[0]
     here = [option for option in options if place and option.startswith(f"{place}.")]

@@ -6,7 +6,7 @@ import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import annotated_types
 from pydantic import GetJsonSchemaHandler, Tag, ValidationError
@@ -103,6 +103,12 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
     place = _place(keys, data)
     if kind == "missing" and isinstance(keys[-1], str):
         return f"{place} is missing"
+    if kind in ("union_tag_invalid", "union_tag_not_found") and isinstance(value := _at(data, keys), Mapping):
+        tag = str(first["ctx"]["discriminator"]).strip("'")  # the key that says which of several tables this is
+        if tag not in value:
+            return f"{place}.{tag} is missing"
+        kinds = re.findall(r"'(\w+)'", str(first["ctx"].get("expected_tags")))
+        return f"{place}.{tag} = {_shortened(value[tag])} is not allowed; {suggest(str(value[tag]), kinds)}"
     if kind in _UNKNOWN:
         return f"unknown key {place}; {suggest(str(keys[-1]), _options(form, first))}"
     metadata = [extra for declared in _declared(form, first["loc"]) for extra in declared.metadata]
@@ -214,7 +220,7 @@ def _declared(form: Any, location: Location) -> list[_Declared]:
     """Return the declarations of the place; several for a union."""
     here = list(_unwrapped(_Declared(form)))
     for part in location:
-        tagged = [d for d in here if any(isinstance(extra, Tag) and extra.tag == part for extra in d.metadata)]
+        tagged = [d for d in here if _is_tagged(d, part)]
         if tagged:
             here = tagged
             continue
@@ -222,6 +228,13 @@ def _declared(form: Any, location: Location) -> list[_Declared]:
         if inner:  # the name of an untagged union member is not a key
             here = inner
     return here
+
+
+def _is_tagged(declared: _Declared, tag: int | str) -> bool:
+    """Return whether a tag selects this member of a union, by itself or as the value of a key."""
+    kinds = (info.annotation for info in _fields(declared.hint).values() if get_origin(info.annotation) is Literal)
+    own = any(isinstance(extra, Tag) and extra.tag == tag for extra in declared.metadata)
+    return own or any(tag in get_args(kind) for kind in kinds)
 
 
 def _member(hint: Any, part: int | str) -> Iterator[_Declared]:

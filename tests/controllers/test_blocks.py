@@ -156,6 +156,10 @@ def test_error_names_the_faulty_key_of_a_file(tmp_path, change, facts):
     ("block", "facts"),
     [
         ({"type": "pid", "kp": 1.0, "kd": 1.0}, ("block 1", "pid", "roll_off")),
+        ({"type": "noch", "frequency": "1 kHz"}, ("blocks[0].type = 'noch' is not allowed; did you mean notch?",)),
+        ({"frequency": "1 kHz"}, ("blocks[0].type is missing",)),
+        ({"type": "gain", "gian": 1.0}, ("blocks[0].gian; did you mean gain?",)),
+        ({"type": "low_pass", "dampnig": 0.1}, ("blocks[0].dampnig; there are type, frequency, order",)),
         ({"type": "pid", "kp": "1 A"}, ("kp",)),
         ({"type": "notch", "frequency": 0.0}, ("frequency", "0.0", "> 0")),
         ({"type": "notch", "frequency": "3 m"}, ("frequency",)),
