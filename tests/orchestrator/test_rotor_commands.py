@@ -58,6 +58,21 @@ def test_imported_rotor_can_be_printed_and_drawn(rotor, tmp_path):
     assert picture[..., :3].std() > 0.05
 
 
+@pytest.mark.parametrize(("name", "head"), [("c.png", b"\x89PNG"), ("c.SVG", b"<?xml"), ("c.pdf", b"%PDF")])
+def test_a_picture_has_the_format_of_its_name(rotor, tmp_path, name, head):
+    """It was PNG under any name."""
+    assert rotor("show", "tum_rig", "-o", name).exit_code == 0
+    assert (tmp_path / name).read_bytes().startswith(head)
+
+
+@pytest.mark.parametrize("command", [("rotor", "show", "tum_rig"), ("controller", "show", "none.toml")])
+def test_a_picture_of_another_format_is_refused(runner, tmp_path, command):
+    done = runner(*command, "-o", "c.jpg")
+    assert done.exit_code == 2
+    assert_names(done.stderr, "c.jpg", ".png, .pdf, .svg")
+    assert not list(tmp_path.iterdir())
+
+
 def test_rig_is_printed_with_mass_modes_and_error_of_its_plant(rotor):
     done = rotor("show", rotor_path())
     assert "bath_rig_thesis: 96.03 kg, 1.948 m, 13 nodes" in done.output

@@ -8,9 +8,8 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import UNITS, output
-from amb_files.atomic import check_writable
+from amb_cosim.commands.printing import check_picture
 
-PICTURES = (".png", ".pdf", ".svg")
 TABLES = (".csv", ".mat")
 
 
@@ -35,9 +34,7 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
         run = Result.load(result)
         path = output or (result if result.is_dir() else result.parent) / f"{name or 'traces'}.png"
         suffix = path.suffix.lower()
-        if suffix not in PICTURES + TABLES:
-            raise ValueError(f"{path} is not allowed; its name must end with {', '.join(PICTURES + TABLES)}")
-        check_writable(path, is_folder=False)
+        check_picture(path, TABLES)
         if suffix in TABLES:
             export = run.to_csv if suffix == ".csv" else run.to_mat
             export(path, *variables, begin=begin, until=until)

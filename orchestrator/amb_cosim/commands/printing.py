@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
+from amb_files.atomic import check_writable
+
 if TYPE_CHECKING:
     from amb_cosim.presentation.text_tables import TextBlock
     from rotor_analysis.rotor_file import RotorSource
+
+
+PICTURES = (".png", ".pdf", ".svg")
 
 
 class Printed(Protocol):
@@ -21,6 +27,14 @@ class Printed(Protocol):
 
     def text(self) -> list[TextBlock]:
         """Return the tables and lines that describe the result."""
+
+
+def check_picture(path: Path, others: Sequence[str] = ()) -> None:
+    """Raise ValueError unless a picture, or a file with one of the `others` suffixes, can be written."""
+    allowed = (*PICTURES, *others)
+    if path.suffix.lower() not in allowed:
+        raise ValueError(f"{path} is not allowed; its name must end with {', '.join(allowed)}")
+    check_writable(path, is_folder=False)
 
 
 def show(data: dict[str, Any], as_text: Callable[[dict[str, Any]], Iterable[TextBlock]], as_json: bool) -> None:

@@ -9,15 +9,14 @@ import click
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.controller import FILE, controller
 from amb_cosim.commands.options import JSON, ROTOR, SPEED, output
-from amb_cosim.commands.printing import print_result, warn_of_sizes
-from amb_files.atomic import check_writable
+from amb_cosim.commands.printing import check_picture, print_result, warn_of_sizes
 
 MODES = 8  # of the rotor, the lowest
 
 
 @controller.command("show")
 @FILE
-@output("Bode plots to write.", metavar="PNG")
+@output("Bode plots to write: .png, .pdf or .svg.")
 @ROTOR
 @click.option("--speed", type=SPEED, default="0 rpm", help="Speed of the law and of the rotor's modes.")
 @JSON
@@ -31,12 +30,12 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
 
     with refusing():
         if output is not None:
-            check_writable(output, is_folder=False)
+            check_picture(output)
         result = describe_controller(file, speed, _modes(rotor, speed))
         if output is not None:
-            from amb_cosim.presentation.style import write_png
+            from amb_cosim.presentation.style import write_figure
 
-            write_png(studies.figure(result), output)
+            write_figure(studies.figure(result), output)
     print_result(result, as_json)
 
 

@@ -8,14 +8,13 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import JSON, output
-from amb_cosim.commands.printing import print_result
+from amb_cosim.commands.printing import check_picture, print_result
 from amb_cosim.commands.rotor import rotor
-from amb_files.atomic import check_writable
 
 
 @rotor.command("show")
 @click.argument("name")
-@output("Picture to write.", metavar="PNG")
+@output("Picture to write: .png, .pdf or .svg.")
 @JSON
 def show(name: str, output: Path | None, as_json: bool) -> None:
     """Show and draw parts, mass and modes of a rotor.
@@ -28,14 +27,14 @@ def show(name: str, output: Path | None, as_json: bool) -> None:
 
     with refusing():
         if output is not None:
-            check_writable(output, is_folder=False)
+            check_picture(output)
         load_rotor(name)  # its errors name the file
         try:
             result = studies.layout(name)
         except ValueError as error:
             raise ValueError(f"rotor file {rotor_path(name)}: {error}") from error
         if output is not None:
-            from amb_cosim.presentation.style import write_png
+            from amb_cosim.presentation.style import write_figure
 
-            write_png(studies.figure(result), output)
+            write_figure(studies.figure(result), output)
     print_result(result, as_json)
