@@ -121,8 +121,8 @@ def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:
         allowed = " or ".join(dict.fromkeys(_allowed(details, metadata) for details in errors))
     allowed = next((extra.text for extra in metadata if isinstance(extra, Allowed)), allowed)
     value = _at(data, keys)
-    if isinstance(value, str) and kind in _NO_NUMBER and _unit(metadata) and re.search(r"\d", value):
-        allowed += ", written without a unit"
+    if isinstance(value, str) and kind in (*_NO_NUMBER, "value_error") and _unit(metadata) and re.search(r"\d", value):
+        allowed += f"{'' if kind in _NO_NUMBER else f', in{_unit(metadata)}'}, written without a unit"
     if isinstance(value, Mapping) and allowed == "a list":
         allowed = f"a list of tables, [[{place}]]"
     unit = _unit(metadata) if isinstance(value, int | float) and not isinstance(value, bool) else ""

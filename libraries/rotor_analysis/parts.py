@@ -131,11 +131,11 @@ class AtSpeed:
 
     speed: Annotated[StrictFloat, Moderate, Unit("rad/s")]
     """Spin speed."""
-    stiffness: TensorOrNumber = NO_TENSOR
+    stiffness: Annotated[TensorOrNumber, Unit("N/m")] = NO_TENSOR
     """2 x 2 stiffness (N/m) or a number."""
-    damping: TensorOrNumber = NO_TENSOR
+    damping: Annotated[TensorOrNumber, Unit("N s/m")] = NO_TENSOR
     """2 x 2 damping (N s/m) or a number."""
-    mass: TensorOrNumber = NO_TENSOR
+    mass: Annotated[TensorOrNumber, Unit("kg")] = NO_TENSOR
     """2 x 2 mass (kg) or a number."""
 
 
@@ -153,15 +153,15 @@ class Bearing(_Placed):
     """Name, the first part of its variables in the plant."""
     node: NodeUnlessZ
     """Node number, from 1, unless `z` is set."""
-    stiffness: TensorOrNumber = NO_TENSOR
+    stiffness: Annotated[TensorOrNumber, Unit("N/m")] = NO_TENSOR
     """2 x 2 stiffness [[xx, xy], [yx, yy]] or a number (N/m)."""
-    damping: TensorOrNumber = NO_TENSOR
+    damping: Annotated[TensorOrNumber, Unit("N s/m")] = NO_TENSOR
     """2 x 2 damping or a number (N s/m)."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft then has a node there."""
     at_speed: tuple[AtSpeed, ...] = ()
     """Coefficients over the spin speed, instead of those above: ascending, monotone in between, constant outside."""
-    mass: TensorOrNumber = NO_TENSOR
+    mass: Annotated[TensorOrNumber, Unit("kg")] = NO_TENSOR
     """2 x 2 mass that moves with the shaft (of a fluid), or a number (kg)."""
     whirl_frequency: Annotated[StrictFloat, Ge(0.0), Moderate, Unit("rad/s")] | None = None
     """Whirl frequency at which coefficients that depend on it were taken; results then say so."""

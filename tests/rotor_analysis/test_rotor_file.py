@@ -72,6 +72,8 @@ def with_ring(node, mass, radius):
         (RING + "node = 1\nmass = 1\npolar_inertia = 1", ("bodies[0].diametral_inertia (ring)", "missing")),
         (OIL + "stiffness = [1e6, 1e6]", ("bearings[0].stiffness (oil)", "[1000000.0, 1000000.0]", TENSOR)),
         (OIL + "damping = 'much'", ("bearings[0].damping (oil)", "'much'", TENSOR)),
+        (OIL + "stiffness = '5 kN/mm'", ("bearings[0].stiffness (oil)", TENSOR, "in N/m, written without a unit")),
+        (OIL + "damping = 1e30", ("bearings[0].damping (oil) = 1e+30 N s/m", "1e20")),
         (OIL + "stifness = 1e6", ("bearings[0].stifness (oil)", "stiffness")),
         (RING + "mass = 1\nradius = 1\nwidth = 1", ("bodies[0] (ring)", "node", "z")),
         (OIL + "z = 0.5", ("bearings[0] (oil)", "both", "node", "z")),
