@@ -14,7 +14,7 @@ from rotor_contact.passive_bearings import add_bearings
 from rotor_contact.products import row_combination
 from rotor_contact.seals import add_seals, seals_are_isotropic
 from rotor_contact.site import Sites
-from rotor_contact.speed_grid import spacing_for
+from rotor_contact.speed_grid import quantum_for, spacing_for, stride_for
 from rotor_contact.step_matrices import (
     MAX_COORDINATES,
     MAX_LEVELS,
@@ -60,7 +60,8 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     row_combination(key.forces[0], structure.Minv, steady, n)
     step_size: float = key.step_size[0]
     sizes.step_size = step_size
-    sizes.spacing = spacing_for(step_size)
+    sizes.spacing, sizes.stride = spacing_for(step_size, motion.seals), float(stride_for(motion.seals))
+    sizes.quantum = quantum_for(motion.seals)
     if n > MAX_COORDINATES:
         return
     write_coefficients(structure, motion, sites, matrices, 0, motion.Omega)

@@ -22,7 +22,7 @@ from rotor_contact.matrix_dampers import double_heat_row, integrate_heat_row
 from rotor_contact.matrix_levels import write_coefficients
 from rotor_contact.products import rotate_row, row_combination
 from rotor_contact.site import Sites
-from rotor_contact.speed_grid import grid_speed, slot_of
+from rotor_contact.speed_grid import grid_speed
 from rotor_contact.step_matrices import (
     PORT_COLUMNS,
     StepMatrices,
@@ -96,13 +96,6 @@ def is_complete(matrices: StepMatrices, which: int, index: float) -> bool:
     """Return whether all levels for a speed of the grid are complete in the slot `which`."""
     sizes, slot = matrices.sizes[0], matrices.slots[which]
     return bool(slot.index == index and slot.n_rows == n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_built)
-
-
-@kernel
-def are_complete(matrices: StepMatrices, index: float) -> bool:
-    """Return whether all levels for the speeds around a point of the grid are complete."""
-    low, high = math.floor(index), math.floor(index) + 1.0
-    return is_complete(matrices, slot_of(low), low) and (index == low or is_complete(matrices, slot_of(high), high))
 
 
 @kernel

@@ -55,7 +55,9 @@ def steps_with_matrices(
         if not same_bits(force, key.forces[i]):
             same = False
             copy(force, key.forces[i])
-    place = math.floor((motion.Omega - origin) / (stride_for(motion.seals) * spacing_for(key.step_size[0])))
+    place = math.floor(
+        (motion.Omega - origin) / (stride_for(motion.seals) * spacing_for(key.step_size[0], motion.seals))
+    )
     moved = abs(place - float(memory.place))
     memory.place = place
     n_steps = 0.0
@@ -92,17 +94,15 @@ def update_matrices(
 ) -> bool:
     """Build the matrices around the motion's speed up to a share; return whether they can be used.
 
-    Then those for the next speed are built while the present speed approaches it.
+    Then those for the next speed that is built are built while the present speed approaches it.
     """
     if not is_for(matrices, key):
         collect_coefficients(structure, motion)
         choose_levels(structure, motion, sites, key, matrices)
     if matrices.sizes[0].n_levels == 0.0:
         return False
-    index, stride = place_on_grid(matrices, motion.Omega), float(stride_for(motion.seals))
-    low = float(
-        math.floor(index)
-    )  # of one type, as all numbers below: for two types all that follows is compiled twice
+    index, stride = place_on_grid(matrices, motion.Omega), matrices.sizes[0].stride
+    low = float(math.floor(index))  # the type of `first`: for two types all that follows is compiled twice
     n_near = 1 if index == low else 2
     is_direct = stride == 1.0 or key.origin[0] == motion.Omega
     first = low if is_direct else middle_of(low) - 1.0
@@ -111,11 +111,8 @@ def update_matrices(
         part_of_it = min(max(n_built * share - i, 0.0), 1.0)
         if part_of_it > 0.0:
             _build(structure, motion, sites, matrices, is_direct, first + i, part_of_it)
-    if share < 1.0:
+    if share < 1.0 or not complete_speeds(matrices, index):
         return False
-    if not is_direct:
-        for i in range(n_near):
-            _interpolate(matrices, low + i, 1.0)
     if n_near > 1:
         _look_ahead(structure, motion, sites, matrices, is_direct, index)
     copy(matrices.effects[0], accelerations(motion).cosine)
@@ -124,27 +121,45 @@ def update_matrices(
 
 
 @kernel
+def complete_speeds(matrices: StepMatrices, index: float) -> bool:
+    """Return whether the levels for the speeds around a point of the grid are complete; interpolate what can be."""
+    low = float(math.floor(index))
+    return _complete(matrices, low) and (index == low or _complete(matrices, low + 1.0))
+
+
+@kernel
+def _complete(matrices: StepMatrices, index: float) -> bool:
+    """Return whether the levels for a speed of the grid are complete; interpolate them if that is possible."""
+    if is_complete(matrices, slot_of(index), index):
+        return True
+    if matrices.sizes[0].stride == 1.0:
+        return False
+    middle = middle_of(index)
+    for i in range(3):
+        number = middle - 1.0 + i
+        if not is_complete(matrices, built_slot_of(number), STRIDE * number):
+            return False
+    interpolate_slot(matrices, index)
+    return True
+
+
+@kernel
 def _look_ahead(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, is_direct: bool, index: float
 ) -> None:
-    """Complete the next speeds step by step, the closer the present one is to them."""
-    low = float(math.floor(index))
-    beyond = index - low - 0.5
-    ahead = low + 2.0 if beyond > 0.0 else low - 1.0
-    share = 3.0 * abs(beyond) - 0.3
+    """Build the next speed step by step, the closer the present one is to it."""
     if is_direct:
-        if share > 0.0:
-            most = share_of(matrices, slot_of(ahead), ahead) + 1.0 / STEPS_BEFORE_BUILD
-            _build(structure, motion, sites, matrices, True, ahead, min(min(share, most), 1.0))
-        return
-    beyond = index / STRIDE - middle_of(index)
-    far = middle_of(index) + 2.0 if beyond > 0.0 else middle_of(index) - 2.0
-    far_share = 10.0 * abs(beyond) - 2.0  # complete before the first speed that is interpolated from it
-    if far_share > 0.0:
-        most = share_of(matrices, built_slot_of(far), STRIDE * far) + 1.0 / STEPS_BEFORE_BUILD
-        _build(structure, motion, sites, matrices, False, far, min(min(far_share, most), 1.0))
+        low = float(math.floor(index))
+        beyond = index - low - 0.5
+        number, share = low + 2.0 if beyond > 0.0 else low - 1.0, 3.0 * abs(beyond) - 0.3
+    else:
+        beyond = index / STRIDE - middle_of(index)
+        number = middle_of(index) + 2.0 if beyond > 0.0 else middle_of(index) - 2.0
+        share = 5.0 * abs(beyond) - 1.3  # complete before the first speed that is interpolated from it
     if share > 0.0:
-        _interpolate(matrices, ahead, min(share, 1.0))
+        which, place = (slot_of(number), number) if is_direct else (built_slot_of(number), STRIDE * number)
+        share = min(share, share_of(matrices, which, place) + 1.0 / STEPS_BEFORE_BUILD)
+        _build(structure, motion, sites, matrices, is_direct, number, min(share, 1.0))
 
 
 @kernel
@@ -161,16 +176,3 @@ def _build(
     which, index = (slot_of(number), number) if is_direct else (built_slot_of(number), STRIDE * number)
     if not is_complete(matrices, which, index):
         build_slot(structure, motion, sites, matrices, which, index, share)
-
-
-@kernel
-def _interpolate(matrices: StepMatrices, index: float, share: float) -> None:
-    """Interpolate a speed of the grid up to a share, if those that it is interpolated from are complete."""
-    if is_complete(matrices, slot_of(index), index):
-        return
-    middle = middle_of(index)
-    for i in range(3):
-        number = middle - 1.0 + i
-        if not is_complete(matrices, built_slot_of(number), STRIDE * number):
-            return
-    interpolate_slot(matrices, index, share)

@@ -20,8 +20,7 @@ from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import collect_coefficients, motion_at
 from rotor_contact.enumerations import EVENTS, EXACT, PIECES
 from rotor_contact.events import EVENT_LIMIT, SHORTEST_FLIGHT, advance, apply_impacts
-from rotor_contact.matrix_rows import are_complete
-from rotor_contact.matrix_schedule import steps_with_matrices, update_matrices
+from rotor_contact.matrix_schedule import complete_speeds, steps_with_matrices, update_matrices
 from rotor_contact.modes import FAULT_SINGULAR, resolve_modes
 from rotor_contact.piece_cut import cut_piece
 from rotor_contact.piece_energy import (
@@ -99,7 +98,7 @@ def advance_by_pieces(
         h = 0.5**level * step_size
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
         can_solve = not compliant and are_valid and n_events <= EVENT_LIMIT
-        if can_solve and _is_slow(w, h) and are_complete(matrices, index):
+        if can_solve and _is_slow(w, h) and complete_speeds(matrices, index):
             latest = min(left * 2.0**level, 1.0)
             outcome, share, roughness, taken = _try_piece(
                 w, matrices, level, index, h, latest, theta, Omega, damping.torque
@@ -108,7 +107,7 @@ def advance_by_pieces(
                 new_theta, new_Omega = angle_and_speed_after(w, z_new, theta, Omega, share * h)
                 valid_after, after = find_forces_at(w, matrices, z_new, new_theta, new_Omega)
                 ends_in_tension = outcome == ENDS and share == 1.0 and not valid_after and level < finest
-                if ends_in_tension or not are_complete(matrices, place_on_grid(matrices, new_Omega)):
+                if ends_in_tension or not complete_speeds(matrices, place_on_grid(matrices, new_Omega)):
                     outcome, share, roughness = REJECTED, 1.0, TOO_ROUGH
                     are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
             if outcome != REJECTED:
@@ -245,7 +244,7 @@ def find_forces_at(
 ) -> tuple[bool, ShaftDamping]:
     """Find the contact forces at z; return whether they are valid, and the torque of damping with the seals' power."""
     index = place_on_grid(matrices, Omega)
-    if not are_complete(matrices, index):
+    if not complete_speeds(matrices, index):
         return False, ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0)
     has_seals = w.motion.seals.records.shape[1] > 0
     damping = damping_of_shaft(w, Omega, z) if has_seals else known_damping(w, matrices, Omega, z)

@@ -1,17 +1,18 @@
 """Matrices of exact motion between the speeds for which they are built.
 
 P and S (`step_matrices`) depend on the speed through gyroscopic terms, rotating damping and the rotation of the
-unbalance. They are interpolated between speeds on a grid of spacing d, with a relative error of (g d h)^2/8, where
-g <= 2 is the rate of gyroscopic rotation of the velocity per speed (2 for a thin disc). A constant prescribed speed is
-on the grid. Other speeds are rounded to d/2048, an error of g d h/4096, so that a level in use is interpolated once for
-many pieces; it gives the bits of an interpolation in each product.
+unbalance. A constant prescribed speed is on the grid. Other speeds are rounded to `QUANTUM` of d below, an error of
+g d h/4096, so that a level in use is interpolated once for many pieces; it gives the bits of an interpolation in each
+product.
 
-Matrices are built for every `STRIDE`-th speed of the grid, m d apart. Those of the speeds between follow from the
-parabola through three that are built, nearest first, at t of m d from the middle one, -1/2 <= t <= 1/2,
+Matrices are built for speeds m d apart. Those of the grid, d/4 apart, follow from the parabola through the nearest
+three that are built, at t of m d from the middle one, -1/2 <= t <= 1/2, and those between two speeds of the grid from
+the line through these,
 
-    P(t) = t (t - 1)/2 P(-1) + (1 - t^2) P(0) + t (t + 1)/2 P(1),    error (g m d h)^3/16 at most
+    P(t) = t (t - 1)/2 P(-1) + (1 - t^2) P(0) + t (t + 1)/2 P(1),    errors (g m d h)^3/16 and (g d h/4)^2/8
 
-which is 0.7 of that between speeds of the grid. If seals depend on the speed, all speeds of the grid are built.
+relative to P, where g <= 2 is the rate of gyroscopic rotation of the velocity per speed (2 for a thin disc). If seals
+depend on the speed, matrices are built for all speeds of the grid, which are d apart.
 """
 
 from __future__ import annotations
@@ -36,11 +37,12 @@ from rotor_contact.step_matrices import (
 )
 from rotor_contact.structure import REAL
 
-INTERPOLATION_ERROR = 1e-6  # of the velocities, by speeds between those on the grid
+INTERPOLATION_ERROR = 1e-6  # of the velocities, between two speeds d apart
 GYROSCOPIC = 2.0  # largest g, see above
-STRIDE = 8  # of the grid, from one speed whose matrices are built to the next
+FINER = 4  # spacing of the grid over that for all of whose speeds matrices are built
+STRIDE = 8 * FINER  # of the grid, from one speed whose matrices are built to the next
 BLENDS = N_SLOTS  # slot of the levels that are interpolated
-QUANTUM = 2.0**-11  # of the spacing, to which speeds are rounded
+QUANTUM = 2.0**-11  # of d, to which speeds are rounded
 USES_BEFORE_BLEND = 3.0  # pieces of a level at a speed before it is interpolated, which costs as much as some pieces
 
 
@@ -56,9 +58,16 @@ class LevelsAround(NamedTuple):
 
 
 @kernel
-def spacing_for(step_size: float) -> float:
-    """Return the spacing of the speeds (rad/s) for steps of this length (s)."""
-    return math.sqrt(8.0 * INTERPOLATION_ERROR) / (GYROSCOPIC * step_size)
+def spacing_for(step_size: float, seals: Seals) -> float:
+    """Return the spacing of the grid (rad/s) for steps of this length (s)."""
+    spacing = math.sqrt(8.0 * INTERPOLATION_ERROR) / (GYROSCOPIC * step_size)
+    return spacing if stride_for(seals) == 1 else spacing / FINER
+
+
+@kernel
+def quantum_for(seals: Seals) -> float:
+    """Return the share of the spacing to which speeds are rounded."""
+    return QUANTUM if stride_for(seals) == 1 else FINER * QUANTUM
 
 
 @kernel
@@ -70,9 +79,10 @@ def grid_speed(matrices: StepMatrices, index: float) -> float:
 
 @kernel
 def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
-    """Return the position of a speed (rad/s) on the grid, rounded to a multiple of `QUANTUM`."""
-    place: float = (Omega - matrices.key.origin[0]) / matrices.sizes[0].spacing
-    return math.floor(place / QUANTUM + 0.5) * QUANTUM
+    """Return the position of a speed (rad/s) on the grid, rounded to a multiple of the quantum."""
+    sizes = matrices.sizes[0]
+    place: float = (Omega - matrices.key.origin[0]) / sizes.spacing
+    return math.floor(place / sizes.quantum + 0.5) * sizes.quantum
 
 
 @kernel
@@ -137,23 +147,18 @@ def _interpolate(matrices: StepMatrices, level: int, index: float) -> None:
 
 
 @noinline_kernel
-def interpolate_slot(matrices: StepMatrices, index: float, share: float) -> None:
-    """Interpolate the slot of a point of the grid until a share (0 to 1) is complete; K and C are the first in it."""
+def interpolate_slot(matrices: StepMatrices, index: float) -> None:
+    """Interpolate the slot of a point of the grid, K and C included, from three that are built."""
     sizes, which, middle = matrices.sizes[0], slot_of(index), middle_of(index)
-    slot, n, n_ports = matrices.slots[which], int(sizes.n), int(sizes.n_ports)
-    if slot.index != index:
-        slot.index, slot.n_rows = index, 0.0
-    rows, size = n_rows(n, n_ports) * int(sizes.n_built), slot_size(n, n_ports)
-    used = 2 * n * n + int(sizes.n_levels) * level_size(n, n_ports)
-    first, end = int(slot.n_rows) * used // rows, int(share * rows) * used // rows
-    if end <= first:
-        return
-    target = part(matrices.memory, which * size + first, REAL, end - first)
-    below = part(matrices.memory, built_slot_of(middle - 1.0) * size + first, REAL, end - first)
-    at = part(matrices.memory, built_slot_of(middle) * size + first, REAL, end - first)
-    above = part(matrices.memory, built_slot_of(middle + 1.0) * size + first, REAL, end - first)
+    n, n_ports = int(sizes.n), int(sizes.n_ports)
+    size, used = slot_size(n, n_ports), 2 * n * n + int(sizes.n_levels) * level_size(n, n_ports)
+    target = part(matrices.memory, which * size, REAL, used)
+    below = part(matrices.memory, built_slot_of(middle - 1.0) * size, REAL, used)
+    at = part(matrices.memory, built_slot_of(middle) * size, REAL, used)
+    above = part(matrices.memory, built_slot_of(middle + 1.0) * size, REAL, used)
     t = index / STRIDE - middle
     of_below, of_middle, of_above = 0.5 * t * (t - 1.0), 1.0 - t * t, 0.5 * t * (t + 1.0)
-    for i in range(end - first):
+    for i in range(used):
         target[i] = of_middle * at[i] + (of_below * below[i] + of_above * above[i])
-    slot.n_rows = math.floor(share * rows)
+    slot = matrices.slots[which]
+    slot.index, slot.n_rows = index, n_rows(n, n_ports) * sizes.n_built

@@ -42,7 +42,8 @@ MAX_TERMS = 40  # of the series of a piece (`piece_series`)
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 
 # Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
-# built, `n_built`, and those stored), terms of the series; length of a step (s), spacing of the speeds.
+# built, `n_built`, and those stored), terms of the series; length of a step (s), spacing of the speeds (rad/s), number
+# of them from one that is built to the next, share of the spacing to which speeds are rounded.
 SIZES = record(
     ("n", np.float64),
     ("n_ports", np.float64),
@@ -52,6 +53,8 @@ SIZES = record(
     ("n_terms", np.float64),
     ("step_size", np.float64),
     ("spacing", np.float64),
+    ("stride", np.float64),
+    ("quantum", np.float64),
     ("isotropic", np.float64),  # whether y responds as x does, turned by a right angle
     ("damped", np.float64),  # whether dampers other than seals dissipate energy
 )

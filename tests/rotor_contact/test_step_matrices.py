@@ -48,13 +48,13 @@ def test_fall_of_an_elastic_rotor_agrees_with_short_substeps(case):
 
 def test_interpolated_matrices_are_those_built_for_the_speed():
     """Random states of 44 coordinates after a step, with a disc whose gyroscopic moments turn its velocities."""
-    x = plant(FALL | {"spin.free": 1, "Omega": 300.0}, ELASTIC)
+    x = plant(FALL | {"spin.free": 1, "Omega": 294.0}, ELASTIC)
     run(x, 60)
     matrices, w = scratch(x).matrices, workspace(x, x["speed"])
     index = float(np.floor(place_on_grid(matrices, x["speed"])))
     slot = slot_of(index)
     assert matrices.slots[slot].index == index
-    assert index % STRIDE in (3.0, 4.0, 5.0)  # farthest from speeds that are built
+    assert 3 * STRIDE < 8 * (index % STRIDE) < 5 * STRIDE  # far from speeds that are built
     n, level = int(matrices.sizes[0].n), level_of(matrices, slot, 0)
     P, S, H = (matrix.copy() for matrix in level)
     matrices.slots[slot].index = np.nan
