@@ -20,6 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from array_types import Array
 from rotor_analysis.assembly import Matrices
@@ -62,17 +63,26 @@ class FreeRotor:
         """Return the rows of the translations at nodes."""
         return [self.nodes[node] for node in nodes]
 
-    def receptance(self, rows: list[int], omega: float, modes: slice = slice(None)) -> Array:
-        """Return H of (2) between rows (m/N) at a frequency (rad/s), from some or all elastic modes."""
-        s, distance = self.shapes[rows, modes], 1.0 - (SHIFT + omega**2) * self.mu[modes]
-        H = (s / np.copysign(np.maximum(np.abs(distance), RESONANT), distance)) @ s.T
-        return H if modes != slice(None) else H - self.rigid[rows] @ self.rigid[rows].T / omega**2
+    def receptance(self, rows: list[int], omega: ArrayLike, modes: slice = slice(None)) -> Array:
+        """Return H of (2) between rows (m/N) at one or more frequencies (rad/s), from some or all elastic modes.
 
-    def sizes(self, rows: list[int], omega: float) -> Array:
-        """Return the sum of magnitudes of all terms of H_ii in (2) at each row i (m/N), which has no antiresonance."""
-        distance = np.maximum(np.abs(1.0 - (SHIFT + omega**2) * self.mu), RESONANT)
-        elastic = self.shapes[rows] ** 2 @ (1.0 / distance)
-        return elastic + np.sum(self.rigid[rows] ** 2, axis=1) / omega**2
+        With `omega` of shape S the shape is (*S, r, r).
+        """
+        s, square = self.shapes[rows, modes], np.square(omega)[..., None]
+        distance = 1.0 - (SHIFT + square) * self.mu[modes]
+        clear = np.copysign(np.maximum(np.abs(distance), RESONANT), distance)
+        H: Array = (s / clear[..., None, :]) @ s.T
+        return H if modes != slice(None) else H - self.rigid[rows] @ self.rigid[rows].T / square[..., None]
+
+    def sizes(self, rows: list[int], omega: ArrayLike) -> Array:
+        """Return the sum of magnitudes of all terms of H_ii in (2) at each row i (m/N), which has no antiresonance.
+
+        With `omega` (rad/s) of shape S the shape is (*S, r).
+        """
+        square = np.square(omega)[..., None]
+        distance = np.maximum(np.abs(1.0 - (SHIFT + square) * self.mu), RESONANT)
+        elastic: Array = (1.0 / distance) @ (self.shapes[rows] ** 2).T
+        return elastic + np.sum(self.rigid[rows] ** 2, axis=1) / square
 
 
 @dataclass(frozen=True, eq=False)

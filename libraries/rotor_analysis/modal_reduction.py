@@ -16,6 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from array_types import Array
 from rotor_analysis.assembly import Matrices
@@ -54,21 +55,21 @@ class ShapeSpace:
         """Frequencies of the shapes (rad/s)."""
         return np.concatenate([np.zeros(2), self.rotor.frequencies[: self.count], self.residual.frequencies])
 
-    def receptance_error(self, nodes: tuple[int, ...], omega: float) -> float:
-        """Return the largest error of the receptance between nodes against all elements, at a frequency (rad/s).
+    def receptance_error(self, nodes: tuple[int, ...], omega: ArrayLike) -> float:
+        """Return the largest error of the receptance between nodes against all elements, at any frequency (rad/s).
 
         |H_ij reduced - H_ij| / sqrt(S_i S_j), with S_i the sum of magnitudes of all modal terms of H_ii (m/N).
         """
         rows = self.rotor.rows(nodes)
         psi = self.residual.shapes[rows]
-        restored = (psi / (self.residual.frequencies**2 - omega**2)) @ psi.T
+        restored = (psi / (self.residual.frequencies**2 - np.square(omega)[..., None])[..., None, :]) @ psi.T
         error = np.abs(restored - self.rotor.receptance(rows, omega, slice(self.count, None)))
         size = np.sqrt(self.rotor.sizes(rows, omega))
-        return float(np.max(error / np.outer(size, size)))
+        return float(np.max(error / (size[..., :, None] * size[..., None, :])))
 
     def largest_error(self, nodes: tuple[int, ...], highest: float) -> float:
         """Return the largest `receptance_error` up to a frequency (rad/s)."""
-        return max(self.receptance_error(nodes, omega) for omega in np.linspace(0.0, highest, N_FREQUENCIES + 1)[1:])
+        return self.receptance_error(nodes, np.linspace(0.0, highest, N_FREQUENCIES + 1)[1:])
 
 
 def space_with_modes(rotor: FreeRotor, count: int, nodes: tuple[int, ...], accuracy: float) -> ShapeSpace:

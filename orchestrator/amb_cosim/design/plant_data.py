@@ -142,7 +142,8 @@ def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structur
 
 def _require_mass(rotor: Rotor, full: Matrices) -> None:
     """Raise ValueError if there is a node without mass, which would move at once when its force changes."""
-    light = [node for node, (x, _) in full.translations.items() if full.M[x, x] <= MASSLESS * rotor.mass]
+    least = MASSLESS * rotor.mass
+    light = [node for node, (x, _) in full.translations.items() if full.M[x, x] <= least]
     if light:
         density = min(layer.material.density for layers in rotor.elements for layer in layers)
         what = f"nodes {light} of rotor {rotor.name!r} have no mass; it must be > 0 kg/m3, such as 1 kg/m3, in a plant"
