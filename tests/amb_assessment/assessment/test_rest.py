@@ -1,14 +1,18 @@
 """What becomes of a rotor after its power is lost."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from amb_assessment.assessment.analyses.rest import coast_down
+from amb_assessment.assessment.analyses import rest
+from amb_assessment.assessment.analyses.rest import Outlook, coast_down
 from amb_assessment.assessment.assess import assess
 
 TIMES = np.linspace(0.0, 1.0, 201)
 J = 0.5  # kg m^2
+EXPANDER = Path(__file__).parents[2] / "strange_machine" / "machine.toml"
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -48,6 +52,41 @@ def test_gas_and_friction_share_the_energy_of_the_spin():
 def test_a_spin_without_deceleration_never_stops(gain):
     assert coast_down(TIMES, 400.0 + gain * TIMES, J, 0.0) is None
     assert coast_down(TIMES, 400.0 * np.exp(-0.2 * TIMES), J, 0.2 * J) is None
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "same"),
+    [
+        (Outlook(900.0, 8.0), Outlook(905.0, 7.0), True),
+        (Outlook(np.inf, 0.0), Outlook(np.inf, 0.0), True),
+        (Outlook(900.0, 8.0), Outlook(950.0, 8.0), False),
+        (Outlook(900.0, 8.0), Outlook(np.inf, 8.0), False),
+        (Outlook(900.0, 20.0), Outlook(900.0, 6.0), False),
+        (Outlook(900.0, 20.0), Outlook(900.0, 0.0), False),
+        (Outlook(900.0, None), Outlook(900.0, 8.0), False),
+        (Outlook(900.0, 8.0), Outlook(900.0, None), False),
+    ],
+)
+def test_decay_whirl_and_another_slowdown_require_a_longer_landing(before, after, same):
+    assert after.is_that_of(before) is same
+
+
+@pytest.mark.slow
+def test_a_longer_landing_confirms_the_predicted_standstill(monkeypatch):
+    """An expander that rocks in races with drag, 42 s long."""
+    monkeypatch.setattr(rest, "FIRST", 1.0)
+    monkeypatch.setattr(rest, "LONGEST", 8.0)
+    runs = []
+    for tolerance in (rest.SAME_TIME, 0.0):
+        monkeypatch.setattr(rest, "SAME_TIME", tolerance)
+        (part,) = assess(EXPANDER, only=["rest"]).parts
+        assert not part.reason
+        runs.append({item.measured.quantity: item.measured for item in part.findings})
+    early, late = runs
+    assert early["rest_time"].value <= 4.0
+    assert late["rest_time"].value == 8.0
+    for quantity in ("standstill_time", "heat_to_standstill"):
+        assert early[quantity].value == pytest.approx(late[quantity].value, rel=0.01)
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ from amb_assessment.assessment.runs import (
     FRICTION,
     check_falls,
     clearance_used,
+    end_of,
     longest,
     simulate,
     without_power,
@@ -29,12 +30,14 @@ from amb_cosim.results.touchdown import STANDSTILL, Retainer, Touchdown
 from array_types import Array
 from rotor_analysis.reduced_rotor import elastic_shapes
 
-LONGEST, MOST_STEPS = 40.0, 1_000_000  # s, and steps, over which a landing is simulated
+FIRST, LONGEST, MOST_STEPS = 5.0, 40.0, 1_000_000  # s, s, and steps, over which a landing is simulated
 RECORDS = 50_000  # samples, at most
 STOPPED = 0.9 * STANDSTILL  # of the first speed, at which the run ends
 CONVERGENCE = 0.2  # s, over which forces are compared with those of more modes
 FEWEST = 4  # modes of the finer rotor
 ROUNDING = 1e-9  # change of the speed, relative, that is no loss
+SAME_TIME = 0.01  # relative change of the predicted standstill, in twice the time, that is none
+STEADY_SWING = 0.7  # of the swing in half the time, below which rocking decays
 
 
 @dataclass(frozen=True)
@@ -45,16 +48,36 @@ class CoastDown:
     heat: float
 
 
+@dataclass(frozen=True)
+class Outlook:
+    """The expected motion of a landing after the end of a run.
+
+    standstill
+        Time of standstill (s), infinite if friction does not slow the rotor.
+    swing
+        Swing of steady rocking (deg), 0 at rest; None of another motion.
+    """
+
+    standstill: float
+    swing: float | None
+
+    def is_that_of(self, before: Outlook) -> bool:
+        """Return whether a run of half the time had the same outlook: rest or rocking that does not decay."""
+        if self.swing is None or before.swing is None or self.swing < STEADY_SWING * before.swing:
+            return False
+        return math.isclose(self.standstill, before.standstill, rel_tol=SAME_TIME)
+
+
 def answer(subject: Subject) -> AnalysisResult:
     """Return time and heat to rest, the largest retainer temperature, and the change of forces with more modes."""
     check_falls(subject)
     Omega = subject.file.speed.highest
     inputs, lost = worst_inputs(subject), without_power(subject, 1.0)
-    fallen = simulate(subject, Omega, inputs, **_without_drive(subject, Omega, lost))
+    fallen = _fall(subject, Omega, inputs, lost)
     touchdown = fallen.summary.touchdown
     if touchdown is None:
         raise ValueError("the rotor touches nothing after the power is lost")
-    times, speeds = (np.asarray(fallen.signals[name].values) for name in ("time", f"{PLANT}.speed"))
+    times, speeds = _speeds(fallen)
     measured = (
         *_to_rest(subject, touchdown, times, speeds),
         *_landed(subject, touchdown, times),
@@ -75,7 +98,9 @@ def answer(subject: Subject) -> AnalysisResult:
     notes = (
         f"From {rpm(Omega):.0f} 1/min with friction {FRICTION:g}, drive off and free spin. At rest: the rotor "
         f"stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run ends at "
-        f"{100.0 * STOPPED:g} % of its speed, at the latest after {longest(subject, LONGEST, MOST_STEPS):.4g} s.",
+        f"{100.0 * STOPPED:g} % of its speed, at the latest after {longest(subject, LONGEST, MOST_STEPS):.4g} s; "
+        f"earlier if standstill is later than that and twice the time has changed neither the prediction of it, by "
+        f"{100.0 * SAME_TIME:g} %, nor rest or steady rocking.",
         "In addition to friction, the machine's drag brakes it: spin.drag (gas, windage), race_drag and "
         "race_viscous_drag (balls). A race without drag rotates with the rotor for minutes and absorbs hardly any "
         "heat.",
@@ -84,19 +109,50 @@ def answer(subject: Subject) -> AnalysisResult:
     return AnalysisResult(measured, panels, (ResultTable(f"{times[-1]:.4g} s without power", heads, rows),), notes)
 
 
+def _fall(subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]) -> Result:
+    """Return the loss of power until standstill, or until a longer run would do what this one predicts."""
+    fields, most = _without_drive(subject, Omega, lost), longest(subject, LONGEST, MOST_STEPS)
+    duration, end, before = min(FIRST, most), None, None
+    while True:
+        run = simulate(subject, Omega, inputs, **fields, end_time=duration, start=end, goes_on=duration < most)
+        end, outlook = end_of(run), _outlook(subject, run)
+        if duration == most or outlook is None:
+            return run
+        if before is not None and outlook.standstill > most and outlook.is_that_of(before):
+            return run
+        before = outlook
+        duration = most if end is None else min(2.0 * duration, most)
+
+
+def _outlook(subject: Subject, run: Result) -> Outlook | None:
+    """Return what a landing is expected to do; None if it stands still, or touches nothing."""
+    touchdown = run.summary.touchdown
+    if touchdown is None or touchdown.standstill_after is not None:
+        return None
+    parameters = subject.parameters[PLANT]
+    coasting = coast_down(*_speeds(run), parameters["spin.inertia"], parameters["spin.drag"])
+    swing = touchdown.rocks_within if touchdown.rest_after is None else 0.0
+    return Outlook(math.inf if coasting is None else coasting.time, swing)
+
+
+def _speeds(run: Result) -> tuple[Array, Array]:
+    """Return times (s) and spin speeds (rad/s)."""
+    times, speeds = (np.asarray(run.signals[name].values) for name in ("time", f"{PLANT}.speed"))
+    return times, speeds
+
+
 def _without_drive(subject: Subject, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the loss of power with a free spin whose drive is off, until it stands still."""
+    """Return the fields of a loss of power with a free spin whose drive is off, until it stands still."""
     parameters = {**lost["parameters"], PLANT: {**lost["parameters"][PLANT], "spin.free": True}}
     event, *others = lost["event"]
     off = {**event, "set": {**event["set"], PLANT: {"drive.torque_limit": 0.0}}}
-    end = longest(subject, LONGEST, MOST_STEPS)
+    every = in_steps(longest(subject, LONGEST, MOST_STEPS), RECORDS * float(subject.planned.plan.step_size))
     return {
         **lost,
         "parameters": parameters,
         "event": [off, *others],
-        "end_time": end,
         "stop": [{"variable": f"{PLANT}.speed", "below": STOPPED * Omega}],
-        "record": {"every": math.ceil(in_steps(end, RECORDS * float(subject.planned.plan.step_size)))},
+        "record": {"every": math.ceil(every)},
     }
 
 
@@ -131,7 +187,8 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
     """Yield times and heats of a fall, and the largest temperature of retainers with a heat capacity."""
     end, sites = float(times[-1]), touchdown.retainers
     where, rest = f"in {end:.4g} s without power", touchdown.rest_after
-    note = f"not at rest within {end:.4g} s, the end of the run" if rest is None else ""
+    rocking = "" if touchdown.rocks_within is None else f"; it rocks within {touchdown.rocks_within:.2g} deg"
+    note = f"not at rest within {end:.4g} s, the end of the run{rocking}" if rest is None else ""
     yield Quantity("rest_time", where, end if rest is None else rest, "s", {}, note)
     heat = sum(item.heat or 0.0 for item in sites.values())
     yield Quantity("retainer_heat", where, heat, "J")
