@@ -7,6 +7,7 @@ exceptions that numba leaves in the code lose their text; the status that a kern
 
 from __future__ import annotations
 
+import gc
 import importlib
 import json
 import os
@@ -44,6 +45,7 @@ SETTINGS = {
     "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1",
     "PYTHONHASHSEED": "0",
 }
+RARELY = (100_000, 50, 1000)  # thresholds of the garbage collector; by default it takes a sixth of the time
 
 
 class Kernels(Protocol):
@@ -105,6 +107,7 @@ def _place(name: str, kernel: Any) -> tuple[str, str]:
 
 def main() -> None:
     """Compile the kernels named in the first argument to the file named in the second."""
+    gc.set_threshold(*RARELY)
     compile_nothing()
     type_calls_once()
     kernels = [getattr(importlib.import_module(module), name) for module, name in json.loads(sys.argv[1])]
