@@ -55,9 +55,8 @@ def steps_with_matrices(
         if not same_bits(force, key.forces[i]):
             same = False
             copy(force, key.forces[i])
-    place = math.floor(
-        (motion.Omega - origin) / (stride_for(motion.seals) * spacing_for(key.step_size[0], motion.seals))
-    )
+    between_built = stride_for(motion.seals) * spacing_for(key.step_size[0], motion.seals)
+    place = math.floor((motion.Omega - origin) / between_built)
     moved = abs(place - float(memory.place))
     memory.place = place
     n_steps = 0.0
@@ -94,7 +93,7 @@ def update_matrices(
 ) -> bool:
     """Build the matrices around the motion's speed up to a share; return whether they can be used.
 
-    Then those for the next speed that is built are built while the present speed approaches it.
+    The next set is built while the speed approaches it.
     """
     if not is_for(matrices, key):
         collect_coefficients(structure, motion)
