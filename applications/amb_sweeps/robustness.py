@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 from amb_analysis.studies.receptance_identification import identify
-from amb_analysis.studies.result import DrawnResult, PlannedResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
@@ -58,7 +58,7 @@ class RobustnessRow:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Robustness(PlannedResult, DrawnResult):
+class Robustness(WarnedResult, DrawnResult):
     """Outcomes of a scenario and of its variations.
 
     scenario

@@ -1,7 +1,9 @@
 """`amb-cosim rotor`: import from ROSS, and the content of rotor files."""
 
+import inspect
 import json
 import math
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,10 +12,11 @@ import pytest
 from matplotlib.image import imread
 
 from amb_analysis.studies.commands.analysis import study
+from amb_analysis.studies.result import WarnedResult
 from amb_cosim import studies
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.packaged_rotors import rotor_path
-from rotor_analysis.parts import Bearing, Body
+from rotor_analysis.parts import Bearing, Body, Disc, Sensor
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
@@ -170,6 +173,37 @@ def test_studies_warn_of_a_rotor_in_mm_once_and_before_they_compute(runner, tmp_
     assert len(sentences) == 2
     assert [done.stderr.count(sentence) for sentence in sentences] == [1, 1]
     assert "warning" not in done.stdout
+
+
+ROTOR_ALONE = {
+    "campbell": {"up_to": 1.0, "count": 1},
+    "modes": {"count": 1},
+    "layout": {},
+    "receptance": {"up_to": 10.0},
+    "response": {"inputs": ["fan.f_x"], "outputs": ["fan.x"], "up_to": "2 Hz"},
+    "unbalance_response": {"up_to": 1.0, "unbalance": 1.0},
+}
+
+
+@pytest.mark.parametrize("name", ROTOR_ALONE)
+def test_studies_of_a_rotor_in_mm_have_its_warnings_without_a_command(name):
+    """A shaft of 600 m and 50 m diameter on two bearings."""
+    shaft = Shaft((0.0, 300.0, 600.0), (50.0,), 2.1e11, 7850.0, 0.3)
+    bearings = tuple(Bearing(label, node, stiffness=1e13, damping=1e12) for label, node in (("a", 1), ("b", 3)))
+    sensors = tuple(Sensor(label, node) for label, node in (("s1", 1), ("s2", 3)))
+    rotor = Rotor("fan", shaft, (Disc("fan", 2, 1e6, 1e9, 1e9),), bearings, sensors=sensors)
+    result = getattr(studies, name)(rotor=rotor, **ROTOR_ALONE[name])
+    assert_names(result.warnings[0], "rotor fan", "length of the shaft = 600 m", "mm")
+    assert result.as_dict()["warnings"] == list(result.warnings)
+    assert all(f"warning: {sentence}" in result.text() for sentence in result.warnings)
+
+
+def test_every_study_with_a_rotor_can_warn():
+    functions = {name: getattr(studies, name) for name in studies.STUDIES}
+    with_rotor = {name: f for name, f in functions.items() if "rotor" in inspect.signature(f).parameters}
+    results = {name: vars(sys.modules[f.__module__])[f.__annotations__["return"]] for name, f in with_rotor.items()}
+    assert {"campbell", "fit", "h_matrix"} < results.keys()
+    assert [name for name, result in results.items() if not issubclass(result, WarnedResult)] == []
 
 
 @pytest.mark.parametrize("command", [("build",), ("new", "fan", "--speed", "3000 rpm")])

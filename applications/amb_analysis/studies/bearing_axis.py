@@ -13,7 +13,7 @@ from amb_actuator.force import pull
 from amb_analysis.machine import axis_capability
 from amb_analysis.machine.machine import machine_of
 from amb_analysis.studies.inputs import Number, positive
-from amb_analysis.studies.result import DrawnResult, PlannedResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.design import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
@@ -100,7 +100,7 @@ class OperatingMap:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BearingAxis(PlannedResult, DrawnResult):
+class BearingAxis(WarnedResult, DrawnResult):
     """Capabilities of an axis of a magnetic bearing.
 
     axis

@@ -10,12 +10,13 @@ import numpy as np
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.damping_zones import damping_cells
 from amb_analysis.studies.inputs import Number, speed_range, spin_speed
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.analysis_model import ACCURACY, analysis_model
 from rotor_analysis.campbell import campbell as follow_modes
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.modes import Whirl
 from rotor_analysis.parts import table_speeds
 from rotor_analysis.refinement import with_samples
@@ -57,7 +58,7 @@ class CriticalSpeedRow:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CampbellDiagram(DrawnResult):
+class CampbellDiagram(WarnedResult, DrawnResult):
     """Natural frequencies and damping ratios over the spin speed, and critical speeds.
 
     rotor, mass
@@ -99,7 +100,7 @@ class CampbellDiagram(DrawnResult):
             mark = f", {EXTRAPOLATED}" if row.extrapolated else ""
             ratio, whirl = damping_cells(row.damping_ratio, row.speed, row.whirl)
             table.add_row(f"{row.speed:.3f}", hertz, str(row.mode), ratio, whirl + mark)
-        notes = limit_notes(self.limits, self.speeds)
+        notes = [*limit_notes(self.limits, self.speeds), *self.warning_lines()]
         if self.coordinates == self.of:
             return [table, *notes]
         reduced = (
@@ -165,4 +166,15 @@ def campbell(
     )
     sizes = model.size, analysed.supported.full.size
     operating = None if speed is None else spin_speed(speed)
-    return CampbellDiagram(description.name, mass, speeds, modes, critical, *sizes, analysed.error, operating, limits)
+    return CampbellDiagram(
+        description.name,
+        mass,
+        speeds,
+        modes,
+        critical,
+        *sizes,
+        analysed.error,
+        operating,
+        limits,
+        warnings=implausible_sizes(description),
+    )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from amb_analysis.studies.result import DrawnResult, PlannedResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.basics.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.system_tables import Record
@@ -67,7 +67,7 @@ class OrderRow:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CouplingOrders(PlannedResult, DrawnResult):
+class CouplingOrders(WarnedResult, DrawnResult):
     """Runs of a scenario in each order of the master and at several communication steps, compared with the first."""
 
     name: ClassVar[str] = "coupling"

@@ -21,7 +21,7 @@ from amb_analysis.measured.modal_fit import fitted_modes
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
 from amb_analysis.measured.units import si_channel
 from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
-from amb_analysis.studies.result import DrawnResult, PlannedResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
@@ -29,6 +29,7 @@ from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.scenario.plan_run import plan_run
 from amb_files.checks import require
 from array_types import Array, Complex
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.refinement import about_resonances, vertex
 from rotor_analysis.refinement import refined as refined_samples
 from rotor_analysis.rotor import Rotor
@@ -66,7 +67,7 @@ class ComputedResponse:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrequencyResponses(PlannedResult, DrawnResult):
+class FrequencyResponses(WarnedResult, DrawnResult):
     """Frequency responses of a rotor.
 
     rotor
@@ -204,7 +205,8 @@ def response(
         curves = _closer(structure, curves, ends)
     values = _computed(structure, curves, ends)
     result = laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
-    return result if machine is None else replace(result, warnings=machine.planned.plan.warnings)
+    warnings = implausible_sizes(described) if machine is None else machine.planned.plan.warnings
+    return replace(result, warnings=warnings)
 
 
 def laid_over(

@@ -12,12 +12,13 @@ import numpy as np
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.damping_zones import damping_cells
 from amb_analysis.studies.inputs import Number, spin_speeds
-from amb_analysis.studies.result import DrawnResult, StudyResult
+from amb_analysis.studies.result import DrawnResult, StudyResult, WarnedResult
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.mode_kinds import kind_of
 from rotor_analysis.modes import Mode, Whirl, overdamped_modes, translations
 from rotor_analysis.modes import modes as modes_of
@@ -109,7 +110,7 @@ class ModeShape:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModeShapes(DrawnResult):
+class ModeShapes(WarnedResult, DrawnResult):
     """Modes of a rotor at spin speeds.
 
     frequencies
@@ -140,7 +141,7 @@ class ModeShapes(DrawnResult):
         table = labelled_table("Mode shapes", "kind", "mode", "rigid motion (% of kinetic energy)", "crossings")
         for number, shape in enumerate(self.shapes, start=1):
             table.add_row(shape.kind, str(number), f"{100.0 * shape.rigid_share:.1f}", str(shape.crossings))
-        return [*self.frequencies.text(), table]
+        return [*self.frequencies.text(), table, *self.warning_lines()]
 
 
 def modes(
@@ -189,7 +190,8 @@ def modes(
     first, z = next(iter(modes_at.values())), np.array(description.shaft.nodes)
     shapes = tuple(_shape(model, z, mode) for mode in first)
     natural_frequencies = NaturalFrequencies(description.name, mass, frequencies, limits)
-    return ModeShapes(natural_frequencies, shapes, description.shaft.nodes, description, first)
+    warnings = implausible_sizes(description)
+    return ModeShapes(natural_frequencies, shapes, description.shaft.nodes, description, first, warnings=warnings)
 
 
 def _lowest(model: Matrices, Omega: float, count: int) -> tuple[Mode, ...]:

@@ -20,7 +20,7 @@ from amb_analysis.studies.receptance_measurement import (
     run_identification,
     table_for,
 )
-from amb_analysis.studies.result import PlannedResult
+from amb_analysis.studies.result import WarnedResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
@@ -50,7 +50,7 @@ Report = Callable[[IdentificationProgress], None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(PlannedResult):
+class Identification(WarnedResult):
     """Receptances identified at several speeds.
 
     speeds

@@ -53,11 +53,11 @@ class DrawnResult(StudyResult):
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class PlannedResult(StudyResult):
-    """A result for a planned run.
+class WarnedResult(StudyResult):
+    """A result with warnings.
 
     warnings
-        Warnings of the plan, which a run has in its summary.
+        Warnings of the plan of a run, which its summary has, too; of a rotor alone those of implausible sizes.
     """
 
     warnings: tuple[str, ...] = dataclasses.field(default=(), kw_only=True)
@@ -68,7 +68,7 @@ class PlannedResult(StudyResult):
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
-class MachineResult(PlannedResult, DrawnResult):
+class MachineResult(WarnedResult, DrawnResult):
     """A result for the machine of a scenario.
 
     scenario, rotor

@@ -18,12 +18,13 @@ from amb_analysis.measured.least_squares import fit as least_squares_fit
 from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes
 from amb_analysis.studies.frequency_responses import FrequencyResponses, measured_content, response
 from amb_analysis.studies.inputs import Number, spin_speed
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.rotor_parameters import RotorParameters, free_parameters
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from array_types import Array
 from rotor_analysis.assembly import assemble, with_bearings
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor
 
@@ -34,7 +35,7 @@ ELASTIC = 1e-2  # of the lowest measured frequency, below which a mode is rigid 
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RotorFit(DrawnResult):
+class RotorFit(WarnedResult, DrawnResult):
     """A rotor fitted to a measurement.
 
     rotor, measured, loop
@@ -79,7 +80,7 @@ class RotorFit(DrawnResult):
         if pairs:
             lines.append("correlation " + ", ".join(pairs))
         ratio = f"{self.fit.rms_before:.4g} before, {self.fit.rms_after:.4g} after"
-        return [*lines, f"rms of {self.fit.residuals} residuals: {ratio}"]
+        return [*lines, f"rms of {self.fit.residuals} residuals: {ratio}", *self.warning_lines()]
 
 
 def fit(
@@ -154,7 +155,8 @@ def fit(
         before = response(rotor=model.rotor_with(model.start), measured=compared, loop=loop, speed=Omega)
         after = response(rotor=model.rotor_with(best), measured=compared, loop=loop, speed=Omega)
     text = _file_text(model.data_with(best), result, chosen, name)
-    return RotorFit(model.rotor_with(best).name, name, loop, result, before, after, text)
+    warnings = implausible_sizes(model.rotor_with(model.start))
+    return RotorFit(model.rotor_with(best).name, name, loop, result, before, after, text, warnings=warnings)
 
 
 def thinned(curve: FrequencyResponse) -> FrequencyResponse:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
-from amb_analysis.studies.result import DrawnResult, PlannedResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
@@ -37,7 +37,7 @@ class LayoutEntry:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RotorLayout(PlannedResult, DrawnResult):
+class RotorLayout(WarnedResult, DrawnResult):
     """A rotor, its modes at rest on its bearings, and the reduced model of a plant.
 
     rotor

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.signal import find_peaks, get_window, stft
 
 from amb_analysis.studies.inputs import Number, spin_speed
-from amb_analysis.studies.result import DrawnResult, PlannedResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.comparison.compare import Source, load
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
@@ -79,7 +79,7 @@ class BearingSpectra:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Waterfall(PlannedResult, DrawnResult):
+class Waterfall(WarnedResult, DrawnResult):
     """Spectra of the orbits of a run over time.
 
     scenario

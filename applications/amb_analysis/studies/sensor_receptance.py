@@ -8,11 +8,12 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.studies.inputs import Number, positive, speed_range
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.presentation.json_data import JsonKey
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from array_types import Array, Complex
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.receptance import receptance as receptance_of
 from rotor_analysis.refinement import refined
 from rotor_analysis.rotor import Rotor
@@ -24,7 +25,7 @@ POINTS = 491  # of a range of speeds: every 0.1 Hz from 1 to 50 Hz
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SensorReceptance(DrawnResult):
+class SensorReceptance(WarnedResult, DrawnResult):
     """Synchronous displacement at the sensors per bearing force.
 
     rotor
@@ -62,7 +63,7 @@ class SensorReceptance(DrawnResult):
                     f"{self.speeds[top]:.2f}",
                     f"{np.degrees(np.angle(curve[top])):z.1f}",
                 )
-        return [table]
+        return [table, *self.warning_lines()]
 
 
 def receptance(
@@ -99,7 +100,12 @@ def receptance(
         lambda more: levitated_receptance(description, more, k_b, c_b), speed_range(up_to, POINTS, LOWEST), np.abs
     )
     return SensorReceptance(
-        description.name, sensor_planes(description), speeds / HERTZ, control_loop(description).axis_names, R
+        description.name,
+        sensor_planes(description),
+        speeds / HERTZ,
+        control_loop(description).axis_names,
+        R,
+        warnings=implausible_sizes(description),
     )
 
 

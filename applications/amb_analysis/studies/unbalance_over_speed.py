@@ -28,6 +28,7 @@ from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.parts import table_speeds
 from rotor_analysis.peaks import highest_peaks, separation_margin
 from rotor_analysis.refinement import about_resonances, refined, with_samples
@@ -133,9 +134,19 @@ def unbalance_response(
     curves = _curves(description, places, response, clearance_of_all)
     limits = limits_of((*description.bearings, *description.seals))
     peaks = _peaks(speeds, curves, limits, None)
-    placed, floating = _placed(description, load), floating_motions(description, speeds[::COARSE])
+    placed = _placed(description, load)
     return UnbalanceResponse(
-        description.name, mass, None, None, *placed, speeds, curves, peaks, limits, floating=floating
+        description.name,
+        mass,
+        None,
+        None,
+        *placed,
+        speeds,
+        curves,
+        peaks,
+        limits,
+        floating=floating_motions(description, speeds[::COARSE]),
+        warnings=implausible_sizes(description),
     )
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
-from amb_analysis.studies.result import DrawnResult, PlannedResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.presentation.units import speed_unit
 from array_types import Array
@@ -97,7 +97,7 @@ class CriticalResponse:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class UnbalanceResponse(PlannedResult, DrawnResult):
+class UnbalanceResponse(WarnedResult, DrawnResult):
     """Steady response of a rotor, or of a levitated machine, to unbalance.
 
     rotor, mass

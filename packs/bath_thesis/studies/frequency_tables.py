@@ -10,13 +10,14 @@ import numpy as np
 from rich.table import Table
 
 from amb_analysis.studies.inputs import Number, node_numbers, speed_range
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from array_types import Array
 from bath_thesis.condensation_error import CondensationError, condensation_error
 from bath_thesis.meshes import mesh_family
 from bath_thesis.printed import table_of
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, load_rotor
@@ -70,7 +71,7 @@ class FrequencyTables:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeshAndCondensation(DrawnResult):
+class MeshAndCondensation(WarnedResult, DrawnResult):
     """Frequencies of a rotor by mesh, mass matrix and condensation.
 
     rotor
@@ -89,7 +90,7 @@ class MeshAndCondensation(DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return the tables of frequencies."""
-        return self.frequencies.text()
+        return [*self.frequencies.text(), *self.warning_lines()]
 
 
 def tables(
@@ -114,7 +115,8 @@ def tables(
     description = load_rotor(rotor)
     chosen = node_numbers(planes, "planes", description, rotor) if planes else description.masters
     condensation = condensation_error(description, speed_range(up_to, POINTS), chosen) if chosen else None
-    return MeshAndCondensation(description.name, frequency_tables(description), condensation)
+    frequencies, warnings = frequency_tables(description), implausible_sizes(description)
+    return MeshAndCondensation(description.name, frequencies, condensation, warnings=warnings)
 
 
 def frequency_tables(rotor: Rotor) -> FrequencyTables:

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.studies.inputs import Number, speed_range
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.sensor_receptance import HERTZ, POINTS, levitated_receptance, sensor_planes
 from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance, pack
 from amb_cosim.design.rotor_models import control_loop
@@ -20,6 +20,7 @@ from bath_thesis.studies.printed_h import FREQUENCY, PrintedH, compare_with_prin
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.receptance_table import built_table, find_bracket, interpolate
 from rolac_controller.sizes import sizes_of
+from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.rotor_file import RotorSource, load_rotor
 
 
@@ -39,7 +40,7 @@ class InterpolationError:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class InverseReceptance(DrawnResult):
+class InverseReceptance(WarnedResult, DrawnResult):
     """H over the spin speed, exact and interpolated.
 
     rotor
@@ -100,7 +101,7 @@ class InverseReceptance(DrawnResult):
                     f"{100.0 * errors.left_by_a_step[within].max():.2f}",
                     f"{self.condition_number[within].max():.1f}",
                 )
-        return [table, *(self.at_10_hz.text() if self.at_10_hz is not None else ())]
+        return [table, *(self.at_10_hz.text() if self.at_10_hz is not None else ()), *self.warning_lines()]
 
 
 def h_matrix(
@@ -154,6 +155,7 @@ def h_matrix(
         },
         norm_by_force=np.linalg.norm(exact, axis=2),
         at_10_hz=comparison,
+        warnings=implausible_sizes(rotor_data),
     )
 
 

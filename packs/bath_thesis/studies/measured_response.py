@@ -10,7 +10,7 @@ import numpy as np
 
 from amb_analysis.studies.inputs import Number, speed_range, spin_speeds
 from amb_analysis.studies.receptance_identification import identify
-from amb_analysis.studies.result import DrawnResult
+from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.sensor_receptance import HERTZ, LOWEST, POINTS, levitated_receptance
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.system.values import quantity
@@ -47,7 +47,7 @@ class NormAtSpeeds:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SynchronousResponse(DrawnResult):
+class SynchronousResponse(WarnedResult, DrawnResult):
     """Norm S_i = |R_i| of the sensors' synchronous response to each bearing force.
 
     rotor
@@ -89,7 +89,11 @@ class SynchronousResponse(DrawnResult):
             ratios = ", ".join(f"{at.measured[n, k] / at.thesis[n]:.2f}" for k in x_forces)
             table.add_row(f"{f:g}", f"{1e6 * at.thesis[n]:.2f}", *(f"{value:.3f}" for value in values), ratios)
         difference = np.abs(at.measured / at.sampled - 1.0).max()
-        return [table, f"measured and sampled model differ by {100.0 * difference:.2g} % at most"]
+        return [
+            table,
+            f"measured and sampled model differ by {100.0 * difference:.2g} % at most",
+            *self.warning_lines(),
+        ]
 
 
 def synchronous_response(
@@ -158,6 +162,7 @@ def synchronous_response(
             sampled=_norm(np.array([result.model for result in identification.results])),
             measured=_norm(np.array(measured)),
         ),
+        warnings=identification.warnings,
     )
 
 
