@@ -233,13 +233,13 @@ def _whirl(after: Signals, site: str) -> tuple[Direction | None, float | None]:
     mode, whirl = (signal(after, f"{site}.{name}") for name in ("mode", "whirl_speed"))
     if mode is None or whirl is None:
         return None, None
-    turned, touched = whirl * _steps(after), np.flatnonzero(touches(after, site))
-    if not len(touched):
+    turned, touched = whirl * _steps(after), touches(after, site)
+    if not touched.any():
         return "none", None
-    flights = np.setdiff1d(touched[:-1] + 1, touched)
-    begins = np.sort(np.append(touched, flights))
-    angles = np.add.reduceat(turned[: touched[-1] + 1], begins)
-    flying = np.isin(begins, flights)
+    end = np.flatnonzero(touched)[-1] + 1
+    begins = np.flatnonzero(touched[:end] | np.append(False, touched[: end - 1]))  # of each step of contact and flight
+    angles = np.add.reduceat(turned[:end], begins)
+    flying = ~touched[begins]
     angles[flying] = np.clip(angles[flying], -np.pi, np.pi)
     directions: tuple[tuple[Direction, float], ...] = (("backward", -1.0), ("forward", 1.0))
     for direction, sign in directions:
