@@ -3,18 +3,44 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import replace
+from io import BytesIO
 
 import numpy as np
 import pytest
 
 from amb_analysis.linear.stability import LoopStability
+from amb_analysis.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
 from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, LeastDamped, PoleOverSpeed
 from amb_analysis.studies.coefficient_limits import limits_of
 from amb_analysis.studies.figures import figure
 from amb_analysis.studies.figures.over_speed import damping_ratio
 from rotor_analysis.parts import AtSpeed, Bearing
 from tests.support.messages import assert_names
+
+
+def test_300_modes_with_critical_speeds_have_labels_that_do_not_overlap():
+    """Mode n has n rad/s, so that all 300 are critical, and all have the same damping ratio."""
+    speeds = np.linspace(0.0, 400.0, 5)
+    modes = tuple(ModeOverSpeed(np.full(5, float(n)), np.full(5, 0.01), ("forward",) * 5) for n in range(1, 301))
+    critical = tuple(CriticalSpeedRow(float(n), n, 0.01, "forward") for n in range(1, 301))
+    picture = figure(CampbellDiagram("any", "consistent", speeds, modes, critical, 1200, 1200, 0.0))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        picture.savefig(BytesIO())
+    assert [axes.get_position().height > 0.2 for axes in picture.axes[:2]] == [True, True]
+    for axes in picture.axes[:2]:
+        numbers = [text for text in axes.texts if text.get_text().isdigit()]
+        boxes = sorted(text.get_window_extent().bounds for text in numbers)
+        heights = sorted(y for _, y, _, _ in boxes)
+        assert 10 <= len(numbers) <= 24
+        assert min(np.diff(heights)) >= 0.9 * boxes[0][3]  # digits do not fill their boxes
+        inside = axes.get_window_extent()
+        assert heights[0] > inside.y0 - boxes[0][3]
+        assert heights[-1] < inside.y1
+    labels = [text.get_text() for text in picture.axes[0].texts if ": " in text.get_text()]
+    assert 10 <= len(labels) <= 24
 
 
 def test_decrement_and_damping_ratio_describe_the_same_decay():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import minimize
 
 import amb_cosim
 from amb_assessment.reporting.panels import Panel, curve, panel_of
@@ -64,6 +65,15 @@ def test_labels_keep_their_distance_and_their_order(places, gap):
     assert np.all(np.diff(result[order]) >= gap - 1e-9)
     if places:
         assert result.mean() == pytest.approx(np.mean(places), abs=1e-9)
+
+
+@given(st.lists(st.floats(-1.0, 2.0), min_size=1, max_size=11))
+def test_labels_between_bounds_are_as_near_to_their_places_as_possible(places):
+    result = np.sort(spread(places, 0.1, 0.0, 1.0))
+    distances = {"type": "ineq", "fun": lambda at: np.diff(at, prepend=-0.1, append=1.1) - 0.1}
+    start, wanted = np.linspace(0.0, 1.0, len(places)), np.sort(places)
+    best = minimize(lambda at: np.sum((at - wanted) ** 2), start, constraints=distances, method="SLSQP", tol=1e-14)
+    np.testing.assert_allclose(result, best.x, atol=1e-4)
 
 
 def test_a_curve_with_gaps_is_data_of_json():

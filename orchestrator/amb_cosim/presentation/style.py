@@ -101,19 +101,21 @@ def fitted(text: str, width: float) -> str:
     return "\n".join(wrap(text, max(int(width / LETTER), 8))) or text
 
 
-def spread(places: ArrayLike, gap: float) -> Array:
+def spread(places: ArrayLike, gap: float, lowest: float = -np.inf, highest: float = np.inf) -> Array:
     """Return positions at least `gap` apart, in the same order and as near to them as possible.
 
-        minimise sum_k (p_k - q_k)^2    subject to    p_(k+1) - p_k >= gap
+        minimise sum_k (p_k - q_k)^2    subject to    p_(k+1) - p_k >= gap,  lowest <= p_k <= highest
 
-    This is an isotonic regression of q_k - k gap: neighbours that are too close are spread about their mean.
+    This is an isotonic regression of q_k - k gap: neighbours that are too close are spread about their mean. Bounds
+    clip its result. If they have no room for all, only the upper one holds.
     """
     from scipy.optimize import isotonic_regression  # slow to import, and few figures have labels to spread
 
     requested = np.asarray(places, np.float64)
     order, offsets = np.argsort(requested, kind="stable"), gap * np.arange(len(requested))
     result = np.empty_like(requested)
-    result[order] = isotonic_regression(requested[order] - offsets).x + offsets
+    ascending = isotonic_regression(requested[order] - offsets).x
+    result[order] = np.clip(ascending, lowest, highest - offsets[-1:]) + offsets
     return result
 
 

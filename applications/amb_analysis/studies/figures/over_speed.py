@@ -107,13 +107,13 @@ def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: f
 
 
 def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) -> None:
-    """Write coloured labels to the left of points, stacked where points are close."""
+    """Write coloured labels to the left of points, stacked where points are close; of many points only of every nth."""
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
     gap = LETTERS * (high - low)
     visible = [place for place in places if place[1] <= high]
-    heights = spread([y for _, y, _, _ in visible], gap)
-    heights += max(low + 0.5 * gap - heights.min(initial=high), 0.0)
+    visible = visible[:: _every(len(visible))]
+    heights = spread([y for _, y, _, _ in visible], gap, low + 0.5 * gap, high)
     for (x, y, text, colour), height in zip(visible, heights, strict=True):
         at = max(x - 0.015 * (right - left), left + 0.085 * (right - left))
         line = {"arrowstyle": "-", "color": colour, "lw": 0.4} if abs(height - y) > 0.5 * gap else None
@@ -141,7 +141,7 @@ def _draw_multiples(axes: Axes) -> None:
 
 
 def _number(axes: Axes, curves: Sequence[Array]) -> None:
-    """Write the number of each curve at the right end of the axes, without overlap."""
+    """Write the numbers of curves at the right end of the axes, without overlap; of many only multiples of a number."""
     low, high = axes.get_ylim()
     scale = axes.transData
     ends = {}
@@ -149,8 +149,15 @@ def _number(axes: Axes, curves: Sequence[Array]) -> None:
         finite = values[np.isfinite(values)]
         if finite.size and low <= finite[-1] <= high:
             ends[number] = float(axes.transAxes.inverted().transform(scale.transform((0.0, finite[-1])))[1])
-    for number, height in zip(ends, spread(list(ends.values()), LETTERS), strict=True):
+    step = _every(len(ends))
+    ends = {number: height for number, height in ends.items() if number % step == 0}
+    for number, height in zip(ends, spread(list(ends.values()), LETTERS, 0.0, 1.0), strict=True):
         axes.text(1.008, height, str(number), transform=axes.transAxes, va="center", fontsize=7, color="0.3")
+
+
+def _every(labels: int) -> int:
+    """Return n, so that every nth of some labels fits above each other into the axes."""
+    return max(math.ceil(LETTERS * labels), 1)
 
 
 def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) -> list[Patch]:
