@@ -106,12 +106,13 @@ def test_a_measured_speed_is_no_input_of_the_controller():
     assert "rolac_controller.Omega" not in {v.name for v in model.interface.variables}
 
 
-def test_iterative_coupling_and_foreign_fmus_cannot_be_assembled():
+def test_iterative_coupling_and_foreign_fmus_cannot_be_assembled(tmp_path):
+    (tmp_path / "mine.fmu").touch()
     scenario = load_scenario("fig4_9")
     with raises_naming(ValueError, "'iterative'"):
         levitated_rotor(scenario.changed(coupling="iterative"))
     with raises_naming(ValueError, "amb_actuator", "levitated", "models"):
-        levitated_rotor(scenario.changed(fmu={"amb_actuator": "mine.fmu"}))
+        levitated_rotor(scenario.changed(fmu={"amb_actuator": str(tmp_path / "mine.fmu")}))
 
 
 def test_an_assembled_fmu_has_the_name_of_its_system():

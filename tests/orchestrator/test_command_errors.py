@@ -66,7 +66,7 @@ RUN = {
     "run fig4_9 --until 1e308": "until = 1e308 is not allowed; it must be from 1e-100 to 1e+100 s",
     "run fig4_9 -o taken": "taken cannot be written to; it is a file",
     "run fig4_9 --summary-json no/s.json": "no/s.json cannot be written to",
-    "run fig5_6 --receptances t.toml": "table of receptances t.toml cannot be read",
+    "run fig5_6 --receptances t.toml": "scenario fig5_6: receptances = 't.toml' is not allowed; there is no file t",
     f"{CLEARANCE}{MANY}": "rotor_contact.rb1.clearance = 1111111111",
     f"{CLEARANCE}'1 {'m.' * 3000}m'": "unknown unit 'm.m.m.m.",
     f"{CLEARANCE}'1 m**9**9**9**9'": "unknown unit 'm**9**9**9**9'",

@@ -310,3 +310,20 @@ def test_an_unknown_base_is_refused(tmp_path):
     derived.write_text('base = "nothing.toml"\n')
     with raises_naming(ValueError, f"scenario {derived}", "base = 'nothing.toml'", str(tmp_path / "nothing.toml")):
         load_scenario(str(derived))
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        'fmu.rolac_controller = "lost.toml"',
+        'fmu.amb_actuator = "lost.fmu"',
+        'rotor = "lost.toml"',
+        'receptances = "lost.toml"',
+        'system = "lost.toml"',
+    ],
+)
+def test_a_missing_file_is_refused_with_the_scenario_that_asks_for_it(asked, tmp_path):
+    (tmp_path / "mine.toml").write_text(f"{asked}\n{MINIMAL}")
+    key, file = asked.replace('"', "").split(" = ")
+    with raises_naming(ValueError, "scenario", "mine", key, str(tmp_path / file)):
+        plan_run(load_scenario(str(tmp_path / "mine.toml")))

@@ -19,7 +19,7 @@ WITHOUT = {"bare.toml": "sites", "loose.toml": "bearings", "blind.toml": "sensor
 COMMANDS = {
     "run levitation.toml --rotor bare.toml": "rotor_contact has no parameter or input '*.mu'; there are ",
     "run levitation.toml --rotor loose.toml": "(catch_n) = 'north' is not the name of a bearing; there are none",
-    "run levitation.toml --rotor expandor": "no rotor 'expandor'; did you mean turbo_expander?",
+    "run levitation.toml --rotor expandor": "rotor = 'expandor' is not allowed; did you mean turbo_expander?",
     "run expander.toml": "unknown keys shaft, materials, bodies, ",
     "rotor show levitation.toml": "unknown keys description, system, rotor, ",
     "assess --check expander.toml": "bearings, seals, sites, sensors, damping, reduction; there are name, ",
@@ -28,7 +28,7 @@ COMMANDS = {
     "assess machine.toml --criteria text.toml": "criteria text.toml is not valid TOML",
     "assess machine.toml -o text.toml": "it is a file, and the output must be a folder",
     "report --units m/s": "units = 'm/s' is not allowed",
-    "live levitation.toml --rotor nope.toml": "rotor file nope.toml cannot be read: No such file",
+    "live levitation.toml --rotor nope.toml": "levitation: rotor = 'nope.toml' is not allowed; there is no file nope",
     "verify text.toml": "cannot be unpacked: it is not a zip archive",
     "assess machine.toml --units furlong": "units = 'furlong' is not allowed; it must be one of rad/s, Hz, rpm",
     "study modes --rotor expander.toml --speeds '100 Hz, 12000'": "--speeds 12000 has no unit; write for example",

@@ -122,6 +122,7 @@ def test_exported_fmus_have_the_names_of_their_components(tmp_path):
 
 
 def test_values_of_a_scenario_cannot_be_exported_into_a_foreign_fmu(tmp_path):
+    (tmp_path / "mine.fmu").touch()
     with raises_naming(ValueError, "amb_actuator", "models"):
-        amb_cosim.build(tmp_path / "fmus", scenario=SCENARIO.changed(fmu={"amb_actuator": "mine.fmu"}))
+        amb_cosim.build(tmp_path / "fmus", scenario=SCENARIO.changed(fmu={"amb_actuator": str(tmp_path / "mine.fmu")}))
     assert not (tmp_path / "fmus").exists()

@@ -9,7 +9,7 @@ parameters and initial inputs of components (`rotor_contact.contact.law`); `*` a
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -97,15 +97,37 @@ def with_paths(data: dict[str, Any], place: Callable[[str], str]) -> dict[str, A
     return data | changed
 
 
+def check_exists(key: str, value: object) -> None:
+    """Raise a ValueError unless a value of a scenario is a packaged name or an existing file; objects always exist.
+
+    Parameters
+    ----------
+    key, value
+        A key of `PATHS`, or `fmu.` and a component, and its value.
+    """
+    if isinstance(value, str) and not _is_packaged(key, value) and not Path(value).exists():
+        names = _packaged(key)
+        no_file = [f"there is no file {value}"] if Path(value).suffix or not names else []
+        reason = "; ".join([*no_file, *([suggest(value, names)] if names else [])])
+        raise ValueError(f"{key} = {value!r} is not allowed; {reason}")
+
+
 def relative_to(folder: Path) -> Callable[[str], str]:
     """Return a function that turns a path relative to the working folder into one relative to `folder`."""
     return lambda path: path if Path(path).is_absolute() else os.path.relpath(path, folder)
 
 
 def _is_packaged(key: str, name: str) -> bool:
+    return name in _packaged(key)
+
+
+def _packaged(key: str) -> Collection[str]:
+    """Return the names that a key of a scenario may have in place of a path."""
     if key == "rotor":
-        return name in files_of("rotors")
-    return (key == "fmu" and name in models()) or (key == "system" and name in packaged_systems())
+        return files_of("rotors")
+    if key == "system":
+        return packaged_systems()
+    return models() if key.startswith("fmu") else ()
 
 
 def _without(data: dict[str, Any], entry: str) -> dict[str, Any]:

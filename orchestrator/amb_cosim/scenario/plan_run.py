@@ -14,6 +14,7 @@ from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.scenario.file import check_exists
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.rotors import table_source
 from amb_cosim.scenario.scenario import SPEED, Scenario
@@ -97,14 +98,32 @@ def assemble_scenario(
 
 
 def model_options(scenario: Scenario) -> dict[str, Any]:
-    """Return the options that the models of a scenario are made with, except touchable stators: rotor, receptances."""
+    """Return the options that the models of a scenario are made with, except touchable stators: rotor, receptances.
+
+    Raises
+    ------
+    ValueError
+        If a file does not exist.
+    """
+    with errors_in(f"scenario {scenario.name}"):
+        check_exists("rotor", scenario.rotor)
+        check_exists("receptances", scenario.receptances)
     return {"rotor": scenario.rotor, "receptances": table_source(scenario.receptances)}
 
 
 def system_of(scenario: Scenario) -> System:
-    """Return the system of a scenario, with its replacing FMUs."""
+    """Return the system of a scenario, with its replacing FMUs.
+
+    Raises
+    ------
+    ValueError
+        If a file does not exist, or is not that of a system.
+    """
+    with errors_in(f"scenario {scenario.name}"):
+        check_exists("system", scenario.system)
     system = load_system(scenario.system, {"gradient": scenario.gradient})
     with errors_in(f"scenario {scenario.name}"):
         for component, fmu in scenario.fmu.items():
             system = system.with_fmu(component, fmu)
+            check_exists(f"fmu.{component}", fmu)
     return system
