@@ -10,8 +10,8 @@ import numpy as np
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.results.component_names import CONTROLLER, PLANT
-from amb_cosim.scenario.plan import UNBALANCE
 from amb_cosim.scenario.plan_run import PlannedRun
+from amb_cosim.scenario.scenario import UNBALANCE
 from amb_files.wildcards import matches
 
 STEP = 2.0 * np.pi  # rad/s between speeds at which H is identified, for runs with a varying speed

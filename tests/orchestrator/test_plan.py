@@ -106,6 +106,21 @@ def test_implausible_sizes_of_the_rotor_are_warnings_of_the_run():
     warnings = plan_scenario(parse_scenario(SCENARIO, "mine"), Assembly(SYSTEM, fmus, INTERFACES)).warnings
     assert warnings == implausible_sizes(long)
     assert_names(warnings[0], "rotor long", "300 m", "<= 40 m", "mm")
+    assert model.layout["mass"] == pytest.approx(300.0 * math.pi / 4.0 * 0.5**2 * 7850.0)
+
+
+def test_unbalance_in_a_mistaken_unit_is_a_warning_of_the_run():
+    """The event doubles 10 g m: 20 g m of 3 kg is 6.67 mm, and 6.67 mm at 100 rad/s 667 mm/s."""
+
+    def warnings(mass, extra=""):
+        fmus = {"rotor": SimpleNamespace(layout={"mass": mass}), "sampler": SimpleNamespace(layout=None)}
+        return plan_scenario(parse_scenario(SCENARIO + extra, "mine"), Assembly(SYSTEM, fmus, INTERFACES)).warnings
+
+    (sentence,) = warnings(3.0)
+    assert_names(sentence, "rotor.d1.u = 0.02 kg m", "3 kg", "100 rad/s", "6.67 mm", "G 666.7", "<= G 630")
+    assert warnings(3.2) == ()
+    (faster,) = warnings(6.0, '[[speed]]\ncycle = 6\nOmega = "200 rad/s"\n')
+    assert_names(faster, "200 rad/s", "G 666.7")
 
 
 @pytest.mark.parametrize("steps", [1, 3, 1000, 7 * 10**8])

@@ -33,6 +33,8 @@ ROUNDING = 1e-9  # relative contribution of a site to the displacement of a plac
 def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Model, Array]:
     """Return the plant of a rotor, by default that of the packs, and its constants.
 
+    Its layout has the `mass` (kg) beside the planes.
+
     Parameters
     ----------
     rotor
@@ -46,8 +48,10 @@ def plant(rotor: Rotor | None = None, stators: Sequence[str] = ()) -> tuple[Mode
         If the rotor has no bearing, cannot be reduced as its file requires (`reduced_rotor`), or has seals with a mass
         that the plant does not support (`constant_mass`); and as `stator_bores`.
     """
-    structure, planes = plant_structure(rotor or load_rotor(), stators)
-    return model_for(planes), flat_constants(structure)
+    rotor = rotor or load_rotor()
+    structure, planes = plant_structure(rotor, stators)
+    model = model_for(planes)
+    return replace(model, layout={**model.layout, "mass": rotor.mass}), flat_constants(structure)
 
 
 def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:

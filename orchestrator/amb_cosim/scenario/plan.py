@@ -24,13 +24,18 @@ from amb_cosim.scenario.operating_point import (
     set_test_force,
     stated_constants,
 )
-from amb_cosim.scenario.plan_warnings import idle_switches, implausible_sizes, unsteady_effects, viscous_losses
-from amb_cosim.scenario.scenario import SPEED, Scenario, checked_speed, cycle_period
+from amb_cosim.scenario.plan_warnings import (
+    idle_switches,
+    implausible_sizes,
+    implausible_unbalances,
+    unsteady_effects,
+    viscous_losses,
+)
+from amb_cosim.scenario.scenario import SPEED, UNBALANCE, Scenario, checked_speed, cycle_period
 from amb_cosim.scenario.stators import set_stators
 from amb_files.checks import errors_in
 
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
-UNBALANCE = "kg.m"
 FREE, IDEAL = "spin.free", "drive.ideal"  # of the plant: a spin that the drive must hold, and a drive that does
 ANGLE = "initial.angle"  # parameter of a rotor, its angle at the start
 
@@ -69,7 +74,11 @@ def plan_scenario(
     values = first.values.copy()
     experiment = _experiment(scenario, assembly, first, values, until, recorded)
     plan = plan_experiment(experiment, values)
-    plan = replace(plan, parameters=_with_first_angle(plan, scenario.settle_cycles, assembly))
+    plan = replace(
+        plan,
+        parameters=_with_first_angle(plan, scenario.settle_cycles, assembly),
+        warnings=(*plan.warnings, *implausible_unbalances(plan, assembly)),
+    )
     check_control_loop(assembly, plan)
     return plan
 

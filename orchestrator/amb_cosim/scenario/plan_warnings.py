@@ -1,4 +1,4 @@
-"""Notes on a plan: idle switches, effects that make turns differ, implausible sizes, approximated damping."""
+"""Notes on a plan: idle switches, effects that make turns differ, implausible sizes and unbalances, viscous losses."""
 
 from __future__ import annotations
 
@@ -6,10 +6,13 @@ from collections.abc import Collection
 
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.experiment import Plan, port_of
 from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.scenario.scenario import SPEED, UNBALANCE
 
 PRESET, CUSTOM = "chain.preset", "custom"
 IDEAL, SWITCHES = "ideal", ("noise", "filter", "adc", "dac", "delay")
+LARGEST_GRADE = 0.63  # m/s, of an unbalance: lost blades have 0.1, crankshafts of engines 0.63 and more
 UNSTEADY = ("noise", "adc", "dac")  # effects with which no two turns are alike
 
 
@@ -54,6 +57,35 @@ def unsteady_effects(values: Assignments) -> str:
 def implausible_sizes(assembly: Assembly) -> list[str]:
     """Return the sentences on implausible sizes of the rotors (`rotor_analysis.implausible_sizes`)."""
     return [sentence for fmu in assembly.fmus.values() for sentence in (fmu.layout or {}).get("implausible", ())]
+
+
+def implausible_unbalances(plan: Plan, assembly: Assembly) -> list[str]:
+    """Return a sentence for the largest unbalance of each rotor whose balancing grade no rotor in bearings has.
+
+        G = e Omega,   e = u/m     (ISO 21940-11)
+
+    m is the mass of the rotor, Omega its highest speed. A mistaken prefix of its unit changes u by 1000, a residual
+    unbalance of 2.5 mm/s to 2500 mm/s.
+    """
+    changes = [*plan.inputs.items(), *((name, value) for _, name, value in plan.events)]
+    of_profile = [value for ramp in plan.ramps if ramp.variable == SPEED for _, value in ramp.points]
+    fastest = max([*(value for name, value in changes if name == SPEED), *of_profile], default=0.0)
+    largest: dict[str, tuple[float, str]] = {}
+    for name, value in changes:
+        component, port = port_of(name, plan.system, assembly.interfaces)
+        if port.unit == UNBALANCE:
+            largest[component] = max(largest.get(component, (0.0, "")), (abs(value), name))
+    sentences = []
+    for component, (u, name) in largest.items():
+        fmu = assembly.fmus.get(component)
+        mass = 0.0 if fmu is None else (fmu.layout or {}).get("mass", 0.0)
+        if u * fastest > LARGEST_GRADE * mass > 0.0:
+            sentences.append(
+                f"{name} = {u:.4g} kg m is implausible for {mass:.4g} kg at {fastest:.4g} rad/s: an eccentricity of "
+                f"{1e3 * u / mass:.3g} mm, G {1e3 * u / mass * fastest:.4g} (plausible: <= G {1e3 * LARGEST_GRADE:g}; "
+                "residual unbalance: G 2.5); is it in g m or g mm?"
+            )
+    return sentences
 
 
 def viscous_losses(assembly: Assembly) -> list[str]:

@@ -41,6 +41,7 @@ _MACHINE = (  # fields that define the machine and its parameters
 )
 
 SPEED = "Omega"  # the shared signal whose initial value defines the cycles
+UNBALANCE = "kg.m"  # unit of inputs that are unbalances
 AT_STANDSTILL = 0.01  # s, a cycle of a rotor that does not turn at first
 FORMER_LABELS = {"step": "disturbance", "removal": "relief"}  # labels that implied a role before roles existed
 
