@@ -7,7 +7,7 @@ a communication step. The differences of its outputs, over delta, are the sample
 
 of which the eigensystem realisation algorithm makes A, B, C: J.-N. Juang and R. S. Pappa, An eigensystem realization
 algorithm, J. Guidance 8 (1985) 620-627. Pulses of the other sign reveal an FMU that is nonlinear, pulses a step later
-one that does not sample in every step.
+one that does not sample in every step, or that is nonlinear and moves without a pulse, as in a limit cycle.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from array_types import Array
 STEPS = 240  # communication steps of a response
 RANK = 1e-9  # singular value of the responses' matrix, over the largest, that is no state
 DERIVATIVES_ERROR = 0.01  # largest over the largest response: an FMU may have more states than it lists
-NONLINEAR = 1e-6  # difference of pulses of both signs, over the largest response, from which a note reports it
-SLOWER = 0.01  # difference of pulses in two steps, over the largest response, from which an FMU does not sample in each
+NONLINEAR = 1e-6  # difference of pulses of both signs or in two steps, over the largest response, that a note reports
+SLOWER = 0.01  # difference of pulses in two steps, over the largest response, from which there is no linear model
 PULSES = {"m": 1e-6, "N": 1.0, "A": 1e-3, "V": 1e-3}  # height of an input's pulse, by its unit
 PULSE = 1e-3  # in any other unit
 
@@ -88,16 +88,20 @@ def foreign_component(
         np.array([(run - undisturbed) / h for run, h in zip(of_pulse, heights, strict=True)])
         for of_pulse in (prompt, delayed)
     )
-    if _relative(second[:, 1:] - first[:, :-1], np.concatenate([first, second])) > SLOWER:
-        raise ValueError(
-            f"{name}: a pulse that begins a step of {sample_time:g} s later has another response, as of a component "
-            "that samples less often; the communication step must be its sample time"
-        )
+    varying = _relative(second[:, 1:] - first[:, :-1], np.concatenate([first, second]))
+    if varying > SLOWER:
+        later = f"{name}: a pulse that begins a step of {sample_time:g} s later has another response"
+        slower = "as of a component that samples less often; the communication step must be its sample time"
+        if np.any(undisturbed != undisturbed[0]):
+            slower += "; or it is nonlinear and moves without a pulse, as in a limit cycle, and has no linear model"
+        raise ValueError(f"{later}, {slower}")
     markov = np.moveaxis(odd, 0, 2)  # (step, output, input)
     law, note = _best(derived, markov, sample_time)
     curvature = _relative(even, markov)
     if curvature > NONLINEAR:
         note += f"; it is not linear: responses to pulses of both signs differ by {curvature:.1g}"
+    if varying > NONLINEAR:
+        note += f"; it is not linear, or not at rest: responses to pulses in two steps differ by {varying:.1g}"
     return LinearComponent(
         law, names_of(name, inputs), names_of(name, outputs), notes=(f"{name}: {note}",), at_end=True
     )

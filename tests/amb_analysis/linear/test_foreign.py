@@ -11,7 +11,7 @@ import pytest
 from amb_analysis.linear.foreign import foreign_component
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from tests.support.c_fmus import ANY_STEP, INPUT, OUTPUT, PARAMETER, described
-from tests.support.messages import assert_names
+from tests.support.messages import assert_names, raises_naming
 
 SOURCE = Path(__file__).parent / "support" / "spring.c"
 H = 1e-4
@@ -28,6 +28,15 @@ DESCRIPTION = described(
     ],
     abilities=f'{ANY_STEP} providesDirectionalDerivative="true"',
     structure='<Derivatives><Unknown index="3"/><Unknown index="4"/></Derivatives>',
+)
+OSCILLATOR = described(
+    "Oscillator",
+    [
+        ("u", INPUT, 'Real start="0"'),
+        ("start", PARAMETER, 'Real start="0"'),
+        ("eps", PARAMETER, 'Real start="0.3"'),
+        ("y", OUTPUT, "Real"),
+    ],
 )
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
@@ -66,3 +75,25 @@ def test_differences_are_used_if_a_state_is_hidden_or_refused(folder, lag):
     result = np.linalg.eigvals(part.law.A)
     for pole in exact_poles():
         assert np.abs(result / pole - 1.0).min() < 1e-4
+
+
+@pytest.fixture(scope="module")
+def oscillator(fmu_from_c, unpack):
+    folder = unpack(fmu_from_c(SOURCE.with_name("oscillator.c"), OSCILLATOR))
+    interface = read_interface(folder, "oscillator")
+    return lambda **start: foreign_component("oscillator", folder, interface, start, (["u"], ["y"]), H)
+
+
+def test_poles_at_rest_are_those_of_the_vibration_that_grows_into_a_limit_cycle(oscillator):
+    """lambda^2 - eps w lambda + w^2 = 0."""
+    part = oscillator(start=0.0, eps=0.3)
+    expected = np.exp(H * np.roots([1.0, -0.3 * 400.0, 400.0**2]))
+    np.testing.assert_allclose(np.sort_complex(np.linalg.eigvals(part.law.A)), np.sort_complex(expected), rtol=1e-5)
+    assert "not linear" not in part.notes[0]
+
+
+def test_a_limit_cycle_has_no_linear_model_or_a_note(oscillator):
+    with raises_naming(ValueError, "oscillator", "0.0001 s", "limit cycle"):
+        oscillator(start=2.0, eps=0.3)
+    assert_names(oscillator(start=2.0, eps=0.01).notes[0], "not linear, or not at rest")
+    assert "not linear" not in oscillator(start=2.0, eps=0.0).notes[0]  # moves, and is linear
