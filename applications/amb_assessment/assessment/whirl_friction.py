@@ -58,7 +58,10 @@ def _least_friction(subject: Subject) -> Quantity:
     )
     n, k = np.unravel_index(int(values.argmin()), values.shape)
     value, where = float(values[n, k]), " and ".join(subject.retainers[j] for j in sets[k])
-    usual = "rigid retainers without damping have 0.237, and less with a strong gyroscopic effect"
+    usual = (
+        "rigid retainers without damping have 0.237, and less with a strong gyroscopic effect or a small share of the "
+        "weight"
+    )
     note = f"no whirl up to {MOST:g}" if value >= MOST else usual
     return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} 1/min", value, "1", note=note)
 

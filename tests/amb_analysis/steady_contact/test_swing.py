@@ -55,6 +55,15 @@ def test_a_higher_fall_whirls_with_less_friction(h):
     assert least_swinging_friction(forces, HALF * G, G, h) == pytest.approx(brentq(at_top, 0.0, 0.6), rel=1e-3)
 
 
+@pytest.mark.parametrize("share", [0.38, 0.42, 0.7])
+def test_a_journal_that_carries_little_of_its_mass_passes_the_top_without_friction(share):
+    """N + W cos theta = M (2 g h - 4 g share) - W > 0 at the top with mu = 0, so that share < 2/5."""
+    forces = whirl_forces(rotor_and_mount(TwoBodies(mass=HALF, clearance=CLEARANCE)), [0], np.array([CLEARANCE]), G)
+    least = least_swinging_friction(forces, share * HALF * G, G)
+    assert (least == 0.0) == (share < 0.4)
+    assert least < RIGID
+
+
 @pytest.mark.parametrize("Omega", [0.0, 1e3, 5e3])
 def test_gyroscopic_moments_do_not_act_on_journals_that_swing_side_by_side(Omega):
     """A rigid rotor with J_p Omega/(J_t sqrt(g/c)) up to 10 has the closed form at all speeds: it does not tilt."""
