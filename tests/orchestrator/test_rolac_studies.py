@@ -13,6 +13,8 @@ from amb_cosim import studies
 from bath_thesis.studies import contact_recovery, recovery_trials
 from bath_thesis.studies.h_interpolation import InverseReceptance, interpolated
 from rotor_analysis.receptance import receptance
+from rotor_analysis.rotor_file import load_rotor
+from tests.support.messages import assert_names
 
 S5, S3 = 4, 2  # sensors in x at MB1 and MB2
 MB1, MB2 = 0, 2  # forces in x
@@ -47,6 +49,15 @@ def test_largest_receptance_does_not_depend_on_the_range_of_speeds():
 
 def test_vibration_lags_the_force_that_moves_it():
     assert np.all(responses()[:, [S5, S3], [MB1, MB2]].imag < 0.0)
+
+
+@pytest.mark.parametrize("rotor", ["compressor", "turbo_expander"])
+def test_receptance_of_any_number_of_sensors_is_drawn_with_their_names(rotor):
+    result = studies.receptance(rotor, up_to="20 Hz")
+    sensors = load_rotor(rotor).sensors
+    legend = [text.get_text() for text in studies.figure(result).legends[0].get_texts()]
+    assert [label.partition(" at ")[0] for label in legend[: len(sensors)]] == [f"{s.x}, {s.y}" for s in sensors]
+    assert_names(result, *(f"{sensor.x}, z = " for sensor in sensors))
 
 
 def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):

@@ -32,10 +32,12 @@ class SensorReceptance(WarnedResult, DrawnResult):
         Name of the rotor.
     planes
         Axial positions of the sensor planes (m), each with a sensor in x and one in y.
+    sensors
+        Names of the sensors' signals, in x and y of each plane.
     speeds
         Spin speeds (Hz), shape (n,).
     forces
-        Names of the forces.
+        Names of the forces, in x and y of each bearing.
     receptance
         R (m/N), complex, shape (n, n_sensors, n_axes).
     """
@@ -44,6 +46,7 @@ class SensorReceptance(WarnedResult, DrawnResult):
 
     rotor: str
     planes: Annotated[tuple[float, ...], JsonKey("planes_z_m")]
+    sensors: tuple[str, ...]
     speeds: Annotated[Array, "Hz"]
     forces: tuple[str, ...]
     receptance: Annotated[Complex, "m/N"]
@@ -57,7 +60,7 @@ class SensorReceptance(WarnedResult, DrawnResult):
                 curve = self.receptance[:, 2 * plane, k]
                 top = int(np.argmax(np.abs(curve)))
                 table.add_row(
-                    f"s{2 * plane + 1}, z = {z:.4g} m",
+                    f"{self.sensors[2 * plane]}, z = {z:.4g} m",
                     self.forces[k],
                     number(1e6 * abs(curve[top])),
                     f"{self.speeds[top]:.2f}",
@@ -99,11 +102,13 @@ def receptance(
     speeds, R = refined(
         lambda more: levitated_receptance(description, more, k_b, c_b), speed_range(up_to, POINTS, LOWEST), np.abs
     )
+    loop = control_loop(description)
     return SensorReceptance(
         description.name,
         sensor_planes(description),
+        loop.sensor_names,
         speeds / HERTZ,
-        control_loop(description).axis_names,
+        loop.axis_names,
         R,
         warnings=implausible_sizes(description),
     )

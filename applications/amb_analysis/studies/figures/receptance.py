@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from amb_analysis.studies.sensor_receptance import SensorReceptance
-from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, PURPLE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import COLOURS, DASHED, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import SIZES, speed_unit
 from array_types import Array
 
-PLANE_COLOURS = (BLUE, ORANGE, GREEN, PURPLE)
+WIDTH = 4.2  # inches, of a bearing's panels
 
 
 def draw(result: SensorReceptance) -> Figure:
-    """Draw magnitude over speed of the sensors in x and y, and phase in x, for forces in x at both bearings."""
-    figure = StyledFigure(figsize=(8.4, 6.0), layout="constrained")
-    panels = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(3, 2))
+    """Draw magnitude over speed of the sensors in x and y, and phase in x, for a force in x at each bearing."""
+    bearings = len(result.forces) // 2
+    figure = StyledFigure(figsize=(WIDTH * max(bearings, 2), 6.0), layout="constrained")
+    panels = figure.subplots(2, bearings, squeeze=False, sharex=True, sharey="row", height_ratios=(3, 2))
     unit = speed_unit("Hz")
     speeds, R = unit.of(SIZES["speed"]["Hz"] * result.speeds), result.receptance
-    for column, force in enumerate((0, 2)):
+    for column, force in enumerate(range(0, len(result.forces), 2)):
         top, bottom = panels[:, column]
-        for plane, colour in enumerate(PLANE_COLOURS):
+        for plane in range(len(result.planes)):
+            colour = _colour(plane)
             along, across = R[:, 2 * plane, force], R[:, 2 * plane + 1, force]
             top.semilogy(speeds, 1e6 * np.abs(along), color=colour)
             top.semilogy(speeds, 1e6 * np.abs(across), color=colour, ls=DASHED, lw=0.7)
@@ -38,7 +38,7 @@ def draw(result: SensorReceptance) -> Figure:
     largest = 1e6 * np.abs(R).max()
     panels[0, 0].set(ylabel="displacement over force (um/N)", ylim=(1e-5 * largest, 2.0 * largest))
     panels[1, 0].set_ylabel("phase in x (deg)")
-    add_sensor_legend(figure, result.planes)
+    _add_legend(figure, result)
     figure.suptitle(
         f"{result.rotor}: synchronous receptance of the levitated rotor, from the model", fontsize=TITLE_SIZE
     )
@@ -50,11 +50,15 @@ def _without_wraps(phase: Array) -> Array:
     return np.where(np.abs(np.diff(phase, prepend=phase[0])) > 180.0, np.nan, phase)
 
 
-def add_sensor_legend(figure: Figure, planes: Sequence[float]) -> None:
+def _colour(plane: int) -> str:
+    return COLOURS[plane % len(COLOURS)]
+
+
+def _add_legend(figure: Figure, result: SensorReceptance) -> None:
     """Add a legend of the sensor planes, by axial position (m), and of the two line styles."""
     handles = [
-        Line2D([], [], color=colour, label=f"s{2 * k + 1}, s{2 * k + 2} at z = {z:.4g} m")
-        for k, (colour, z) in enumerate(zip(PLANE_COLOURS, planes, strict=True))
+        Line2D([], [], color=_colour(k), label=f"{', '.join(result.sensors[2 * k : 2 * k + 2])} at z = {z:.4g} m")
+        for k, z in enumerate(result.planes)
     ]
     handles += [
         Line2D([], [], color="0.3", label="in x, along the force"),
