@@ -69,7 +69,7 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
 def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     """Return the outcome of a run, and the reason if it ended early.
 
-    With a step in the scenario: `prevented`, `recovered`, `landed` or `trapped`. In any scenario: `unstable`, `stator`.
+    With a step in the scenario: `prevented` or `recovered`. In any scenario: `trapped`, `landed`, `unstable`, `stator`.
     Otherwise: `completed`, `stopped` or `failed`.
     """
     if outcome.failure is not None:

@@ -118,8 +118,12 @@ def test_a_rotor_that_nothing_can_lift_has_landed(synthetic, axes, end, outcome)
     assert contact_history.recovery(unrecorded) == "trapped"
 
 
-def test_a_run_without_a_step_has_no_outcome(synthetic, without):
+def test_a_run_without_a_step_has_an_outcome_if_it_ends_in_contact(synthetic, without):
+    """The rotor touches until cycle 12: five cycles later it is free."""
     assert contact_history.recovery(without(synthetic(), "disturbance_cycle")) is None
+    assert contact_history.recovery(without(synthetic(16.0), "disturbance_cycle")) == "trapped"
+    fallen = without_amplifiers(synthetic(16), ("mb1.x", "mb1.y", "mb2.x", "mb2.y"), 5.0)
+    assert contact_history.recovery(without(fallen, "disturbance_cycle")) == "landed"
     assert contact_history.recovery(synthetic().drop_vars("rotor_contact.contact_state")) is None
 
 

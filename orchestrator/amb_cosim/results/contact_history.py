@@ -99,12 +99,13 @@ def recovered(dataset: Signals) -> bool | None:
 
 
 def recovery(dataset: Signals) -> Recovery | None:
-    """Return the outcome of the disturbance; None without one, or if contact was not recorded.
+    """Return the outcome of the run; None of one that ends free without a disturbance, or if contact was not recorded.
 
     `stator` is a rotor that has touched the stator of a magnetic bearing, whatever follows, and `unstable` one that
-    diverges without contact under power, see `stability`; both with a disturbance or without. Of the others that have
-    not `recovered`, one whose magnets have no power at the end has `landed` on its retainers, even if it bounces or
-    floats between them, and any other is `trapped`. Otherwise, `prevented` means no contact after the disturbance.
+    diverges without contact under power, see `stability`. Of the others that have not `recovered`, one whose magnets
+    have no power at the end has `landed` on its retainers, even if it bounces or floats between them, and any other is
+    `trapped`. All of these are with a disturbance or without. Otherwise, `prevented` means no contact after the
+    disturbance.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -120,10 +121,10 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     if power_lost is None and is_unstable(dataset, last):
         return False, "unstable"
     free = free and (last is None or power_lost is None or last < power_lost)
-    if disturbance is None:
-        return free, None
     if not free:
         return free, "trapped" if power_lost is None else "landed"
+    if disturbance is None:
+        return free, None
     return free, "prevented" if last is None or last <= disturbance else "recovered"
 
 

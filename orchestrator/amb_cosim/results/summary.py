@@ -73,10 +73,10 @@ class Summary:
         Whether the rotor is stable and stays free of contact; None for a run that ended early, and without disturbance
         and contact.
     recovery
-        What the disturbance led to: contact `prevented`, `recovered` from, or the rotor `trapped` in it, or `landed`
-        where no magnet has power at the end; `unstable` where its orbit grows, or its amplifiers stay at their limits
-        or bound a vibration of its own, see `stability`, with a disturbance or without, and `stator` where it touched
-        the stator. None of any other run without a disturbance, or that broke off.
+        What the disturbance led to: contact `prevented`, or `recovered` from. With a disturbance or without: the rotor
+        is `trapped` in contact, or `landed` where no magnet has power at the end; `unstable` where its orbit grows, or
+        its amplifiers stay at their limits or bound a vibration of its own, see `stability`, and `stator` where it
+        touched the stator. None of a run that ends free without a disturbance, or that broke off.
     rolling_from
         Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of what it goes back.
     rolling_on_race_from
