@@ -143,6 +143,13 @@ def test_drag_gives_the_time_of_a_run_down():
     assert faults._durations(subject_of(load_machine(BLOWER)))["run-down"] == np.inf
 
 
+def test_every_fault_is_a_disturbance_so_that_it_has_an_outcome():
+    """Without one, a shock that threw the rotor into its retainers was listed without contact."""
+    cases = [events for kind in faults._kinds(expander()).values() for events in kind.values()]
+    assert [sum(event.get("role") == "disturbance" for event in events) for events in cases] == [1] * len(cases)
+    assert all(events[0]["role"] == "disturbance" for events in cases)
+
+
 @pytest.mark.slow
 def test_the_worst_axis_and_sensor_stand_for_a_fault():
     result = faults.answer(subject_of(load_machine(BLOWER)))

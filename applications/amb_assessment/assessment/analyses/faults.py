@@ -158,4 +158,5 @@ def _shock(axis: str, sign: str) -> list[dict[str, Any]]:
     events: list[dict[str, Any]] = [
         {"time": SHOCK_TIME * k / SHOCK_STEPS, "set": {PLANT: {f"base.a_{axis}": a}}} for k, a in enumerate(pulse)
     ]
+    events[0]["role"] = "disturbance"
     return [*events, {"time": SHOCK_TIME, "set": {PLANT: {f"base.a_{axis}": 0.0}}}]
