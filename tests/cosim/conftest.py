@@ -16,7 +16,7 @@ SUPPORT = Path(__file__).parent / "support"
 
 @pytest.fixture(scope="session")
 def foreign_fmus(create_once: Callable[..., Path]) -> Path:
-    """Folder with `Mass.fmu`, `Spring.fmu` and `Unruly.fmu`."""
+    """Folder with `Mass.fmu` and `Spring.fmu`."""
     from pythonfmu.builder import FmuBuilder
 
     def fill(folder: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import pickle
-import shutil
 import signal
 import subprocess
 import sys
@@ -23,17 +22,17 @@ from amb_cosim.cosim.run import isolation
 from amb_cosim.cosim.run import run_plan as simulation
 from tests.support.messages import assert_names, raises_naming
 
-GOOD, CRASH, HANG, LEAVE, EAT, PRINT = range(6)
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
 
 @pytest.fixture
-def system(foreign_fmus, tmp_path):
-    """`system(what, end)`: path of a system whose FMU does that after 5 ms."""
-    shutil.copy(foreign_fmus / "Unruly.fmu", tmp_path)
+def system(hostile, tmp_path):
+    """`system(deed, end)`: path of a system whose FMU does that after 5 ms."""
 
-    def write(what, end="10 ms"):
+    def write(deed="nothing", end="10 ms"):
+        hostile.will(deed, 5, "DoStep")
         path = tmp_path / "system.toml"
-        path.write_text(system_text({"one": "Unruly.fmu"}, f'"one.what" = {what}', end), encoding="utf-8")
+        path.write_text(system_text({"one": hostile.fmu(2)}, end=end), encoding="utf-8")
         return path
 
     return write
@@ -48,12 +47,12 @@ def test_isolated_run_has_the_data_of_a_run_in_this_process():
     assert both[0].outcome == both[1].outcome
 
 
-@pytest.mark.parametrize(("what", "facts"), [
-    (CRASH, ("process of one", "SIGSEGV")),
-    (LEAVE, ("process of one", "exit code 0")),
+@pytest.mark.parametrize(("deed", "facts"), [
+    ("segv", ("process of one", "SIGSEGV")),
+    ("leave", ("process of one", "exit code 0")),
 ])  # fmt: skip
-def test_a_crash_ends_with_one_message_and_exit_code_1(system, tmp_path, what, facts):
-    result = CliRunner().invoke(main, ["simulate", str(system(what)), "-o", str(tmp_path / "out")])
+def test_a_crash_ends_with_one_message_and_exit_code_1(system, tmp_path, deed, facts):
+    result = CliRunner().invoke(main, ["simulate", str(system(deed)), "-o", str(tmp_path / "out")])
     assert result.exit_code == 1
     assert_names(result.stderr.splitlines()[-1], "amb-cosim", *facts)
     assert not (tmp_path / "out").exists()
@@ -62,22 +61,22 @@ def test_a_crash_ends_with_one_message_and_exit_code_1(system, tmp_path, what, f
 def test_a_hang_is_ended(system, monkeypatch):
     monkeypatch.setattr(isolation, "LONGEST_SILENCE", 2.0)
     with raises_naming(ProcessFailed, "one", "2 s"):
-        amb_cosim.simulate(system(HANG))
+        amb_cosim.simulate(system("hang"))
 
 
 def test_an_allocation_beyond_the_limit_of_an_fmu_fails(system):
-    assert amb_cosim.simulate(system(EAT)).outcome.status == "failed"
+    assert amb_cosim.simulate(system("eat")).outcome.status == "failed"
 
 
 def test_output_printed_by_an_fmu_is_not_taken_for_a_reply(system, capfd):
-    assert amb_cosim.simulate(system(PRINT)).outcome.status == "completed"
+    assert amb_cosim.simulate(system("print")).outcome.status == "completed"
     printed = capfd.readouterr()
     assert (printed.out, "a word among the answers" in printed.err) == ("", True)
 
 
 def test_errors_and_progress_reach_the_calling_process(system):
     steps = []
-    result = amb_cosim.simulate(system(GOOD), progress=lambda done, total: steps.append((done, total)))
+    result = amb_cosim.simulate(system(), progress=lambda done, total: steps.append((done, total)))
     assert steps[-1] == (10, 10)
     np.testing.assert_allclose(result.dataset["one.y"][-1], 0.01)
     with raises_naming(StartFailed, "rotor_contact", "rb1.offset_x", "0.00075 m"):
@@ -105,24 +104,23 @@ def test_foreign_fmus_are_isolated_by_default(system, monkeypatch, given, foreig
     options = {} if foreign else {"until": 0.001}
     if expected:
         with pytest.raises(Chosen):
-            run(system(GOOD) if foreign else "fig4_9", isolated=given, **options)
+            run(system() if foreign else "fig4_9", isolated=given, **options)
     else:
-        run(system(GOOD) if foreign else "fig4_9", isolated=given, **options)
+        run(system() if foreign else "fig4_9", isolated=given, **options)
 
 
 def hosts(process):
     """The children of a process that have loaded the FMU."""
-    return [child for child in children(process.pid) if "unruly" in of_process(child, "maps").lower()]
+    return [child for child in children(process.pid) if "hostile" in of_process(child, "maps")]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="processes are found in /proc")
 @pytest.mark.parametrize(("number", "code", "is_stopped"), [
     (signal.SIGINT, 130, False), (signal.SIGTERM, 143, False),
     (signal.SIGKILL, -signal.SIGKILL, False), (signal.SIGKILL, -signal.SIGKILL, True),
 ])  # fmt: skip
 def test_a_signal_ends_the_process_of_the_fmus_too(system, tmp_path, number, code, is_stopped):
     process = subprocess.Popen(
-        [*COMMAND, "simulate", system(GOOD, "1e5 s"), "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
+        [*COMMAND, "simulate", system(end="1e5 s"), "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True
     )
     wait_until(lambda: hosts(process))
     (child,) = hosts(process)
@@ -151,11 +149,11 @@ def test_the_first_run_of_an_fmu_from_elsewhere_warns(run_python, system):
         ]
         return [process.stderr for process in processes]
 
-    first, second = run_python(warnings, path=str(system(GOOD)))
-    assert_names(first, "Unruly.fmu", "first time", "permissions")
+    first, second = run_python(warnings, path=str(system()))
+    assert_names(first, "Hostile.fmu", "first time", "permissions")
     assert second == ""
 
 
 def test_a_script_without_a_main_guard_runs_foreign_fmus(run_python, system):
-    program = f"import amb_cosim\nresult = str(amb_cosim.simulate({str(system(GOOD))!r}).outcome)"
+    program = f"import amb_cosim\nresult = str(amb_cosim.simulate({str(system())!r}).outcome)"
     assert run_python(program) == "completed at t = 0.01 s"

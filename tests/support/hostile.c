@@ -89,13 +89,15 @@ static int done(const char *deed, Instance *self)
         for (int fd = 0; fd < 16; fd++)
             if (write(fd, "words among the answers\n", 24)) {
             }
+    if (IS(print) && write(1, "a word among the answers\n", 25)) {
+    }
     if (IS(close))
         for (int fd = 0; fd < 64; fd++)
             close(fd);
     if (IS(eat)) {
-        volatile char *all = mmap(NULL, (size_t)1 << 46, 3, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-        if (all != MAP_FAILED)
-            all[0] = 1;
+        size_t most = sysconf(_SC_PHYS_PAGES) * 9 / 10 * sysconf(_SC_PAGE_SIZE);
+        if (mmap(NULL, most, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == MAP_FAILED)
+            return ERROR;
     }
     if (IS(term))
         kill(getpid(), SIGTERM);
