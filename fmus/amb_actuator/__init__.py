@@ -1,1 +1,1 @@
-"""Radial active magnetic bearings: force law and current limits of two bearings with two axes each."""
+"""Radial active magnetic bearings, two axes each: force laws, saturation, amplifiers, faults."""
