@@ -113,7 +113,7 @@ def reference_of(case, x, rotor):
         tuple(retainers),
         x["spin.inertia"] if case.Omega_dot is None else None,
         case.Omega_dot or 0.0,
-        seals,
+        seals=seals,
     )
 
 

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flexible_touchdown import ROLLING, SLIDING
 from rotor_cases import both, plant, rigid_rotor, run, state
 from scipy.optimize import brentq
 from touchdown_cases import coordinates, follow_plant, plant_of
-from two_bodies import PHI, ROLLING, SLIDING, THETA, TwoBodies, X, Y
+from two_bodies import PHI, THETA, TwoBodies, X, Y
 
 from rotor_analysis.damping import Damping
 from rotor_analysis.rigid_body import rigid_body

@@ -6,8 +6,8 @@ matrix of everything that moves and rows of all constraints.
 
 import numpy as np
 import pytest
+from flexible_touchdown import FREE, ROLLING, SLIDING
 from rotor_cases import UNWATCHED, head, memory, plant, state
-from two_bodies import FREE, ROLLING, SLIDING
 
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduction import msdc

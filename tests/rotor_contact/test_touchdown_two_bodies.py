@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from flexible_touchdown import FREE, SLIDING
 from rotor_cases import CLEARANCE, UNWATCHED, both, plant, rigid_rotor, run, state
 from touchdown_cases import follow_plant, plant_of
-from two_bodies import FREE, MOUNTED, PHI, SLIDING, THETA, X_H, TwoBodies, X, Y, follow
+from two_bodies import MOUNTED, PHI, THETA, X_H, TwoBodies, X, Y, follow
 
 RUBBING = replace(MOUNTED, mu=0.1)
 FIXED = replace(RUBBING, housing_mass=None)

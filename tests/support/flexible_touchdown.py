@@ -1,8 +1,9 @@
 """An independent model of touchdown: a flexible rotor, its retainers on mounts, their races, and its spin, by SciPy.
 
 Coordinates are generalised, q = (shaft, x and y of the housings, angles of the races, angle of the rotor). Contact
-forces are Lagrange multipliers of gap and slip, as in `two_bodies`: N on the row (n, -n, 0, 0), T on
-(t, -t, -(R_s + c), R_s).
+forces are Lagrange multipliers of gap and slip: N on the row (n, -n, 0, 0), T on (t, -t, -(R_s + c), R_s), so that
+their work is the same on all bodies; n points from the centre of the clearance to the journal. Impacts obey Newton's
+law with Coulomb friction.
 
     M q'' + (C + R + Omega G) q' + (K - Omega R J) q + p Omega' = f + Omega^2 e,   p = i e
     J Omega' + p . q'' = torque + (J q) . R (q' - Omega J q) + sum T R_s
@@ -19,10 +20,13 @@ from functools import cached_property
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from two_bodies import INSIDE, ROLLING, SLIDING
 
+FREE, SLIDING, ROLLING = range(3)
+INSIDE = 1e-13  # of the clearance, by which a flight starts off the circle, so that its end is a crossing
 STILL = 1e-9  # m/s
-SLOW = 1e-6  # m/s, of a touch that takes no other site off its circle: they would touch again without end
+SLOW = (
+    1e-6  # m/s, of a touch that does not rebound, and takes no other site off its circle: they would touch without end
+)
 LONGEST = 2e-5  # s, of a step, so that a trial does not leave its circle by much
 
 
@@ -38,7 +42,13 @@ class Retainer:
     mount_stiffness: tuple[float, float] = (0.0, 0.0)
     mount_damping: tuple[float, float] = (0.0, 0.0)
     race_inertia: float = 0.0
-    race_drag: float = 0.0
+    race_drag: float = 0.0  # N m
+    race_viscous_drag: float = 0.0  # N m s
+    restitution: float = 0.0
+
+    def drag(self, speed: float) -> float:
+        """Return the torque that brakes the race (N m)."""
+        return self.race_drag * np.tanh(speed) + self.race_viscous_drag * speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +64,8 @@ class FlexibleTouchdown:
     sites
         Its retainers.
     spin_inertia
-        J (kg m^2) of a free spin; if None, the speed is prescribed and changes by `Omega_dot` (rad/s^2).
+        J (kg m^2) of a free spin, which `torque` (N m) drives; if None, the speed is prescribed and changes by
+        `Omega_dot` (rad/s^2).
     seals
         Of each, the rows of x and y, and a function of the speed that returns its K (N/m) and C (N s/m).
     """
@@ -69,6 +80,7 @@ class FlexibleTouchdown:
     sites: tuple[Retainer, ...]
     spin_inertia: float | None = None
     Omega_dot: float = 0.0
+    torque: float = 0.0
     seals: Sequence[tuple[np.ndarray, Callable[[float], tuple[np.ndarray, np.ndarray]]]] = ()
 
     @cached_property
@@ -141,13 +153,13 @@ class FlexibleTouchdown:
         if self.spin_inertia is None:
             Q[:n] -= self.Omega_dot * (self.J @ e)
         else:
-            Q[-1] = (self.J @ x) @ rotating
+            Q[-1] = self.torque + (self.J @ x) @ rotating
         for k, at in self.housings.items():
             site = self.sites[k]
             Q[at : at + 2] = -np.array(site.mount_stiffness) * q[at : at + 2]
             Q[at : at + 2] -= np.array(site.mount_damping) * v[at : at + 2]
         for k, at in self.races.items():
-            Q[at] = -self.sites[k].race_drag * np.tanh(v[at])
+            Q[at] = -self.sites[k].drag(v[at])
         return Q
 
     def apart(self, k: int, q: np.ndarray) -> np.ndarray:
@@ -187,9 +199,10 @@ class FlexibleTouchdown:
         wanted = {k: -(self.across(k, q, v) ** 2) / self.sites[k].clearance for k in contact}
         return self._constrained(q, a, contact, wanted, Minv)
 
-    def impulses(self, q, v, contact) -> tuple[np.ndarray, dict[int, tuple[float, float]]]:
-        """Velocities after the sites of `contact` have lost their outward speed, and the impulses along n and t."""
-        return self._constrained(q, v, contact, dict.fromkeys(contact, 0.0), self.mobility(q))
+    def impulses(self, q, v, contact, rebounds=False) -> tuple[np.ndarray, dict[int, tuple[float, float]]]:
+        """Velocities after the sites of `contact` have lost or reversed their outward speed; impulses along n and t."""
+        wanted = {k: -rebounds * self.sites[k].restitution * (self.rows(k, q)[0] @ v) for k in contact}
+        return self._constrained(q, v, contact, wanted, self.mobility(q))
 
     def _constrained(self, q, a, contact, wanted, Minv):
         if not contact:
@@ -235,24 +248,36 @@ class Fall:
 
     q: np.ndarray
     v: np.ndarray
+    mode: np.ndarray  # of contact, shape (times, sites), as the forces N and T (N)
+    N: np.ndarray
+    T: np.ndarray
     impulse: np.ndarray  # (N s) of N and of impacts until each time, shape (times, sites)
     heat: np.ndarray  # (J) of friction, impacts and the drag of races until each time
     impacts: list[tuple[float, int]] = field(default_factory=list)  # time (s) and site
     modes: set[int] = field(default_factory=set)
 
 
-def fall(model: FlexibleTouchdown, times: np.ndarray, q: np.ndarray, v: np.ndarray, tolerance: float = 1e-10) -> Fall:
+def fall(
+    model: FlexibleTouchdown,
+    times: np.ndarray,
+    q: np.ndarray,
+    v: np.ndarray,
+    tolerance: float = 1e-10,
+    longest: float = LONGEST,
+) -> Fall:
     """Integrate from rest or motion without contact to each of `times` (s), through every impact and release."""
     count, sites = len(times), len(model.sites)
-    found = Fall(*np.zeros((2, count, model.size)), np.zeros((count, sites)), np.zeros(count))
+    found = Fall(*np.zeros((2, count, model.size)), *np.zeros((4, count, sites)), np.zeros(count))
     sums, contact, now, done = np.zeros(sites + 1), {}, 0.0, 0
     z = np.concatenate([q, v, sums])
     while done < count:
-        solution, fired = _until_event(model, contact, now, times[-1], z, tolerance)
+        solution, fired = _until_event(model, contact, now, times[-1], z, tolerance, longest)
         while done < count and times[done] <= solution.t[-1]:
             at = solution.sol(times[done])
             found.q[done], found.v[done] = np.split(at[: 2 * model.size], 2)
             found.impulse[done], found.heat[done] = at[2 * model.size : -1], at[-1]
+            for k, force in model.forces(found.q[done], found.v[done], contact)[1].items():
+                found.mode[done, k], found.N[done, k], found.T[done, k] = contact[k][0], *force
             done += 1
         now, z = solution.t[-1], solution.y[:, -1].copy()
         if fired is not None:
@@ -261,7 +286,7 @@ def fall(model: FlexibleTouchdown, times: np.ndarray, q: np.ndarray, v: np.ndarr
     return found
 
 
-def _until_event(model, contact, now, end, z, tolerance):
+def _until_event(model, contact, now, end, z, tolerance, longest):
     size = model.size
 
     def derivative(_: float, z: np.ndarray) -> np.ndarray:
@@ -272,7 +297,7 @@ def _until_event(model, contact, now, end, z, tolerance):
             rates[k] = N
             rates[-1] -= T * (model.rows(k, q)[1] @ v)
         for k, at in model.races.items():
-            rates[-1] += model.sites[k].race_drag * np.tanh(v[at]) * v[at]
+            rates[-1] += model.sites[k].drag(v[at]) * v[at]
         return np.concatenate([v, a, rates])
 
     watched = [(k, what) for k in range(len(model.sites)) for what in _watched(model, contact, k)]
@@ -285,7 +310,7 @@ def _until_event(model, contact, now, end, z, tolerance):
         method="DOP853",
         rtol=tolerance,
         atol=absolute,
-        max_step=LONGEST,
+        max_step=longest,
         events=events,
         dense_output=True,
     )
@@ -334,6 +359,7 @@ def _after(model, contact, fired, z, now, found):
             outward, slip = model.rows(other, q)
             z[-1] += P * (outward @ mean) - S * (slip @ mean)
         v[:] = v_new
+        contact = {k: slides for k, slides in contact.items() if model.rows(k, q)[0] @ v > -SLOW}
     elif what == "pull":
         del contact[k]
     elif what == "slip":
@@ -346,7 +372,7 @@ def _after(model, contact, fired, z, now, found):
 def _strike(model, contact, q, v):
     """Impulses at all closed sites, of which none pulls and no friction turns its slip around."""
     while True:
-        v_new, impulses = model.impulses(q, v, contact)
+        v_new, impulses = model.impulses(q, v, contact, rebounds=True)
         pulling = min(impulses, key=lambda k: impulses[k][0])
         if impulses[pulling][0] < 0.0:
             del contact[pulling]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from flexible_touchdown import FREE
 from rotor_cases import both, head, memory, plant, rigid_rotor, run, state
-from two_bodies import FREE, PHI, THETA, X_H, Y_H, Motion, TwoBodies, X, Y
+from two_bodies import PHI, THETA, X_H, Y_H, Motion, TwoBodies, X, Y
 
 from fmi_export.model import Instance
 
@@ -44,9 +45,9 @@ def _place(rotor: Instance, model: TwoBodies, q: np.ndarray, v: np.ndarray, mode
     z, sites, start = state(rotor), memory(rotor).sites, head(rotor)
     z[: 2 * len(order)] = np.concatenate([q[order], v[order]])
     sites["mode"][:2] = mode
-    sites["slip_sign"][:2] = np.sign(model.slip_row(q) @ v) if mode != FREE else 1.0
+    sites["slip_sign"][:2] = np.sign(model.slip(q, v)) if mode != FREE else 1.0
     start.theta = q[THETA]
-    start.initial_energy = 2.0 * (model.energy(q, v) + model.force.real * q[X] + model.force.imag * q[Y])
+    start.initial_energy = 2.0 * model.energy(q, v)
 
 
 def follow_plant(rotor: Instance, times: np.ndarray) -> Motion:

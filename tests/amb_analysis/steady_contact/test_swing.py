@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from flexible_touchdown import FREE, SLIDING
 from scipy.optimize import brentq
 from touchdown_cases import follow_plant, plant_of
-from two_bodies import FREE, SLIDING, THETA, X_H, Y_H, TwoBodies, X, Y
+from two_bodies import THETA, X_H, Y_H, TwoBodies, X, Y
 
 from amb_analysis.steady_contact.swing import MOST, WhirlForces, least_swinging_friction, whirl_forces
 
