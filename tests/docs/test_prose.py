@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections import defaultdict
+from collections import Counter, defaultdict
 from fnmatch import fnmatch
 from functools import cache
 from importlib.util import find_spec
@@ -109,6 +109,13 @@ def allowed(page: str, fault: str) -> bool:
 def test_page_is_written_plainly(page):
     reported = [f"line {passage.line}: {fault}" for passage in passages_of(page) for fault in faults(passage)]
     assert "\n".join(fault for fault in reported if not allowed(name_of(page), fault)) == ""
+
+
+def test_each_entry_of_the_changelog_is_complete_and_occurs_once():
+    """A merge can keep both versions of an entry, or the first line of one."""
+    entries = re.findall(r"^- .*(?:\n  .*)*", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert [entry for entry, count in Counter(entries).items() if count > 1] == []
+    assert [entry for entry in entries if not entry.endswith((".", ":", ")"))] == []
 
 
 def translated(passage: Passage) -> list[str]:
