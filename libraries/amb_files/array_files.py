@@ -96,6 +96,6 @@ def _load_npz(path: Path | IO[bytes], keys: Sequence[str]) -> dict[str, NDArray[
         raise ValueError(f"it cannot be read as an .npz file: {_cut(reason)}") from error
 
 
-def _cut(text: str, longest: int = 200) -> str:
+def _cut(text: str) -> str:
     """Shorten a reason: for a damaged file, zipfile prints the whole garbled name."""
-    return text if len(text) <= longest else f"{text[:longest]}..."
+    return text if len(text) <= 200 else f"{text[:200]}..."

@@ -5,9 +5,11 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+MOST_LISTED = 12
 
-def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
-    """Suggest the options closest to `name`; if none is close, list the first `limit` options.
+
+def suggest(name: str, options: Iterable[str]) -> str:
+    """Suggest the options closest to `name`; if none is close, list the first `MOST_LISTED` options.
 
     If none of these belongs to the same place as `name`, `hub` of `hub.unbalance`, options of that place are added. The
     text is the second half of a message.
@@ -16,8 +18,8 @@ def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
     --------
     >>> suggest("clearence", ["clearance", "stiffness"])
     'did you mean clearance?'
-    >>> suggest("x", ["a", "b", "c"], limit=2)
-    'there are a, b and 1 more'
+    >>> suggest("x", ["a", "b", "c"])
+    'there are a, b, c'
     >>> suggest("hub.unbalance", ["hub.u", "hub.phi", "energy.balance"])
     'did you mean hub.u, hub.phi?'
     """
@@ -29,5 +31,5 @@ def suggest(name: str, options: Iterable[str], limit: int = 12) -> str:
         near = [*near, *here[:5]]
     if near:
         return f"did you mean {', '.join(near)}?"
-    rest = f" and {len(options) - limit} more" if len(options) > limit else ""
-    return f"there are {', '.join(options[:limit])}{rest}" if options else "there are none"
+    rest = f" and {len(options) - MOST_LISTED} more" if len(options) > MOST_LISTED else ""
+    return f"there are {', '.join(options[:MOST_LISTED])}{rest}" if options else "there are none"

@@ -20,13 +20,13 @@ log = logging.getLogger(__name__)
 _exit_stack = ExitStack()
 
 
-def user_cache(name: str = "amb-cosim") -> Path:
-    """Return the user's cache folder of a program, created if it is missing.
+def user_cache() -> Path:
+    """Return the user's cache folder, created if it is missing.
 
     It contains machine code that is loaded. If it is not writable, or somebody else owns it or can write to it, a
     temporary folder of this process is used instead; the second case is logged once.
     """
-    folder = platformdirs.user_cache_path(name, appauthor=False)
+    folder = platformdirs.user_cache_path("amb-cosim", appauthor=False)
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError:
