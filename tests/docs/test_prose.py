@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 from collections import Counter, defaultdict
+from collections.abc import Iterator
 from fnmatch import fnmatch
 from functools import cache
 from importlib.util import find_spec
@@ -136,6 +137,27 @@ def test_docstrings_and_messages_are_written_plainly(package):
         for source in sources
         for passage in passages_of_source(source)
         for fault in translated(passage)
+    ]
+    assert "\n".join(reported) == ""
+
+
+def texts_of(data: object) -> Iterator[str]:
+    """Yield the strings of three words or more in the data of a TOML file."""
+    if isinstance(data, str) and len(WORDS.findall(data)) >= 3:
+        yield data
+    elif isinstance(data, dict | list):
+        for part in data.values() if isinstance(data, dict) else data:
+            yield from texts_of(part)
+
+
+def test_texts_of_packs_systems_and_criteria_are_written_plainly():
+    reported = [
+        f"{name_of(file)}: {fault}"
+        for room in ("packs", "orchestrator", "applications", "examples")
+        for file in (ROOT / room).rglob("*.toml")
+        if not file.parent.name.endswith("templates")
+        for text in texts_of(tomllib.loads(file.read_text(encoding="utf-8")))
+        for fault in faults(Passage("p", 0, f"{text.rstrip('.')}."))
     ]
     assert "\n".join(reported) == ""
 

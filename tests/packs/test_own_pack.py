@@ -62,7 +62,7 @@ def test_the_commands_of_the_page_run(amb_cosim, project):
     data = json.loads((project / "report" / "report.json").read_text(encoding="utf-8"))
     assert [item["verdict"] for item in data["statements"]] == ["reproduced", "within a stated limit"]
     page = (project / "report" / "report.html").read_text(encoding="utf-8")
-    assert "What is required of the pump, and what is computed" in page
+    assert "Requirements of the pump and computed values" in page
 
 
 # File of a pack, its text, a command, and what this says.

@@ -238,7 +238,7 @@ def scenarios() -> dict[str, str]:
     Examples
     --------
     >>> scenarios()["compressor_levitated"]
-    'A compressor in magnetic bearings under PID holds a step of unbalance without contact'
+    'A compressor in magnetic bearings under PID withstands a step of unbalance without contact'
     """
     return {name: load_scenario(name).description for name in packaged_scenarios()}
 
