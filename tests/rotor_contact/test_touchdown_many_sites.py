@@ -1,12 +1,12 @@
 """Several sites of a flexible rotor at once, with housings, races and a free spin: forces and impacts at an instant.
 
-The plant is put into a random state and makes one step too short to move; the same instant is solved here with one mass
-matrix of everything that moves and rows of all constraints.
+The plant is put into a random state and makes one step too short to move; `flexible_touchdown` solves the same instant
+with one mass matrix of everything that moves and rows of all constraints.
 """
 
 import numpy as np
 import pytest
-from flexible_touchdown import FREE, ROLLING, SLIDING
+from flexible_touchdown import FREE, ROLLING, SLIDING, FlexibleTouchdown, Retainer
 from rotor_cases import UNWATCHED, head, memory, plant, state
 
 from rotor_analysis.assembly import assemble
@@ -23,66 +23,35 @@ UNBALANCE, INERTIA, RADIUS, DRIVE = 0.02, 0.5, 0.025, 3.0
 HOUSINGS = {"rb1": 5.0, "eb1": 2.0}  # kg
 RACES = {"rb1": 1e-3, "rb2": 2e-3}  # kg m2
 STIFFNESS, DAMPING, DRAG = (3e6, 5e6), (200.0, 400.0), 0.01
-H_AT = {site: N + 2 * k for k, site in enumerate(HOUSINGS)}
-R_AT = {site: N + 2 * len(HOUSINGS) + k for k, site in enumerate(RACES)}
-SPIN = N + 2 * len(HOUSINGS) + len(RACES)
-SIZE = SPIN + 1
 
 
-def row_of(site):
-    return REDUCED.translations[RIG.site_nodes[SITES.index(site)]][0]
+def model_of(pressed, mu, e=0.0):
+    """The machine with forces on the planes of its sites (N, complex) and their friction."""
+    row_of = {site: REDUCED.translations[node][0] for site, node in zip(SITES, RIG.site_nodes, strict=True)}
+    unbalance, force = np.zeros(N), np.zeros(N)
+    unbalance[REDUCED.translations[RIG.disc_nodes[0]][0]] = UNBALANCE
+    for site, f in zip(SITES, pressed, strict=True):
+        force[row_of[site] : row_of[site] + 2] += f.real, f.imag
+    retainers = tuple(
+        Retainer(row, CLEARANCE[site], RADIUS, mu[site], HOUSINGS.get(site, 0.0), STIFFNESS, DAMPING,
+                 RACES.get(site, 0.0), DRAG, restitution=e)
+        for site, row in row_of.items()
+    )  # fmt: skip
+    shaft = REDUCED.M, REDUCED.C, np.zeros((N, N)), REDUCED.G, REDUCED.K
+    return FlexibleTouchdown(*shaft, unbalance, force, retainers, INERTIA, torque=DRIVE)
 
 
-def turned(n):
-    return np.array([-n[1], n[0]])
+ANY = model_of([0j] * len(SITES), dict.fromkeys(SITES, 0.0))
 
 
-def rows(site, n):
-    """Return the rows that give gap closing speed and slip from all velocities."""
-    t, gap, slip = turned(n), np.zeros(SIZE), np.zeros(SIZE)
-    at = row_of(site)
-    gap[at : at + 2], slip[at : at + 2] = n, t
-    if site in H_AT:
-        gap[H_AT[site] : H_AT[site] + 2], slip[H_AT[site] : H_AT[site] + 2] = -n, -t
-    if site in R_AT:
-        slip[R_AT[site]] = -(RADIUS + CLEARANCE[site])
-    slip[SPIN] = RADIUS
-    return gap, slip
+def signs(q, v):
+    """Directions of the slip."""
+    return [float(np.sign(ANY.rows(k, q)[1] @ v)) for k in range(len(SITES))]
 
 
-def mass_matrix(theta):
-    M = np.zeros((SIZE, SIZE))
-    M[:N, :N] = REDUCED.M
-    for site, mass in HOUSINGS.items():
-        M[H_AT[site], H_AT[site]] = M[H_AT[site] + 1, H_AT[site] + 1] = mass
-    for site, inertia in RACES.items():
-        M[R_AT[site], R_AT[site]] = inertia
-    M[SPIN, SPIN] = INERTIA
-    d1 = REDUCED.translations[RIG.disc_nodes[0]]
-    M[d1, SPIN] = M[SPIN, d1] = UNBALANCE * np.array([-np.sin(theta), np.cos(theta)])
-    return M
-
-
-def loads(theta, q, v, pressed):
-    """Forces without contact; `pressed` (N) on the planes of the sites, complex."""
-    Q, Omega = np.zeros(SIZE), v[SPIN]
-    Q[:N] = -REDUCED.K @ q[:N] - (REDUCED.C + Omega * REDUCED.G) @ v[:N]
-    d1 = REDUCED.translations[RIG.disc_nodes[0]]
-    Q[list(d1)] += UNBALANCE * Omega**2 * np.array([np.cos(theta), np.sin(theta)])
-    for site, force in zip(SITES, pressed, strict=True):
-        Q[row_of(site) : row_of(site) + 2] += force.real, force.imag
-    for at in H_AT.values():
-        Q[at : at + 2] -= np.array(STIFFNESS) * q[at : at + 2] + np.array(DAMPING) * v[at : at + 2]
-    for at in R_AT.values():
-        Q[at] -= DRAG * np.tanh(v[at])
-    Q[SPIN] += DRIVE
-    return Q
-
-
-def plant_at(values, instant, modes, pressed):
+def plant_at(values, q, v, modes, pressed):
     """The plant at this instant; sites slide in the direction of their slip."""
-    theta, q, v, normals = instant
-    values = {"Omega": v[SPIN], "d1.u": UNBALANCE, "spin.free": 1.0, "spin.inertia": INERTIA,
+    values = {"Omega": v[-1], "d1.u": UNBALANCE, "spin.free": 1.0, "spin.inertia": INERTIA,
               "drive.torque": DRIVE, "drive.torque_limit": DRIVE} | UNWATCHED | values  # fmt: skip
     for site, force in zip(SITES, pressed, strict=True):
         values |= {f"{site}.enabled": 1.0, f"{site}.race_inertia": RACES.get(site, 0.0), f"{site}.race_drag": DRAG}
@@ -92,33 +61,32 @@ def plant_at(values, instant, modes, pressed):
         values |= {f"{LOADED_BY[site]}.f_x": force.real, f"{LOADED_BY[site]}.f_y": force.imag}
     rotor = plant(values)
     z, sites = state(rotor), memory(rotor).sites
-    z[: 2 * SIZE] = np.concatenate([q, v])
-    head(rotor).theta = theta
-    sites["mode"] = modes
-    sites["slip_sign"] = [np.sign(rows(site, n)[1] @ v) for site, n in zip(SITES, normals, strict=True)]
+    z[: 2 * ANY.size] = np.concatenate([q, v])
+    head(rotor).theta = q[-1]
+    sites["mode"], sites["slip_sign"] = modes, signs(q, v)
     return rotor
 
 
 def random_instant(seed, resting, rolling):
-    """A nearly straight rotor with journals on their retainers, moving along them; angle, state and normals."""
+    """A nearly straight rotor with journals on their retainers, moving along them; coordinates, velocities, normals."""
     rng = np.random.default_rng(seed)
     theta = rng.uniform(0, 6)
-    q, v = 1e-5 * rng.normal(size=SIZE), 0.1 * rng.normal(size=SIZE)
-    q[SPIN], v[SPIN] = theta, 80.0
+    q, v = 1e-5 * rng.normal(size=ANY.size), 0.1 * rng.normal(size=ANY.size)
+    q[-1], v[-1] = theta, 80.0
     normals = []
-    for site in SITES:
+    for k, (name, site) in enumerate(zip(SITES, ANY.sites, strict=True)):
         angle = rng.uniform(0, 2 * np.pi)
         n = np.array([np.cos(angle), np.sin(angle)])
         normals.append(n)
-        if site not in resting:
+        if name not in resting:
             continue
-        at = row_of(site)
-        q[at : at + 2] = CLEARANCE[site] * n + (q[H_AT[site] : H_AT[site] + 2] if site in H_AT else 0.0)
-        gap, slip = rows(site, n)
-        v[at : at + 2] -= (gap @ v) * n
-        if site in rolling:
-            v[at : at + 2] -= (slip @ v) * turned(n)
-    return theta, q, v, normals
+        journal = slice(site.row, site.row + 2)
+        q[journal] += site.clearance * n - ANY.apart(k, q)
+        outward, slip = ANY.rows(k, q)
+        v[journal] -= (outward @ v) * n
+        if name in rolling:
+            v[journal] -= (slip @ v) * np.array([-n[1], n[0]])
+    return q, v, normals
 
 
 CHOICES = [
@@ -130,33 +98,18 @@ CHOICES = [
 @pytest.mark.parametrize(("resting", "rolling"), CHOICES)
 @pytest.mark.parametrize("seed", range(3))
 def test_forces_at_several_sites_are_coupled_through_all_bodies(resting, rolling, seed):
-    theta, q, v, normals = instant = random_instant(seed, resting, rolling)
+    q, v, normals = random_instant(seed, resting, rolling)
     mu = {site: 5.0 if site in rolling else 0.05 for site in SITES}
     pressed = [(3e6 if site in resting else 0.0) * complex(*n) for site, n in zip(SITES, normals, strict=True)]
-    A, b, directions, names = [], [], [], []
-    for site, n in zip(SITES, normals, strict=True):
-        if site not in resting:
-            continue
-        gap, slip = rows(site, n)
-        across = slip[: min(R_AT.values())] @ v[: min(R_AT.values())]
-        A.append(gap)
-        b.append(-(across**2) / CLEARANCE[site])
-        names.append(f"{site}.f_n")
-        if site in rolling:
-            A.append(slip)
-            b.append(0.0)
-            names.append(f"{site}.f_t")
-            directions += [-gap, slip]
-        else:
-            directions.append(-gap - mu[site] * np.sign(slip @ v) * slip)
-    A, directions, Minv = np.array(A), np.array(directions).T, np.linalg.inv(mass_matrix(theta))
-    forces = np.linalg.solve(A @ Minv @ directions, b - A @ Minv @ loads(theta, q, v, pressed))
-
     modes = [FREE if s not in resting else ROLLING if s in rolling else SLIDING for s in SITES]
-    rotor = plant_at({f"{site}.mu": value for site, value in mu.items()}, instant, modes, pressed)
+    contact = {k: (mode, sign) for k, (mode, sign) in enumerate(zip(modes, signs(q, v), strict=True)) if mode != FREE}
+    forces = model_of(pressed, mu).forces(q, v, contact)[1]
+
+    rotor = plant_at({f"{site}.mu": value for site, value in mu.items()}, q, v, modes, pressed)
     rotor.step(0.0, 1e-10)
     assert [rotor[f"{site}.mode"] for site in SITES] == modes
-    np.testing.assert_allclose([rotor[name] for name in names], forces, rtol=1e-7, atol=2.0)
+    found = [[rotor[f"{SITES[k]}.{name}"] for name in ("f_n", "f_t")] for k in forces]
+    np.testing.assert_allclose(found, list(forces.values()), rtol=1e-7, atol=2.0)
 
 
 @pytest.mark.parametrize("struck", [("rb1",), ("rb1", "rb2"), SITES])
@@ -165,22 +118,20 @@ def test_forces_at_several_sites_are_coupled_through_all_bodies(resting, rolling
 def test_impacts_at_several_sites_conserve_the_momentum_of_all_bodies(struck, mu, e):
     """All gaps close at once, and friction is too small to end the slip: one impulse at each site."""
     moment = 1e-12
-    theta, q, v, normals = instant = random_instant(7, struck, ())
-    A, directions = [], []
-    for site, n in zip(SITES, normals, strict=True):
-        if site in struck:
-            gap, slip = rows(site, n)
-            at = row_of(site)
-            v[at : at + 2] += (0.3 - gap @ v) * n
-            q[at : at + 2] -= 0.5 * moment * 0.3 * n
-            A.append(gap)
-            directions.append(-gap - mu * np.sign(slip @ v) * slip)
-    A, directions, Minv = np.array(A), np.array(directions).T, np.linalg.inv(mass_matrix(theta))
-    impulses = np.linalg.solve(A @ Minv @ directions, -(1 + e) * (A @ v))
-    assert np.all(impulses > 0.0)
-    after = v + Minv @ directions @ impulses
+    q, v, normals = random_instant(7, struck, ())
+    for k, (name, site) in enumerate(zip(SITES, ANY.sites, strict=True)):
+        if name in struck:
+            journal, n = slice(site.row, site.row + 2), normals[k]
+            v[journal] += (0.3 - ANY.rows(k, q)[0] @ v) * n
+            q[journal] -= 0.5 * moment * 0.3 * n
+    contact = {k: (SLIDING, sign) for k, sign in enumerate(signs(q, v)) if SITES[k] in struck}
+    model = model_of([0j] * len(SITES), dict.fromkeys(SITES, mu), e)
+    after, impulses = model.impulses(q, v, contact, rebounds=True)
+    normal = [P for P, _ in impulses.values()]
+    assert min(normal) > 0.0
 
-    rotor = plant_at({f"{s}.mu": mu for s in SITES} | {f"{s}.restitution": e for s in SITES}, instant, FREE, [0j] * 4)
+    values = {f"{s}.mu": mu for s in SITES} | {f"{s}.restitution": e for s in SITES}
+    rotor = plant_at(values, q, v, FREE, [0j] * len(SITES))
     rotor.step(0.0, moment)
-    np.testing.assert_allclose([rotor[f"{site}.impulse"] for site in struck], impulses, rtol=1e-6)
-    np.testing.assert_allclose(state(rotor)[SIZE : 2 * SIZE], after, atol=1e-6)
+    np.testing.assert_allclose([rotor[f"{site}.impulse"] for site in struck], normal, rtol=1e-6)
+    np.testing.assert_allclose(state(rotor)[ANY.size : 2 * ANY.size], after, atol=1e-6)
