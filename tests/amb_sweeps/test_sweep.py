@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import signal
 
 import numpy as np
@@ -56,6 +57,22 @@ def test_the_cluster_gives_the_same_as_this_process(undisturbed, small):
         for name, value in metrics.items():
             np.testing.assert_array_equal(undisturbed[name].values.ravel()[n], value, err_msg=name)
     runner.close()
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="concerns the memory allocation of glibc")
+def test_processes_of_a_sweep_keep_the_memory_that_a_run_frees(cluster):
+    def faults() -> int:
+        import resource
+
+        def touch() -> int:
+            np.ones(2**18)  # 2 MB, or 512 pages
+            return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+
+        first = touch()
+        return max(touch() for _ in range(10)) - first
+
+    with Client(cluster) as client:
+        assert client.submit(faults, pure=False).result(timeout=60) < 512
 
 
 def test_a_sweep_resumes_with_the_missing_points(undisturbed, sweep, tmp_path):
