@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import threading
 import time
-from ctypes import CDLL, c_void_p, cast
+from contextlib import nullcontext
+from ctypes import CDLL, c_bool, c_void_p, cast
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -211,13 +214,43 @@ def ticking(**options):
 def test_observers_are_called_between_blocks_and_at_the_end():
     seen, recorder = [], Recorder([4], 0)
     master = ticking()
-    compiled.run(master, -10, 500, [], recorder, [lambda n, values: seen.append((n, recorder.points.tolist()))])
+    compiled.run(master, -10, 1500, [], recorder, [lambda n, values: seen.append((n, recorder.points.tolist()))])
     reached = [n for n, _ in seen]
     assert -1 in reached, "the clock of the record starts with point 0, and so a block does"
-    assert reached[-1] == 500
-    assert len(reached) > 3
+    assert reached[-1] == 1500
+    assert len(reached) > 2
     assert all(a < b for a, b in pairwise(reached))
     assert all(points == list(range(n + 1)) for n, points in seen)
+
+
+def test_blocks_after_a_short_one_are_as_long_as_before(monkeypatch):
+    monkeypatch.setattr(compiled, "CLOCK", SimpleNamespace(flag=lambda: nullcontext(c_bool(False))))
+    monkeypatch.setattr(compiled, "BLOCK_TIME", math.inf)
+    seen = []
+    compiled.run(ticking(), -2, 1500, [], Recorder([4], 0), [lambda n, values: seen.append(n)])
+    assert seen == [-1, 1023, 1500], "the first block ends with point -1, after two steps"
+
+
+@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
+@pytest.mark.parametrize("answers", [None, {"b": {("DoStep", -5 * H): 3}}])
+def test_steps_alone_equal_those_of_the_plain_loop(coupling, answers):
+    results = []
+    for run in ("plain", "compiled"):
+        trace, components = machines(answers=answers)
+        wiring = SignalMap(NAMES, 4, tuple(np.array(s) for s in SOURCES), ((),) * 16)
+        master, error = Master(components, wiring, H, coupling), ""
+        master.exogenous[:] = 10.0, 0.5, 1.0, 3.0
+        try:
+            if run == "plain":
+                master.run(-40, 20)
+            else:
+                compiled.step(master, -40, 20, compiled.program_of(master))
+        except StepFailed as failed:
+            error = str(failed)
+        calls = [call for call in trace if call[1] != "get"]  # what no component reads is not fetched
+        results.append((calls, error, master.values[np.concatenate(wiring.sources)].tolist()))
+    assert results[1] == results[0]
+    assert bool(error) == bool(answers)
 
 
 def test_an_interrupt_between_blocks_keeps_the_record():

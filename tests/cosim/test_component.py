@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from amb_cosim.cosim.basics.choices import FLAVOURS
-from amb_cosim.cosim.fmu import binding2, fmus
+from amb_cosim.cosim.basics.errors import FmuError
+from amb_cosim.cosim.fmu import binding2, component, fmus
 from amb_cosim.cosim.fmu.bindings import ERROR, INFORMATION, MOST_INFORMATION, MOST_WARNINGS, WARNING, Log
+from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.master.responses import StateMap
 from amb_files.suggestions import suggest
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names, raises_naming
@@ -161,3 +165,35 @@ def test_suggestions_name_close_matches_or_all_options():
     assert_names(suggest("mb1.xx", ["mb1.x", "theta"]), "mb1.x")
     assert_names(suggest("zzz", ["mb1.x", "theta"]), "mb1.x, theta")
     assert suggest("zzz", [str(k) for k in range(20)]).endswith("and 8 more")
+
+
+@pytest.mark.parametrize("has_library", [True, False])
+def test_answers_of_a_saved_state_are_those_of_single_steps(cache, monkeypatch, has_library):
+    """Beyond the air gap a step fails, and its error is raised."""
+    if not has_library:
+        monkeypatch.setattr(component, "load_library", lambda: None)
+    fmu, (h, gap) = fmus.ensure_built("amb_actuator", "native"), (1e-3, 2e-3)
+    interface, ends = read_interface(fmu.folder, "actuator"), (["mb1.x", "mb1.i_x"], ["mb1.f_x"])
+    actuator = FmuComponent("actuator", fmu.folder, interface, *ends, {})
+    actuator.enter(0.0)
+    actuator.leave()
+    part = StateMap(actuator, interface, ends, (np.arange(2), np.arange(2, 3)), fmu.linear_state)
+    places, observed = (
+        part.places_of(np.array([True, True, False]))[0],
+        part.places_of(np.array([False, False, True]))[0],
+    )
+    part.memory[places] = 0.0
+    rows = actuator.answers(places, np.array([1e-4, 0.5]), observed, 0.0, h)
+    forces = []
+    for inputs in ((1e-4, 0.0), (0.0, 0.5)):
+        actuator.restore()
+        actuator.inputs[:] = inputs
+        actuator.write()
+        actuator.step(0.0, h)
+        actuator.read()
+        forces.append(actuator.outputs.tolist())
+    assert rows.tolist() == forces
+    assert rows[0] != 0.0 != rows[1]
+    with raises_naming(FmuError, "fmi2DoStep", "mb1.x", "0.002 m"):
+        actuator.answers(places, np.array([gap, 0.0]), observed, 0.0, h)
+    actuator.close()

@@ -70,7 +70,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
         master.exogenous[:] = np.where(is_amount, PROBE_UNBALANCE, final)
         master.run(begin, -2)
         master.exogenous[:] = final
-        loop = loop_at(master, assembly, -2)
+        loop = loop_at(master, assembly, master.run, -2)
         responses = [
             _with_contact(rotor, state, omega, loop, part, response) if part.component.name == PLANT else response
             for part, response in zip(loop.parts, loop.responses(), strict=True)

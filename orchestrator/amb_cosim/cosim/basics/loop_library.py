@@ -1,13 +1,13 @@
 """The compiled loop as a shared library: shipped in the installed package, or compiled once into the user's cache.
 
-It contains the loop (`loop.c`) and its calls of FMI 3.0 (`binding3.c`).
+It contains the loop (`loop.c`), its calls of FMI 3.0 (`binding3.c`), and steps from a saved state (`answers.c`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import nullcontext
-from ctypes import CDLL
+from ctypes import CDLL, c_double, c_ssize_t, c_void_p
 from functools import cache
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from fmi_export.building.native.sources import digest_of, texts_of
 from fmi_export.compiling import compiling
 
 SOURCES = ("loop.c", "loop.h")  # of every engine too
-LOCAL_SOURCES = ("binding3.c",)  # beside this file
+LOCAL_SOURCES = ("answers.c", "binding3.c")  # beside this file
 SHIPPED = Path(__file__).parent / "loops"  # in an installed package
 
 
@@ -42,7 +42,11 @@ def load_library() -> CDLL | None:
         library = CDLL(str(path))
     except (OSError, ValueError):
         return None
+    address, number = c_void_p, c_ssize_t
+    library.advance.argtypes = (*[address] * 4, *[number] * 4, address, address)
     library.advance.restype = None
+    library.answers.argtypes = (*[address] * 7, c_double, c_double, *(number, address, address) * 2)
+    library.answers.restype = number
     return library
 
 

@@ -13,13 +13,14 @@ import numpy as np
 from fmpy.fmi1 import FMICallException
 
 from amb_cosim.cosim.basics.errors import FmuError
+from amb_cosim.cosim.basics.loop_library import load_library
 from amb_cosim.cosim.fmu.binding2 import Binding2
 from amb_cosim.cosim.fmu.binding3 import Binding3
-from amb_cosim.cosim.fmu.bindings import ERROR, FATAL, STATUS, WARNING, Log
+from amb_cosim.cosim.fmu.bindings import ERROR, FATAL, STATUS, WARNING, Log, address
 from amb_cosim.cosim.fmu.exchange import Exchange, Transfer
 from amb_cosim.cosim.fmu.exit_order import release_before_static_destructors
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
-from array_types import Array
+from array_types import Array, Indices
 from fmi_export.variables import FAULT_CODE
 
 _serial = itertools.count()
@@ -227,10 +228,45 @@ class FmuComponent:
         """
         return self._numbers(self._state)
 
+    def present(self) -> Array:
+        """Return the present state as such numbers, valid until the next call."""
+        self._call("GetFMUState", byref(self._after))
+        return self._numbers(self._after)
+
     def answer(self, time: float, step_size: float) -> Array:
         """Step from the stored state (s), and return the memory after the step, valid until the next call."""
         self._guard(None, self._step_from_state, self._binding, time, step_size)
         return self._numbers(self._after)
+
+    def answers(self, places: Indices, changes: Array, observed: Indices, time: float, step_size: float) -> Array:
+        """Step from the stored state with one of its numbers changed at a time.
+
+        Parameters
+        ----------
+        places, changes
+            Places of these numbers, which are 0 before and after, and a value for each.
+        observed
+            Places of the returned numbers.
+        time, step_size
+            Time and size of the step (s).
+
+        Returns
+        -------
+        ndarray
+            The observed numbers after each step, shape (changes, observed).
+        """
+        fmu, library, memory = self._binding, load_library(), self._numbers(self._state)
+        rows, done = np.zeros((len(places), len(observed))), 0
+        if library is not None:
+            calls = (address(fmu.fmu, fmu.function(name)) for name in ("SetFMUState", "GetFMUState"))
+            of_fmu = fmu.fmu.component, *calls, fmu.instance, fmu.do_step, self._state, byref(self._after)
+            inputs = (len(places), places.ctypes.data, changes.ctypes.data, len(observed), observed.ctypes.data)
+            done = library.answers(*of_fmu, time, step_size, *inputs, rows.ctypes.data)
+        for k in range(done, len(places)):  # with a library only after a call that fails, which now raises its error
+            memory[places[k]] = changes[k]
+            self.answer(time, step_size).take(observed, out=rows[k])
+            memory[places[k]] = 0.0
+        return rows
 
     def _step_from_state(self, fmu: FmuBinding, time: float, step_size: float) -> None:
         fmu.call("SetFMUState", self._state)

@@ -10,6 +10,7 @@ while other threads run.
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Sequence
 from ctypes import Structure, byref, c_bool, c_double, c_ssize_t, c_void_p
@@ -89,6 +90,7 @@ class Program(NamedTuple):
 
 C = TypeVar("C", bound=Addressable)
 _NOTHING = Changes(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0))
+_TYPES: dict[type, Any] = {np.ndarray: c_void_p, bool: c_bool, float: c_double, int: c_ssize_t}
 
 
 class End(Structure):
@@ -164,8 +166,8 @@ def run(
             changes = _merged([schedule.changes(begin, end) for schedule in schedules])
             recorder.see(begin)
             started, pause.value = time.perf_counter(), False
-            structures = (byref(structure) for structure in (program, structure_of(changes), rows, limits))
-            advance(*structures, *map(c_ssize_t, (row, begin, end, last)), byref(pause), byref(outcome))
+            changed = _UNCHANGED if changes is _NOTHING else structure_of(changes)
+            advance(*map(byref, (program, changed, rows, limits)), row, begin, end, last, byref(pause), byref(outcome))
             row, reached = outcome.row, outcome.reached
             if watching is not None:
                 _see(watching, watched, buffer, begin, reached)
@@ -173,15 +175,43 @@ def run(
             recorder.see(reached)
             if outcome.met >= 0:
                 raise Stopped(outcome.met, reached)
-            if not 0 <= outcome.status <= WARNING:
-                component = master.components[outcome.component]
-                reason = component.refusal(CALLS[outcome.call], outcome.status)
-                raise master.failure(component, reached, reason) from reason
+            _check(master, outcome)
             for observe in observers:
                 observe(reached, master.values)
-            taken, size = time.perf_counter() - started, reached + 1 - begin
-            size = 4 * size if taken < BLOCK_TIME / 4 else max(1, size // 2) if taken > BLOCK_TIME else size
+            taken, done = time.perf_counter() - started, reached + 1 - begin
+            if taken < BLOCK_TIME / 4:
+                size = max(size, 4 * done)  # a block that ends at a point above may have few steps
+            else:
+                size = max(1, done // 2) if taken > BLOCK_TIME else done
             begin = reached + 1
+
+
+def step(master: Master[C], first: int, last: int, program: Structure) -> None:
+    """Step from one point to another like `Master.run`, without schedules, record, conditions and pauses.
+
+    Parameters
+    ----------
+    master, first, last, program
+        As for `run`.
+
+    Raises
+    ------
+    StepFailed
+        If a component does not complete a step.
+    """
+    advance, outcome = load_loop(), End()
+    assert advance is not None, "there is no compiled loop"
+    structures = map(byref, (program, _UNCHANGED, _UNRECORDED, _UNCONDITIONAL))
+    advance(*structures, 0, first, last, last, byref(c_bool(False)), byref(outcome))
+    _check(master, outcome)
+
+
+def _check(master: Master[C], outcome: End) -> None:
+    """Raise StepFailed if a component did not complete a step."""
+    if not 0 <= outcome.status <= WARNING:
+        component = master.components[outcome.component]
+        reason = component.refusal(CALLS[outcome.call], outcome.status)
+        raise master.failure(component, outcome.reached, reason) from reason
 
 
 def _watched(buffer: RecordBuffer, positions: Indices, begin: int, end: int) -> RecordBuffer:
@@ -287,24 +317,26 @@ def structure_of(data: Any) -> Structure:
     It keeps the arrays alive.
     """
     size = next(len(value) for value in data if isinstance(value, np.ndarray))
-    members = [_member(value) for value in (*data, size)]
+    members = [_member(value) for value in data]
+    types = tuple(_TYPES.get(type(value)) or type(member) for value, member in zip(data, members, strict=True))
     record: Any = type(data)
-    structure = _structure_type(record, tuple(type(member) for member in members))(*members)
+    structure = _structure_type(record, types)(*members, size)
     structure.data = data
     return structure
 
 
 @cache
 def _structure_type(record: Any, types: tuple[type[Any], ...]) -> Any:
-    fields = list(zip((*record._fields, "size"), types, strict=True))
+    fields = list(zip((*record._fields, "size"), (*types, c_ssize_t), strict=True))
     return type(record.__name__, (Structure,), {"_fields_": fields})
 
 
 def _member(value: Any) -> Any:
     if isinstance(value, np.ndarray):
-        return c_void_p(value.ctypes.data)
-    if isinstance(value, bool):
-        return c_bool(value)
-    if isinstance(value, float):
-        return c_double(value)
-    return c_ssize_t(value) if isinstance(value, int) else structure_of(value)
+        return value.ctypes.data
+    return structure_of(value) if isinstance(value, tuple) else value
+
+
+_UNCHANGED = structure_of(_NOTHING)
+_UNRECORDED = structure_of(Recorder([], sys.maxsize).buffer(0, 0))
+_UNCONDITIONAL = structure_of(StopObserver().conditions)

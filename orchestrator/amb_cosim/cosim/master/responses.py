@@ -70,7 +70,6 @@ class StateMap:
         self.component, self.interface = component, interface
         component.save()
         self.memory = component.memory()
-        self.base = self.memory.copy()
         n_values = len(interface.ports)
         state = len(self.memory) - int(linear_state["size"])
         self._values = state - n_values - n_values % 2  # both begin at multiples of 16 bytes
@@ -79,17 +78,13 @@ class StateMap:
         )
         self.sources, self.slot = positions
         rows = state + np.concatenate([np.arange(begin, end) for begin, end in linear_state["rows"]])
-        self.moves = self.base[rows] != 0.0  # states that are still zero never move
+        self.moves = self.memory[rows] != 0.0  # states that are still zero never move
         self.rows = rows[self.moves]
         self.unless: tuple[str, ...] = tuple(linear_state["unless"])
         self._angle = None if linear_state["angle"] is None else state + int(linear_state["angle"])
+        self.angle = None if self._angle is None else float(self.memory[self._angle])
         self._energy = [state + int(place) for place in linear_state["energy"] or ()]
         self._balance = self._values + interface.ports[BALANCE].position if self._energy else 0
-
-    @property
-    def angle(self) -> float | None:
-        """The angle (rad) of the component in the saved state, if it has one."""
-        return None if self._angle is None else float(self.base[self._angle])
 
     def value(self, position: int) -> float:
         """Return the value of a variable, by its position among all."""
@@ -97,8 +92,7 @@ class StateMap:
 
     def advance(self, time: float, step_size: float) -> float:
         """Return the growth of the angle per step (rad)."""
-        self.memory[:] = self.base
-        growth = float(self.component.answer(time, step_size)[self._angle] - self.base[self._angle])
+        growth = float(self.component.answer(time, step_size)[self._angle] - self.memory[self._angle])
         return growth % (2.0 * math.pi)
 
     def response(self, moving: Bools, turning: Bools, scales: Array, time: float, step_size: float) -> Response:
@@ -119,18 +113,17 @@ class StateMap:
         changed = np.concatenate([self.rows, self._inputs[fed]])
         observed = np.concatenate([self.rows, self._outputs[moving[self.slot]]])
         turned = [*self._inputs[turning[self.sources]], *([] if self._angle is None else [self._angle])]
-        self.memory[:] = self.base
+        touched = np.concatenate([changed, np.array([*turned, *self._energy[1:]], np.intp)])
+        before = self.memory[touched]
         self.memory[changed] = 0.0
         self.memory[self._energy[1:]] = HUGE
-        forced, answers = np.zeros((len(ANGLES), len(observed))), np.zeros((len(changed), len(observed)))
+        forced = np.zeros((len(ANGLES), len(observed)))
         for answer, angle in zip(forced, ANGLES, strict=True):
             self.memory[turned] = angle
             self.component.answer(time, step_size).take(observed, out=answer)
         self.memory[turned] = ANGLES[0]
-        for answer, place, change in zip(answers, changed.tolist(), changes.tolist(), strict=True):
-            self.memory[place] = change
-            self.component.answer(time, step_size).take(observed, out=answer)
-            self.memory[place] = 0.0
+        answers = self.component.answers(changed, changes, observed, time, step_size)
+        self.memory[touched] = before
         matrix = np.ascontiguousarray((answers - forced[0]).T / changes)
         return Response(matrix, first_harmonic(forced))
 
@@ -141,7 +134,6 @@ class StateMap:
 
     def start(self, states: Array, places: Indices, values: Array, angle: float) -> None:
         """Set states, the values at places in memory, and the angle (rad) of the part."""
-        self.memory[:] = self.base
         self.memory[self.rows] = states
         self.memory[self._energy[1:]] = HUGE
         self.memory[places] = values

@@ -31,6 +31,8 @@ from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import WARM_UP
 from array_types import Array, Bools, Indices
 
+Advance = Callable[[int, int], None]
+
 TOLERANCE = 1e-9  # of the largest signal of the same unit
 DOUBLINGS = 24  # of the number of steps within which the powers of T must vanish
 
@@ -47,10 +49,11 @@ class _OffOrbit(Exception):
 class SettledLoop:
     """A master at communication point n, its components as parts, and which of its values move.
 
-    `moving` move linearly, `turning` are angles.
+    `moving` move linearly, `turning` are angles; `advance` steps the master from one point to another.
     """
 
     master: Master[FmuComponent]
+    advance: Advance
     parts: Sequence[StateMap]
     moving: Bools
     turning: Bools
@@ -93,10 +96,9 @@ class SettledLoop:
 
     def step(self) -> Array:
         """Step from point n, and return states and signals."""
-        self.master.run(self.n, self.n + 1)
-        for part in self.parts:
-            part.component.save()
-        return np.concatenate([*(part.memory[part.rows] for part in self.parts), self.master.values[self.signals]])
+        self.advance(self.n, self.n + 1)
+        states = (part.component.present()[part.rows] for part in self.parts)
+        return np.concatenate([*states, self.master.values[self.signals]])
 
     def responses(self) -> list[Response]:
         """Find the response of each part."""
@@ -144,9 +146,7 @@ class Orbit:
         return x
 
 
-def settle(
-    master: Master[FmuComponent], assembly: Assembly, advance: Callable[[int, int], None], first: int, begin: int
-) -> int:
+def settle(master: Master[FmuComponent], assembly: Assembly, advance: Advance, first: int, begin: int) -> int:
     """Bring a master into its settled motion, and return the resulting communication point, before 0.
 
     Parameters
@@ -169,7 +169,7 @@ def settle(
     parts: Sequence[StateMap] = ()
     try:
         advance(begin, n)
-        loop = loop_at(master, assembly, n)
+        loop = loop_at(master, assembly, advance, n)
         parts = loop.parts
         orbit = solve(loop, loop.responses(), begin - first)
         loop.put(orbit.at(orbit.angle), orbit.angle)
@@ -189,7 +189,7 @@ def settle(
     return -1
 
 
-def loop_at(master: Master[FmuComponent], assembly: Assembly, n: int) -> SettledLoop:
+def loop_at(master: Master[FmuComponent], assembly: Assembly, advance: Advance, n: int) -> SettledLoop:
     """Return the loop of a master at point n after a step from there; arguments as of `settle`.
 
     Raises
@@ -205,7 +205,7 @@ def loop_at(master: Master[FmuComponent], assembly: Assembly, n: int) -> Settled
     if master.coupling == "iterative":
         raise CannotSettle("iterative coupling repeats steps")
     before = master.values.copy()
-    master.run(n, n + 1)
+    advance(n, n + 1)
     parts = []
     for component, sources, slot in zip(master.components, master.wiring.sources, master.slots, strict=True):
         name = component.name
@@ -218,7 +218,7 @@ def loop_at(master: Master[FmuComponent], assembly: Assembly, n: int) -> Settled
     moved[np.concatenate(master.wiring.sources)] = True
     moved &= master.values != before
     moved[: master.wiring.n_exogenous] = False
-    return SettledLoop(master, parts, moved & ~is_angle, moved & is_angle, n + 1)
+    return SettledLoop(master, advance, parts, moved & ~is_angle, moved & is_angle, n + 1)
 
 
 def solve(

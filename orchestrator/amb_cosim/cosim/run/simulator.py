@@ -147,14 +147,15 @@ class Simulator:
             return plan.begin
         if plan.system.transformed:
             raise CannotSettle("a connection transforms its value")
-        return settle(self.master, self.assembly, self._step, plan.first, plan.begin)
+        program = self.program() if self._is_compiled else None
 
-    def _step(self, first: int, last: int) -> None:
-        """Step from one point to another, without schedules and record."""
-        if self._is_compiled:
-            compiled.run(self.master, first, last, (), Recorder([], 1), program=self.program())
-        else:
-            self.master.run(first, last)
+        def step(first: int, last: int) -> None:
+            if program is None:
+                self.master.run(first, last)
+            else:
+                compiled.step(self.master, first, last, program)
+
+        return settle(self.master, self.assembly, step, plan.first, plan.begin)
 
     def advance(self, first: int, stop: int, observers: Sequence[Observer] = ()) -> None:
         """Run the points from `first` up to but not including `stop`, and step from each but the last of the plan.
