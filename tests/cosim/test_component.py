@@ -182,8 +182,7 @@ def test_answers_of_a_saved_state_are_those_of_single_steps(cache, monkeypatch, 
         part.places_of(np.array([True, True, False]))[0],
         part.places_of(np.array([False, False, True]))[0],
     )
-    part.memory[places] = 0.0
-    rows = actuator.answers(places, np.array([1e-4, 0.5]), observed, 0.0, h)
+    rows = actuator.answers(places, np.diag([1e-4, 0.5]), observed, 0.0, h)
     forces = []
     for inputs in ((1e-4, 0.0), (0.0, 0.5)):
         actuator.restore()
@@ -195,5 +194,5 @@ def test_answers_of_a_saved_state_are_those_of_single_steps(cache, monkeypatch, 
     assert rows.tolist() == forces
     assert rows[0] != 0.0 != rows[1]
     with raises_naming(FmuError, "fmi2DoStep", "mb1.x", "0.002 m"):
-        actuator.answers(places, np.array([gap, 0.0]), observed, 0.0, h)
+        actuator.answers(places, np.array([[gap, 0.0]]), observed, 0.0, h)
     actuator.close()

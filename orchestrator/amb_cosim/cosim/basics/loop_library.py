@@ -45,7 +45,7 @@ def load_library() -> CDLL | None:
     address, number = c_void_p, c_ssize_t
     library.advance.argtypes = (*[address] * 4, *[number] * 4, address, address)
     library.advance.restype = None
-    library.answers.argtypes = (*[address] * 7, c_double, c_double, *(number, address, address) * 2)
+    library.answers.argtypes = (*[address] * 7, c_double, c_double, number, *(number, address, address) * 2)
     library.answers.restype = number
     return library
 

@@ -238,13 +238,13 @@ class FmuComponent:
         self._guard(None, self._step_from_state, self._binding, time, step_size)
         return self._numbers(self._after)
 
-    def answers(self, places: Indices, changes: Array, observed: Indices, time: float, step_size: float) -> Array:
-        """Step from the stored state with one of its numbers changed at a time.
+    def answers(self, places: Indices, values: Array, observed: Indices, time: float, step_size: float) -> Array:
+        """Step from the stored state several times, with other values at some places of its memory each time.
 
         Parameters
         ----------
-        places, changes
-            Places of these numbers, which are 0 before and after, and a value for each.
+        places, values
+            These places, and a row of values for each step, shape (steps, places); the last remain.
         observed
             Places of the returned numbers.
         time, step_size
@@ -253,19 +253,19 @@ class FmuComponent:
         Returns
         -------
         ndarray
-            The observed numbers after each step, shape (changes, observed).
+            The observed numbers after each step, shape (steps, observed).
         """
         fmu, library, memory = self._binding, load_library(), self._numbers(self._state)
-        rows, done = np.zeros((len(places), len(observed))), 0
+        rows, done = np.zeros((len(values), len(observed))), 0
         if library is not None:
             calls = (address(fmu.fmu, fmu.function(name)) for name in ("SetFMUState", "GetFMUState"))
             of_fmu = fmu.fmu.component, *calls, fmu.instance, fmu.do_step, self._state, byref(self._after)
-            inputs = (len(places), places.ctypes.data, changes.ctypes.data, len(observed), observed.ctypes.data)
-            done = library.answers(*of_fmu, time, step_size, *inputs, rows.ctypes.data)
-        for k in range(done, len(places)):  # with a library only after a call that fails, which now raises its error
-            memory[places[k]] = changes[k]
+            sizes, places_at, values_at = values.shape, places.ctypes.data, values.ctypes.data
+            of_rows = *sizes, places_at, values_at, len(observed), observed.ctypes.data, rows.ctypes.data
+            done = library.answers(*of_fmu, time, step_size, *of_rows)
+        for k in range(done, len(values)):  # with a library only after a call that fails, which now raises its error
+            memory[places] = values[k]
             self.answer(time, step_size).take(observed, out=rows[k])
-            memory[places[k]] = 0.0
         return rows
 
     def _step_from_state(self, fmu: FmuBinding, time: float, step_size: float) -> None:

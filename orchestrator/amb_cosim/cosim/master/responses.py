@@ -112,17 +112,16 @@ class StateMap:
         changes = np.concatenate([np.full(len(self.rows), CHANGE), sizes])
         changed = np.concatenate([self.rows, self._inputs[fed]])
         observed = np.concatenate([self.rows, self._outputs[moving[self.slot]]])
-        turned = [*self._inputs[turning[self.sources]], *([] if self._angle is None else [self._angle])]
-        touched = np.concatenate([changed, np.array([*turned, *self._energy[1:]], np.intp)])
+        angles = [] if self._angle is None else [self._angle]
+        turned = np.array([*self._inputs[turning[self.sources]], *angles], np.intp)
+        touched = np.concatenate([changed, turned, np.array(self._energy[1:], np.intp)])
         before = self.memory[touched]
         self.memory[changed] = 0.0
         self.memory[self._energy[1:]] = HUGE
-        forced = np.zeros((len(ANGLES), len(observed)))
-        for answer, angle in zip(forced, ANGLES, strict=True):
-            self.memory[turned] = angle
-            self.component.answer(time, step_size).take(observed, out=answer)
+        at_angles = np.repeat(ANGLES[:, None], len(turned), axis=1)
+        forced = self.component.answers(turned, at_angles, observed, time, step_size)
         self.memory[turned] = ANGLES[0]
-        answers = self.component.answers(changed, changes, observed, time, step_size)
+        answers = self.component.answers(changed, np.diag(changes), observed, time, step_size)
         self.memory[touched] = before
         matrix = np.ascontiguousarray((answers - forced[0]).T / changes)
         return Response(matrix, first_harmonic(forced))
