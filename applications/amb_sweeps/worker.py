@@ -15,7 +15,7 @@ from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.results.places import places_of
+from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import bare_signals, make_result
 from amb_cosim.scenario.plan import FirstValues, first_values, plan_scenario
@@ -74,12 +74,23 @@ class PointResult:
     record: bytes | None = None
 
 
+@dataclass(frozen=True)
+class _Machine:
+    """FMUs that points share, their instances and saved states, the places of the rotor, and what is recorded."""
+
+    assembly: Assembly
+    instances: InstancePool
+    branches: Branches
+    places: RotorPlaces
+    recorded: tuple[str, ...] | None
+
+
 class Runner:
     """Runs points in sequence with the same FMU instances."""
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        self._assemblies: dict[str, tuple[Assembly, InstancePool, Branches, tuple[str, ...] | None]] = {}
+        self._machines: dict[str, _Machine] = {}
         self._first: tuple[tuple[str, str], FirstValues | None] = ("", ""), None
 
     def plan(self, settings: Mapping[str, Setting]) -> PlannedRun:
@@ -90,18 +101,18 @@ class Runner:
         ValueError
             If a name or a value is invalid.
         """
-        return self._planned(settings)[0]
+        return self._planned(settings)[1]
 
     def run(self, point: int, settings: Mapping[str, Setting]) -> PointResult:
         """Run a point; any failure is its result."""
         began = time.perf_counter()
         try:
-            planned, instances, branches = self._planned(settings)
-            plan = planned.plan
+            machine, planned = self._planned(settings)
+            plan, branches = planned.plan, machine.branches
             start = branches.start_of(plan)
             saves = branches.saves_of(plan, start)
             in_process = replace(self.task.options, isolated=False)  # a crash of this process is handled
-            options = replace(in_process, instances=instances, start=start, saves=saves)
+            options = replace(in_process, instances=machine.instances, start=start, saves=saves)
             recording = run_plan(planned.assembly, plan, options)
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
@@ -109,7 +120,7 @@ class Runner:
             return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
         if recording.outcome.failure is None:
             branches.keep(plan, recording.checkpoints)
-        recovery, values = evaluate(bare_signals(planned, recording))
+        recovery, values = evaluate(bare_signals(planned, recording, machine.places))
         outcome, reason = outcome_of(recording.outcome, recovery)
         if outcome == "failed":
             values = {}  # those of an aborted run have no meaning
@@ -137,25 +148,27 @@ class Runner:
 
     def close(self) -> None:
         """Free the FMUs."""
-        for _, instances, *_ in self._assemblies.values():
-            instances.close()
-        self._assemblies.clear()
+        for machine in self._machines.values():
+            machine.instances.close()
+        self._machines.clear()
 
-    def _planned(self, settings: Mapping[str, Setting]) -> tuple[PlannedRun, InstancePool, Branches]:
+    def _planned(self, settings: Mapping[str, Setting]) -> tuple[_Machine, PlannedRun]:
         scenario, of_point = varied(self.task.scenario, settings)
         values = {**self.task.settings, **of_point}
         key = repr([reasons_for_stators(scenario, values), *(getattr(scenario, name) for name in _ASSEMBLED_FROM)])
-        if key not in self._assemblies:
+        if key not in self._machines:
             assembly, instances = assemble_scenario(scenario, values, self.task.options), InstancePool()
-            recorded = None if self.task.metrics or self.task.keep else needed(places_of(assembly))
-            self._assemblies[key] = assembly, instances, Branches(assembly, instances, self.task.labels), recorded
-        assembly, instances, branches, recorded = self._assemblies[key]
+            branches, places = Branches(assembly, instances, self.task.labels), places_of(assembly)
+            recorded = None if self.task.metrics or self.task.keep else needed(places)
+            self._machines[key] = _Machine(assembly, instances, branches, places, recorded)
+        machine = self._machines[key]
+        assembly = machine.assembly
         labels = scenario.labels
         first_key = key, repr({name: raw for name, raw in settings.items() if not event_of(labels, name)})
         if self._first[0] != first_key:
             self._first = first_key, first_values(scenario, assembly, values)
-        plan = plan_scenario(scenario, assembly, values, self.task.until, recorded, self._first[1])
-        return PlannedRun(scenario, plan, assembly), instances, branches
+        plan = plan_scenario(scenario, assembly, values, self.task.until, machine.recorded, self._first[1])
+        return machine, PlannedRun(scenario, plan, assembly)
 
 
 def varied(scenario: Scenario, values: Mapping[str, Setting]) -> tuple[Scenario, dict[str, Raw]]:

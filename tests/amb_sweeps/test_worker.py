@@ -70,7 +70,10 @@ def test_sweeps_evaluate_what_a_complete_result_has(settings):
     """Offsets of retainers, the speed, clearances and the thinning of the record decide on values and outcomes."""
     planned = plan_run(SCENARIO.changed(record={"every": 20}), settings, UNTIL)
     recording = run_plan(planned.assembly, planned.plan)
-    bare, complete = bare_signals(planned, recording), make_result(planned, recording).signals
+    bare, complete = (
+        bare_signals(planned, recording, places_of(planned.assembly)),
+        make_result(planned, recording).signals,
+    )
     assert repr(evaluate(bare)) == repr(evaluate(complete))
     for quantity in (parameters, speed, turns, thinning):
         np.testing.assert_array_equal(quantity(bare), quantity(complete))

@@ -10,6 +10,8 @@ none. The force averaged over `WINDOW` converges.
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
@@ -61,8 +63,8 @@ def received_impulse(dataset: Signals, site: str) -> Array | None:
 def touches(dataset: Signals, site: str) -> Bools:
     """Return the samples in contact at a site, or after a step with contact or an impact; none if not recorded."""
     recorded = (signal(dataset, f"{site}.{name}") for name in ("mode", "impulse", "f_n_peak"))
-    touching = [values > 0.0 for values in recorded if values is not None]
-    return np.any(touching, axis=0) if touching else np.zeros(dataset.sizes["time"], bool)
+    touching = (values > 0.0 for values in recorded if values is not None)
+    return reduce(np.logical_or, touching, np.zeros(dataset.sizes["time"], bool))
 
 
 def largest(dataset: Signals, values: Array | None, begin: float = 0.0, end: float = np.inf) -> float | None:

@@ -5,6 +5,7 @@ Every function returns None if the data set lacks the required variables.
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -54,7 +55,7 @@ def share_in_contact(dataset: Signals) -> float | None:
     """Return the share of the time between disturbance and relief that the rotor is in contact at any site."""
     names = ("contact_state", *(f"{site}.mode" for site in places(dataset).sites))
     recorded = [values != FREE for name in names if (values := _while_loaded(dataset, name)) is not None]
-    return float(np.mean(np.any(recorded, axis=0))) if recorded else None
+    return float(np.mean(reduce(np.logical_or, recorded))) if recorded else None
 
 
 def site_share(dataset: Signals) -> dict[str, float | None]:
@@ -76,7 +77,7 @@ def in_contact(dataset: Signals) -> Bools | None:
     state = signal(dataset, "contact_state")
     if state is None:
         return None
-    return np.any([state != 0, *(touches(dataset, site) for site in places(dataset).sites)], axis=0)
+    return reduce(np.logical_or, (touches(dataset, site) for site in places(dataset).sites), state != 0)
 
 
 def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
@@ -169,17 +170,17 @@ class _Rolling(NamedTuple):
 def _rolled(dataset: Signals) -> list[_Rolling]:
     """Return the times of rolling from cycle 0 on."""
     dataset = at_every_step(dataset)
-    steps = np.diff(dataset["time"].values, prepend=np.nan)  # a sample's mode is that at the end of its step
     rollings = []
     for site in places(dataset).sites:
         mode, whirl, race = (signal(dataset, f"{site}.{name}") for name in ("mode", "whirl_speed", "race_speed"))
         if mode is None or whirl is None:
             continue
         rolls = (mode == ROLLING) & (cycles(dataset) >= 0.0)
+        if not rolls.any():
+            continue
+        steps = np.diff(dataset["time"].values, prepend=np.nan)  # a sample's mode is that at the end of its step
         before = np.append(False, rolls[:-1])
         begins, ends = np.flatnonzero(rolls & ~before), np.flatnonzero(before & ~rolls)
-        if not len(begins):
-            continue
         whirled, turned = (
             np.zeros(len(begins))
             if speed is None

@@ -75,7 +75,8 @@ class RotorPlaces:
 
 def places(dataset: Signals) -> RotorPlaces:
     """Return the places of the rotor of a data set."""
-    return _read(dataset.attrs[ATTRIBUTE])
+    stored = dataset.attrs[ATTRIBUTE]  # JSON, unless the result is only judged
+    return stored if isinstance(stored, RotorPlaces) else _read(stored)
 
 
 @lru_cache(maxsize=8)  # a summary needs them for every signal

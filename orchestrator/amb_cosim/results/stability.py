@@ -81,13 +81,13 @@ def is_self_excited(dataset: Signals, within: slice) -> bool:
     within
         Samples to judge, without events, contact and test forces.
     """
+    limited = np.any(_limits(dataset, within), axis=0)
+    if not all(part.any() for part in np.array_split(limited, PARTS)):
+        return False
     motion, revolutions = _steadily_forced(dataset, within), np.abs(turns(dataset)[within])
     if motion is None or _is_noisy(dataset) or SOURCES in dataset.attrs:
         return False
     if np.ptp(cycles(dataset)[within]) * len(motion) / (len(motion) - 1) < 2.0 * MIN_CYCLES:
-        return False
-    limited = np.any(_limits(dataset, within), axis=0)
-    if not all(part.any() for part in np.array_split(limited, PARTS)):
         return False
     own = free_vibration(motion, float(np.ptp(revolutions)) * len(motion) / (len(motion) - 1))
     if own is None:
@@ -133,7 +133,8 @@ def _at_equal_angles(time: Array, Omega: Array, motion: Array) -> Array:
 
 def is_limited(dataset: Signals, within: slice) -> bool:
     """Return whether an axis is at its limits in more than half of the samples with all amplifiers on."""
-    return any(np.mean(samples) > LIMITED_SHARE for samples in _limits(dataset, within))
+    n = within.stop - within.start
+    return any(np.count_nonzero(samples) > LIMITED_SHARE * n for samples in _limits(dataset, within))
 
 
 def _limits(dataset: Signals, within: slice) -> list[Bools]:

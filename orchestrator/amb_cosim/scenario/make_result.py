@@ -17,7 +17,7 @@ from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.results.places import ATTRIBUTE as PLACES
-from amb_cosim.results.places import places_of
+from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.power import with_power
 from amb_cosim.results.result import Result
 from amb_cosim.results.stability import LAST_CHANGE, SOURCES
@@ -26,8 +26,8 @@ from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array
 
 
-def bare_signals(planned: PlannedRun, recording: Recording) -> SignalTable:
-    """Return the record of a run over time and cycle, with the rotor's positions and the cycles of events.
+def bare_signals(planned: PlannedRun, recording: Recording, places: RotorPlaces) -> SignalTable:
+    """Return the record of a run over time and cycle, with the rotor's places and the cycles of events.
 
     It gives the key values of a complete result; collecting units and warnings would take longer than computing them.
     """
@@ -36,7 +36,7 @@ def bare_signals(planned: PlannedRun, recording: Recording) -> SignalTable:
     steps = {f"{name}{AT_STEPS}": Samples(column, {}, EACH_STEP) for name, column in steps_of(recording).items()}
     time = np.asarray(recorder.points * plan.step_size, np.float64)
     coordinates = _coordinates(plan, time) | step_times(recording)
-    of_run = {"communication_step_s": plan.step_size, "parameters": parameters_of(recording)}
+    of_run = {"communication_step_s": plan.step_size, "parameters": parameters_of(recording), PLACES: places}
     return SignalTable(variables | steps, coordinates, of_run | _landmarks(planned, recorder))
 
 
@@ -61,6 +61,7 @@ def make_result(planned: PlannedRun, recording: Recording) -> Result:
         "scenario": scenario.name,
         "description": scenario.description,
         "source": scenario.source,
+        PLACES: places_of(planned.assembly).to_json(),
         **_landmarks(planned, recorder),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
@@ -85,7 +86,7 @@ def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
 
 
 def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
-    """Return attributes: places and speed of the rotor, labels and cycles of events with a role, the last change."""
+    """Return attributes: speed of the rotor, labels and cycles of events with a role, the last change."""
     plan, cycle = planned.plan, planned.plan.step_size / planned.plan.period
     roles = {event.role: event.name for event in planned.scenario.event if event.role}
     events = {role: label for role, label in roles.items() if plan.marks[label] <= recorder.reached}
@@ -93,7 +94,7 @@ def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
     labels = {f"{role}_label": label for role, label in events.items()}
     changes = (*(n for n, _, _ in plan.events), *(n for n, _ in planned.profile))
     last = max((n for n in changes if n <= recorder.reached), default=0)
-    common = {PLACES: places_of(planned.assembly).to_json(), "period_s": plan.period, "speed_rad_s": planned.speed}
+    common: dict[str, Any] = {"period_s": plan.period, "speed_rad_s": planned.speed}
     if planned.profile:
         common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in planned.profile])
     if sources := _sources(planned.assembly.system):

@@ -121,18 +121,16 @@ def parameters_of(values: Assignments, bearing: str, axis: str) -> dict[str, flo
     prefix, suffix, stated = f"{bearing}.", f"_{axis}", values.parameters[ACTUATOR]
     return {
         port.name.removeprefix(prefix).removesuffix(suffix): stated.get(port.name, port.start or 0.0)
-        for port in values.interfaces[ACTUATOR].of("parameter")
-        if port.name.startswith(prefix) and port.name.endswith(suffix)
+        for port in values.interfaces[ACTUATOR].matching(f"{prefix}*{suffix}")
+        if port.causality == "parameter"
     }
 
 
 def magnet_axes(values: Assignments) -> Iterator[tuple[str, str]]:
     """Yield bearing and axis of all magnets if the system has a controller, and an actuator with these parameters."""
     if {ACTUATOR, CONTROLLER} <= values.interfaces.keys() and "force_law" in values.interfaces[ACTUATOR].ports:
-        for port in values.interfaces[ACTUATOR].of("parameter"):
-            bearing, _, name = port.name.rpartition(".")
-            if name.startswith(f"{MEASURED[0]}_"):
-                yield bearing, name[-1]
+        for port in values.interfaces[ACTUATOR].matching(f"*.{MEASURED[0]}_?"):
+            yield port.name.rpartition(".")[0], port.name[-1]
 
 
 def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> tuple[float, float]:

@@ -212,7 +212,8 @@ class Scenario(Table):
     @property
     def labels(self) -> tuple[str, ...]:
         """Labels of events, in the order in which they happen."""
-        events = sorted(self.event, key=lambda event: event.moment(self.period))
+        period = self.period
+        events = sorted(self.event, key=lambda event: event.moment(period))
         return tuple(event.name for event in events if event.name)
 
     def by_role(self, role: Role) -> Event | None:
@@ -287,32 +288,33 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
     what = f"scenario {name}"
     scenario = validate({"name": Path(name).stem} | data, Scenario, what)
     with errors_in(what):
-        _check_events(scenario)
-        _check_speeds(scenario)
+        period = scenario.period
+        _check_events(scenario, period)
+        _check_speeds(scenario, period)
         for stop in scenario.stop:
-            stop.condition(scenario.period)
-        _ = scenario.step_size("gauss_seidel"), scenario.end(scenario.period)  # both raise for wrong values
+            stop.condition(period)
+        _ = scenario.step_size("gauss_seidel"), scenario.end(period)  # both raise for wrong values
     return scenario
 
 
-def _check_events(scenario: Scenario) -> None:
+def _check_events(scenario: Scenario, period: float) -> None:
     for event in scenario.event:
-        if not 0.0 <= event.moment(scenario.period) < math.inf:
-            raise ValueError(f"event at {event.moment(scenario.period):g} s is not allowed; it must be at >= 0 s")
+        if not 0.0 <= event.moment(period) < math.inf:
+            raise ValueError(f"event at {event.moment(period):g} s is not allowed; it must be at >= 0 s")
         if event.label in FORMER_LABELS and event.role is None:
             raise ValueError(f"the event labelled {event.label} needs role = '{FORMER_LABELS[event.label]}'")
     for what, values in (("label", scenario.labels), ("role", [event.role for event in scenario.event if event.role])):
         if len(set(values)) < len(values):
             raise ValueError(f"two events have the same {what}")
     disturbance, relief = scenario.by_role("disturbance"), scenario.by_role("relief")
-    if disturbance and relief and relief.moment(scenario.period) <= disturbance.moment(scenario.period):
+    if disturbance and relief and relief.moment(period) <= disturbance.moment(period):
         raise ValueError("the event with the role relief must come after the disturbance")
 
 
-def _check_speeds(scenario: Scenario) -> None:
+def _check_speeds(scenario: Scenario, period: float) -> None:
     before = 0.0
     for point in scenario.speed:
-        moment = point.moment(scenario.period)
+        moment = point.moment(period)
         if not before < moment < math.inf:
             what = (
                 f"at > {before:g} s, after the point before it"
