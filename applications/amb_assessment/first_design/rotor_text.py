@@ -19,6 +19,7 @@ STEEL = 7850.0  # kg/m3
 SHAFT_SHARE = 0.7  # fraction of the mass in the shaft; the rest is in the wheel
 WHEEL_PLACE = 0.45  # of the length
 RIM_SPEED = 400.0  # m/s, highest of the wheel
+FASTEST = 9500.0  # rad/s; the models turn at up to 1e4, and the trip speed is 1.05 times the highest
 BEARING_PLACES = (0.18, 0.82)  # of the length
 SENSOR_OFFSET, RETAINER_OFFSET = 0.02, -0.05  # of the length, towards the middle
 TEMPLATES = Path(__file__).parent / "rotor_templates"
@@ -141,8 +142,8 @@ def require_name(name: str) -> None:
 
 
 def require_speed(speed: float) -> None:
-    """Raise a ValueError unless a speed (rad/s) is plausible for a machine."""
-    require(0.0 < speed <= 2e4, "speed", f"{speed:g} rad/s", "> 0 rad/s and <= 20000 rad/s")
+    """Raise a ValueError unless the models can turn at a speed (rad/s), and at the trip speed above it."""
+    require(0.0 < speed <= FASTEST, "speed", f"{speed:g} rad/s", f"> 0 rad/s and <= {FASTEST:g} rad/s")
 
 
 def _filled(template: str, **values: float | str) -> str:
