@@ -16,11 +16,13 @@ from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
 from rotor_analysis.free_rotor import free_rotor
 from rotor_analysis.packaged_rotors import packaged_rotors, rotor_path
+from rotor_analysis.parts import Bearing, Disc, Site
 from rotor_analysis.receptance_error import receptance_error
 from rotor_analysis.reduced_rotor import force_nodes, reduced_rotor
 from rotor_analysis.ross_file import read_ross
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 from rotor_analysis.spectrum import eigenvalues
 from rotor_analysis.supported_rotor import supported_rotor
 from tests.support.messages import raises_naming
@@ -159,3 +161,20 @@ def test_rig_has_measured_damping_and_the_mass_of_its_parts():
     np.testing.assert_allclose(rotor.damping.modal, MEASURED[:, 1])
     shaft = 7860.0 * np.pi / 4.0 * (0.6 * 0.008**2 + 0.102 * 0.0096**2)
     assert abs(rotor.mass - (2 * 0.85074 + 1.276499 + shaft)) < 1e-9
+
+
+def test_a_stiff_rotor_without_a_mode_in_its_band_is_valid_up_to_its_accuracy():
+    """A shaft of 12 cm whose first mode, at 3.7 kHz, the reduction to 2 kHz has 1.6 % too fast."""
+    shaft = Shaft((0.0, 0.015, 0.022, 0.054, 0.098, 0.105, 0.12), (0.015,), 2.1e11, 7850.0, 0.3)
+    bearings = (Bearing("a", 3, stiffness=5e4), Bearing("b", 5, stiffness=5e4))
+    sites = (Site("ra", 2, 1e-4, bearing="a"), Site("rb", 6, 1e-4, bearing="b"))
+    rotor = Rotor("micro", shaft, (Disc("wheel", 4, 0.06, 0.0275, 0.0032),), bearings, sites)
+    omega, nodes = plant_structure(rotor)[0].valid_to, (2, 3, 5, 6)
+    assert 2.0 * np.pi * 2000.0 < omega < 2.0 * np.pi * 3500.0
+    full, reduced = assemble(rotor), reduced_rotor(rotor).model
+    H, approximate = (
+        np.linalg.inv(model.K - omega**2 * model.M)[np.ix_(rows, rows)]
+        for model in (full, reduced)
+        for rows in [[model.translations[node][0] for node in nodes]]
+    )
+    assert np.abs(approximate - H).max() < 0.005 * np.abs(H).max()

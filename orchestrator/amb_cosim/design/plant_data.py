@@ -16,6 +16,7 @@ from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.inertia import MASSLESS
 from rotor_analysis.pairs import turned
 from rotor_analysis.parts import Bearing, Site
+from rotor_analysis.receptance_error import receptance_error
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
@@ -118,7 +119,7 @@ def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structur
     structure = Structure(
         n_translations=2 * len(reduced.translations),
         is_damped=bool(np.any(C) or np.any(R) or rotor.seals),
-        valid_to=valid_to(full, reduced),
+        valid_to=valid_to(full, reduced) or _accurate_to(rotor),
         forms=np.concatenate([M, C, R]),
         K=K,
         Minv=Minv,
@@ -152,6 +153,15 @@ def _require_mass(rotor: Rotor, full: Matrices) -> None:
         density = min(layer.material.density for layers in rotor.elements for layer in layers)
         what = f"nodes {light} of rotor {rotor.name!r} have no mass; it must be > 0 kg/m3, such as 1 kg/m3, in a plant"
         raise ValueError(f"shaft.density = {density:g} kg/m3 is not allowed; {what}")
+
+
+def _accurate_to(rotor: Rotor) -> float:
+    """Return the frequency (rad/s) up to which the receptance of the plant's model is accurate; 0 if unlimited.
+
+    A stiff rotor may have no elastic mode within the band of its reduction, which represents it below its first mode.
+    """
+    error = receptance_error(rotor)
+    return error.limit if error is not None and math.isfinite(error.limit) else 0.0
 
 
 def _moved_by(planes: Planes, structure: Structure) -> dict[str, tuple[str, ...]]:
