@@ -33,6 +33,12 @@ def compared(controller):
     return margins, amb_cosim.run(SCENARIO, fmu=fmu, progress=False)
 
 
+def summary(margins, run):
+    """Return peak, disk margin of the currents and outcome as text."""
+    peak, disk = max(axis.peak for axis in margins.axes.values()), margins.disk_margins["currents"]
+    return f"peak {peak:.2f}, disk margin {disk.least:.2f} at {disk.frequency:.0f} Hz, {run.summary.recovery}"
+
+
 def draw(found, path):
     """Draw the largest |S| of the axes, the disk margins at the currents, and the largest displacement over time."""
     figure, (top, middle, bottom) = plt.subplots(3, 1, figsize=(8.0, 9.0), layout="constrained")
@@ -53,8 +59,5 @@ def draw(found, path):
 if __name__ == "__main__":
     found = {name: compared(controller) for name, controller in controllers().items()}
     for name, (margins, run) in found.items():
-        peak = max(axis.peak for axis in margins.axes.values())
-        disk = margins.disk_margins["currents"]
-        told = f"peak {peak:.2f}, disk margin {disk.least:.2f} at {disk.frequency:.0f} Hz, {run.summary.recovery}"
-        print(f"{name}: {told}")
+        print(f"{name}: {summary(margins, run)}")
     draw(found, "controllers.png")

@@ -32,6 +32,12 @@ def test_examples_levitate_the_compressor_through_an_unbalance_step(margins_and_
     assert run.summary.first_contact is None
 
 
+def test_the_page_of_the_examples_states_what_they_print(compare, margins_and_runs):
+    page = (compare.HERE / "README.md").read_text(encoding="utf-8")
+    printed = [f"{name}: {compare.summary(*found)}" for name, found in margins_and_runs.items()]
+    assert [line for line in printed if line not in page] == []
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_examples_are_in_zone_a_computed_and_measured(margins_and_runs, name):
     margins = margins_and_runs[name][0]
