@@ -4,7 +4,7 @@ import { matching, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
-export const AWARE = "Contact-aware";
+const AWARE = "Contact-aware";
 const LASTING = 0.2; // s in contact, after which contact is sustained
 
 /**

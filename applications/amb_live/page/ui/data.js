@@ -49,7 +49,7 @@ export async function partsOf({ parts }, rig) {
  * Return the bytes of a text by Python: base64 of gzip.
  * @param {string} text
  */
-export async function unpacked(text) {
+async function unpacked(text) {
   const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());

@@ -32,7 +32,7 @@ const places = (/** @type {readonly string[]} */ names) => names.map((name) => n
 const percent = (/** @type {number} */ share) => `${numberText(100 * share, 2)} %`;
 
 /** @param {Session} session */
-export function isPushed(session) {
+function isPushed(session) {
   return session.rig.geometry.discs.some(({ name }) => ["x", "y"].some((axis) => Math.abs(valueOf(session, `rotor_contact.${name}.f_${axis}`)) > 0));
 }
 

@@ -63,7 +63,7 @@ export function nearestDisc(geometry, z) {
  * Return the push (N) for a drag of one clearance: a little above the stiffness force of the bearings, in steps of 1, 2 and 5.
  * @param {Session} session
  */
-export function pushScale(session) {
+function pushScale(session) {
   const stiffness = matching(session, "rolac_controller.*.k_b_?").map((name) => settingOf(session, name)).filter((item) => item > 0);
   const clearances = session.rig.geometry.sites.map((site) => site.clearance);
   const wanted = PUSH_FACTOR * Math.max(...stiffness) * Math.max(...clearances);

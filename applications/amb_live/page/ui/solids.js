@@ -56,7 +56,7 @@ export function face(corners, fill, edge = fill, offset = 0) {
  * @param {number} u
  * @param {number} v
  */
-export function shade(colour, dark, bright, u, v) {
+function shade(colour, dark, bright, u, v) {
   const light = -0.45 * u + 0.89 * v;
   return light > 0 ? mixed(colour, bright, 0.55 * light * light) : mixed(colour, dark, -0.6 * light);
 }

@@ -12,7 +12,7 @@ import { valueOf } from "./session.js";
  * Return the amplitude (m) and phase (rad) of the x axis at each plane that the controller transforms.
  * @param {Session} session
  */
-export function synchronousVectors(session) {
+function synchronousVectors(session) {
   return session.rig.geometry.planes.map((plane) => {
     const sensor = plane.x.split(".").slice(1).join(".");
     return {
