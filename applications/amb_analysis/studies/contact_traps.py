@@ -136,7 +136,7 @@ class Traps(MachineResult):
     def text(self) -> list[TextBlock]:
         """Return the states of the machine, what frees it, and the approximations."""
         table = text_table(
-            f"{self.rotor}: states at {self.speed:.5g} rad/s with {1e3 * self.unbalance:.4g} g m",
+            f"{self.rotor}: states at {self.speed:.5g} rad/s with {_grams(self.unbalance)}",
             ("contact", "normal forces (N)", "current (A)", "allowed (A)", "growth (1/s)", "whirl (rad/s)", "it"),
             left=("contact", "it"),
         )
@@ -193,11 +193,11 @@ class Traps(MachineResult):
     def _freeing(self) -> list[str]:
         lines = []
         if self.least_trapping is None and self.loop_growth > 0.0:
-            lines.append(f"up to {1e3 * self.unbalances[-1]:.4g} g m no steady contact settles at this speed")
+            lines.append(f"up to {_grams(self.unbalances[-1])} no steady contact settles at this speed")
         elif self.least_trapping is None:
-            lines.append(f"up to {1e3 * self.unbalances[-1]:.4g} g m nothing traps it at this speed")
+            lines.append(f"up to {_grams(self.unbalances[-1])} nothing traps it at this speed")
         else:
-            lines.append(f"the smallest unbalance that traps it at this speed is {1e3 * self.least_trapping:.4g} g m")
+            lines.append(f"the smallest unbalance that traps it at this speed is {_grams(self.least_trapping)}")
         if self.loop_growth > 0.0:
             return lines
         if self.smallest_force is None:
