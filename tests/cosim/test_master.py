@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from amb_cosim.cosim.basics.errors import StartFailed, StepFailed
+from amb_cosim.cosim.basics.errors import FmuError, StartFailed, StepFailed
 from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear
 from amb_cosim.cosim.basics.time_grid import TimeGrid
 from amb_cosim.cosim.master.master import Master, find_loop
@@ -198,7 +198,7 @@ def test_an_algebraic_loop_is_reported_with_its_path():
 
 def test_outputs_that_do_not_converge_without_a_loop_are_reported():
     restless = Block("a.y", output=lambda x, u: u[0] + 1.0)
-    with raises_naming(StartFailed, "settle", "initialisation"):
+    with raises_naming(StartFailed, "settle", "initialisation", "no loop"):
         Master([restless], closed_chain("a.y"), 0.1).initialise()
 
 
@@ -315,6 +315,76 @@ def test_an_interrupt_keeps_the_record_and_frees_all():
         master.run(0, 100, (), [observe])
     assert record == [0, 1, 2, 3, 4]
     assert block.closed == 1
+
+
+def test_outputs_that_appear_as_initialisation_ends_pass_along_a_chain():
+    source, *pipes = (Block(name, int(name != "a"), output=lambda x, u: x + u.sum()) for name in "abc")
+    source.leave = lambda: setattr(source, "x", 7.0)
+    wiring = SignalMap(("a", "b", "c"), 0, (np.array([], int), np.array([0]), np.array([1])), ((), (0,), (1,)))
+    master = Master([source, *pipes], wiring, 0.1)
+    master.initialise()
+    assert master.values.tolist() == [7.0, 7.0, 7.0]
+
+
+def test_the_last_step_of_a_component_may_be_shorter():
+    trace: list = []
+    block = Block("a", trace=trace)
+    master = Master([block], closed_chain("a"), 0.5, end=(3, 1.25), last_steps={0: (2, 0.25)})
+    master.run(0, 3)
+    assert [event[2:] for event in trace] == [(0.0, 0.5), (0.5, 0.5), (1.0, 0.25)]
+    assert master.time(3) == 1.25
+
+
+def test_a_run_that_stops_before_a_point_continues_there():
+    memory = np.zeros(4)
+    whole, parts = (Master([relay("a"), relay("b")], closed_chain("a", "b"), 0.1, values=part)
+                    for part in (memory[:2], memory[2:]))  # fmt: skip
+    whole.run(0, 5)
+    parts.run(0, 5, stop=2)
+    assert memory[2:].tolist() == [3.0, 4.0]
+    parts.run(2, 5)
+    assert memory[2:].tolist() == memory[:2].tolist() == [9.0, 10.0]
+
+
+@pytest.mark.parametrize(
+    ("coupling", "every", "end", "values"),
+    [
+        ("gauss_seidel", 1, 0.1, [5.0, 6.0]),
+        ("jacobi", 1, 0.1, [5.0, 1.0]),  # the second has stepped with the output before
+        ("iterative", 1, 0.1, None),
+        ("gauss_seidel", 1, 0.05, None),
+        ("gauss_seidel", 2, 0.1, None),
+    ],
+)
+@pytest.mark.parametrize("ends", [False, True])
+def test_a_step_that_ends_a_run_is_completed_at_points_alone(coupling, every, end, values, ends):
+    """The second component takes the step, too, or also ends the run there."""
+    first, second = relay("first", x=5.0, every=every), relay("second")
+    master = Master([first, second], closed_chain("first", "second"), 0.1, coupling)
+    if ends:
+        step = second.step
+
+        def step_and_end(time: float, step_size: float) -> None:
+            step(time, step_size)
+            raise FmuError("fmi2DoStep", "Discard", [], 0.1)
+
+        second.step = step_and_end
+    assert master.complete(0, 0, end) == (values is not None)
+    assert master.values.tolist() == (values or [0.0, 0.0])
+
+
+@pytest.mark.parametrize("end", [None, 0.05])
+def test_a_step_in_which_another_component_fails_or_ends_earlier_is_left_out(end):
+    second = relay("second")
+    second.step = lambda *_: (_ for _ in ()).throw(FmuError("fmi2DoStep", "Discard", [], end))
+    master = Master([relay("first", x=5.0), second], closed_chain("first", "second"), 0.1)
+    assert not master.complete(0, 0, 0.1)
+
+
+def test_a_component_alone_completes_its_step_at_any_time():
+    master = Master([relay("a", x=5.0)], closed_chain("a"), 0.1)
+    assert master.complete(0, 0, 0.03)
+    assert master.values.tolist() == [5.0]
 
 
 def test_a_component_that_refuses_to_start_is_named():
