@@ -65,20 +65,31 @@ class Run(NamedTuple):
 RECORDED = ("speed", "slope", "count", "a.0", "a.1", "a.2", "a.3", "c.3", "b.1")
 
 
-def both(first, last, coupling="gauss_seidel", every=(1, 1, 1), answers=None, keep=0, decimation=1, stops=()):
-    """Return the runs of the plain and the compiled loop."""
+def both(
+    first,
+    last,
+    coupling="gauss_seidel",
+    every=(1, 1, 1),
+    answers=None,
+    keep=0,
+    decimation=1,
+    stops=(),
+    stop=None,
+    **ends,
+):
+    """Return the runs of the plain and the compiled loop; `ends` are options of the master."""
     results = []
     for run in ("plain", "compiled"):
         trace, components = machines(every, answers)
         wiring = SignalMap(NAMES, 4, tuple(np.array(s) for s in SOURCES), ((),) * 16)
-        master = Master(components, wiring, H, coupling, start_time=0.1)
+        master = Master(components, wiring, H, coupling, start_time=0.1, **ends)
         recorder = Recorder([NAMES.index(name) for name in RECORDED], keep, decimation)
         error = None
         try:
             if run == "plain":
-                master.run(first, last, schedules(), [recorder, StopObserver(*stops)])
+                master.run(first, last, schedules(), [recorder, StopObserver(*stops)], stop)
             else:
-                compiled.run(master, first, last, schedules(), recorder, (), StopObserver(*stops))
+                compiled.run(master, first, last, schedules(), recorder, (), StopObserver(*stops), stop=stop)
         except Stopped as stopped:
             error = (stopped.index, stopped.point)
         except StepFailed as failed:
@@ -98,6 +109,23 @@ def test_calls_and_values_equal_those_of_the_plain_loop(coupling, every):
     assert fast.points == list(range(-12, 261))
     assert [call[0] for call in fast.calls if call[1] == "step"].count("b") == -(-272 // every[1])
     assert all(len(set(fast.series[name])) > 2 for name in ("speed", "slope", "count", "a.0", "a.1"))
+
+
+@pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
+@pytest.mark.parametrize("last", [1, 199, 200])
+def test_a_shorter_last_step_is_the_same_in_both_loops(coupling, last):
+    size, begin = 0.4 * H, last - 1
+    ends = {"end": (last, 0.1 + begin * H + size), "last_steps": dict.fromkeys(range(3), (begin, size))}
+    plain, fast = both(0, last, coupling, **ends)
+    assert fast == plain
+    sizes = [call[4] for call in fast.calls if call[1] == "step"]
+    assert sizes == [H] * 3 * begin + [size] * 3
+
+
+def test_both_loops_stop_before_a_point():
+    plain, fast = both(0, 260, stop=90)
+    assert fast == plain
+    assert fast.points == list(range(90))
 
 
 @pytest.mark.parametrize("coupling", ["gauss_seidel", "jacobi"])
