@@ -98,9 +98,9 @@ def answer(subject: Subject) -> AnalysisResult:
     notes = (
         f"From {rpm(Omega):.0f} 1/min with friction {FRICTION:g}, drive off and free spin. At rest: the rotor "
         f"stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run ends at "
-        f"{100.0 * STOPPED:g} % of its speed, at the latest after {longest(subject, LONGEST, MOST_STEPS):.4g} s; "
-        f"earlier if standstill is later than that and twice the time has changed neither the prediction of it, by "
-        f"{100.0 * SAME_TIME:g} %, nor rest or steady rocking.",
+        f"{100.0 * STOPPED:g} % of its speed, at the latest after {longest(subject, LONGEST, MOST_STEPS):.4g} s. It "
+        f"ends earlier if the rotor would turn for longer than that, and the run of half the time predicted the "
+        f"same standstill within {100.0 * SAME_TIME:g} % and the same rest or steady rocking.",
         "In addition to friction, the machine's drag brakes it: spin.drag (gas, windage), race_drag and "
         "race_viscous_drag (balls). A race without drag rotates with the rotor for minutes and absorbs hardly any "
         "heat.",
