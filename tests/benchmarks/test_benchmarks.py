@@ -142,7 +142,7 @@ def test_the_baseline_equals_the_co_simulation_to_the_last_bit(scenario, until, 
 def longest_of(scenario: str) -> dict[str, Any]:
     from benchmarks.step_times import step_times
 
-    return step_times(1, [scenario])[scenario]["longest"]
+    return step_times(3, [scenario])[scenario]["longest"]  # the least of three, since any may be interrupted
 
 
 @pytest.mark.slow
