@@ -15,6 +15,7 @@ from amb_files.checks import single_line
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+MOST_SHOWN = 200  # characters of a reason
 SUFFIXES = (".npz", ".mat")
 MOST_BYTES = 2**28  # bytes of all arrays of a file: a law of 600 states at 90 speeds; an archive of 1 MB can hold 1 GB
 MAT_SPACE, READ_TIME = 2**31, 120  # memory limit (bytes) and time limit (s) of the process that reads a .mat file
@@ -98,4 +99,4 @@ def _load_npz(path: Path | IO[bytes], keys: Sequence[str]) -> dict[str, NDArray[
 
 def _cut(text: str) -> str:
     """Shorten a reason: for a damaged file, zipfile prints the whole garbled name."""
-    return text if len(text) <= 200 else f"{text[:200]}..."
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."

@@ -24,9 +24,8 @@ from scipy.integrate import solve_ivp
 FREE, SLIDING, ROLLING = range(3)
 INSIDE = 1e-13  # of the clearance, by which a flight starts off the circle, so that its end is a crossing
 STILL = 1e-9  # m/s
-SLOW = (
-    1e-6  # m/s, of a touch that does not rebound, and takes no other site off its circle: they would touch without end
-)
+# m/s, of a touch that does not rebound, and takes no other site off its circle: they would touch without end
+SLOW = 1e-6
 LONGEST = 2e-5  # s, of a step, so that a trial does not leave its circle by much
 
 

@@ -13,13 +13,14 @@ from string import Template
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_files.checks import require
+from rolac_controller.signals import LARGEST_SPEED
 from rotor_analysis.rotor import Rotor
 
 STEEL = 7850.0  # kg/m3
 SHAFT_SHARE = 0.7  # fraction of the mass in the shaft; the rest is in the wheel
 WHEEL_PLACE = 0.45  # of the length
 RIM_SPEED = 400.0  # m/s, highest of the wheel
-FASTEST = 9500.0  # rad/s; the models turn at up to 1e4, and the trip speed is 1.05 times the highest
+FASTEST = 0.95 * LARGEST_SPEED  # the trip speed is above it (`levitation.TRIP`)
 BEARING_PLACES = (0.18, 0.82)  # of the length
 SENSOR_OFFSET, RETAINER_OFFSET = 0.02, -0.05  # of the length, towards the middle
 TEMPLATES = Path(__file__).parent / "rotor_templates"

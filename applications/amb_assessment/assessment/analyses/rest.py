@@ -36,8 +36,8 @@ STOPPED = 0.9 * STANDSTILL  # of the first speed, at which the run ends
 CONVERGENCE = 0.2  # s, over which forces are compared with those of more modes
 FEWEST = 4  # modes of the finer rotor
 ROUNDING = 1e-9  # change of the speed, relative, that is no loss
-SAME_TIME = 0.01  # relative change of the predicted standstill, in twice the time, that is none
-STEADY_SWING = 0.7  # of the swing in half the time, below which rocking decays
+SAME_TIME = 0.01  # relative difference of two predictions of standstill that agree
+STEADY_SWING = 0.7  # of the swing in the shorter run, below which rocking decays
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class CoastDown:
 
 @dataclass(frozen=True)
 class Outlook:
-    """The expected motion of a landing after the end of a run.
+    """Prediction of a landing beyond the end of a run.
 
     standstill
         Time of standstill (s), infinite if friction does not slow the rotor.
@@ -62,7 +62,7 @@ class Outlook:
     swing: float | None
 
     def is_that_of(self, before: Outlook) -> bool:
-        """Return whether a run of half the time had the same outlook: rest or rocking that does not decay."""
+        """Return whether a shorter run predicted the same standstill, and the same rest or rocking without decay."""
         if self.swing is None or before.swing is None or self.swing < STEADY_SWING * before.swing:
             return False
         return math.isclose(self.standstill, before.standstill, rel_tol=SAME_TIME)
@@ -110,7 +110,7 @@ def answer(subject: Subject) -> AnalysisResult:
 
 
 def _fall(subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]) -> Result:
-    """Return the loss of power until standstill, or until a longer run would do what this one predicts."""
+    """Return the run of a loss of power, to standstill or until a longer run would only confirm its prediction."""
     fields, most = _without_drive(subject, Omega, lost), longest(subject, LONGEST, MOST_STEPS)
     duration, end, before = min(FIRST, most), None, None
     while True:
@@ -125,7 +125,7 @@ def _fall(subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Map
 
 
 def _outlook(subject: Subject, run: Result) -> Outlook | None:
-    """Return what a landing is expected to do; None if it stands still, or touches nothing."""
+    """Return the prediction of a landing; None if the rotor stands still, or touches nothing."""
     touchdown = run.summary.touchdown
     if touchdown is None or touchdown.standstill_after is not None:
         return None
