@@ -2,7 +2,8 @@
 
 Current is added to the demand of each controller, through `command_voltage` of the actuator, and is as late as the
 demand. The spectral lines of the axes interleave, so that one run measures all axes: at a line of one axis, the others
-have no injected current.
+have no injected current. If another component excites the rotor, such as a generator of forces, its part of the
+currents is measured in a run without injection, and subtracted.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_history import in_contact
+from amb_cosim.results.stability import SOURCES
 from amb_cosim.scenario.plan import IDEAL
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import SPEED, Scenario
@@ -174,7 +176,7 @@ def measure(planned: PlannedRun, decay: float) -> MeasuredSensitivity:
     planned
         Run from `plan_measurement`.
     decay
-        Magnitude of the loop's slowest pole.
+        Magnitude of the loop's slowest decaying pole.
 
     Raises
     ------
@@ -204,13 +206,20 @@ def measure(planned: PlannedRun, decay: float) -> MeasuredSensitivity:
         for j, share in shares.items()
         for k, name in enumerate(inputs)
     )
-    result = run_planned(replace(planned, plan=replace(plan, last=last * steps, events=events)))
-    if result.outcome.failure is not None:
-        raise ValueError(result.outcome.failure)
-    _check_linear(result.signals, loop)
     first = settling * steps + max(shares) + 1  # the record has a step's demand at its end
-    demanded = [result.signals[source].values[first::steps] for source in loop.sources]
-    currents = np.array(demanded)[:, :samples]
+
+    def demanded(events: tuple[tuple[int, str, float], ...]) -> tuple[Array, bool]:
+        """Return the demands of a run with injected currents, and whether another component excites the rotor, too."""
+        result = run_planned(replace(planned, plan=replace(plan, last=last * steps, events=events)))
+        if result.outcome.failure is not None:
+            raise ValueError(result.outcome.failure)
+        _check_linear(result.signals, loop)
+        demands = np.array([result.signals[source].values[first::steps] for source in loop.sources])
+        return demands[:, :samples], SOURCES in result.signals.attrs
+
+    currents, excited = demanded(events)
+    if excited:
+        currents = currents - demanded(())[0]
     recorded = np.arange(settling, settling + samples) % samples
     ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)
     return MeasuredSensitivity(lines / (samples * loop.sample_time), 1.0 + ratio)

@@ -16,6 +16,7 @@ from amb_analysis.linear.loop import (
     disk_margin,
     response,
 )
+from amb_analysis.linear.stability import stability_of
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, plan_measurement
 from amb_analysis.studies.inputs import Number, controlled, spin_speed
@@ -249,8 +250,7 @@ def sensitivity(
     machine = Machine(planned)
     loop, parameters = machine.loop, machine.parameters
     system = loop.sensitivity()
-    poles = system.poles()
-    measured = measure(planned, float(np.abs(poles).max()))
+    measured = measure(planned, stability_of(system.A, float(system.dt)).radius)
     frequencies, curves = sensitivity_curves(system)
     beyond = [PeakBeyond(*above) for above in peak_beyond(system)]
     expected = np.array([diagonal_response(system, row)[k] for k, row in enumerate(measured.frequencies)])

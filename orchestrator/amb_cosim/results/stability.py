@@ -17,7 +17,7 @@ from amb_cosim.results.series import cycles, displacements, parameters, signal, 
 from array_types import Array, Bools
 
 LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed
-SOURCES = "sources"  # attribute of a data set: names of components that only supply signals, if there are any
+SOURCES = "sources"  # attribute of a data set: components that excite the rotor from outside its loop, if any
 MIN_CYCLES = 5.0
 NOTICEABLE = 1e-4  # of the smallest clearance; smaller motion counts as rest
 STEADY_SPEED = 0.01  # relative change that is ignored
@@ -73,8 +73,8 @@ def is_self_excited(dataset: Signals, within: slice) -> bool:
     Rotation, weight and constant inputs force motion that is periodic with the rotation, also if it reaches limits. Any
     other vibration decays under a stable loop. One that does not is driven by an unstable loop, and limits that it
     reaches bound it: a limit cycle, which may be at these limits for any share of the time. Vibrations are compared
-    over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all vibrations, or a component that only
-    supplies signals, such as test forces, the result is false.
+    over two intervals of `MIN_CYCLES` or more. With sensor noise, which drives all vibrations, or a component that
+    excites the rotor from outside its loop, such as a generator of test forces, the result is false.
 
     Parameters
     ----------

@@ -16,6 +16,7 @@ from amb_cosim.cosim.run.dataset import parameters_of, step_times, steps_of, to_
 from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
+from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.power import with_power
@@ -103,6 +104,19 @@ def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
 
 
 def _sources(system: System) -> list[str]:
-    """Return the components that only supply signals, such as a generator of test forces."""
-    links = system.links
-    return sorted({sender for sender, _ in links} - {receiver for _, receiver in links})
+    """Return the components that supply signals and receive none of the rotor's lateral motion.
+
+    A generator of test forces is one, also if it reads the speed. A drive and a sensor of speed or angle are none: they
+    pass on the rotation alone.
+    """
+    ends = [(system.split(link.source), system.split(link.target)) for link in system.connections]
+    links = {(sender, receiver) for (sender, a), (receiver, b) in ends if not _is_rotation(a) and not _is_rotation(b)}
+    moved = {PLANT}
+    while more := {receiver for sender, receiver in links if sender in moved} - moved:
+        moved |= more
+    return sorted({sender for sender, _ in links} - moved)
+
+
+def _is_rotation(variable: str) -> bool:
+    """Return whether a variable of the plant or of a controller belongs to the rotation of the rotor."""
+    return variable in ("Omega", "Omega_dot", "speed", "theta") or variable.startswith("drive.")

@@ -1,0 +1,79 @@
+"""A levitated rotor that another component excites at a frequency of its own, by the speed that it reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from c_fmus import INPUT, OUTPUT, PARAMETER, described
+
+import amb_cosim
+from amb_cosim.scenario.make_result import _sources
+from amb_cosim.scenario.scenario import Scenario
+
+SHAKER = Path(__file__).parent / "support" / "shaker.c"
+VARIABLES = [("speed", INPUT), ("amplitude", PARAMETER), ("ratio", PARAMETER), ("f", OUTPUT)]
+COMPONENT = '[[component]]\nname = "{name}"\nfmu = "{fmu}"\n'
+CONNECTION = '[[connect]]\nfrom = "{}"\nto = "{}"\nvariables = {{ "{}" = "{}" }}\n'
+READS_SPEED = "rotor_contact", "added", "speed", "speed"
+
+
+def system_with(folder: Path, name: str, fmu: str, *connections: tuple[str, ...], base: str = "levitated") -> Path:
+    """Write a system with a component beside those of its base."""
+    text = "".join(CONNECTION.format(*connection) for connection in connections)
+    path = folder / "system.toml"
+    path.write_text(f'base = "{base}"\n{COMPONENT.format(name=name, fmu=fmu)}{text}', encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def shaken(fmu_from_c, tmp_path_factory):
+    """`shaken(amplitude)`: the levitated compressor without unbalance, shaken at 0.37 of its speed (N)."""
+    kinds = [(name, role, 'Real start="0"' if role != OUTPUT else "Real") for name, role in VARIABLES]
+    fmu = fmu_from_c(SHAKER, described("shaker", kinds))
+    path = system_with(
+        tmp_path_factory.mktemp("shaken"),
+        "added",
+        fmu.as_posix(),
+        READS_SPEED,
+        ("added", "rotor_contact", "f", "impeller3.f_x"),
+    )
+    quiet = Scenario.load("compressor_levitated").changed(system=str(path), event=[], settle_cycles=5, end_cycle=25)
+    return lambda amplitude: quiet.changed(parameters={"added": {"ratio": 0.37, "amplitude": amplitude}})
+
+
+def test_a_stable_rotor_that_is_shaken_to_its_current_limits_is_levitated(shaken):
+    """All poles of the compressor's loop are inside the unit circle, so no vibration is its own."""
+    assert np.abs(np.linalg.eigvals(amb_cosim.linearise("compressor_levitated").A)).max() < 1.0
+    narrow = {"rolac_controller": {"*.i_min_?": "-3 A", "*.i_max_?": "3 A"}}
+    result = amb_cosim.run(shaken(2000.0).changed(parameters=narrow), isolated=False)
+    assert any("current_limited" in str(warning) for warning in result.summary.warnings)
+    assert result.summary.verdict.word == "levitated"
+
+
+@pytest.mark.slow
+def test_a_shaker_does_not_change_the_measured_sensitivity(shaken):
+    """The co-simulation agrees with the linear model, whose peaks are those without the shaker."""
+    expected, result = (
+        amb_cosim.studies.sensitivity("compressor_levitated"),
+        amb_cosim.studies.sensitivity(shaken(100.0)),
+    )
+    for name, axis in result.axes.items():
+        assert axis.peak == pytest.approx(expected.axes[name].peak, rel=1e-9)
+        assert axis.largest_difference < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("connections", "expected"),
+    [
+        ([("added", "rotor_contact", "f", "impeller3.f_x")], ["added"]),
+        ([READS_SPEED, ("added", "rotor_contact", "f", "impeller3.f_x")], ["added"]),
+        ([("rotor_contact", "added", "mb1.x", "x"), ("added", "rotor_contact", "f", "impeller3.f_x")], []),
+        ([("amb_actuator", "added", "mb1.f_x", "x"), ("added", "rotor_contact", "f", "impeller3.f_x")], []),
+        ([READS_SPEED, ("added", "rotor_contact", "f", "drive.torque")], []),
+        ([("rotor_contact", "added", "theta", "x"), ("added", "rolac_controller", "f", "theta")], []),
+    ],
+)
+def test_a_component_that_receives_no_lateral_motion_supplies_signals(tmp_path, connections, expected):
+    assert _sources(amb_cosim.load_system(system_with(tmp_path, "added", "any", *connections))) == expected
