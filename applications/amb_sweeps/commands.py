@@ -53,7 +53,6 @@ from amb_files.atomic import check_writable
 @click.option("--keep", multiple=True, metavar="OUTCOME", help="Outcomes with full records: trapped, failed, ...; all.")
 @click.option("--boundary", metavar="METRIC", help="Boundary in maps: recovered (default), contact, rolling.")
 @former_option("--refine", "--sample boundary:METRIC")
-@former_option("--adaptive", "--sample boundary:METRIC")
 @click.option(
     "--certainty", type=float, metavar="SHARE", help="Share of an axis to which a boundary is bisected: 0.01."
 )

@@ -94,12 +94,8 @@ _MODULES = {
 
 _PACKAGES = ("live", "studies", "cosim")  # names that are packages
 
-_REMOVED = {"Batch": "sweep (many runs) or Result.checkpoint and run(start=...) (branches of one run)"}
-
 
 def __getattr__(name: str) -> Any:
-    if name in _REMOVED:
-        raise AttributeError(f"amb_cosim.{name} was removed; use {_REMOVED[name]}")
     if name not in _MODULES:
         raise AttributeError(f"module 'amb_cosim' has no attribute {name!r}; there are {', '.join(_MODULES)}")
     module = import_module(_MODULES[name])

@@ -44,10 +44,7 @@ def test_a_closed_pipe_ends_a_command_silently(tmp_path, arguments):
     [
         (("animate", "results/fig4_9"), "live SCENARIO"),
         (("modes", "bath_rig"), "study modes"),
-        (("machine", "check", "compressor"), "assess --check FILE"),
-        (("controller", "build", "lead.toml"), "build --controller FILE"),
         (("tables",), "study tables"),
-        (("robustness", "bath_thesis"), "report --robustness --pack NAME"),
     ],
 )
 def test_a_removed_command_names_its_replacement(refuses, former, present):

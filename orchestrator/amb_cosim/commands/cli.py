@@ -11,7 +11,7 @@ from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
 
-FORMER = {"animate": "live SCENARIO", "modes": "study modes", "machine": "assess --check FILE"}
+FORMER = {"animate": "live SCENARIO", "modes": "study modes"}  # commands of 0.2.0
 
 
 class Commands(PackCommands):

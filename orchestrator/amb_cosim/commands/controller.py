@@ -14,7 +14,7 @@ from amb_files.atomic import check_writable
 FILE = click.argument("file", type=click.Path(path_type=Path))
 
 
-@click.group(cls=PackCommands, former={"build": "build --controller FILE"})
+@click.group(cls=PackCommands)
 def controller() -> None:
     """Show or import a controller file.
 
