@@ -25,6 +25,7 @@ from amb_cosim.cosim.basics.differences import list_differences
 from amb_files.atomic import write_file
 from amb_files.temporary_folders import temporary_folder
 from amb_sweeps.metrics import KEY_VALUES
+from amb_sweeps.outcomes import COLOURS
 from amb_sweeps.sampling import SamplePlan
 from amb_sweeps.worker import PointResult
 from amb_sweeps.zarr_groups import EVERY_CHUNK, consolidate, forget_group, read_group, write_group
@@ -36,10 +37,9 @@ STORE, RUNS = "sweep.zarr", "runs"
 CHUNK = 16384  # most points that are written together
 LONGEST = 400  # most characters of a reason
 PARTIAL = re.compile(r"\.[0-9a-f]{32}\.partial$")  # Zarr's temporary files of chunks
-OUTCOMES = "unstable, trapped, landed, recovered, prevented; completed, stopped; failed, invalid, crashed; empty"
 VALUES = {  # unit and description
     **KEY_VALUES,
-    "outcome": ("", OUTCOMES),
+    "outcome": ("", f"{', '.join(filter(None, COLOURS))}; empty: not run yet"),
     "reason": ("", "Why a run failed or stopped"),
     "seconds": ("s", "Wall-clock time of the run"),
     "shared": ("", "Fraction of the steps of the run that were restored from another point"),
