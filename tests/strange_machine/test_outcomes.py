@@ -134,6 +134,17 @@ def test_an_orbit_that_grows_ever_faster_is_unstable(radius, expected):
     assert recovered(orbit(radius)) is (expected is None)
 
 
+@pytest.mark.parametrize("rate", [0.01, 0.02, 0.03])
+def test_a_steady_response_to_a_sine_sweep_from_outside_does_not_grow(rate):
+    phase = -0.8 * 20.0 * T + 0.5 * rate * (20.0 * T) ** 2  # turns
+    assert recovery(orbit(1e-5 * (1.0 + 0.3 * np.exp(2j * np.pi * phase)), sources='["shaker"]')) is None
+
+
+@pytest.mark.parametrize("radius", [1e-6 * np.exp(T), 1e-5 + 1e-7 * np.exp(5.0 * T)])
+def test_an_orbit_that_grows_beside_an_exciter_is_unstable(radius):
+    assert recovery(orbit(radius, sources='["shaker"]')) == "unstable"
+
+
 SETTLING = 1e-5 * (1.0 + 3.0 * np.exp(-8.0 * T))  # falls by 24.7 % in the first of its 20 turns
 
 

@@ -13,7 +13,7 @@ from amb_cosim.scenario.make_result import _sources
 from amb_cosim.scenario.scenario import Scenario
 
 SHAKER = Path(__file__).parent / "support" / "shaker.c"
-VARIABLES = [("speed", INPUT), ("amplitude", PARAMETER), ("ratio", PARAMETER), ("f", OUTPUT)]
+VARIABLES = [("speed", INPUT), ("amplitude", PARAMETER), ("ratio", PARAMETER), ("sweep", PARAMETER), ("f", OUTPUT)]
 COMPONENT = '[[component]]\nname = "{name}"\nfmu = "{fmu}"\n'
 CONNECTION = '[[connect]]\nfrom = "{}"\nto = "{}"\nvariables = {{ "{}" = "{}" }}\n'
 READS_SPEED = "rotor_contact", "added", "speed", "speed"
@@ -29,7 +29,7 @@ def system_with(folder: Path, name: str, fmu: str, *connections: tuple[str, ...]
 
 @pytest.fixture(scope="module")
 def shaken(fmu_from_c, tmp_path_factory):
-    """`shaken(amplitude)`: the levitated compressor without unbalance, shaken at 0.37 of its speed (N)."""
+    """`shaken(amplitude=.., ...)`: the levitated compressor, whose loop is stable, without unbalance, with a shaker."""
     kinds = [(name, role, 'Real start="0"' if role != OUTPUT else "Real") for name, role in VARIABLES]
     fmu = fmu_from_c(SHAKER, described("shaker", kinds))
     path = system_with(
@@ -40,15 +40,21 @@ def shaken(fmu_from_c, tmp_path_factory):
         ("added", "rotor_contact", "f", "impeller3.f_x"),
     )
     quiet = Scenario.load("compressor_levitated").changed(system=str(path), event=[], settle_cycles=5, end_cycle=25)
-    return lambda amplitude: quiet.changed(parameters={"added": {"ratio": 0.37, "amplitude": amplitude}})
+    assert np.abs(np.linalg.eigvals(amb_cosim.linearise("compressor_levitated").A)).max() < 1.0
+    return lambda **parameters: quiet.changed(parameters={"added": {"ratio": 0.37, **parameters}})
 
 
 def test_a_stable_rotor_that_is_shaken_to_its_current_limits_is_levitated(shaken):
-    """All poles of the compressor's loop are inside the unit circle, so no vibration is its own."""
-    assert np.abs(np.linalg.eigvals(amb_cosim.linearise("compressor_levitated").A)).max() < 1.0
+    """All poles of its loop are inside the unit circle, so no vibration is its own."""
     narrow = {"rolac_controller": {"*.i_min_?": "-3 A", "*.i_max_?": "3 A"}}
-    result = amb_cosim.run(shaken(2000.0).changed(parameters=narrow), isolated=False)
+    result = amb_cosim.run(shaken(amplitude=2000.0).changed(parameters=narrow), isolated=False)
     assert any("current_limited" in str(warning) for warning in result.summary.warnings)
+    assert result.summary.verdict.word == "levitated"
+
+
+@pytest.mark.parametrize("rate", [0.2, 0.5, 1.0])
+def test_a_stable_rotor_under_a_sine_sweep_is_levitated(shaken, rate):
+    result = amb_cosim.run(shaken(amplitude=50.0, ratio=0.2, sweep=rate).changed(end_cycle=60), isolated=False)
     assert result.summary.verdict.word == "levitated"
 
 
@@ -57,7 +63,7 @@ def test_a_shaker_does_not_change_the_measured_sensitivity(shaken):
     """The co-simulation agrees with the linear model, whose peaks are those without the shaker."""
     expected, result = (
         amb_cosim.studies.sensitivity("compressor_levitated"),
-        amb_cosim.studies.sensitivity(shaken(100.0)),
+        amb_cosim.studies.sensitivity(shaken(amplitude=100.0)),
     )
     for name, axis in result.axes.items():
         assert axis.peak == pytest.approx(expected.axes[name].peak, rel=1e-9)

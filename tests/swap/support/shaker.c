@@ -1,16 +1,18 @@
-/* A generator of a force f = amplitude sin(ratio phi) on a rotor that turns by phi, whose speed it reads. */
+/* A generator of a force f = amplitude sin(psi), psi' = (ratio + sweep t) times the speed of the rotor, which it reads. */
 #include <math.h>
 #include <stdlib.h>
 
-enum { SPEED, AMPLITUDE, RATIO, F, SIZE };
+enum { SPEED, AMPLITUDE, RATIO, SWEEP, F, SIZE };
 typedef struct {
-    double value[SIZE], phi;
+    double value[SIZE], psi, t;
 } Shaker;
 
 void *fmi2Instantiate(void) { return calloc(1, sizeof(Shaker)); }
 int fmi2DoStep(Shaker *s, double time, double size, int no_way_back)
 {
-    s->phi += s->value[SPEED] * size;
-    s->value[F] = s->value[AMPLITUDE] * sin(s->value[RATIO] * s->phi);
+    const double *q = s->value;
+    s->psi += (q[RATIO] + q[SWEEP] * s->t) * q[SPEED] * size;
+    s->t += size;
+    s->value[F] = q[AMPLITUDE] * sin(s->psi);
     return 0;
 }
