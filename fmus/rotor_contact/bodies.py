@@ -25,6 +25,7 @@ from rotor_contact.site import Site, Sites, race_radius
 from rotor_contact.workspace import Workspace
 
 RACE_SPEED_SCALE = 1.0  # rad/s, over which the constant drag of a race changes its sign
+CONSTANT_BEYOND = 20.0  # of these speeds, the constant drag no longer depends on the speed
 RESOLUTION = 0.2  # of a body's fastest time constant; a substep is no longer
 SHORTEST_SUBSTEP = 1e-7  # s; no body requires a shorter one
 
@@ -88,10 +89,26 @@ def race_drag(site: Site, speed: float) -> float:
 
 
 @kernel
+def drag_slope(site: Site, speed: float) -> float:
+    """Return a bound on the slope (N m s) of the drag on a race near `speed` (rad/s)."""
+    slope: float = site.race_viscous_drag
+    if abs(speed) < CONSTANT_BEYOND * RACE_SPEED_SCALE:
+        slope += site.race_drag / RACE_SPEED_SCALE
+    return slope
+
+
+@kernel
 def drive_torque(spin: Spin, Omega: float) -> float:
     """Return the torque (N m) of the drive at the spin speed `Omega` (rad/s)."""
     torque: float = spin.torque + spin.gain * (spin.demanded - Omega)
     return min(max(torque, -spin.torque_limit), spin.torque_limit)
+
+
+@kernel
+def drive_slope(spin: Spin) -> float:
+    """Return the slope (N m s) of drive and drag over the speed; a drive with the limit 0 is off."""
+    slope: float = spin.drag + (spin.gain if spin.torque_limit > 0.0 else 0.0)
+    return slope
 
 
 @kernel
@@ -236,7 +253,6 @@ def body_limit(sites: Sites, spin: Spin) -> float:
             damping = max(site.mount_damping_x, site.mount_damping_y)
             fastest = max(fastest, math.sqrt(stiffness * site.mobility) + damping * site.mobility)
         if site.race >= 0:
-            slope = site.race_drag / RACE_SPEED_SCALE + site.race_viscous_drag
-            fastest = max(fastest, slope / site.race_inertia)
+            fastest = max(fastest, drag_slope(site, 0.0) / site.race_inertia)
     limit = RESOLUTION / fastest
     return min(limit, drive_limit(spin)) if spin.row >= 0 else limit

@@ -20,7 +20,7 @@ from typing import NamedTuple
 from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
-from rotor_contact.bodies import drive_torque, race_drag
+from rotor_contact.bodies import drag_slope, drive_slope, drive_torque, race_drag
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, is_constrained, race_radius
@@ -28,6 +28,10 @@ from rotor_contact.speed_grid import grid_speed
 from rotor_contact.step_matrices import StepMatrices, n_columns, n_rows, place_index, velocity_index
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
+
+MOST_REPETITIONS = 12  # of torques that depend on the speeds
+RACE_ERROR = 1e-6  # rad/s, by which the drag of a race may still change its speed
+SPIN_ERROR = 1e-12  # of the speed, by which drive and drag may still change it
 
 
 def _integral(j: int, i: int) -> float:
@@ -114,14 +118,27 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
 
 @kernel
 def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_torque: float) -> None:
-    """Advance spin and races over a piece of length h (s) under node friction; call it until it converges."""
+    """Advance spin and races over a piece of length h (s) under node friction; call it until it converges.
+
+    Torques of drive and drag converge here, as contact forces may not depend on them.
+    """
     piece = piece_of(matrices)
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if site.race >= 0:
-            _advance_race(matrices, piece.races[k], k, site, h)
+            for _ in range(MOST_REPETITIONS):
+                before = piece.races[k, N_LOBATTO - 1]
+                _advance_race(matrices, piece.races[k], k, site, h)
+                now = piece.races[k, N_LOBATTO - 1]
+                if h * drag_slope(site, now) * abs(now - before) <= RACE_ERROR * site.race_inertia:
+                    break
     if w.spin[0].row >= 0:
-        _advance_spin(w, matrices, piece, h, damping_torque)
+        rate = drive_slope(w.spin[0]) / w.spin[0].inertia
+        for _ in range(MOST_REPETITIONS):
+            before = piece.spin[0, N_LOBATTO - 1]
+            _advance_spin(w, matrices, piece, h, damping_torque)
+            if h * rate * abs(piece.spin[0, N_LOBATTO - 1] - before) <= SPIN_ERROR * abs(before):
+                break
     else:
         motion, spin = w.motion, piece.spin
         for point in range(1, N_LOBATTO):

@@ -14,7 +14,7 @@ import numpy as np
 from fmi_export.flat import copy
 from fmi_export.jit import inlined_kernel, kernel, noinline_kernel
 from fmi_export.model import Array
-from rotor_contact.bodies import RACE_SPEED_SCALE, couple_spin
+from rotor_contact.bodies import couple_spin, drag_slope, drive_slope
 from rotor_contact.compliant import is_any_compliant
 from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import collect_coefficients, motion_at
@@ -33,6 +33,7 @@ from rotor_contact.piece_energy import (
 )
 from rotor_contact.piece_events import find_event
 from rotor_contact.propagator import STEPS_BEFORE_BUILD
+from rotor_contact.site import is_constrained
 from rotor_contact.smooth_piece import (
     begin_piece,
     complete_forces,
@@ -95,10 +96,12 @@ def advance_by_pieces(
         level = _level_for(
             matrices, left, next_event - done, max(int(memory.level) if is_any_constrained(w.sites) else 0, least_level)
         )
+        can_solve = not compliant and are_valid and n_events <= EVENT_LIMIT and _is_slow(w, 0.5**finest * step_size)
+        while can_solve and not _is_slow(w, 0.5**level * step_size):
+            level += 1
         h = 0.5**level * step_size
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
-        can_solve = not compliant and are_valid and n_events <= EVENT_LIMIT
-        if can_solve and _is_slow(w, h) and complete_speeds(matrices, index):
+        if can_solve and complete_speeds(matrices, index):
             latest = min(left * 2.0**level, 1.0)
             outcome, share, roughness, taken = _try_piece(
                 w, matrices, level, index, h, latest, theta, Omega, damping.torque
@@ -256,15 +259,17 @@ def find_forces_at(
 
 @kernel
 def _is_slow(w: Workspace, h: float) -> bool:
-    """Return whether drive, drag and races change the speeds only slightly over a piece of length h (s)."""
-    spin = w.spin[0]
-    if spin.row >= 0 and not h * (spin.gain + spin.drag) <= FASTEST_DRIVE * spin.inertia:
+    """Return whether drive, drag and races change the speeds only slightly over a piece of length h (s).
+
+    A race at rest that nothing touches stays there.
+    """
+    spin, v = w.spin[0], stages_of(w.stages).z[w.n :]
+    if spin.row >= 0 and not h * drive_slope(spin) <= FASTEST_DRIVE * spin.inertia:
         return False
     for site in w.sites:
-        if site.race >= 0:
-            slope = site.race_drag / RACE_SPEED_SCALE + site.race_viscous_drag
-            if not h * slope <= FASTEST_DRIVE * site.race_inertia:
-                return False
+        can_turn = site.race >= 0 and (is_constrained(site) or v[site.race] != 0.0)
+        if can_turn and not h * drag_slope(site, 0.0) <= FASTEST_DRIVE * site.race_inertia:
+            return False
     return True
 
 

@@ -2,10 +2,14 @@
 
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, H, both, plant, rigid_rotor, run
+from instances import initialised
+from machines import held, machine
+from rotor_cases import BEARINGS, UNWATCHED, H, both, plant, rigid_rotor, run, size_of, state
 
+from amb_cosim.design import plant_data
 from fmi_export.model import Fault
-from rotor_contact.enumerations import NODAL
+from rotor_analysis.rotor import ReductionOptions
+from rotor_contact.enumerations import EXACT, NODAL, PIECES
 from tests.support.messages import raises_naming
 
 RUBBING = {"gravity": 9.81, "Omega": 300.0} | both("rb.mu", 0.15) | both("rb.restitution", 0.3)
@@ -117,8 +121,8 @@ def test_a_released_spin_coasts_from_where_it_was_held(race):
 def test_unbalance_of_a_released_spin_keeps_the_energy_balance():
     x = plant(UNBALANCED | {"drive.ideal": 1.0, "d1.u": 40e-3, "initial.orbit": 1.0})
     run(x, 100)
-    for held in (0.0, 1.0, 0.0):
-        x["drive.ideal"] = held
+    for is_held in (0.0, 1.0, 0.0):
+        x["drive.ideal"] = is_held
         run(x, 100)
         assert abs(x["energy.balance"]) < 1e-5 * x["energy.kinetic"]
 
@@ -131,3 +135,19 @@ def test_a_drive_at_its_limit_warns(limit, ideal, reached):
     x = plant(UNBALANCED | {"drive.ideal": ideal, "drive.torque_limit": limit, "drive.gain": 10.0})
     run(x, 40)
     assert x["drive.at_limit"] == reached
+
+
+@pytest.mark.parametrize("rate", [80.0, 1000.0, 5000.0])
+def test_a_race_that_nothing_touches_stops_in_closed_form(rate):
+    """J w' = -d tanh w: sinh w decays with the rate d/J, which a step need not resolve."""
+    inertia, began = 1e-5, 25.0
+    race = {"seal1.race_inertia": inertia, "seal1.race_drag": inertia * rate}
+    flexible = plant_data.plant(machine(reduction=ReductionOptions(modes=4)))
+    x = initialised(*flexible, held(3) | race | UNWATCHED | {"Omega": 100.0})
+    run(x, 2)
+    n = size_of(x) + 1
+    state(x)[2 * n - 1] = began
+    t = H * np.arange(1, 41)
+    record = run(x, len(t), ["seal1.race_speed", "solver.method"], start=2 * H)
+    np.testing.assert_allclose(np.sinh(record[:, 0]), np.sinh(began) * np.exp(-rate * t), rtol=1e-5, atol=1e-6)
+    assert set(record[:, 1]) <= {EXACT, PIECES}
