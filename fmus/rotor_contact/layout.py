@@ -51,6 +51,7 @@ HEAD = record(
     ("level", np.float64),  # of the matrices, for the next piece
     ("n_matrix_steps", np.float64),  # for how many steps the key of the matrices has not changed
     ("place", np.float64),  # of the speed on the grid of the matrices
+    ("has_matrices", np.float64),  # whether they have computed a step of this run
     ("method", np.float64),  # how the last step was computed, see `METHOD`
     ("is_held", np.float64),  # whether an ideal drive holds a free spin, which is then no degree of freedom
     ("speed", np.float64),  # spin speed (rad/s)

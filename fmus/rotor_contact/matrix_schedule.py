@@ -12,7 +12,7 @@ from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, 
 from rotor_contact.matrix_levels import choose_levels
 from rotor_contact.matrix_rows import build_slot, is_complete, share_of
 from rotor_contact.passive_bearings import same_passive, set_passive
-from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD
+from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD, count_of_steps
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import (
     STRIDE,
@@ -61,9 +61,8 @@ def steps_with_matrices(
     memory.place = place
     n_steps = 0.0
     if same and moved <= 1.0:
-        n_steps = min(
-            max(float(memory.n_matrix_steps) + 1.0 - STEPS_PER_SPEED * moved, 0.0), STEPS_BEFORE_BUILD + STEPS_PER_SPEED
-        )
+        count = max(float(memory.n_matrix_steps) - STEPS_PER_SPEED * moved, -1.0)
+        n_steps = count_of_steps(count, memory, STEPS_BEFORE_BUILD + STEPS_PER_SPEED)
     memory.n_matrix_steps = n_steps
     return n_steps
 

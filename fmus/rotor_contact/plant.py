@@ -25,7 +25,7 @@ from rotor_contact.dynamics import (
     motion_of,
     set_bearings,
 )
-from rotor_contact.enumerations import COMPLIANT, EVENTS, EXACT, INTEGRATED, NO_MATRICES, NODAL
+from rotor_contact.enumerations import COMPLIANT, EVENTS, EXACT, INTEGRATED, NO_MATRICES, NODAL, PIECES
 from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
 from rotor_contact.exact_motion import propagate
 from rotor_contact.heating import advance_temperature
@@ -196,6 +196,8 @@ def step(
             fault = advance(w, solver, law, step_size, head)
         if fault != 0:
             return fault
+    if head.method == EXACT or head.method == PIECES:
+        head.has_matrices = 1.0
     store_sites(scratch.sites, x.sites, z, n)
     copy(z[: 2 * n + N_INTEGRALS], x.z)
     theta, Omega = angle_and_speed_after(w, x.z, head.theta, motion.Omega, step_size)

@@ -203,9 +203,18 @@ def steps_unchanged(motion: Motion, step_size: float, key: Key, memory: np.recor
     if not same:
         key.step[0].step_size, key.step[0].Omega = step_size, motion.Omega
         copy_all(motion.bearings, key.bearings)
-    memory.n_steps = min(memory.n_steps + 1.0, float(STEPS_BEFORE_BUILD)) if same else 0.0
+    memory.n_steps = count_of_steps(memory.n_steps, memory, float(STEPS_BEFORE_BUILD)) if same else 0.0
     n_steps: float = memory.n_steps
     return n_steps
+
+
+@kernel
+def count_of_steps(count: float, memory: np.record, largest: float) -> float:
+    """Return the next count of equal steps, at most `largest`.
+
+    The first matrices of a run are built at once: without them, its start would be less accurate than what follows.
+    """
+    return min(count + 1.0, largest) if memory.has_matrices != 0.0 else float(STEPS_BEFORE_BUILD)
 
 
 @kernel

@@ -58,7 +58,7 @@ def test_run_through_a_critical_speed_is_the_one_of_the_complex_model(case, exac
     np.testing.assert_allclose(v, z[6:], atol=10.0 * tolerance * np.max(np.abs(z[6:])))
     assert x["solver.method"] in ((EXACT, PIECES) if exactly else (INTEGRATED,))
     assert x["theta"] == pytest.approx(theta % (2 * np.pi), rel=1e-9)
-    assert abs(x["energy.balance"]) < 0.2 * tolerance * x["energy.work"]
+    assert abs(x["energy.balance"]) < 0.3 * tolerance * x["energy.work"]
 
 
 def test_rolling_follows_the_spin_as_it_changes():

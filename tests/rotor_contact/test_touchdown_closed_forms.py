@@ -163,7 +163,8 @@ def test_backward_whirl_grows_where_friction_exceeds_its_damping():
 def test_backward_whirl_follows_from_rotor_and_retainer_receptance():
     """Black, J. Mech. Eng. Sci. 10 (1968): a sliding whirl exp(-i w t) keeps its size where (1 + i mu)(A + B) is real.
 
-    A and B are the receptances of rotor and retainer there; N (1 + i mu)(A + B) = -c.
+    A and B are the receptances of rotor and retainer there; N (1 + i mu)(A + B) = -c. Slower whirl dies, faster grows:
+    an error of the first steps, too.
     """
     mu = 0.2
     model = TwoBodies(mass=HALF, clearance=CLEARANCE, support_stiffness=2e5, support_damping=800.0, mu=mu,
@@ -186,9 +187,9 @@ def test_backward_whirl_follows_from_rotor_and_retainer_receptance():
     v[THETA] = 1000.0
     rotor = plant_of(model, q, v, SLIDING, max_substep=5e-6)
     motion = follow_plant(rotor, math.pi / w * np.arange(1, 5))
-    np.testing.assert_allclose(motion.N, normal, rtol=1e-6)
-    np.testing.assert_allclose(motion.q[-1], q, atol=1e-6 * CLEARANCE)
-    assert rotor["rb1.whirl_speed"] == pytest.approx(-w, rel=1e-6)
+    np.testing.assert_allclose(motion.N, normal, rtol=1e-5)
+    np.testing.assert_allclose(motion.q[-1], q, atol=1e-5 * CLEARANCE)
+    assert rotor["rb1.whirl_speed"] == pytest.approx(-w, rel=1e-5)
 
 
 def test_retainer_warms_up_by_friction_and_gives_off_heat():
