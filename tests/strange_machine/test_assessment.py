@@ -18,7 +18,7 @@ from amb_analysis.linear.rotor_and_magnets import rotor_component
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.machine.feedback import bearing_forces
 from amb_analysis.machine.response import passive, synchronous_response
-from amb_assessment.assessment.analyses import cross_coupling, rest
+from amb_assessment.assessment.analyses import critical_map, cross_coupling, rest
 from amb_assessment.assessment.analyses.envelope import largest_needed
 from amb_assessment.assessment.analyses.sensitivity import sensitivities
 from amb_assessment.assessment.assess import assess
@@ -26,9 +26,12 @@ from amb_assessment.assessment.machine_file import CompressorStage, MachineFile,
 from amb_assessment.assessment.retainer_bearings import TITLE
 from amb_assessment.assessment.stages import anticipated, co_simulated, real_coefficients
 from amb_assessment.assessment.subject import subject_of
+from amb_assessment.assessment.unbalance_cases import unbalance_cases
 from amb_cosim.design.plant_data import plant
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
+from rotor_analysis.assembly import with_bearings
+from rotor_analysis.modes import modes
 from rotor_analysis.parts import Bearing
 
 FAST = ["free_modes", "critical_map", "closed_loop", "cross_coupling", "unbalance", "envelope"]
@@ -99,6 +102,32 @@ def test_the_co_simulated_rotor_has_the_stages_of_the_loop(expander):
     size = np.abs(bare.law.A).max()
     np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)
     assert np.abs(of_run.law.A - bare.law.A).max() > 1e-6 * size
+
+
+def test_undamped_critical_speeds_include_the_passive_bearing():
+    """The rotor on magnets and guide, without damping, whirls forward at each of them as fast as it turns.
+
+    With a guide of 5 N/um the second one is at 10,800 1/min; without it, at 3,800 1/min. The modes of the unbalance
+    have the critical speeds of the map, but for a stiffness of the magnets at another speed.
+    """
+    guide = 5e6
+    file = MACHINES["expander"]().model_copy(update={"parameters": {PLANT: {"guide.k_b": guide}}})
+    subject = subject_of(file)
+    found = critical_map.answer(subject).measured
+    assert [item.where for item in found] == [f"number {n} along {axis}" for axis in "xy" for n in (1, 2)]
+    for item in found:
+        Omega = item.value * np.pi / 30.0
+        forces = bearing_forces(subject, Omega, Omega)
+        supports = [Bearing("guide", subject.bearings["guide"], guide)]
+        for magnet in ("north", "south"):
+            along = "xy".index(item.where[-1])
+            force = forces[2 * (subject.bearings[magnet] - 1) + along, along::2].sum()
+            supports.append(Bearing(magnet, subject.bearings[magnet], -float(force.real)))
+        undamped = replace(with_bearings(subject.free, supports).at(Omega), C=0.0 * subject.free.C)
+        forward = [mode.frequency for mode in modes(undamped, Omega, 8) if mode.whirl == "forward"]
+        assert min(abs(omega / Omega - 1.0) for omega in forward) < 2e-3
+    named = [float(case.name.partition("(")[2].partition(" ")[0]) for case in unbalance_cases(subject)]
+    assert named == pytest.approx([item.value for item in found], rel=0.1)
 
 
 @pytest.mark.parametrize("Omega", [400.0, 1500.0])

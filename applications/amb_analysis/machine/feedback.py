@@ -12,7 +12,7 @@ The images at omega + 2 pi n/T due to sampling are neglected, because the rotor 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -134,9 +134,10 @@ def _link(source: LinearComponent, target: LinearComponent, omega: float) -> com
 
 
 def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict[str, Complex]:
-    """Return the dynamic stiffness (N/m) of each magnetic bearing along an axis for parallel synchronous motion.
+    """Return the dynamic stiffness (N/m) of each bearing along an axis for parallel synchronous motion.
 
-    k(j omega) = -F_x(j omega)/x: the real part is stiffness, the imaginary part omega times the damping.
+    k(j omega) = -F_x(j omega)/x + k_b + j omega c_b: the real part is stiffness, the imaginary part omega times the
+    damping. F is the force of a magnet, k_b and c_b are the passive coefficients of the plant.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict
     Returns
     -------
     dict
-        Arrays of shape (n,).
+        Arrays of shape (n,), of the bearings that have a magnet or passive coefficients.
     """
     result: dict[str, list[complex]] = {bearing: [] for bearing in machine.magnets}
     along = np.zeros(2 * len(machine.z))
@@ -159,13 +160,27 @@ def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict
         force = bearing_forces(machine, float(omega), float(omega)) @ along
         for bearing, values in result.items():
             values.append(-force[2 * (machine.bearings[bearing] - 1) + AXES.index(axis)])
-    return {bearing: np.array(values) for bearing, values in result.items()}
+    dynamic = {bearing: np.array(values) for bearing, values in result.items()}
+    for support in machine.passive_bearings:
+        k, c = support.stiffness[0][0], support.damping[0][0]
+        if k or c:
+            dynamic[support.name] = dynamic.get(support.name, 0.0) + k + 1j * omegas * c
+    return dynamic
+
+
+def springs(machine: Machine, stiffness: Mapping[str, float], floor: float) -> dict[int, float]:
+    """Return the stiffness (N/m) of bearings by node, each at least `floor`."""
+    result: dict[int, float] = {}
+    for bearing, k in stiffness.items():
+        node = machine.bearings[bearing]
+        result[node] = result.get(node, 0.0) + max(k, floor)
+    return result
 
 
 def directional_stiffness(machine: Machine, omegas: Array) -> dict[str, dict[str, Complex]]:
     """Return the `parallel_stiffness` of synchronous motion by direction: " along x" and " along y", or "" if equal."""
     x, y = (parallel_stiffness(machine, omegas, axis=axis) for axis in AXES)
-    size = max(float(np.abs(k).max()) for k in x.values())
+    size = max(float(np.abs(x[bearing]).max()) for bearing in machine.magnets)
     if all(np.allclose(x[bearing], y[bearing], rtol=0.0, atol=ALIKE * size) for bearing in x):
         return {"": x}
     return {" along x": x, " along y": y}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_analysis.machine.feedback import directional_stiffness
+from amb_analysis.machine.feedback import directional_stiffness, springs
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_cosim.presentation.digits import significant
 from array_types import Array
@@ -14,7 +14,7 @@ from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_mass
 
 MOST = 5  # modes, at most
 BEYOND = 1.5  # highest critical speed of a mode, over the trip speed
-SOFTEST = 0.02  # least stiffness of a bearing, over the largest
+SOFTEST = 0.02  # least stiffness of a bearing, over the largest of a magnet
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,8 @@ def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
 
 def _along(subject: Subject, direction: str, stiffness: dict[str, float]) -> list[UnbalanceCase]:
     """Return the cases of a direction with the stiffness (N/m) of its bearings."""
-    least = SOFTEST * max(max(abs(k) for k in stiffness.values()), 1.0)
-    springs = {subject.bearings[name]: max(k, least) for name, k in stiffness.items()}
-    speeds, shapes = critical_speeds(subject.free, springs, MOST)
+    least = SOFTEST * max(*(abs(stiffness[name]) for name in subject.magnets), 1.0)
+    speeds, shapes = critical_speeds(subject.free, springs(subject, stiffness, least), MOST)
     count = max(2, int(np.count_nonzero(speeds <= BEYOND * subject.file.speed.tripping)))
     cases = []
     for k, (Omega, shape) in enumerate(zip(speeds[:count], shapes.T[:count], strict=True), 1):

@@ -209,6 +209,6 @@ def test_a_bounce_between_samples_uses_the_whole_clearance():
 def test_a_critical_speed_at_a_computed_speed_is_found_once(monkeypatch, speeds):
     """A rotor whose only critical speed is 200 rad/s, whatever the stiffness of its bearings."""
     monkeypatch.setattr(critical_map, "critical_speeds", lambda rotor, springs, count: (np.array([200.0]), None))
-    subject = SimpleNamespace(bearings={"a": 1}, free=None)
+    subject = SimpleNamespace(bearings={"a": 1}, magnets=("a",), free=None)
     found = critical_map.bearing_critical_speeds(subject, np.array(speeds), {"a": np.full(len(speeds), 1e6)})
     assert found == [(1, pytest.approx(200.0))]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_analysis.machine.feedback import directional_stiffness
+from amb_analysis.machine.feedback import directional_stiffness, springs
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
@@ -14,7 +14,7 @@ from rotor_analysis.damping import free_modes
 
 COUNT = 5  # critical speeds
 POINTS = 41  # stiffnesses, and speeds
-LEAST = 1e-3  # of the largest dynamic stiffness: replaces smaller and negative values
+LEAST = 1e-3  # of the largest dynamic stiffness of a magnet: replaces smaller and negative values
 DECADES = (-3.0, 1.5)  # of stiffness, about m omega^2/2 with the rotor's mass and first free bending frequency
 
 
@@ -23,14 +23,15 @@ def answer(subject: Subject) -> AnalysisResult:
     bending = free_modes(subject.free.M[::2, ::2], subject.free.K[::2, ::2])[0][0]
     scale = 0.5 * subject.rotor.mass * bending**2
     stiffnesses = scale * np.logspace(*DECADES, POINTS)
-    lines = np.full((COUNT, POINTS), np.nan)
-    for k, stiffness in enumerate(stiffnesses):
-        springs = {subject.bearings[name]: float(stiffness) for name in subject.magnets}
-        speeds, _ = critical_speeds(subject.free, springs, COUNT)
-        lines[: len(speeds), k] = speeds
     highest = 1.5 * subject.file.speed.tripping
     swept = np.linspace(0.02, 1.0, POINTS) * highest
     directions = directional_stiffness(subject, swept)
+    supports = next(iter(directions.values()))
+    lines = np.full((COUNT, POINTS), np.nan)
+    for k, stiffness in enumerate(stiffnesses):
+        equal = springs(subject, dict.fromkeys(supports, float(stiffness)), 0.0)
+        speeds, _ = critical_speeds(subject.free, equal, COUNT)
+        lines[: len(speeds), k] = speeds
     dynamic = {f"{name}{direction}": k for direction, at in directions.items() for name, k in at.items()}
     measured = tuple(
         Quantity("undamped_critical_speed", f"number {number}{direction}", float(rpm(Omega)), "1/min")
@@ -53,8 +54,8 @@ def answer(subject: Subject) -> AnalysisResult:
     )
     notes = (
         "Undamped rotor on equal, isotropic supports; forward synchronous whirl. The bearings' stiffness is the real "
-        "part of force over displacement (controller, hold, delay, amplifier and magnet) for parallel motion of the "
-        "rotor, of either axis if they differ; negative values are not on the map.",
+        "part of force over displacement (controller, hold, delay, amplifier and magnet, and passive coefficients) for "
+        "parallel motion of the rotor, of either axis if they differ; negative values are not on the map.",
     )
     return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 
@@ -71,13 +72,14 @@ def bearing_critical_speeds(subject: Subject, speeds: Array, stiffness: dict[str
     speeds
         Ascending (rad/s), shape (n,).
     stiffness
-        Real part of the dynamic stiffness (N/m) at these speeds, by bearing, of at least `LEAST` of the largest.
+        Real part of the dynamic stiffness (N/m) at these speeds, by bearing, of at least `LEAST` of the largest of a
+        magnet.
     """
-    floor = LEAST * max(float(np.max(np.abs(k))) for k in stiffness.values())
+    floor = LEAST * max(float(np.max(np.abs(stiffness[name]))) for name in subject.magnets)
     excess = np.full((COUNT, len(speeds)), np.nan)
     for n, Omega in enumerate(speeds):
-        springs = {subject.bearings[name]: max(float(k[n]), floor) for name, k in stiffness.items()}
-        result, _ = critical_speeds(subject.free, springs, COUNT)
+        supports = springs(subject, {name: float(k[n]) for name, k in stiffness.items()}, floor)
+        result, _ = critical_speeds(subject.free, supports, COUNT)
         excess[: len(result), n] = result - Omega
     crossings = []
     for k in range(COUNT):
