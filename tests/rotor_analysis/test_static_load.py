@@ -24,14 +24,41 @@ def test_two_bearings_share_the_weight_by_their_distance_from_its_centre(name):
     assert (first > body.mass) == (name == "nelson_mcvaugh")
 
 
+LENGTH, DIAMETER = 4.0, 0.02  # m
+
+
+def slender_beam():
+    bearings = tuple(Bearing(name, node) for name, node in (("left", 1), ("middle", 11), ("right", 21)))
+    nodes = tuple(np.linspace(0.0, LENGTH, 21).tolist())
+    shaft = Shaft(nodes, (DIAMETER,), **STEEL, theory="rayleigh", mass_matrix="consistent")
+    return Rotor("beam", shaft, bearings=bearings)
+
+
 def test_three_bearings_share_the_weight_of_a_slender_beam_by_its_bending():
     """3/16, 5/8 and 3/16 of an even beam on three equidistant supports."""
-    bearings = tuple(Bearing(name, node) for name, node in (("left", 1), ("middle", 11), ("right", 21)))
-    nodes = tuple(np.linspace(0.0, 4.0, 21).tolist())
-    shaft = Shaft(nodes, (0.02,), **STEEL, theory="rayleigh", mass_matrix="consistent")
-    beam = Rotor("beam", shaft, bearings=bearings)
+    beam = slender_beam()
     shares = np.array(list(carried_masses(beam).values())) / beam.mass
     assert shares == pytest.approx([3 / 16, 5 / 8, 3 / 16], rel=1e-6)
+
+
+@pytest.mark.parametrize("k", [0.0, 1e2, 1e3, 1e12])
+def test_a_spring_in_the_middle_of_a_beam_carries_what_its_deflection_gives(k):
+    """k (5 m L^3/(384 E I) - f L^3/(48 E I)) = f, from no share to 5/8 of the beam."""
+    beam, EI = slender_beam(), STEEL["youngs_modulus"] * np.pi * DIAMETER**4 / 64.0
+    carried = carried_masses(beam, {"middle": k})
+    middle = 5.0 / 8.0 * beam.mass / (1.0 + 48.0 * EI / (k * LENGTH**3)) if k else 0.0
+    ends = 0.5 * (beam.mass - middle)
+    assert carried == pytest.approx({"left": ends, "middle": middle, "right": ends}, rel=1e-5, abs=1e-12)
+
+
+def test_a_bearing_and_a_spring_hold_a_rotor_which_nothing_else_holds():
+    """The spring holds the other end, whatever its stiffness; without stiffness the rotor would fall."""
+    left, middle, right = (Bearing(name, node, NOTHING) for name, node in (("left", 1), ("middle", 2), ("right", 3)))
+    rotor = disc_between(left, middle, right)
+    carried = carried_masses(rotor, {"middle": 0.0, "right": 1e3})
+    assert carried == pytest.approx({"left": 0.5 * MASS, "middle": 0.0, "right": 0.5 * MASS})
+    with raises_naming(ValueError, "3 bearings", "2 of them without stiffness"):
+        carried_masses(rotor, {"middle": 0.0, "right": 0.0})
 
 
 def test_middle_bearing_under_the_disc_carries_it_alone():

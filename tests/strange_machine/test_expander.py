@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from strange_machine import RUB, TOUCHDOWN
+from strange_machine import LEVITATION, RUB, TOUCHDOWN
 
 import amb_cosim
 from amb_cosim.results.places import places
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
 
 
@@ -20,6 +21,21 @@ def test_expander_levitates_off_its_retainers_at_20_khz(levitation):
     assert levitation.outcome.status == "completed"
     assert levitation.summary.recovery == "prevented"
     assert np.allclose(np.diff(levitation.dataset["time"].values), 50e-6)
+
+
+def test_gravity_leaves_the_weight_to_the_magnets(tmp_path):
+    """Without stated static currents, the scenario has those that its file states for two bearings; guide has none.
+
+    The guide is soft: shared as by three rigid bearings, the weight would leave the rotor hanging from it.
+    """
+    unstated = tmp_path / "gravity.toml"
+    unstated.write_text(f'base = "{LEVITATION}"\nremove = ["amb_actuator.*static_current_?"]\n', encoding="utf-8")
+    stated, found = (
+        plan_run(Scenario.load(path)).plan.parameters["amb_actuator"] for path in (str(LEVITATION), str(unstated))
+    )
+    for bearing in ("north", "guide", "south"):
+        name = f"{bearing}.static_current_y"
+        assert found[name] == pytest.approx(stated[name], rel=0.01, abs=1e-9), name
 
 
 def test_expander_falls_onto_both_retainers_and_stays(touchdown):

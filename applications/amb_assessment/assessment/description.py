@@ -37,7 +37,8 @@ LEAKAGE = 4.0  # factor between the inductances of file and gap, above which the
 def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlock]:
     """Return tables of bearings, sensors, retainers and stages of a machine, and lines on its speeds and criteria."""
     rotor, z, speed = subject.rotor, subject.z, subject.file.speed
-    carried = carried_masses(rotor)
+    springs = {b.name: b.stiffness[0][0] for b in subject.passive_bearings if b.name not in subject.magnets}
+    carried = carried_masses(rotor, springs)
     bearings = labelled_table(f"Bearings of {rotor.name}", "bearing", "z (mm)", "share of the mass (kg)", "magnet")
     for bearing in rotor.bearings:
         magnet = "yes" if bearing.name in subject.magnets else "no"

@@ -1,5 +1,7 @@
 """Gravity in a scenario: on the rotor, and in the static currents of the magnetic bearings, which carry the weight.
 
+A passive bearing carries the weight that its stiffness gives it while the rotor is at the centres of the magnets.
+
 The coil pair of an axis that carries no weight has the bias current I_b, the other also the static current I_s:
 
     weight towards -x:  I_upper = I_b + I_s,  I_lower = I_b
@@ -84,23 +86,34 @@ def _assumed_loads(missing: MissingParameters) -> list[str]:
     ]
 
 
-def _carry_weight(missing: MissingParameters, rotor: RotorSource) -> None:
+def _carry_weight(missing: MissingParameters, source: RotorSource) -> None:
     from rotor_analysis.rotor_file import load_rotor  # not needed without gravity
 
-    size, angle = (missing.values.parameter(f"{PLANT}.{name}") for name in ("gravity", "gravity_angle"))
+    values = missing.values
+    size, angle = (values.parameter(f"{PLANT}.{name}") for name in ("gravity", "gravity_angle"))
+    rotor = load_rotor(source)
+    passive = tuple(
+        (name, values.parameter(f"{PLANT}.{name}.k_b"))
+        for name in (bearing.name for bearing in rotor.bearings)
+        if not any(values.system.source_of(f"{PLANT}.{name}.f_{axis}") for axis in "xy")
+    )
     with one_blas_thread():
-        carried = _carried(load_rotor(rotor))
+        carried = _carried(rotor, passive)
     for bearing, mass in carried.items():
+        load = 0.0 if bearing in dict(passive) else mass * size
         for axis, upwards in (("x", -math.cos(angle)), ("y", -math.sin(angle))):
-            _carry(missing, bearing, axis, mass * size * upwards)
+            _carry(missing, bearing, axis, load * upwards)
 
 
 @lru_cache(maxsize=8)
-def _carried(rotor: Rotor) -> Mapping[str, float]:
-    """Return the mass (kg) that each bearing carries, the same for all runs of a rotor."""
+def _carried(rotor: Rotor, passive: tuple[tuple[str, float], ...]) -> Mapping[str, float]:
+    """Return the mass (kg) that each bearing carries, the same for all runs of a rotor.
+
+    Bearings without a magnet's force are springs, of the stiffness (N/m) in `passive`.
+    """
     from rotor_analysis.static_load import carried_masses
 
-    return carried_masses(rotor)
+    return carried_masses(rotor, dict(passive))
 
 
 def _carry(missing: MissingParameters, bearing: str, axis: str, load: float) -> None:
