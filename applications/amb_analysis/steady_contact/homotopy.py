@@ -131,8 +131,12 @@ def _tangent(z: Complex, t: np.ndarray, e: Complex, s: Complex, forms: tuple[Com
 
 
 def _solve(J: Complex, value: Complex) -> Complex:
+    """Return J^-1 value of each path; NaN where J is singular, so that `_track` takes a shorter step."""
     regular = J + 1e-300 * np.eye(J.shape[1])
     try:
         return np.linalg.solve(regular, value[:, :, None])[:, :, 0]
     except np.linalg.LinAlgError:
-        return np.linalg.solve(J + 1e-12 * np.eye(J.shape[1]), value[:, :, None])[:, :, 0]
+        result = np.full(value.shape, np.nan, dtype=complex)
+        solvable = np.linalg.slogdet(regular)[0] != 0.0
+        result[solvable] = np.linalg.solve(regular[solvable], value[solvable, :, None])[:, :, 0]
+        return result

@@ -62,6 +62,18 @@ def test_resultant_and_paths_find_the_same_pairs():
         np.testing.assert_allclose(ours, theirs, rtol=1e-6)
 
 
+def test_an_orbit_that_magnets_cancel_has_no_states_and_changes_no_other():
+    """Without a free orbit |s| is rounding, and a state could turn to any phase; paths of other points go on."""
+    R, c, r = some_rotor(3, 4)
+    at_three = np.linalg.inv(R)
+    s = np.einsum("njk,nk->nj", at_three, r)
+    cancelled = s * np.where(np.arange(4) == 2, 1e-15, 1.0)[:, None]
+    ends, alone = (solve_by_paths(at_three * c, of) for of in (cancelled, s))
+    assert not (np.abs(np.abs(ends[2]) - 1.0) < 1e-6).all(axis=1).any()
+    for point in (0, 1, 3):
+        np.testing.assert_array_equal(ends[point], alone[point])
+
+
 @pytest.mark.parametrize(("n_sites", "seed"), [(2, 3), (3, 4)])
 def test_newtons_method_from_many_starts_yields_no_further_state(n_sites, seed):
     """Newton's method from hundreds of starts yields only the states of the polynomial method."""
