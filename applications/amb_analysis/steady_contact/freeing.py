@@ -17,8 +17,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+import clarabel
 import numpy as np
-from scipy.optimize import minimize
+from scipy.sparse import csc_matrix
 
 from amb_analysis.steady_contact.forward_loop import Complex
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
@@ -123,40 +124,29 @@ def trap_limits(R: Complex, mu: Array, c: Array) -> Array:
 
 
 def _smallest_currents(r: Complex, S: Complex, limits: Array) -> Complex | None:
-    """Return the currents of (2) by sequential quadratic programming, scaled; None if infeasible."""
-    b = S.shape[1]
-    start = -np.linalg.lstsq(S, r, rcond=None)[0]
-    if (np.abs(r + S @ start) > limits).any():
+    """Return the currents of (2), a problem with second-order cones; None if infeasible.
+
+    Currents count in units of those that cancel the orbit, orbits in units of their limits.
+    """
+    if (np.abs(r) <= limits).all():
+        return np.zeros(S.shape[1], dtype=complex)
+    if not (limits > 0.0).all():
         return None
-    scale = max(float(np.abs(start).max()), 1e-300)
-    S_scaled = S * scale
-
-    def split(x: Array) -> Complex:
-        return x[:b] + 1j * x[b : 2 * b]
-
-    def slack(x: Array) -> Array:
-        added = split(x)
-        orbits = 1.0 - np.abs((r + S_scaled @ added) / limits) ** 2
-        return np.concatenate([x[-1] ** 2 - np.abs(added) ** 2, orbits, x[-1:]])
-
-    def slopes(x: Array) -> Array:
-        added, J = split(x), np.zeros((b + len(r) + 1, 2 * b + 1))
-        J[:b, :b], J[:b, b : 2 * b], J[:b, -1] = -2.0 * np.diag(added.real), -2.0 * np.diag(added.imag), 2.0 * x[-1]
-        g = -2.0 * ((r + S_scaled @ added).conj() / limits**2)[:, None] * S_scaled
-        J[b:-1, :b], J[b:-1, b : 2 * b], J[-1, -1] = g.real, -g.imag, 1.0
-        return J
-
-    first = np.concatenate([(start / scale).real, (start / scale).imag, [1.0 + 1e-9]])
-    goal = np.zeros(2 * b + 1)
-    goal[-1] = 1.0
-    result = minimize(
-        lambda x: x[-1],
-        first,
-        jac=lambda _: goal,
-        constraints={"type": "ineq", "fun": slack, "jac": slopes},
-        method="SLSQP",
-        options={"maxiter": 300, "ftol": 1e-12},
-    )
-    added = split(result.x) * scale
-    feasible = (np.abs(r + S @ added) <= limits * (1.0 + 10.0 * MARGIN)).all()
-    return added if feasible and np.abs(added).max() <= np.abs(start).max() * (1.0 + 1e-6) else start
+    unit = max(float(np.abs(np.linalg.lstsq(S, r, rcond=None)[0]).max()), 1e-300)
+    n, S = S.shape[1], S * unit / limits[:, None]
+    A, a = np.concatenate([np.eye(n), S]), np.concatenate([np.zeros(n), r / limits])
+    # each cone: a limit, and real and imaginary part of a current or an orbit; x: those of all currents, and t
+    of_x, size = np.zeros((len(A), 3, 2 * n + 1)), np.zeros((len(A), 3))
+    of_x[:, 1, :n], of_x[:, 1, n:-1], of_x[:, 2, :n], of_x[:, 2, n:-1] = A.real, -A.imag, A.imag, A.real
+    of_x[:n, 0, -1] = 1.0
+    size[n:, 0], size[:, 1], size[:, 2] = 1.0, a.real, a.imag
+    cones = [clarabel.SecondOrderConeT(3)] * len(A)
+    largest = np.append(np.zeros(2 * n), 1.0)
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    nothing, rows = csc_matrix((2 * n + 1, 2 * n + 1)), csc_matrix(-of_x.reshape(-1, 2 * n + 1))
+    solution = clarabel.DefaultSolver(nothing, largest, rows, size.ravel(), cones, settings).solve()
+    if solution.status != clarabel.SolverStatus.Solved:
+        return None
+    x = np.array(solution.x)
+    return unit * np.asarray(x[:n] + 1j * x[n:-1])
