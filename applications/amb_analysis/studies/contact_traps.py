@@ -273,10 +273,10 @@ def traps(
     friction = machine.mu(Omega), machine.mu_slope(Omega)
     loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))
     freeing = smallest_freeing(machine, Omega) if loop.is_stable else None
-    freeing_currents = None if freeing is None else currents_of(freeing.injected, machine)
-    allowed = np.array([allowed_current(machine, bearing) for bearing in machine.loop(Omega).currents])
+    freeing_currents = None if freeing is None else currents_of(freeing.injected, machine, Omega)
+    allowed = np.array([allowed_current(machine, bearing, Omega) for bearing in machine.loop(Omega).currents])
     demand = smallest_demand(machine, Omega, allowed) if loop.is_stable else None
-    demands = [currents_of(result.demanded, machine) for result in (freeing, demand) if result is not None]
+    demands = [currents_of(result.demanded, machine, Omega) for result in (freeing, demand) if result is not None]
     notes = list(machine.notes)
     if len(machine.sites) > AT_ONCE:
         notes.append(f"map and curves have states with at most {AT_ONCE} sites in contact; the machine's have all")

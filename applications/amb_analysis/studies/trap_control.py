@@ -44,18 +44,20 @@ def control_of(
     trapped = [state for state in states if state.contact and state.stable]
     free = [state for state in states if not state.contact and state.stable]
     free_currents = free[0].currents if free else {}
+    possible = _are_allowed(free_currents)
     if free and not trapped:
-        words = "free (no stable steady contact)" + _within(free_currents)
+        words = "free (no stable steady contact)" if possible else "free only with currents beyond its limits"
+        words += _within(free_currents)
     else:
         words = "may leave it in contact" if free else "cannot free it: no stable orbit misses all sites"
-    result = {"feedback alone": Freed(bool(free) and not trapped, free_currents, words)}
+    result = {"feedback alone": Freed(bool(free) and not trapped and possible, free_currents, words)}
     if not machine.loop(Omega).currents:
         return result
     result["synchronous control"] = _synchronous(machine, Omega)
     if not demands:
         freed = Freed(False, {}, "cannot free it: no synchronous currents do")
     else:
-        within = [d for d in demands if all(current.is_allowed for current in d.values())]
+        within = [d for d in demands if _are_allowed(d)]
         needed = within[0] if within else demands[-1]
         words = "can free it from any steady contact" if within else "cannot free it from all contact within its limits"
         freed = Freed(bool(within), needed, f"{words}{_within(needed)}")
@@ -69,17 +71,17 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
     converged, force = settled(at), machine.unbalance * Omega**2
     orbit = states_of((), converged.R, mu, machine.c, (converged.P @ force)[None])
     values: Complex = converged.currents[1] @ force
-    currents = currents_of(dict(zip(machine.loop(Omega).currents, values, strict=True)), machine)
+    currents = currents_of(dict(zip(machine.loop(Omega).currents, values, strict=True)), machine, Omega)
     if not len(orbit.points):
         return Freed(False, currents, "cannot free it: every orbit under its steady force touches a site")
-    words = "can hold it free" + _within(currents)
+    possible = _are_allowed(currents)
+    words = ("can hold it free" if possible else "cannot hold it free within its limits") + _within(currents)
     stuck = {contact for contact, rate in _adaptation_growth(machine, at, converged) if rate < 0.0}
     diverging = list(dict.fromkeys(contact for contact, rate in _adaptation_growth(machine, at, at) if rate > 0.0))
     if stuck:
         words += f"; it may also come to rest in contact at {', '.join(sorted(stuck))}"
     elif diverging:
         words += f"; in contact at {', '.join(diverging)} its adaptation diverges"
-    possible = all(current.is_allowed for current in currents.values())
     return Freed(possible and not stuck and not diverging, currents, words)
 
 
@@ -94,6 +96,10 @@ def _adaptation_growth(machine: RubbingRotor, at: Receptances, held: Receptances
         for n in range(len(states.points)):
             rates = adaptation_rates(at, states, n, machine.c, mu)
             yield "+".join(machine.sites[k] for k in contact), float(rates.real.max())
+
+
+def _are_allowed(currents: Mapping[str, BearingCurrent]) -> bool:
+    return all(current.is_allowed for current in currents.values())
 
 
 def _within(currents: Mapping[str, BearingCurrent]) -> str:

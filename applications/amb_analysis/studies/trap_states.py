@@ -10,6 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from amb_actuator.interface import DYNAMIC
+from amb_analysis.machine.axis_capability import current_amplitude
 from amb_analysis.machine.demand_limits import demand_amplitude
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.stability import TURNS
@@ -114,7 +115,7 @@ def report_state(state: SolvedState, machine: RubbingRotor, Omega: float) -> Syn
         friction_forces=state.friction,
         phases={site: math.degrees(psi) for site, psi in state.psi.items()},
         orbits=state.radius,
-        currents=currents_of(state.currents, machine),
+        currents=currents_of(state.currents, machine, Omega),
         growth=small.growth,
         whirl_frequency=small.frequency,
         damping_ratio=small.damping,
@@ -127,23 +128,27 @@ def report_state(state: SolvedState, machine: RubbingRotor, Omega: float) -> Syn
     )
 
 
-def currents_of(values: Mapping[str, complex], machine: RubbingRotor) -> dict[str, BearingCurrent]:
-    """Return complex currents (A) for the report, with the limit of each bearing."""
+def currents_of(values: Mapping[str, complex], machine: RubbingRotor, Omega: float) -> dict[str, BearingCurrent]:
+    """Return complex currents (A) at a speed (rad/s) for the report, with the limit of each bearing."""
     return {
-        bearing: BearingCurrent(abs(value), math.degrees(np.angle(value)), allowed_current(machine, bearing))
+        bearing: BearingCurrent(abs(value), math.degrees(np.angle(value)), allowed_current(machine, bearing, Omega))
         for bearing, value in values.items()
     }
 
 
-def allowed_current(machine: RubbingRotor, bearing: str) -> float:
-    """Return the largest amplitude (A) that coils (`amb_actuator.amplifier`), controller and DAC can follow."""
+def allowed_current(machine: RubbingRotor, bearing: str, Omega: float) -> float:
+    """Return the largest amplitude (A) that coils, voltage, controller and DAC can follow at a speed (rad/s).
+
+    The voltage limits the coils of dynamic amplifiers alone (`amb_actuator.amplifier`).
+    """
     levitated, result = machine.machine, math.inf
     if ACTUATOR in levitated.parameters:
+        is_dynamic = levitated.parameters[ACTUATOR]["amplifier"] == DYNAMIC
         for axis in "xy":
             p = levitated.axis(bearing, axis)
-            if levitated.parameters[ACTUATOR]["amplifier"] == DYNAMIC:
-                p.current_limit = min(p.current_limit, p.voltage_limit / p.resistance)
             result = min(result, *map(abs, current_range(p)))
+            if is_dynamic:
+                result = min(result, float(current_amplitude(p, Omega / (2.0 * math.pi))))
         axes = [direction for name, direction in levitated.loop.axes if name == bearing]
         result = min([result, *(demand_amplitude(levitated, bearing, axis) for axis in axes)])
     return max(result, 0.0)
