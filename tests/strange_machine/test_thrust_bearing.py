@@ -8,7 +8,7 @@ import pytest
 from strange_machine import LEVITATION
 
 from amb_assessment.assessment.analyses import axial
-from amb_assessment.assessment.assess import ANALYSES, assess, chosen_parts
+from amb_assessment.assessment.assess import ANALYSES, assess, check_machine, chosen_parts
 from amb_assessment.assessment.findings import Judgement
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
@@ -123,6 +123,14 @@ def test_a_thrust_of_either_sign_is_judged_without_load_too():
     rows = [[float(text) for text in row[:4]] for row in part.answer.tables[0].rows]
     assert [row[0] for row in rows] == [100.0, -150.0, 0.0]
     assert min(rows, key=lambda row: row[2])[0] == 0.0
+
+
+@pytest.mark.parametrize("gravity", [0.0, "0 m/s^2"])
+def test_a_vertical_machine_without_gravity_is_refused(gravity):
+    """Its thrust bearing would carry nothing; a scenario of a vertical shaft has `gravity = 0`."""
+    file = machine_with(thrust=0.0).model_copy(update={"tilt": "90 deg", "gravity": gravity})
+    with raises_naming(ValueError, "gravity = 0 m/s2", "tilt = 90 deg", "9.81 m/s^2", "machine file"):
+        check_machine(file)
 
 
 def test_a_vertical_machine_carries_its_weight_along_the_shaft():

@@ -220,9 +220,14 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
     ------
     ValueError
         If its components do not match, it begins with a fault, it has fewer than two magnetic bearings under a
-        controller, a stage or the thrust bearing is not at a part of the rotor, or the thrust bearing's controller is
-        wrong.
+        controller, a stage or the thrust bearing is not at a part of the rotor, the thrust bearing's controller is
+        wrong, or it is tilted without gravity.
     """
+    if file.shaft_tilt and not file.axial_gravity:
+        raise ValueError(
+            f"machine {file.name}: gravity = 0 m/s2 is not allowed with tilt = {file.tilt}, which divides it; it must "
+            "be that of a horizontal machine, such as gravity = '9.81 m/s^2' in the machine file"
+        )
     subject = subject_of(file, flavour)
     _ = subject.loop.axes, subject.facts
     for stage in file.stages:
