@@ -1,5 +1,7 @@
 """The largest amplitude of a control current: the least of controller, DAC, coils and voltage decides."""
 
+import math
+
 import pytest
 
 from amb_analysis.machine.axis_capability import current_amplitude
@@ -58,3 +60,17 @@ def test_a_tenth_of_the_demand_limit_uses_ten_times_its_share():
     tenth = shares(with_law_limits(-demand / 10.0, 1e9))
     assert tenth["amb_a.y"] == pytest.approx(1000.0, rel=0.02)
     assert tenth["amb_a.x"] == pytest.approx(whole, rel=0.05)
+
+
+def test_axes_that_differ_show_a_limit_each():
+    """With 60 V, amb_a.y gives (V - R (I_b + I_s))/|R + i Omega L| at 400 Hz; equal axes show one limit."""
+    file = load_machine(BLOWER / "machine.toml")
+    weak = file.model_copy(update={"parameters": {**file.parameters, "amb_actuator": {"amb_a.voltage_limit_y": 60.0}}})
+    subject = subject_of(weak)
+    curves = {item.name: item for item in envelope.answer(subject).panels[1].curves if item.name.endswith("can give")}
+    assert list(curves) == ["amb_a.x can give", "amb_a.y can give", "amb_b can give"]
+    y, p = curves["amb_a.y can give"], subject.axis(*AXIS)
+    Omega = y.x[-1] * math.pi / 30.0
+    expected = (60.0 - 0.5 * (4.0 + p.static_current)) / math.hypot(0.5, Omega * 17.4e-3)
+    assert y.y[-1] == pytest.approx(expected, rel=1e-6)
+    assert y.y[-1] < 0.5 * curves["amb_a.x can give"].y[-1]

@@ -13,7 +13,7 @@ from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultT
 from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm
 from amb_assessment.assessment.unbalance_cases import response_speeds, unbalance_cases
-from amb_assessment.reporting.panels import Panel, curve
+from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances
@@ -59,8 +59,7 @@ def answer(subject: Subject) -> AnalysisResult:
         )
         force_curves.append(curve(name, rpm(speeds), force))
         current_curves.append(curve(f"{name} needs", rpm(speeds), current))
-        if axis == AXES[0]:
-            current_curves.append(curve(f"{bearing} can give", rpm(speeds), allowed, "dashed"))
+        current_curves += _limit(subject, bearing, axis, speeds)
     heads = ("axis", "force (N), at 1/min", "current (A)", "voltage (V)", "slew rate (N/s)")
     panels = (
         Panel("Amplitude of the bearing forces", "speed (1/min)", "N", tuple(force_curves)),
@@ -74,6 +73,17 @@ def answer(subject: Subject) -> AnalysisResult:
         "voltage limit R I_0 + I |R + j Omega L| <= V.",
     )
     return AnalysisResult(tuple(measured), panels, (ResultTable("Largest demands", heads, tuple(rows)),), notes)
+
+
+def _limit(subject: Subject, bearing: str, axis: str, speeds: Array) -> list[Curve]:
+    """Return the curve of the current that an axis can give; none if another axis of the bearing has shown the same."""
+    axes = [of for name, of in subject.loop.axes if name == bearing]
+    limits = [control_amplitude(subject, bearing, of, hertz(speeds)) for of in axes]
+    are_alike = all(np.allclose(limit, limits[0], rtol=1e-3) for limit in limits)
+    if are_alike and axis != axes[0]:
+        return []
+    name = bearing if are_alike else f"{bearing}.{axis}"
+    return [curve(f"{name} can give", rpm(speeds), limits[axes.index(axis)], "dashed")]
 
 
 def _voltages(subject: Subject, speeds: Array, currents: Array) -> Array:
