@@ -109,6 +109,19 @@ def test_errors_of_the_plant_that_round_to_zero_have_no_minus():
     assert text.count("+0.0000") >= len(result.error)
 
 
+@pytest.mark.parametrize(
+    ("stiffness", "words"),
+    [
+        (1e6, "1000000 N/m, 0 N s/m along x and y"),
+        (((1e6, 0.0), (0.0, 2e6)), "1000000 N/m, 0 N s/m along x, 2000000 N/m, 0 N s/m along y"),
+    ],
+)
+def test_coefficients_of_a_bearing_name_both_of_its_axes(stiffness, words):
+    shaft = Shaft((0.0, 0.5, 1.0), (0.05,), youngs_modulus=2e11, density=7850.0, poissons_ratio=0.3)
+    bearings = (Bearing("left", 1, stiffness), Bearing("right", 3, 1e6))
+    assert studies.layout(Rotor("shaft", shaft, bearings=bearings)).parts[0].what == words
+
+
 def test_inertias_are_those_of_the_parts():
     """Discs and cores summed by hand, and the shaft as a slender rod with a small radius."""
     rig, result = load_rotor(), studies.layout()

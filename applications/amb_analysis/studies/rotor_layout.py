@@ -242,7 +242,7 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
     for kind, bearing in (*(("bearing", b) for b in rotor.bearings), *(("seal", s) for s in rotor.seals)):
         K, C, _ = bearing.at(0.0)
         along_x, along_y = (f"{number(K[k, k])} N/m, {number(C[k, k])} N s/m" for k in (0, 1))
-        coefficients = f"{along_x} along x" + (f", {along_y} along y" if along_y != along_x else "")
+        coefficients = f"{along_x} along x, {along_y} along y" if along_y != along_x else f"{along_x} along x and y"
         if K[0, 1] or K[1, 0]:
             coefficients += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N/m"
         what = coefficients + (" at rest" if bearing.at_speed else "")
