@@ -64,7 +64,7 @@ def test_channels_are_selected_and_refused_by_name():
     assert next(iter(one.responses.values())).frequencies[-1] == 1500.0
     with raises_naming(ValueError, "response", "turbine.x/turbine.f_x"):
         studies.response(rotor=drawn, measured=measured, outputs=["shroud.x"])
-    with raises_naming(ValueError, "inputs", "outputs"):
+    with raises_naming(ValueError, "outputs", "--response"):
         studies.response(rotor=drawn, inputs=["turbine.f_x"])
 
 
@@ -79,6 +79,19 @@ def test_the_levitated_rotor_responds_to_forces_and_currents():
     pushed = result.responses["north_east/turbine.f_x"].computed
     assert pushed[0].real > 0.0  # at low frequency it moves along the force
     assert str(result).count("north_east") == 2
+
+
+@pytest.mark.parametrize(
+    ("given", "missing", "present"),
+    [("inputs", "--response", "--input"), ("outputs", "--input", "--response")],
+)
+def test_a_response_without_a_channel_names_the_option_for_it(given, missing, present):
+    """`-o`, `--output` is the folder of results."""
+    with raises_naming(ValueError, missing, "without a measurement") as caught:
+        studies.response(
+            rotor=FOLDER / "expander.toml", **{given: ["turbine.x" if given == "outputs" else "turbine.f_x"]}
+        )
+    assert present + ")" not in str(caught.value)
 
 
 def test_runs_are_records_of_all_channels_with_units(levitation, tmp_path):

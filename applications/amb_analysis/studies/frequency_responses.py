@@ -27,7 +27,6 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.scenario.plan_run import plan_run
-from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.refinement import about_resonances, vertex
@@ -281,7 +280,9 @@ def measured_content(
 
 def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) -> list[FrequencyResponse]:
     """Return responses without values from inputs to outputs."""
-    require(bool(inputs) and bool(outputs), "inputs and outputs", "missing", "given, without a measurement")
+    missing = [name for name, ends in (("inputs (--input)", inputs), ("outputs (--response)", outputs)) if not ends]
+    if missing:
+        raise ValueError(f"{' and '.join(missing)} are missing; without a measurement, name at least one of each")
     frequencies = np.geomspace(min(LOWEST, 0.5 * highest), highest, POINTS)
     empty = np.zeros(POINTS, dtype=np.complex128)
     return [
