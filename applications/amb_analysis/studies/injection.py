@@ -31,7 +31,7 @@ from amb_cosim.scenario.simulation import run_planned
 from array_types import Array, Complex, Indices
 from signal_chain.presets import CUSTOM, is_on
 
-PERIOD = 4.0  # s: lines every 0.25 Hz, every 1 Hz for each axis
+PERIOD = 4.0  # s: lines every 0.25 Hz, for each of four axes every 1 Hz
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz
 INJECTED = 0.01  # of the bias current: small enough for the linear law and the voltage limit of the amplifiers
 STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers or parts of a sample of delay: the error is below 1 % at sharp peaks

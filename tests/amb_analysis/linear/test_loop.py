@@ -16,7 +16,7 @@ from amb_analysis.linear.loop import check_stable, diagonal_response
 from amb_analysis.linear.model import LinearModel, linear_model
 from amb_analysis.linear.rotor_and_magnets import actuator_component, bearing_slopes, rotor_component
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
-from amb_analysis.studies.stability_margin import AxisSensitivity
+from amb_analysis.studies.stability_margin import AxisSensitivity, peak_between_lines
 from amb_cosim.design.plant_data import plant
 from amb_cosim.design.rotor_models import actuator, control_loop, controller
 from rotor_analysis.assembly import assemble
@@ -198,8 +198,30 @@ def test_static_sensitivity_is_that_of_the_stiffnesses() -> None:
     np.testing.assert_allclose(np.abs(S), k_s / 1e6, rtol=2e-3)
 
 
+def test_a_peak_between_lines_of_a_measurement_is_measured() -> None:
+    """S = 1 + r/(1 - (f/f_0)^2 + 2 i zeta f/f_0) has its peak between lines 1.5 Hz apart, which miss a fifth of it."""
+    f_0, zeta, factor = 150.7, 0.005, 1.02 * np.exp(0.02j)
+
+    def S(f: np.ndarray) -> np.ndarray:
+        return 1.0 + 0.04 / (1.0 - (f / f_0) ** 2 + 2j * zeta * f / f_0)
+
+    closely, lines = np.linspace(140.0, 160.0, 200001), np.arange(1.0, 300.0, 1.5)
+    peak, at = np.abs(S(closely)).max(), closely[np.abs(S(closely)).argmax()]
+    measured = factor * S(lines)
+    assert np.abs(measured).max() < 0.9 * peak
+    found = peak_between_lines(peak, at, lines, measured, measured / S(lines))
+    assert found == pytest.approx(1.02 * peak, rel=1e-9)
+
+
+def test_a_larger_measured_value_than_at_the_computed_peak_counts() -> None:
+    """The co-simulation may have a peak that the linear model lacks."""
+    lines = np.array([10.0, 20.0, 30.0])
+    measured = np.array([1.0, 1.5, 3.0], dtype=complex)
+    assert peak_between_lines(2.0, 15.0, lines, measured, measured / np.array([1.0, 1.5, 1.2])) == 3.0
+
+
 def with_response(S: np.ndarray) -> AxisSensitivity:
-    return AxisSensitivity(1.0, 1.0, "A", S, np.empty(0), np.empty(0), 0.0, 0.0)
+    return AxisSensitivity(1.0, 1.0, "A", S, np.empty(0), np.empty(0), 1.0, 0.0, 0.0)
 
 
 def test_nyquist_curve_of_an_unstable_plant_encircles_minus_one() -> None:

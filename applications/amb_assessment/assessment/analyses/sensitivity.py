@@ -39,13 +39,10 @@ def answer(subject: Subject) -> AnalysisResult:
     }
     study = sensitivity(co_simulated(subject, speed.highest), flavour=subject.flavour)
     for name, axis in study.axes.items():
-        top = int(axis.measured.argmax())
-        hz = float(axis.measured_frequencies[top])
+        hz = axis.peak_frequency
         where = f"{name}, {hz:.1f} Hz at {rpm(speed.highest):.0f} 1/min"
         note = f"{100.0 * axis.largest_difference:.2g} % largest deviation from the curve of the co-simulated system"
-        measured.append(
-            Quantity("sensitivity_measured", where, float(axis.measured[top]), "1", {"frequency": hz}, note)
-        )
+        measured.append(Quantity("sensitivity_measured", where, axis.measured_peak, "1", {"frequency": hz}, note))
     note = (
         f"Amplifiers are {study.amplifier}. The delay of the demands is {study.delay:g} times the sample time. Zones "
         "are judged up to 2 kHz, or half the sample rate; the peak above 2 kHz by a criterion of the package."
