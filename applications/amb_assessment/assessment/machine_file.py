@@ -47,11 +47,15 @@ class Speeds(Table):
 
     @model_validator(mode="after")
     def _ascend(self) -> Speeds:
-        if not 0.0 < self.lowest <= self.highest <= self.tripping <= HIGHEST:
-            speeds = f"{self.lowest:g}, {self.highest:g}, {self.tripping:g} rad/s"
-            raise ValueError(
-                f"minimum, maximum and trip = {speeds} are not allowed; they must ascend, from above 0 rad/s"
-            )
+        trip = f"1.05 x {self.maximum}" if self.trip is None else self.trip
+        written = {"minimum": self.minimum, "maximum": self.maximum, "trip": trip}
+        before, reason = 0.0, ""
+        for (name, raw), value in zip(written.items(), (self.lowest, self.highest, self.tripping), strict=True):
+            shown = stated(f"{value:g} rad/s", raw)
+            allowed = f">= {before:g} rad/s, the {reason}" if reason else "> 0 rad/s"
+            require(value >= before if reason else value > 0.0, f"speed.{name}", shown, allowed)
+            require(value <= HIGHEST, f"speed.{name}", shown, f"<= {HIGHEST:g} rad/s")
+            before, reason = value, name
         _ = self.run_up_time, self.run_down_time
         return self
 
@@ -90,6 +94,8 @@ class Balancing(Table):
     def speed(self) -> float:
         """Product of eccentricity and speed (m/s)."""
         letter = isinstance(self.grade, str) and GRADE.fullmatch(self.grade.strip())
+        if not letter and str(self.grade).strip().upper().startswith("G"):
+            raise ValueError(f"balancing.grade = {self.grade!r} is not allowed; it must be a grade such as 'G 2.5'")
         value = quantity(f"{letter[1]} mm/s" if letter else self.grade, "m/s", "balancing.grade")
         if not 0.0 < value < 1.0:
             raise ValueError(
@@ -238,7 +244,8 @@ class MachineFile(Table):
         if self.up_to is None:
             return 2.0 * self.speed.tripping
         value, least = positive(self.up_to, "rad/s", "up_to"), self.speed.tripping
-        require(value >= least, "up_to", f"{value:.4g} rad/s", f">= {least:.4g} rad/s, the trip speed")
+        shown = stated(f"{value:.4g} rad/s", self.up_to)
+        require(value >= least, "up_to", shown, f">= {least:.4g} rad/s, the trip speed")
         return value
 
     @property

@@ -95,12 +95,18 @@ def test_a_balancing_grade_is_written_as_the_standard_or_with_its_unit(grade):
     ("changes", "facts"),
     [
         ({"rotor": None}, ("rotor", "scenario")),
-        ({"speed": {"minimum": "9 krpm", "maximum": "7 krpm"}}, ("ascend", "0")),
-        ({"speed": {"minimum": "0 rpm", "maximum": "7 krpm"}}, ("ascend", "0")),
+        ({"speed": {"minimum": "9 krpm", "maximum": "7 krpm"}}, ("speed.maximum", "(7 krpm)", ">= 942.478 rad/s")),
+        ({"speed": {"minimum": "0 rpm", "maximum": "7 krpm"}}, ("speed.minimum", "(0 rpm)", "> 0 rad/s")),
+        (
+            {"speed": {"minimum": "7 krpm", "maximum": "9 krpm", "trip": "8 krpm"}},
+            ("speed.trip", "837.758 rad/s (8 krpm)", ">= 942.478 rad/s, the maximum"),
+        ),
+        ({"speed": {"minimum": 1.0, "maximum": 1e5}}, ("speed.trip", "1.05 x 100000.0", "<= 100000 rad/s")),
         ({"balancing": {"grade": "-1 mm/s"}}, ("balancing.grade", "-0.001 m/s")),
         ({"balancing": {"grade": "2.5 kg"}}, ("balancing.grade",)),
         ({"balancing": {"grade": 2.5}}, ("balancing.grade", "2.5 m/s", "'G 2.5'")),
-        ({"balancing": {"grade": "G 2.5.1"}}, ("balancing.grade",)),
+        ({"balancing": {"grade": "G 2.5.1"}}, ("balancing.grade", "'G 2.5.1'", "'G 2.5'")),
+        ({"balancing": {"grade": "G -2"}}, ("balancing.grade", "'G -2'", "'G 2.5'")),
         ({"stages": [{"at": "wheel", "power": "500 kW"}]}, ("cross_coupling", "power", "diameter", "width")),
         (
             {"stages": [{"at": "wheel", "cross_coupling": 1e6, **DATA}]},
@@ -112,6 +118,7 @@ def test_a_balancing_grade_is_written_as_the_standard_or_with_its_unit(grade):
             ("ascending",),
         ),
         ({"up_to": "0 Hz"}, ("up_to", "0 rad/s")),
+        ({"up_to": "10 Hz"}, ("up_to", "62.83 rad/s (10 Hz)", "the trip speed")),
         ({"tolerances": {"k_i": 1.0}}, ("less than 1",)),
     ],
 )
