@@ -276,6 +276,15 @@ def test_an_fmu_of_any_step_size_is_called_in_every_step(sample_time):
     assert [c.every for c in sampler_of_any_step(sample_time).system.components] == [1, 1]
 
 
+@pytest.mark.parametrize(("sample_time", "early"), [("250 us", ""), ("1.75 ms", ""), ("300 us", "0.00025 s early")])
+def test_samples_between_communication_points_cause_a_warning(sample_time, early):
+    """Every 300 us in steps of 250 us: the second instant is in the step from 250 us, 50 us before it."""
+    warnings = [text for text in sampler_of_any_step(sample_time).warnings if "unevenly" in text]
+    assert len(warnings) == bool(early)
+    for text in warnings:
+        assert_names(text, "sampler", early, "sample_time = 0.0003 s")
+
+
 def test_settling_begins_so_that_a_sample_meets_the_beginning_of_cycle_0():
     p = sampler_of_any_step("1.75 ms")
     assert p.first % 7 == 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -91,7 +91,7 @@ def _planned(experiment: Experiment, values: Assignments) -> Plan:
         period=experiment.period,
         marks={label: grid.nearest("time of event", time) for label, time in experiment.marks.items()},
         notices=(*notices(system, interfaces, values.inputs, values.dropped), *unsolved, *experiment.notices),
-        warnings=experiment.warnings,
+        warnings=(*experiment.warnings, *_uneven_samples(components, values, h)),
         partial_events=partial_events,
         texts=values.texts,
         start_time=origin,
@@ -237,6 +237,20 @@ def _with_rate(component: Component, values: Assignments, h: float) -> Component
             f"{sample_time:.12g} s"
         )
     return component
+
+
+def _uneven_samples(components: Sequence[Component], values: Assignments, h: float) -> Iterator[str]:
+    """Yield a warning for each component whose samples fall between communication points.
+
+    A step that contains the instant of a sample takes it at its beginning (`signal_chain.sampling`).
+    """
+    for component in components:
+        sample_time, step = _sample_time(component, values), component.every * h
+        if sample_time is not None and not math.isclose(sample_time, round(sample_time / step) * step, rel_tol=1e-6):
+            yield (
+                f"{component.name} samples unevenly, up to {step:g} s early: sample_time = {sample_time:.12g} s is no "
+                f"whole multiple of its step of {step:g} s; linear models have even samples"
+            )
 
 
 def _start_grid(component: Component, values: Assignments, h: float) -> int:
