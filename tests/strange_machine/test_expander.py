@@ -8,6 +8,7 @@ import amb_cosim
 from amb_cosim.results.places import places
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
+from tests.support.messages import raises_naming
 
 
 def test_one_of_three_bearings_is_passive(levitation):
@@ -36,6 +37,16 @@ def test_gravity_leaves_the_weight_to_the_magnets(tmp_path):
     for bearing in ("north", "guide", "south"):
         name = f"{bearing}.static_current_y"
         assert found[name] == pytest.approx(stated[name], rel=0.01, abs=1e-9), name
+
+
+@pytest.mark.parametrize(
+    ("wrong", "facts"),
+    [({"gravity_angle": "225 m"}, ("'225 m'", "rad")), ({"gravity": "9.81 m"}, ("'9.81 m'", "m/s2"))],
+)
+def test_gravity_is_refused_with_the_name_of_its_scenario(wrong, facts):
+    scenario = Scenario.load(str(LEVITATION))
+    with raises_naming(ValueError, f"scenario {scenario.name}: ", *facts):
+        plan_run(scenario.changed(**wrong))
 
 
 def test_expander_falls_onto_both_retainers_and_stays(touchdown):

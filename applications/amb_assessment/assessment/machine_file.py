@@ -236,6 +236,9 @@ class MachineFile(Table):
         if not self.scenario and self.rotor is None:
             raise ValueError("a machine needs rotor, or scenario")
         _ = self.highest_frequency, self.balancing.speed, self.shaft_tilt
+        for name, value, unit in (("gravity", self.gravity, "m/s2"), ("gravity_angle", self.gravity_angle, "rad")):
+            if value is not None:
+                quantity(value, unit, name)
         return self
 
     @property

@@ -211,9 +211,10 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
         plant_settings = [f"{PLANT}.{name}" for name in scenario.parameters.get(PLANT, ())]
         set_stators(values, stators, [*plant_settings, *(settings or ())])
     missing = MissingParameters(values, stated | stated_constants(values))
-    of_loads = set_gravity(missing, scenario)
-    warnings = [*set_operating_points(missing), *of_loads]
-    set_test_force(missing)
+    with errors_in(f"scenario {scenario.name}"):
+        of_loads = set_gravity(missing, scenario)
+        warnings = [*set_operating_points(missing), *of_loads]
+        set_test_force(missing)
     coupling = scenario.coupling or assembly.system.coupling
     checked_speed(values.inputs[SPEED], values.written[SPEED])  # a wrong speed is reported before a wrong step
     if late := delay(coupling, scenario.step_size(coupling)):

@@ -117,6 +117,8 @@ def test_a_balancing_grade_is_written_as_the_standard_or_with_its_unit(grade):
             {"stages": [{"at": "wheel", "cross_coupling": 1e6, "real": [{"speed": 2.0}, {"speed": 1.0}]}]},
             ("ascending",),
         ),
+        ({"gravity": "9.81 m"}, ("gravity = '9.81 m'", "m/s2")),
+        ({"gravity_angle": "225 m"}, ("gravity_angle = '225 m'", "rad")),
         ({"up_to": "0 Hz"}, ("up_to", "0 rad/s")),
         ({"up_to": "10 Hz"}, ("up_to", "62.83 rad/s (10 Hz)", "the trip speed")),
         ({"tolerances": {"k_i": 1.0}}, ("less than 1",)),
