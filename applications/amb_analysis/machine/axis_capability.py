@@ -144,5 +144,10 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
     return LoadCapacity(*np.array(rows).reshape(-1, 3).T)
 
 
+def voltage_at_rest(p: np.record) -> float:
+    """Return the larger voltage (V) of the coil pairs of an axis at rest, R I_0 with I_0 = max(I_s + I_b, I_b)."""
+    return float(p.resistance * max(p.static_current + p.bias_current, p.bias_current))
+
+
 def _voltage_margin(p: np.record) -> float:
-    return float(p.voltage_limit - p.resistance * (p.static_current + p.bias_current))
+    return float(p.voltage_limit) - voltage_at_rest(p)

@@ -84,6 +84,15 @@ def test_voltage_and_current_bound_the_sine_that_the_coils_can_follow():
     assert np.all(np.diff(current_amplitude(RIG, np.linspace(80.0, 2000.0, 50))) < 0.0)
 
 
+def test_the_coil_pair_with_the_larger_current_bounds_the_sine():
+    """The axis turned by 180 degrees: its lower coil pair has 5.57 A at rest, its upper one 4.43 A."""
+    turned = axis_parameters(bias_current=5.57, static_current=-1.14)
+    for frequency in (0.0, 100.0, 1400.0):
+        assert current_amplitude(turned, frequency) == pytest.approx(current_amplitude(RIG, frequency), rel=1e-12)
+    assert full_swing_bandwidth(turned, 4.0) == pytest.approx(full_swing_bandwidth(RIG, 4.0), rel=1e-12)
+    assert force_slew_rate(turned) == pytest.approx(force_slew_rate(RIG)[::-1], rel=1e-12)
+
+
 def test_static_load_is_carried_with_the_static_current_of_table_2_2():
     """Table 2.2 gives 1.14 A and 500 N: 321 N of an axis with 1.14 A, 354 N ask for 1.24 A."""
     result = load_capacity(RIG, np.array([F_0, PER_AXIS]))

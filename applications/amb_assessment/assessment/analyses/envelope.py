@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_analysis.machine.axis_capability import force_slew_rate
+from amb_analysis.machine.axis_capability import force_slew_rate, voltage_at_rest
 from amb_analysis.machine.demand_limits import control_amplitude
 from amb_analysis.machine.feedback import bearing_forces, demanded_currents
 from amb_analysis.machine.machine import AXES
@@ -87,10 +87,10 @@ def _limit(subject: Subject, bearing: str, axis: str, speeds: Array) -> list[Cur
 
 
 def _voltages(subject: Subject, speeds: Array, currents: Array) -> Array:
-    """Return the largest voltages R (I_0 + I_s) + I |R + j Omega L| of each axis (V), shape (speeds, axes)."""
+    """Return the largest voltages R I_0 + I |R + j Omega L| of each axis (V), shape (speeds, axes)."""
     axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.axes]
     impedances = np.stack([np.hypot(p.resistance, speeds * p.inductance) for p in axes], axis=1)
-    return currents * impedances + [p.resistance * (p.bias_current + p.static_current) for p in axes]
+    return currents * impedances + [voltage_at_rest(p) for p in axes]
 
 
 def _shares(subject: Subject, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:
