@@ -56,6 +56,12 @@ def test_show_prints_gains_and_phases_at_the_modes_of_a_rotor(command):
         assert -180.0 < phase < 0.0, "the demand damps"
 
 
+def test_show_includes_the_gains_of_the_demands(command, tmp_path):
+    linear_controller(3.0, ["y"], ["u"], 1e-4, gains=-2.0).save(tmp_path / "law.npz")
+    (path,) = json.loads(command("show", "law.npz", "--json"))["connections"]
+    assert path["gain_at_rest"] == pytest.approx(6.0)
+
+
 def test_show_draws_the_response_that_it_prints(command, tmp_path):
     text = command("show", "lead.toml", "-o", "bode.png")
     assert_names(text, "2 states", "0.0001 s")

@@ -103,6 +103,13 @@ def test_gain_offset_and_feedforward_of_each_demand_add_up():
     np.testing.assert_allclose(bench.step([0.1, 0.1], u__gain=-1.0), [-0.1, 7.15], rtol=1e-14)
 
 
+def test_state_space_has_the_gains_of_the_demands():
+    made = controller(random_law(5, 3, 2, 2), gains=[-2.0, 0.5])
+    values = signals(1, 30, 2)
+    expected = response(made.state_space(), values)
+    np.testing.assert_allclose(Bench(made, start_at_rest=0).run(values), expected, rtol=0.0, atol=1e-12)
+
+
 def test_setpoint_is_subtracted_from_the_signal():
     bench = Bench(linear_controller(2.0, ["y"], ["u"], T))
     assert bench.step([0.03], y__setpoint=0.03)[0] == 0.0

@@ -120,7 +120,7 @@ def connections(controller: LinearController, omega: Array, speed: float, contin
     Both include the controller's `delay`, exp(-j omega delay T) for the sampled law.
     """
     delay_response = np.exp(-1j * omega * controller.sample_time * controller.starts.get("delay", 0.0))[:, None, None]
-    result = delay_response * response(controller.laws[speed], omega, controller.sample_time)
+    result = delay_response * response(controller.law_at(speed), omega, controller.sample_time)
     continuous_response = None if continuous is None else delay_response * response(continuous, omega, None)
     return [
         LawPath(signal, demand, result[:, i, j], None if continuous_response is None else continuous_response[:, i, j])

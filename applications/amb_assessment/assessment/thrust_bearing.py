@@ -196,7 +196,7 @@ class ThrustBearing(Table):
             )
         if len(controller.laws) > 1:
             raise ValueError(f"controller {name} of the thrust bearing depends on speed; it must be one law")
-        (law,) = controller.laws.values()
+        law = controller.law_at()
         return (law.A, law.B, law.C, law.D), controller.sample_time, float(controller.starts.get("delay", 0.0))
 
     def loop(self, mass: float, point: OperatingPoint, factors: tuple[float, float] = (1.0, 1.0)) -> AxialLoop:

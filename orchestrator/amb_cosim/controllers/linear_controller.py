@@ -107,24 +107,26 @@ class LinearController:
         return f"{type(self).__name__}({digest})"
 
     def state_space(self, speed: float | None = None) -> Any:
-        """Return the sampled law as control.StateSpace; dots in names become _.
-
-        Of a table it is that at a speed (rad/s), interpolated as in a run, or without a speed the first.
-        """
+        """Return `law_at` as control.StateSpace; dots in names become _."""
         import control
 
-        law = self._law_at(next(iter(self.laws)) if speed is None else speed)
+        law = self.law_at(speed)
         ports = {"inputs": self.ports.signals, "outputs": self.ports.demands}
         names = {kind: [name.replace(".", "_") for name in of_kind] for kind, of_kind in ports.items()}
         return control.ss(law.A, law.B, law.C, law.D, self.sample_time, **names)
 
-    def _law_at(self, speed: float) -> Law:
+    def law_at(self, speed: float | None = None) -> Law:
+        """Return the sampled law from signals to demands, with the gains of the demands.
+
+        Of a table it is that at a speed (rad/s), interpolated as in a run, or without a speed the first.
+        """
         speeds, laws = list(self.laws), list(self.laws.values())
-        place = float(np.interp(speed, speeds, np.arange(len(speeds))))
+        place = 0.0 if speed is None else float(np.interp(speed, speeds, np.arange(len(speeds))))
         lower, upper = laws[math.floor(place)], laws[math.ceil(place)]
         w = place - math.floor(place)
         A, B, C, D = ((1.0 - w) * getattr(lower, name) + w * getattr(upper, name) for name in "ABCD")
-        return Law(A, B, C, D, lower.sample_time)
+        gains = np.array([[self.starts.get(f"{demand}.gain", 1.0)] for demand in self.ports.demands])
+        return Law(A, B, gains * C, gains * D, lower.sample_time)
 
 
 def linear_controller(

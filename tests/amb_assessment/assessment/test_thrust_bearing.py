@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from strange_machine import LEVITATION
 
 from amb_assessment.assessment.machine_file import MachineFile, load_machine
 from amb_assessment.assessment.thrust_bearing import DATA_HEADS, ThrustBearing
+from amb_cosim import linear_controller
 from tests.support.messages import raises_naming
 
 FILE = LEVITATION.parent / "machine.toml"
@@ -129,6 +131,17 @@ def test_a_controller_with_wrong_signals_or_speeds_is_refused(tmp_path, text, fa
     (tmp_path / "axial.toml").write_text(head + channel, encoding="utf-8")
     with raises_naming(ValueError, *facts):
         _ = bearing(controller=str(tmp_path / "axial.toml")).law
+
+
+def test_a_law_and_the_gain_of_its_demand_make_the_loop_of_their_product(tmp_path):
+    law = (np.eye(1), np.ones((1, 1)), -np.ones((1, 1)), np.full((1, 1), -1.2e4))
+    for name, factor, gain in (("product", 1.0, 1.0), ("both", 0.5, 2.0)):
+        K = (*law[:2], factor * law[2], factor * law[3])
+        made = linear_controller(K, ["z"], ["i"], 50e-6, sampled_arrays=True, gains=gain, delay=1.5)
+        made.save(tmp_path / f"{name}.npz")
+    loops = [bearing(controller=str(tmp_path / f"{name}.npz")) for name in ("product", "both")]
+    product, both = (item.loop(4.0, item.bearing.operating_point()).step_matrix for item in loops)
+    assert np.array_equal(both, product)
 
 
 def test_the_path_of_the_controller_is_relative_to_the_machine_file():
