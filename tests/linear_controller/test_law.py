@@ -58,6 +58,18 @@ def test_matched_poles_are_where_the_sample_time_puts_them():
     assert result(1.0).real == pytest.approx(law(0.0).real, rel=1e-9)
 
 
+def test_a_lag_much_faster_than_the_sample_needs_no_warning():
+    """exp(-100) = 3.7e-44 beside an integrator: balanced, the states differ by a factor of 1e43."""
+    law = control.series(control.ss(control.tf([1.0, 10.0], [1.0, 0.0])), control.ss(control.tf([1.0], [T / 100, 1.0])))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        made = controller(law, method="zoh")
+        values = signals(2, 30, 1)
+        result = Bench(made, start_at_rest=0).run(values)
+    assert sorted(np.abs(made.state_space().poles())) == pytest.approx([np.exp(-100.0), 1.0], rel=1e-9)
+    np.testing.assert_allclose(result, response(law.sample(T, "zoh"), values), rtol=0.0, atol=1e-12)
+
+
 def test_step_response_of_an_integrator_is_a_ramp():
     ramp = Bench(linear_controller(([0.0, 1.0], [1.0, 0.0]), ["y"], ["u"], T, method="euler")).run(
         np.full((50, 1), 0.1)

@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from amb_cosim.controllers.laws import Law, law_of
+from amb_cosim.controllers.laws import Law, balancing_factors, law_of
 from amb_files.suggestions import suggest
 
 METHODS = ("tustin", "zoh", "foh", "euler", "backward_diff", "matched", "impulse")
@@ -80,9 +80,8 @@ def sampled(law: Law, sample_time: float, method: str = "tustin", prewarp: float
 
 def _sampled(law: Law, sample_time: float, method: str, prewarp: float | None) -> Law:
     import control
-    from scipy.linalg import matrix_balance
 
-    _, (scale, _) = matrix_balance(law.A, permute=False, separate=True)
+    scale = balancing_factors(law.A)
     balanced = control.ss(
         law.A * scale[None, :] / scale[:, None], law.B / scale[:, None], law.C * scale[None, :], law.D
     )

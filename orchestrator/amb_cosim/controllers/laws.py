@@ -86,6 +86,15 @@ def law_of(K: Any, sampled: bool = False) -> Law:
     raise ValueError(f"a controller of type {type(K).__name__} is not allowed; it must be {FORMS}")
 
 
+def balancing_factors(A: Array) -> Array:
+    """Return powers of two, a factor for each state, with which rows and columns of A have similar norms."""
+    from scipy.linalg import matrix_balance
+
+    with np.errstate(invalid="ignore"):  # SciPy converts the factors to integers, too, which are not used
+        _, (factors, _) = matrix_balance(A, permute=False, separate=True)
+    return np.asarray(factors)
+
+
 def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
     """Return k prod(s - z) / prod(s - p) as sections of second order in sequence.
 

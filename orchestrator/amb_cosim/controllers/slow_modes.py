@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_cosim.controllers.laws import Law
+from amb_cosim.controllers.laws import Law, balancing_factors
 from array_types import Array, Bools, Indices
 
 
@@ -91,9 +91,9 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
 
 def _split(A: Array, B: Array, alpha: float) -> tuple[Array, Array, Array, Array]:
     """Return V, W and A_s of the slow modes, and the rest term of the fast ones."""
-    from scipy.linalg import matrix_balance, schur, solve_sylvester
+    from scipy.linalg import schur, solve_sylvester
 
-    _, (scale, _) = matrix_balance(A, permute=False, separate=True)
+    scale = balancing_factors(A)
     T, Z, n_slow = schur(A * scale[None, :] / scale[:, None], sort=lambda re, im=0.0: math.hypot(re, im) >= alpha)
     A_s, A_f = T[:n_slow, :n_slow], T[n_slow:, n_slow:]
     X = solve_sylvester(A_s, -A_f, -T[:n_slow, n_slow:]) if 0 < n_slow < len(T) else np.zeros((n_slow, len(A_f)))
