@@ -177,6 +177,25 @@ def test_error_names_the_faulty_key_of_a_block(tmp_path, block, facts):
         linear_controller(written(tmp_path, content(block)))
 
 
+@pytest.mark.parametrize("order", [2, 4, 7, 8])
+def test_blocks_in_series_have_the_product_of_their_formulas(tmp_path, order):
+    """A steep low-pass between sections of lower frequencies, continuous, sampled, and as python-control has it."""
+    first, last = (
+        {"type": "second_order", "frequency": f, "damping": 0.9, "zero_frequency": zero, "zero_damping": 0.7}
+        for f, zero in ((1280.0, 47.0), (72.0, 710.0))
+    )
+    blocks = first, {"type": "low_pass", "frequency": "1.7 kHz", "order": order}, last
+
+    def product(omega):
+        return pytest.approx(np.prod([continuous(tmp_path, block, omega=omega) for block in blocks]), rel=1e-9)
+
+    assert continuous(tmp_path, *blocks) == product(W)
+    expected = product(2.0 / T * math.tan(W * T / 2.0))  # Tustin's rule
+    law = linear_controller(written(tmp_path, content(*blocks)))
+    assert response(law.law_at(), np.array([W]), T)[0, 0, 0] == expected
+    assert law.state_space()(np.exp(1j * W * T)) == expected
+
+
 def test_prewarping_above_half_the_sample_rate_is_refused(tmp_path):
     data = content({"type": "notch", "frequency": "6 kHz"}, prewarp=True)
     with raises_naming(ValueError, "6000 Hz", "prewarp"):
