@@ -6,7 +6,7 @@ import pytest
 from strange_machine import LEVITATION
 
 import amb_cosim
-from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.design.magnetic_bearing import axis_parameters, current_range, linear_constants
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names
@@ -32,6 +32,20 @@ def test_controller_assumes_the_constants_of_its_magnets(gravity: str | None, ga
             assert assumed[f"{bearing}.k_i_{axis}"] == pytest.approx(k_i, rel=1e-12)
             least = -(magnet.static_current + magnet.bias_current)
             assert assumed[f"{bearing}.i_min_{axis}"] == pytest.approx(least, rel=1e-12)
+
+
+@pytest.mark.parametrize("limit", [4.5, 8.0])
+def test_controller_demands_no_current_that_the_coils_cannot_carry(limit: float) -> None:
+    """Both coils of an axis carry 0 A to the limit, of which 4.5 A are less than 2 I_b + I_s."""
+    settings = LINEAR | {"amb_actuator.*.current_limit_?": limit, "amb_actuator.*.static_current_y": 0.5}
+    pid = {n: raw for n, raw in WEIGHTLESS.parameters["rolac_controller"].items() if "i_max" not in n}
+    unstated = WEIGHTLESS.model_copy(update={"parameters": {**WEIGHTLESS.parameters, "rolac_controller": pid}})
+    parameters = plan_run(unstated, settings).plan.parameters
+    assumed, magnets = parameters["rolac_controller"], parameters["amb_actuator"]
+    for axis in "xy":
+        own = {n: magnets[f"north.{n}_{axis}"] for n in (*OF_MAGNET, "current_limit")}
+        low, high = (assumed[f"north.{name}_{axis}"] for name in ("i_min", "i_max"))
+        assert (low, high) == pytest.approx(current_range(axis_parameters(**own)), rel=1e-12)
 
 
 def test_weightless_expander_levitates_on_its_own_magnets() -> None:

@@ -38,10 +38,12 @@ def stated_constants(values: Assignments, component: str = CONTROLLER) -> set[st
 
 
 def set_operating_points(missing: MissingParameters) -> list[str]:
-    """Set the controller's assumptions on each magnet: K_s, K_i, i_min = -(I_s + I_b), i_max = I_b; return warnings.
+    """Set the controller's assumptions on each magnet: K_s, K_i, i_min and i_max; return warnings.
 
-    K_s and K_i are the slopes of the magnet's force law at its centre. A warning names settings that differ from these
-    by more than `LARGEST_RATIO`, and measured constants that differ as much from a geometry set without them.
+    The currents are those with which both coil currents, I_s + I_b + i and I_b - i, are between 0 and the limit of the
+    coils; the integral of a PID would wind up beyond what the actuator cuts off. K_s and K_i are the slopes of the
+    magnet's force law at its centre. A warning names settings that differ from these by more than `LARGEST_RATIO`, and
+    measured constants that differ as much from a geometry set without them.
 
     Parameters
     ----------
@@ -57,7 +59,7 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
         measured = is_measured(values)
         slopes = tuple(p[name] for name in MEASURED) if measured else _slopes(bearing, axis, p, int(law))
         assumed = {f"{CONTROLLER}.{bearing}.{name}_{axis}": k for name, k in zip(("k_s", "k_i"), slopes, strict=True)}
-        currents = {"i_min": -(static + bias), "i_max": bias}
+        currents = {"i_min": max(-(static + bias), bias - limit), "i_max": min(limit - (static + bias), bias)}
         for name, value in (assumed | {f"{CONTROLLER}.{bearing}.{n}_{axis}": i for n, i in currents.items()}).items():
             _set_if_allowed(missing, name, value)
         geometry = {f"{ACTUATOR}.{bearing}.{name}_{axis}" for name in GEOMETRY}
