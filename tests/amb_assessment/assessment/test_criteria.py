@@ -111,6 +111,12 @@ def test_a_zone_ends_below_its_limit():
     assert not zones.is_met(4.0, {})
 
 
+@pytest.mark.parametrize(("relation", "met"), [("below", [True, True, False]), ("above", [False, True, True])])
+def test_a_value_equal_to_its_limit_meets_it(relation, met):
+    criterion = Criterion(**ABOUT, limit="N_min / 70000", relation=relation)
+    assert [criterion.is_met(value, MACHINE) for value in (0.0999, 0.1, 0.1001)] == met
+
+
 @pytest.mark.parametrize(
     ("value", "printed"), [(100.04, "100.04 %"), (104.0, "104 %"), (99.99, "99.99 %"), (99.999, "100 %")]
 )
