@@ -134,6 +134,11 @@ def test_an_orbit_that_grows_ever_faster_is_unstable(radius, expected):
     assert recovered(orbit(radius)) is (expected is None)
 
 
+@pytest.mark.parametrize(("change", "expected"), [(14.0, "unstable"), (16.0, None)])  # of 20 cycles; five are judged
+def test_growth_counts_from_five_cycles_after_the_last_change(change, expected):
+    assert recovery(orbit(1e-6 * np.exp(5.0 * T), last_change_cycle=change)) == expected
+
+
 @pytest.mark.parametrize("rate", [0.01, 0.02, 0.03])
 def test_a_steady_response_to_a_sine_sweep_from_outside_does_not_grow(rate):
     phase = -0.8 * 20.0 * T + 0.5 * rate * (20.0 * T) ** 2  # turns
