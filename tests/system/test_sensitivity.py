@@ -44,7 +44,7 @@ CASES: dict[str, tuple[dict[str, Any], float]] = {
                 "rolac_controller.*.k_integral_?": 1e6,
             }
         },
-        0.05,
+        0.005,
     ),
 }
 
@@ -91,4 +91,4 @@ def test_sensitivity_with_a_share_of_a_sample_of_delay_is_measured(tmp_path) -> 
 
 def test_contact_during_the_measurement_is_reported() -> None:
     with raises_naming(ValueError, "touched", "during the measurement"):
-        study(set={"rotor_contact.rb1.clearance": "5 um"})
+        study(set={"rotor_contact.rb1.clearance": "1 um"})
