@@ -279,7 +279,7 @@ def _begins_damped(result: list[Vibrations], track: list[int | None]) -> bool:
 
 def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOverSpeed:
     pairs = list(zip(vibrations, track, strict=True))
-    s = np.array([np.nan if k is None else at.poles[k] for at, k in pairs], dtype=np.complex128)
+    s = np.array([complex(np.nan, np.nan) if k is None else at.poles[k] for at, k in pairs])
     ratios = np.array([np.nan if k is None else at.ratios()[k] for at, k in pairs])
     whirl = tuple(None if k is None else whirl_of(float(at.senses[k])) for at, k in pairs)
     return PoleOverSpeed(s.imag, ratios, -2.0 * math.pi * s.real / s.imag, whirl)

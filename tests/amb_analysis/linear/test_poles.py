@@ -9,6 +9,7 @@ import pytest
 
 from amb_analysis.linear.loop import LoopPoles
 from amb_analysis.linear.stability import LoopStability
+from amb_analysis.studies.closed_loop_poles import _crossings, _over_speed
 from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, least_damped, vibrations_over
 from amb_cosim import studies
 from rotor_analysis.damping import Damping
@@ -90,21 +91,43 @@ def test_a_pole_that_disappears_ends_its_track():
     assert followed([both, both, single, both], 2) == [[0, 0, 0, 0], [1, 1, None, None]]
 
 
-def test_precession_that_creeps_at_rest_is_followed_from_where_it_begins():
-    """I_d a'' + (c - i Omega I_p) a' + k a = 0, c^2 > 4 I_d k: none at rest, k/(Omega I_p) backward at speed."""
+@pytest.fixture(scope="module")
+def tilting():
+    """Return speeds (rad/s), vibrations of a damped gyroscopic rotor that creeps at rest, and parameters.
+
+    I_d a'' + (c - i Omega I_p) a' + k a = 0, c^2 > 4 I_d k: none at rest, k/(Omega I_p) backward at speed.
+    """
     I_d, I_p, c, k = 1e-3, 8e-4, 4.0, 100.0
-    result = []
-    for speed in np.linspace(10.0, 1e5, 41):
+    speeds, result = np.linspace(10.0, 1e5, 41), []
+    for speed in speeds:
         roots = np.roots([I_d, c - 1j * speed * I_p, k])
         s = np.where(roots.imag < 0.0, roots.conj(), roots)
         order = [n for n in np.argsort(s.imag) if -s[n].real < 0.995 * abs(s[n])]
         result.append(Vibrations(s[order], np.sign(roots.imag)[order], STABLE))
     assert len(result[0].poles) == 0
+    return speeds, result, k / I_p
+
+
+def test_precession_that_creeps_at_rest_is_followed_from_where_it_begins(tilting):
+    _, result, rate = tilting
     tracks = begun_later(result, followed(result, 8))
     (precession,) = [track for track in tracks if result[-1].senses[track[-1]] < 0.0]
-    assert result[-1].poles[precession[-1]].imag == pytest.approx(k / (1e5 * I_p), rel=0.01)
+    assert result[-1].poles[precession[-1]].imag == pytest.approx(rate / 1e5, rel=0.01)
     begun = [at.senses[n] for at, n in zip(result, precession, strict=True) if n is not None]
     assert begun == [-1.0] * sum(-1.0 in at.senses for at in result)
+
+
+def test_a_vibration_that_begins_below_the_speed_is_not_critical_there(tilting):
+    """Precession of k/(Omega I_p) begins where it is slower than the rotor rotates, and remains so."""
+    speeds, result, _ = tilting
+    tracks = begun_later(result, followed(result, 8))
+    over_speed = [_over_speed(result, track) for track in tracks]
+    assert all(np.isnan(pole.frequencies[0]) and np.isfinite(pole.frequencies[-1]) for pole in over_speed)
+    assert all(np.isnan(pole.frequencies).sum() == np.isnan(pole.decrements).sum() for pole in over_speed)
+    (precession,) = [pole for pole in over_speed if pole.whirl[-1] == "backward"]
+    exists = np.isfinite(precession.frequencies)
+    assert (precession.frequencies[exists] < speeds[exists]).all()
+    assert not list(_crossings(speeds, [precession]))
 
 
 class DampedLeastBetweenSpeeds:
