@@ -72,13 +72,16 @@ def new(
     """
     from amb_assessment.first_design.files import new_machine
     from amb_assessment.first_design.levitation import TRIP
+    from amb_assessment.first_design.rotor_text import require_speed
     from amb_cosim.cosim.system.values import quantity
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import STARTING, bars
 
     with refusing():
         magnet = _magnet(k_i, k_s, gap, bias, drive)
-        Omega = quantity(speed or _asked("speed", SPEED), "rad/s", "speed")
+        written = speed or _asked("speed", SPEED)
+        Omega = quantity(written, "rad/s", "speed")
+        require_speed(Omega, written)
         text = _rotor_text(folder.name, rotor, mass, length, Omega)
         places = None if bearings is None else [quantity(z, "m", "bearings") for z in _positions(bearings)]
         if places is not None and len(places) != 2:

@@ -8,7 +8,6 @@ from functools import partial
 
 from amb_analysis.machine.machine import Machine
 from amb_assessment.first_design.levitation import (
-    RANGE,
     Designer,
     Levitation,
     Pid,
@@ -16,7 +15,7 @@ from amb_assessment.first_design.levitation import (
     operating_points,
     pid_of,
 )
-from amb_assessment.first_design.shortfalls import high_voltage, hindering_positions, shortfalls, soft_bearings
+from amb_assessment.first_design.shortfalls import advice, high_voltage, hindering_positions, shortfalls, soft_bearings
 from amb_assessment.first_design.sizing import SAMPLE_TIMES, MachineSizes
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
@@ -100,13 +99,10 @@ def _refusal(sizes: MachineSizes, best: Design, machine: Machine) -> str:
     """Return the message that no PID levitates the rotor, with the growing motion, and what to change."""
     loop = best.loop
     gains = ", ".join(f"{k:.3g} N/m" for k in best.pid.k_b.values())
-    advice = "it bends: give the rotor its measured [damping], and move sensors to their bearings, away from its nodes"
-    if loop.frequency <= RANGE * sizes.speed:
-        advice = "move sensors to their bearings and bearings apart, or lower the speed"
     return "; ".join(
         (
             f"no PID that was tried levitates rotor {sizes.rotor.name!r} up to {sizes.speed * RPM:.0f} rpm: "
             f"with the best, of stiffness {gains}, {loop.least_damped}",
-            *(tuple(hindering_positions(machine, loop, sizes.speed)) or (advice,)),
+            *(tuple(hindering_positions(machine, loop, sizes.speed)) or (advice(sizes.rotor, loop, sizes.speed),)),
         )
     )

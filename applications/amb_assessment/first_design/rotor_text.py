@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from string import Template
 
-from amb_cosim.cosim.system.values import RPM
+from amb_cosim.cosim.system.values import RPM, stated
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_files.checks import require
 from rolac_controller.signals import LARGEST_SPEED
@@ -142,9 +142,13 @@ def require_name(name: str) -> None:
     require(is_plain, "name", repr(name), "printable, without quotation marks and backslashes")
 
 
-def require_speed(speed: float) -> None:
-    """Raise a ValueError unless the models can turn at a speed (rad/s), and at the trip speed above it."""
-    require(0.0 < speed <= FASTEST, "speed", f"{speed:g} rad/s", f"> 0 rad/s and <= {FASTEST:g} rad/s")
+def require_speed(speed: float, written: str | None = None) -> None:
+    """Raise a ValueError unless the models can turn at a speed (rad/s), and at the trip speed above it.
+
+    The message names the speed as it was written, if that is given.
+    """
+    shown = f"{speed:g} rad/s" if written is None else stated(f"{speed:g} rad/s", written)
+    require(0.0 < speed <= FASTEST, "speed", shown, f"> 0 rad/s and <= {FASTEST:g} rad/s ({FASTEST * RPM:.0f} rpm)")
 
 
 def _filled(template: str, **values: float | str) -> str:

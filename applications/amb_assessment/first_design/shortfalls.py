@@ -12,15 +12,17 @@ from amb_analysis.machine.feedback import demanded_currents
 from amb_analysis.machine.machine import Machine
 from amb_analysis.machine.response import synchronous_response
 from amb_analysis.studies.stability_margin import ZONES
-from amb_assessment.first_design.levitation import BANDS, BEYOND, LEFT, STIFFNESS, TRIP, Levitation, Pid
+from amb_assessment.first_design.levitation import BANDS, BEYOND, LEFT, RANGE, STIFFNESS, TRIP, Levitation, Pid
 from amb_assessment.first_design.sizing import MachineSizes
 from amb_cosim.cosim.system.values import RPM
 from rotor_analysis.mode_reach import REACHED, ModeReach, mode_reaches
+from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 
 ACCEPTED = "AB"  # zones of unrestricted long-term operation (ISO 14839-3)
 MODES = 6  # of the free rotor that are examined
 WELL = 0.3  # least reach of a bearing that damps a mode well
+NUTATION = 0.2  # relative difference from that of the rigid rotor, due to bearings and bending
 INDUSTRIAL = 600.0  # V, about the highest voltage of amplifiers that are sold for magnetic bearings
 
 
@@ -124,6 +126,36 @@ def _mode_shortfall(mode: ModeReach) -> str:
         f"{reach.bearing} {reach.at_magnet:+z.2f}, {reach.sensor} {reach.at_sensor:+z.2f}" for reach in mode.bearings
     )
     return f"{name} has nodes close to magnets or sensors, so no gains damp it well: its shape is {places}"
+
+
+def advice(rotor: Rotor, loop: Levitation, speed: float) -> str:
+    """Return what to change if a motion of the loop grows, by its kind.
+
+    Far above the stiffness of its bearings a rigid rotor whirls forward at the frequency of nutation,
+
+        I_d omega = I_p Omega                                                                          (1)
+
+    which exceeds the speed if I_p > I_d, as in a flywheel, although the rotor does not bend.
+
+    Parameters
+    ----------
+    rotor
+        The rotor.
+    loop
+        Behaviour of the loop.
+    speed
+        Highest speed in operation (rad/s).
+    """
+    if loop.frequency <= RANGE * speed:
+        return "move sensors to their bearings and bearings apart, or lower the speed"
+    body = rigid_body(rotor)
+    ratio = body.polar_inertia / body.diametral_inertia
+    if abs(loop.frequency - ratio * loop.speed) <= NUTATION * loop.frequency:
+        return (
+            f"it is the nutation of the rigid rotor, at I_p/I_d = {ratio:.3g} times its speed: lower the speed or the "
+            "ratio, or give the rotor its measured [damping], because damped bending modes tolerate more gain"
+        )
+    return "it bends: give the rotor its measured [damping], and move sensors to their bearings, away from its nodes"
 
 
 def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:

@@ -11,11 +11,14 @@ from amb_analysis.machine.machine import Machine
 from amb_assessment.first_design.levitation import Levitation, Pid
 from amb_assessment.first_design.loop_search import Peak
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
-from amb_assessment.first_design.shortfalls import high_voltage, saturating_axes, soft_bearings
+from amb_assessment.first_design.shortfalls import advice, high_voltage, saturating_axes, soft_bearings
 from amb_assessment.first_design.sizing import MU_0, machine_sizes
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
+from rotor_analysis.parts import Body
+from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.shaft import Shaft
 from tests.support.messages import assert_names
 
 SLOW = 0.1  # rad/s: the rotor follows the rotating force as a static one
@@ -76,3 +79,13 @@ def test_voltage_beyond_industrial_amplifiers_is_a_shortfall(tmp_path, mass, len
         assert U <= 600.0
         assert U * (N + 1.0) / N > 600.0  # with one turn more
         assert_names(reason, f"{sizes.voltage_limit:.0f} V", f"{sizes.turns} turns", "600 V", f"{rpm:.0f} rpm")
+
+
+@pytest.mark.parametrize(("share", "facts"), [(0.98, ("nutation", "I_p/I_d = 1.5 ")), (2.5, ("bends",))])
+def test_nutation_of_a_flywheel_is_not_called_bending(share, facts):
+    """A rigid disc of I_p = 1.5 I_d on a massless shaft nutates at 1.5 times its speed."""
+    shaft = Shaft((0.0, 0.1, 0.2), (0.05,), youngs_modulus=2.1e11, density=0.0, poissons_ratio=0.3)
+    flywheel = Rotor("flywheel", shaft, (Body("disc", 2, 20.0, 0.2, 0.3),))
+    speed = 3600.0
+    growing = Levitation(-0.01, -0.01, -0.01, share * 1.5 * speed, speed, Peak(9.0), Peak(9.0), (0.1, 0.02, 0.002))
+    assert_names(advice(flywheel, growing, speed), *facts)
