@@ -88,13 +88,13 @@ def _rising(
     The other values are the negative of the largest displacement over the clearance, the quantity, and the run.
     """
     count, step = round(MOST / OVERLOAD_STEP), float(f"{sign}1") * STANDARD_GRAVITY * OVERLOAD_STEP
-    events = [{"time": k * OVERLOAD_TIME, "set": {PLANT: {f"base.a_{axis}": step * k}}} for k in range(1, count)]
-    run = simulate(subject, Omega, inputs, to_magnets=True, end_time=count * OVERLOAD_TIME, event=events)
+    events = [{"time": k * OVERLOAD_TIME, "set": {PLANT: {f"base.a_{axis}": step * k}}} for k in range(1, count + 1)]
+    run = simulate(subject, Omega, inputs, to_magnets=True, end_time=(count + 1) * OVERLOAD_TIME, event=events)
     used = clearance_used(subject, run)
     largest = np.max(list(used.values()), axis=0)
     touched = np.flatnonzero(largest >= TOUCHED)
     if not len(touched):
-        overload = Quantity("overload", "no contact", MOST, "1", {}, f"the runs end at {MOST:g} g")
+        overload = Quantity("overload", "no contact", MOST, "1", {}, f"the runs end after {MOST:g} g")
     else:
         first = touched[0]
         site = max(used, key=lambda site_name: float(used[site_name][first]))
