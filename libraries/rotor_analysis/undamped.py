@@ -75,8 +75,10 @@ def _lowest(M: Array, K: Array, count: int, rigid: int, rotor: Rotor) -> tuple[A
         except np.linalg.LinAlgError:  # a bearing's negative stiffness outweighs the shift
             continue
         mu, shapes = mu[inertial(mu)], shapes[:, inertial(mu)]
-        squares = (1.0 / mu - shift)[::-1][rigid:]
-        return np.sign(squares) * np.sqrt(np.abs(squares)), (shapes / np.sqrt(mu))[:, ::-1][:, rigid:]
+        squares = (1.0 / mu - shift)[::-1]
+        held = np.sort(np.argsort(np.abs(squares), kind="stable")[rigid:])  # a motion that diverges comes before these
+        squares = squares[held]
+        return np.sign(squares) * np.sqrt(np.abs(squares)), (shapes / np.sqrt(mu))[:, ::-1][:, held]
     raise ValueError(f"the undamped modes of rotor {rotor.name!r} cannot be computed: its bearings are too unstable")
 
 

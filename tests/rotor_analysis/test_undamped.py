@@ -25,6 +25,15 @@ def test_soft_bearings_carry_a_rigid_disc_or_let_it_diverge(stiffness):
     np.testing.assert_array_equal(np.sign(result), np.sign(expected))
 
 
+@pytest.mark.parametrize("stiffness", [1e3, -1e3])
+def test_the_motion_that_one_spring_holds_or_drives_is_listed(stiffness):
+    """omega^2 = k (1/m + (L/2)^2/I_d) of a spring at the end; the disc is free to turn about that end."""
+    springs = Bearing("a", 1, tensor(stiffness)), Bearing("b", 3, tensor(0.0))
+    (first,) = natural_frequencies(disc_between(*springs), 2)
+    expected = np.sqrt(abs(stiffness) * (1.0 / MASS + 0.25 * L**2 / I_D))
+    assert first == pytest.approx(np.sign(stiffness) * expected, rel=5e-3)
+
+
 def test_rigid_motion_is_counted_and_left_out():
     rotor = load_rotor()
     for stiffness, bearings, count in ((1e6, 2, 6), (1e6, 1, 5), (0.0, 2, 4)):
