@@ -1,4 +1,10 @@
-"""The static load of the bearings: distribution of the weight of a flexible rotor at rest."""
+"""The static load of the bearings: distribution of the weight of a flexible rotor.
+
+    K q = M e + r,    q = 0 at rigid supports                                                     (1)
+
+M e is the weight per unit of gravity, along e, and -r the load of the supports. K includes springs, without force
+where the supports are aligned; a spring gives way, and carries k q.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +12,24 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rotor_analysis.assembly import assemble
+from array_types import Array
+from rotor_analysis.assembly import assemble, with_bearings
+from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor import Rotor
 
 
 def carried_masses(rotor: Rotor, springs: Mapping[str, float] | None = None) -> dict[str, float]:
-    """Return the mass (kg) that each bearing carries with the planes of all other bearings aligned.
+    """Return the mass (kg) that each bearing carries by (1) with the planes of all other bearings aligned.
 
-    K q = M e + r with q = 0 at the bearings: M e is the weight per unit of gravity, -r the load of the bearings. This
-    holds for weight in any lateral direction. A bearing that pulls the rotor down carries a negative mass.
+    Seals are omitted (`carried_with_seals`). This holds for weight in any lateral direction. A bearing that pulls the
+    rotor down carries a negative mass.
 
     Parameters
     ----------
     rotor
         The rotor.
     springs
-        Stiffness (N/m) of bearings that are springs, without force where the others are aligned: such a bearing gives
-        way, and carries k q.
+        Stiffness (N/m) of bearings that are springs.
 
     Raises
     ------
@@ -30,6 +37,59 @@ def carried_masses(rotor: Rotor, springs: Mapping[str, float] | None = None) -> 
         If the bearings do not support the rotor, such as a single bearing.
     """
     springs = springs or {}
+    rigid, stiff = _supports(rotor, springs)
+    carried = carried_at(rotor, [b.node for b in rigid], [(b.node, springs[b.name]) for b in stiff])
+    masses = dict(zip((bearing.name for bearing in (*rigid, *stiff)), carried, strict=True))
+    return {bearing.name: masses.get(bearing.name, 0.0) for bearing in rotor.bearings}
+
+
+def carried_with_seals(rotor: Rotor, springs: Mapping[str, float], Omega: float) -> dict[str, Array]:
+    """Return the tensor S (kg), shape (2, 2), of the load S g of each bearing under gravity g across the shaft.
+
+    Seals are springs, with their stiffness at a spin speed; that across the displacement loads the bearings across
+    gravity, too. Without seals S is the mass of `carried_masses` times the identity.
+
+    Parameters
+    ----------
+    rotor, springs
+        As for `carried_masses`, which raises the same errors.
+    Omega
+        Spin speed (rad/s).
+    """
+    if not rotor.seals:
+        return {name: mass * np.eye(2) for name, mass in carried_masses(rotor, springs).items()}
+    rigid, stiff = _supports(rotor, springs)
+    model = assemble(rotor)
+    for bearing in stiff:
+        model = model.with_bearing(bearing.node, springs[bearing.name] * np.eye(2), np.zeros((2, 2)))
+    K = with_bearings(model, rotor.seals).at(Omega).K
+    translations = np.zeros((model.size, 2))
+    for rows in model.translations.values():
+        translations[rows, (0, 1)] = 1.0
+    weight = model.M @ translations  # over g; a seal's mass is that of a fluid, without weight
+    load, q = _loads(K, weight, model.rows(tuple(b.node for b in rigid)))
+    shares = dict(zip((bearing.name for bearing in rigid), load.reshape(-1, 2, 2), strict=True))
+    shares |= {b.name: springs[b.name] * q[model.rows((b.node,))] for b in stiff}
+    return {bearing.name: shares.get(bearing.name, np.zeros((2, 2))) for bearing in rotor.bearings}
+
+
+def carried_at(rotor: Rotor, nodes: Sequence[int], springs: Sequence[tuple[int, float]] = ()) -> list[float]:
+    """Return the mass (kg) that each support, aligned and at `nodes`, and each spring, at a node (N/m), carries by (1).
+
+    Seals are omitted.
+    """
+    model = assemble(rotor)
+    K, M = model.K[::2, ::2], model.M[::2, ::2]  # along x: translation and slope of each node
+    for node, k in springs:
+        K[2 * (node - 1), 2 * (node - 1)] += k
+    translation = np.zeros(len(K))
+    translation[::2] = 1.0
+    carried, q = _loads(K, M @ translation, [2 * (node - 1) for node in nodes])
+    return [*(float(mass) for mass in carried), *(float(k * q[2 * (node - 1)]) for node, k in springs)]
+
+
+def _supports(rotor: Rotor, springs: Mapping[str, float]) -> tuple[list[Bearing], list[Bearing]]:
+    """Return the rigid bearings and those that are springs with a stiffness, which together support the rotor."""
     rigid = [bearing for bearing in rotor.bearings if bearing.name not in springs]
     stiff = [bearing for bearing in rotor.bearings if springs.get(bearing.name, 0.0) > 0.0]
     if len({bearing.node for bearing in (*rigid, *stiff)}) < 2:
@@ -38,25 +98,12 @@ def carried_masses(rotor: Rotor, springs: Mapping[str, float] | None = None) -> 
             f"rotor {rotor.name!r} has {len(rotor.bearings)} bearings{idle}; its weight requires two or more, at "
             "different nodes"
         )
-    nodes = [bearing.node for bearing in rigid]
-    carried = carried_at(rotor, nodes, [(bearing.node, springs[bearing.name]) for bearing in stiff])
-    masses = dict(zip((bearing.name for bearing in (*rigid, *stiff)), carried, strict=True))
-    return {bearing.name: masses.get(bearing.name, 0.0) for bearing in rotor.bearings}
+    return rigid, stiff
 
 
-def carried_at(rotor: Rotor, nodes: Sequence[int], springs: Sequence[tuple[int, float]] = ()) -> list[float]:
-    """Return the mass (kg) that each support, aligned and at `nodes`, and each spring, at a node (N/m), carries."""
-    model = assemble(rotor)
-    K, M = model.K[::2, ::2], model.M[::2, ::2]  # along x: translation and slope of each node
-    for node, k in springs:
-        K[2 * (node - 1), 2 * (node - 1)] += k
-    translation = np.zeros(len(K))
-    translation[::2] = 1.0
-    weight = M @ translation  # over g
-    supported = np.array([2 * (node - 1) for node in nodes])
-    free = np.setdiff1d(np.arange(len(K)), supported)
-    deflection = np.linalg.solve(K[np.ix_(free, free)], weight[free])  # over g
-    carried = weight[supported] - K[np.ix_(supported, free)] @ deflection
-    q = np.zeros(len(K))
-    q[free] = deflection
-    return [*(float(mass) for mass in carried), *(float(k * q[2 * (node - 1)]) for node, k in springs)]
+def _loads(K: Array, weight: Array, supported: Sequence[int]) -> tuple[Array, Array]:
+    """Return the loads -r of supported rows by (1), and the displacements q of all rows, over g."""
+    at, free = np.array(supported, dtype=int), np.setdiff1d(np.arange(len(K)), supported)
+    q = np.zeros_like(weight)
+    q[free] = np.linalg.solve(K[np.ix_(free, free)], weight[free])
+    return weight[at] - K[np.ix_(at, free)] @ q[free], q

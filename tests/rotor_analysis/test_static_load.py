@@ -1,16 +1,18 @@
 """How the bearings share the weight of a rotor: by levers where there are two, by bending where there are more."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from analysis_cases import MASS, NOTHING, STEEL, L, disc_between
 
 from rotor_analysis.packaged_rotors import packaged_rotors
-from rotor_analysis.parts import Bearing
+from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
-from rotor_analysis.static_load import carried_masses
+from rotor_analysis.static_load import carried_masses, carried_with_seals
 from tests.support.messages import raises_naming
 
 
@@ -49,6 +51,26 @@ def test_a_spring_in_the_middle_of_a_beam_carries_what_its_deflection_gives(k):
     middle = 5.0 / 8.0 * beam.mass / (1.0 + 48.0 * EI / (k * LENGTH**3)) if k else 0.0
     ends = 0.5 * (beam.mass - middle)
     assert carried == pytest.approx({"left": ends, "middle": middle, "right": ends}, rel=1e-5, abs=1e-12)
+
+
+@pytest.mark.parametrize("Omega", [0.0, 300.0])
+def test_a_seal_in_the_middle_of_a_beam_carries_weight_by_its_stiffness(Omega):
+    """As a spring k - i Q of x + i y: cross-coupled stiffness loads the bearings across gravity, too."""
+    beam, EI = slender_beam(), STEEL["youngs_modulus"] * np.pi * DIAMETER**4 / 64.0
+    seal = Bearing("seal", 11, at_speed=(AtSpeed(0.0, 1e2, mass=5.0), AtSpeed(300.0, ((1e3, 4e2), (-4e2, 1e3)))))
+    carried = carried_with_seals(replace(beam, bearings=beam.bearings[::2], seals=(seal,)), {}, Omega)
+    k = 1e3 - 4e2j if Omega else 1e2
+    middle = 5.0 / 8.0 * beam.mass / (1.0 + 48.0 * EI / (k * LENGTH**3))
+    end = 0.5 * (beam.mass - middle)
+    expected = np.array([[end.real, -end.imag], [end.imag, end.real]])
+    for name in ("left", "right"):
+        np.testing.assert_allclose(carried[name], expected, rtol=1e-5, atol=1e-9)
+
+
+def test_without_seals_the_load_of_a_bearing_is_that_of_its_mass():
+    beam = slender_beam()
+    for name, mass in carried_masses(beam, {"middle": 1e3}).items():
+        assert np.array_equal(carried_with_seals(beam, {"middle": 1e3}, 0.0)[name], mass * np.eye(2))
 
 
 def test_a_bearing_and_a_spring_hold_a_rotor_which_nothing_else_holds():

@@ -1,12 +1,15 @@
 """Gravity in a scenario: the static currents carry the rotor's weight, each bearing its share, in any direction."""
 
 import math
+from dataclasses import replace
 
 import pytest
 
 import amb_cosim
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import make_scenario
+from rotor_analysis.parts import Bearing
+from rotor_analysis.rotor_file import load_rotor
 
 WEIGHT = 96.0254 * 9.81  # N
 
@@ -33,6 +36,13 @@ def test_levitated_rotor_sits_at_its_setpoint(law):
     scenario = levitated(parameters={"amb_actuator": {"force_law": law}})
     places = at_the_end(scenario, *PLACES)
     assert max(abs(x) for x in places) < 1e-6
+
+
+def test_a_seal_that_carries_weight_leaves_the_rotor_at_its_setpoint():
+    """Within 1 um; with the static currents of the whole weight a seal between the bearings lifts it by 55 um."""
+    seal = Bearing("gland", 7, ((1e6, 1e5), (-1e5, 1e6)), 200.0)
+    scenario = levitated(rotor=replace(load_rotor("bath_rig"), seals=(seal,)))
+    assert max(abs(x) for x in at_the_end(scenario, *PLACES)) < 1e-6
 
 
 @pytest.mark.parametrize("settling", ["simulated", "automatic"])

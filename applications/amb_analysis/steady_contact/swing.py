@@ -4,11 +4,12 @@ Journals fall by h c from where they levitate to the lowest point, h = 1 from th
 of their speed becomes motion along the circle, against the spin. Friction then drives them up the other side, against
 weight and damping. With theta from the lowest point and u = theta'^2
 
-    (M c/2) du/dtheta = mu (N + W cos theta) - W sin theta - L,    u(0) = 2 g h/c                       (1)
-    N + i L = sum_j c_j (-E c)_j/c,    E = (R + H)^-1,    M = N/(c omega^2)                             (2)
+    (M c/2) du/dtheta = mu (N + W cos theta) - W sin theta - L,    u(0) = 2 g h/c - h^2 k/M             (1)
+    N + i L = sum_j c_j (-E c)_j/c,    E = (R + H)^-1,    M = (N + k c)/(c omega^2)                     (2)
 
 where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H the
-receptances of `unpowered`, and c the mean clearance. M is that at sqrt(g/c). The journals whirl if u and
+receptances of `unpowered`, and c the mean clearance. k = -N(0)/c is the stiffness of seals, which the fall deflects by
+h c. M is that at sqrt(g/c). The journals whirl if u and
 N + W cos theta are positive up to the top, theta = pi. Two journals swing side by side, as they fall: on opposite
 sides, where gyroscopic moments make N large, neither their speed nor their weight would be that of a fall. Races are
 assumed at rest; a turning race reduces friction.
@@ -34,6 +35,7 @@ from array_types import Array, Bools
 
 STEPS = 100  # of the angle from the lowest point to the top
 FREQUENCIES, SLOWEST, FASTEST = 160, 0.02, 6.0  # of (2), and their range over sqrt(g/c)
+AT_REST = 1e-3  # frequency of k over sqrt(g/c)
 MOST = 2.0  # largest searched friction coefficient
 ROUNDS, TRIALS = 4, 17  # of the search, and friction coefficients in each
 
@@ -46,12 +48,15 @@ class WhirlForces:
         Mean clearance (m).
     omega, N, L
         Whirl frequencies (rad/s), ascending, and the forces (N), shape (n,).
+    k
+        Stiffness (N/m) that holds the resting journals at the centre.
     """
 
     c: float
     omega: Array
     N: Array
     L: Array
+    k: float = 0.0
 
     def at(self, u: Array) -> tuple[Array, Array]:
         """Return both forces at squared frequencies (rad^2/s^2)."""
@@ -59,7 +64,9 @@ class WhirlForces:
         return np.interp(omega, self.omega, self.N), np.interp(omega, self.omega, self.L)
 
 
-def whirl_forces(relative: Callable[[float], Complex], at: Sequence[int], c: Array, g: float) -> WhirlForces:
+def whirl_forces(
+    relative: Callable[[float], Complex], at: Sequence[int], c: Array, g: float, *, held: bool = False
+) -> WhirlForces:
     """Return the forces (2) of journals that whirl together, at frequencies about that of a pendulum, sqrt(g/c).
 
     Parameters
@@ -71,12 +78,19 @@ def whirl_forces(relative: Callable[[float], Complex], at: Sequence[int], c: Arr
         Indices of the journals that whirl, at most two.
     c, g
         Clearances of these journals (m), and acceleration of gravity (m/s^2).
+    held
+        Whether seals hold the rotor. Without, it is free, and k is 0.
     """
-    mean = float(c.mean())
-    omega = np.sqrt(g / mean) * np.linspace(SLOWEST, FASTEST, FREQUENCIES)
-    chosen = np.ix_(at, at)
-    power = np.array([-c @ np.linalg.inv(relative(-float(frequency))[chosen]) @ c for frequency in omega]) / mean
-    return WhirlForces(mean, omega, power.real, power.imag)
+    mean, chosen = float(c.mean()), np.ix_(at, at)
+    pendulum = float(np.sqrt(g / mean))
+
+    def force(frequency: float) -> complex:
+        return complex(-c @ np.linalg.inv(relative(-frequency)[chosen]) @ c) / mean
+
+    omega = pendulum * np.linspace(SLOWEST, FASTEST, FREQUENCIES)
+    forces = np.array([force(float(frequency)) for frequency in omega])
+    k = -force(AT_REST * pendulum).real / mean if held else 0.0
+    return WhirlForces(mean, omega, forces.real, forces.imag, k)
 
 
 def least_swinging_friction(forces: WhirlForces, W: float, g: float, h: float = 1.0) -> float:
@@ -103,11 +117,11 @@ def least_swinging_friction(forces: WhirlForces, W: float, g: float, h: float = 
 
 def passes_the_top(forces: WhirlForces, mu: Array, W: float, g: float, h: float = 1.0) -> Bools:
     """Return whether journals pass the top by (1), for each friction coefficient, shape (n,)."""
-    c, u, step = forces.c, np.full(len(mu), 2.0 * g * h / forces.c), np.pi / STEPS
-    start = np.sqrt(g / c)
-    M = float(np.interp(start, forces.omega, forces.N)) / (c * start**2)
-    if M <= 0.0:
+    c, step, start = forces.c, np.pi / STEPS, np.sqrt(g / forces.c)
+    M = (float(np.interp(start, forces.omega, forces.N)) + forces.k * c) / (c * start**2)
+    if M <= 0.0 or M * g <= 0.5 * forces.k * h * c:  # a fall does not reach the lowest point
         return np.zeros(len(mu), dtype=bool)
+    u = np.full(len(mu), 2.0 * g * h / c - forces.k * h**2 / M)
 
     def slope(theta: float, u: Array) -> Array:
         N, L = forces.at(u)

@@ -18,7 +18,7 @@ from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from array_types import Array
-from rotor_analysis.static_load import carried_masses
+from rotor_analysis.static_load import carried_with_seals
 
 MAGNET_HEADS = (
     "gap (mm)",
@@ -38,11 +38,14 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     """Return tables of bearings, sensors, retainers and stages of a machine, and lines on its speeds and criteria."""
     rotor, z, speed = subject.rotor, subject.z, subject.file.speed
     springs = {b.name: b.stiffness[0][0] for b in subject.passive_bearings if b.name not in subject.magnets}
-    carried = carried_masses(rotor, springs)
+    carried = carried_with_seals(rotor, springs, subject.Omega)
+    angle = subject.parameters[PLANT]["gravity_angle"]
+    down = np.array([np.cos(angle), np.sin(angle)])
     bearings = labelled_table(f"Bearings of {rotor.name}", "bearing", "z (mm)", "share of the mass (kg)", "magnet")
     for bearing in rotor.bearings:
         magnet = "yes" if bearing.name in subject.magnets else "no"
-        bearings.add_row(bearing.name, number(1e3 * z[bearing.node - 1]), number(carried[bearing.name]), magnet)
+        share = down @ carried[bearing.name] @ down
+        bearings.add_row(bearing.name, number(1e3 * z[bearing.node - 1]), number(share), magnet)
     magnets = labelled_table("Magnets at rest", "axis", *MAGNET_HEADS)
     doubts: list[str] = []
     for name, axis in subject.loop.axes:

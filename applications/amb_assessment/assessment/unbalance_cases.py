@@ -44,8 +44,8 @@ class UnbalanceCase:
 def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
     """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, at least two.
 
-    The shapes are those of the rotor on the stiffness of its bearings at the largest speed; if it differs along
-    x and y, there are cases for each direction.
+    The shapes are those of the rotor on the stiffness of its bearings, without seals, at the largest speed; if it
+    differs along x and y, there are cases for each direction.
     """
     speed = subject.file.speed
     directions = directional_stiffness(subject, np.array([speed.highest]))

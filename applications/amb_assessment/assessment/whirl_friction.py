@@ -17,6 +17,7 @@ from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.refinement import refined
+from rotor_analysis.rotor_file import load_rotor
 
 SPEEDS = 5  # from standstill to the trip speed, before refinement about minima
 MARGIN = 2.0  # of this friction over that of landings, as in the criteria; above it no landing whirls by chance
@@ -38,7 +39,8 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
 
 def _least_friction(subject: Subject) -> Quantity:
     highest = subject.file.speed.tripping
-    linear_source = source_of_run(plan_run(co_simulated(subject, subject.file.speed.highest)))
+    scenario = co_simulated(subject, subject.file.speed.highest)
+    linear_source, seals = source_of_run(plan_run(scenario)), load_rotor(scenario.rotor).seals
     c = clearances(subject)
     across = abs(subject.parameters[PLANT]["gravity"])
     g = across or STANDARD_GRAVITY
@@ -47,7 +49,8 @@ def _least_friction(subject: Subject) -> Quantity:
     def least(Omega: float) -> list[float]:
         relative = relative_receptances(linear_source, Omega, subject.retainers)
         weights = [across * float(c[at] @ mass / c[at].mean()) for at, mass in zip(sets, masses, strict=True)]
-        forces = [whirl_forces(relative, at, c[at], g) for at in sets]
+        held = any(np.diag(seal.at(Omega)[0]).any() for seal in seals)
+        forces = [whirl_forces(relative, at, c[at], g, held=held) for at in sets]
         return [least_swinging_friction(F, W, g, h) for F, W, h in zip(forces, weights, heights, strict=True)]
 
     speeds, values = refined(

@@ -19,7 +19,7 @@ from amb_files.checks import require
 from rotor_analysis.parts import BodyOrDisc, Site
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
-from rotor_analysis.static_load import carried_masses
+from rotor_analysis.static_load import carried_with_seals
 
 MU_0 = 4e-7 * math.pi  # V s/(A m)
 
@@ -101,7 +101,7 @@ class MachineSizes:
     unbalance
         Unbalance of the balancing grade at this speed.
     loads
-        Share of the weight that an axis at 45 degrees carries, by bearing.
+        Share of the weight that an axis at 45 degrees carries at this speed, by bearing; of both axes the larger.
     coils
         Currents and pole area of each bearing that is driven differentially; empty if the upper coils carry the load.
     """
@@ -143,7 +143,8 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
     I_0 = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
     K_s(i_s) = K_s (1 + (i_s/I_0)^2),  i_s = W/K_i                                          (4)
 
-    m_b is the share of the flexible rotor's mass on a bearing (`carried_masses`). In (1) B is the flux density at twice
+    m_b is the share of the flexible rotor's mass on a bearing (`carried_with_seals`); F and the data sheet must suffice
+    at rest, too, where seals may carry less. In (1) B is the flux density at twice
     the bias current, the largest with a control current of the bias current, and the force includes the unbalance of
     twice the balancing grade. (2) gives a full-swing bandwidth of about twice the speed. For a data sheet, (3), from
     (2.8) and (2.9) without a static current, replaces (1). (4) holds for differential drive. Unless gap or bias is
@@ -178,9 +179,9 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
     surface = f"the surface of the shaft in its bearings ({1e3 * diameter:.3g} mm) then has {SURFACE_SPEED:g} m/s"
     require(speed <= fastest, "speed", f"{speed:.4g} rad/s", f"<= {fastest:.4g} rad/s: {surface}")
     body = rigid_body(rotor)
-    loads = {name: mass * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried_masses(rotor).items()}
+    loads, at_rest = (_axis_loads(rotor, Omega) for Omega in (speed, 0.0))
     gap = 2.0 * min((site.clearance for site in retainers), default=0.5 * gap_for(diameter))
-    most_loaded = max(map(abs, loads.values()))
+    most_loaded = max(map(abs, (*loads.values(), *at_rest.values())))
     if magnet is not None:
         least, gap = min((site.clearance for site in retainers), default=0.0), _gap_with(magnet, gap, most_loaded)
         require(gap > least, "gap", f"{gap:.4g} m", f"> {least:.4g} m, the clearance of a retainer")
@@ -213,6 +214,13 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
         loads=loads,
         coils=coils,
     )
+
+
+def _axis_loads(rotor: Rotor, Omega: float) -> dict[str, float]:
+    """Return the load (N) of an axis at 45 degrees by bearing, the larger of both, at a spin speed (rad/s)."""
+    carried = carried_with_seals(rotor, {}, Omega)
+    of_axes = {name: mass.sum(axis=1) * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried.items()}
+    return {name: float(max(loads, key=abs)) for name, loads in of_axes.items()}
 
 
 def _gap_with(magnet: MagnetData, gap: float, load: float) -> float:

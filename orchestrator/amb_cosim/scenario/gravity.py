@@ -1,6 +1,7 @@
 """Gravity in a scenario: on the rotor, and in the static currents of the magnetic bearings, which carry the weight.
 
-A passive bearing carries the weight that its stiffness gives it while the rotor is at the centres of the magnets.
+A passive bearing or seal carries the weight that its stiffness gives it while the rotor is at the centres of the
+magnets, at the first speed of the run.
 
 The coil pair of an axis that carries no weight has the bias current I_b, the other also the static current I_s:
 
@@ -18,6 +19,8 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.operating_point import (
@@ -29,7 +32,8 @@ from amb_cosim.scenario.operating_point import (
     stated_constants,
 )
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import Scenario
+from amb_cosim.scenario.scenario import SPEED, Scenario
+from array_types import Array
 
 if TYPE_CHECKING:
     from rotor_analysis.rotor import Rotor
@@ -98,22 +102,23 @@ def _carry_weight(missing: MissingParameters, source: RotorSource) -> None:
         if not any(values.system.source_of(f"{PLANT}.{name}.f_{axis}") for axis in "xy")
     )
     with one_blas_thread():
-        carried = _carried(rotor, passive)
+        carried = _carried(rotor, passive, values.inputs[SPEED] if rotor.seals else 0.0)
+    upwards = np.array([-math.cos(angle), -math.sin(angle)])
     for bearing, mass in carried.items():
-        load = 0.0 if bearing in dict(passive) else mass * size
-        for axis, upwards in (("x", -math.cos(angle)), ("y", -math.sin(angle))):
-            _carry(missing, bearing, axis, load * upwards)
+        load = 0.0 * upwards if bearing in dict(passive) else size * mass @ upwards
+        for axis, of_axis in zip("xy", load.tolist(), strict=True):
+            _carry(missing, bearing, axis, of_axis)
 
 
 @lru_cache(maxsize=8)
-def _carried(rotor: Rotor, passive: tuple[tuple[str, float], ...]) -> Mapping[str, float]:
-    """Return the mass (kg) that each bearing carries, the same for all runs of a rotor.
+def _carried(rotor: Rotor, passive: tuple[tuple[str, float], ...], Omega: float) -> Mapping[str, Array]:
+    """Return the tensor (kg) of the load of each bearing at a spin speed (rad/s), the same for all runs of a rotor.
 
     Bearings without a magnet's force are springs, of the stiffness (N/m) in `passive`.
     """
-    from rotor_analysis.static_load import carried_masses
+    from rotor_analysis.static_load import carried_with_seals
 
-    return carried_masses(rotor, dict(passive))
+    return carried_with_seals(rotor, dict(passive), Omega)
 
 
 def _carry(missing: MissingParameters, bearing: str, axis: str, load: float) -> None:

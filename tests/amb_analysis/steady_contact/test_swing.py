@@ -56,6 +56,30 @@ def test_a_higher_fall_whirls_with_less_friction(h):
     assert least_swinging_friction(forces, HALF * G, G, h) == pytest.approx(brentq(at_top, 0.0, 0.6), rel=1e-3)
 
 
+@pytest.mark.parametrize("share", [0.1, 0.6, 1.0])
+def test_a_seal_that_holds_the_rotor_acts_as_a_lower_fall(share):
+    """u - k/m obeys the equation of a rotor without seals that falls by h = 1 - k c/(m g)."""
+    k, h = share * HALF * G / CLEARANCE, 1.0 - share
+
+    def at_top(mu):
+        return 2.0 * (h * (1.0 + 4.0 * mu**2) - 1.0 + 2.0 * mu**2) * math.exp(2.0 * math.pi * mu) - 3.0
+
+    def relative(omega):
+        return np.array([[1.0 / (k - HALF * omega**2) + 0j]])
+
+    forces = whirl_forces(relative, [0], np.array([CLEARANCE]), G, held=True)
+    assert least_swinging_friction(forces, HALF * G, G) == pytest.approx(brentq(at_top, 0.0, 2.0), rel=1e-3)
+
+
+def test_a_rotor_that_its_seals_hold_above_the_lowest_point_does_not_whirl():
+    """It falls by 2 m g/k, less than the clearance."""
+    k = 2.1 * HALF * G / CLEARANCE
+    forces = whirl_forces(
+        lambda omega: np.array([[1.0 / (k - HALF * omega**2) + 0j]]), [0], np.array([CLEARANCE]), G, held=True
+    )
+    assert least_swinging_friction(forces, HALF * G, G) == MOST
+
+
 @pytest.mark.parametrize("share", [0.38, 0.42, 0.7])
 def test_a_journal_that_carries_little_of_its_mass_passes_the_top_without_friction(share):
     """N + W cos theta = M (2 g h - 4 g share) - W > 0 at the top with mu = 0, so that share < 2/5."""

@@ -142,6 +142,24 @@ def test_offset_decides_whether_a_fallen_rotor_reaches_a_retainer(clearance, low
     assert {pair for pair in names if len(pair) == 2} == pairs
 
 
+def test_seals_at_the_retainers_lower_the_fall_of_a_machine(tmp_path):
+    """By h = 1 - k c/(m g) for a rigid rotor in rigid retainers, each seal with the share of its retainer."""
+    files_of("blower", tmp_path)
+    rotor, h = check_machine(load_machine(tmp_path / "machine.toml")).rotor, 0.5
+    masses = carried_at(rotor, [site.node for site in rotor.sites])
+    seals = [
+        {"name": f"seal{k}", "z": rotor.shaft.nodes[site.node - 1], "stiffness": (1.0 - h) * mass * 9.81 / 0.2e-3}
+        for k, (site, mass) in enumerate(zip(rotor.sites, masses, strict=True))
+    ]
+    rewritten(lambda made: made | {"seals": seals}, tmp_path)
+
+    def at_top(mu):
+        return 2.0 * (h * (1.0 + 4.0 * mu**2) - 1.0 + 2.0 * mu**2) * math.exp(2.0 * math.pi * mu) - 3.0
+
+    held = load_machine(tmp_path / "machine.toml").model_copy(update={"stages": ()})
+    assert least(held).value == pytest.approx(brentq(at_top, 0.0, 1.0), rel=0.03)
+
+
 def test_the_advised_mounts_suffice():
     """The rotor sinks by an eighth of the clearance; a damping of 0.3 to 1.5 times k/sqrt(g/c)."""
     file = load_machine(BLOWER / "machine.toml")

@@ -29,6 +29,7 @@ from rotor_analysis.reduced_rotor import reduced_rotor, whirl_error
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.static_load import carried_masses
 from tests.support.messages import assert_names, raises_naming
 
 RPM = math.pi / 30.0
@@ -105,6 +106,28 @@ def test_magnets_carry_the_weight_with_a_margin(tmp_path, name):
         load = sizes.loads[bearing]
         assert load_capacity(axis, np.array([load])).up[0] > (CAPACITY - 1.0) * load
         assert 0.0 < point.static_current < sizes.bias_current
+
+
+def test_magnets_carry_at_speed_what_a_passive_bearing_leaves_and_all_of_it_at_rest(tmp_path):
+    """A seal between the magnets, stiffer than the shaft, but at speed alone: capacity is that at rest."""
+    text, speed = shaft_of("pump")
+    (tmp_path / "bare.toml").write_text(text)
+    text += supports(load_rotor(tmp_path / "bare.toml"), (0.2, 0.9))
+    seal = '[[seals]]\nname = "guide"\nz = 0.55\n' + "".join(
+        f"[[seals.at_speed]]\nspeed = {at}\nstiffness = {k}\n" for at, k in ((0.0, 0.0), (speed, 1e12))
+    )
+    sizes = []
+    for name, content in (("plain", text), ("sealed", text + seal)):
+        (tmp_path / f"{name}.toml").write_text(content)
+        sizes.append(machine_sizes(load_rotor(tmp_path / f"{name}.toml"), speed))
+    plain, sealed = sizes
+    middle = replace(
+        sealed.rotor, seals=(), bearings=(*sealed.rotor.bearings, replace(sealed.rotor.seals[0], at_speed=()))
+    )
+    for bearing, load in sealed.loads.items():
+        assert load == pytest.approx(carried_masses(middle)[bearing] * 9.81 / math.sqrt(2.0), rel=1e-3)
+        assert load < plain.loads[bearing]
+    assert sealed.pole_area == pytest.approx(plain.pole_area, rel=1e-6)
 
 
 def test_bearings_share_the_weight_by_the_levers_of_statics(tmp_path):

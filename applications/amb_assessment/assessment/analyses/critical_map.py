@@ -53,9 +53,10 @@ def answer(subject: Subject) -> AnalysisResult:
         "Dynamic stiffness (N/um) and damping (kN s/m) of the bearings at synchronous frequency", heads, rows
     )
     notes = (
-        "Undamped rotor on equal, isotropic supports; forward synchronous whirl. The bearings' stiffness is the real "
-        "part of force over displacement (controller, hold, delay, amplifier and magnet, and passive coefficients) for "
-        "parallel motion of the rotor, of either axis if they differ; negative values are not on the map.",
+        "Undamped rotor on equal, isotropic supports, without seals and stages; forward synchronous whirl. The "
+        "bearings' stiffness is the real part of force over displacement (controller, hold, delay, amplifier and "
+        "magnet, and passive coefficients) for parallel motion of the rotor, of either axis if they differ; negative "
+        "values are not on the map.",
     )
     return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 

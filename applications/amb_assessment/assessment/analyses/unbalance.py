@@ -62,8 +62,8 @@ def answer(subject: Subject) -> AnalysisResult:
     )
     notes = (
         f"Unbalance: {FACTOR:g} U_r = {1e6 * total:.4g} g mm in total, U_r = 6350 m/N g mm with the mass m in kg; "
-        f"each lobe of a mode's shape has its share by mass times shape, at its antinode. Speeds up to 1.5 times the "
-        "largest.",
+        f"each lobe of a mode's shape has its share by mass times shape, at its antinode. Shapes are undamped, without "
+        "seals and stages; the response includes both. Speeds up to 1.5 times the largest.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
         "A_vl/A_max, probe limit over largest displacement at the probes in operation, from 1 to 6. The published text "
         "states only the 6; the scale represents vibration that rises to the limit, so it never reduces a share. "
