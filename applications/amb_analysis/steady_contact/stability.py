@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, TypeVar
 
 import numpy as np
@@ -107,11 +108,33 @@ class Dynamics:
 
     def growth(self, contact: tuple[int, ...], N: Array, psi: Array) -> float:
         """Return the largest growth rate (1/s) about a state in half the time of `about`; arguments as there."""
+        return self._growth(self._transition(contact, N, psi))
+
+    def grows_below(self, limit: float, contact: tuple[int, ...], N: Array, psi: Array) -> bool:
+        """Return whether the `growth` about a state is below a limit (1/s), 0 or less.
+
+        A negative det(1 - M), or det(-A) without samples, has an odd number of real eigenvalues that grow: about a
+        saddle, as is one of two states that meet in a fold, the others need not be computed.
+        """
+        M = self._transition(contact, N, psi)
+        identity = 0.0 if self._sample_time is None else np.eye(len(M))
+        return bool(np.linalg.slogdet(identity - M)[0] >= 0.0) and self._growth(M) < limit
+
+    @cached_property
+    def free_growth(self) -> float:
+        """Largest growth rate (1/s) about the contact-free orbit."""
+        return self.growth((), np.zeros(0), np.zeros(0))
+
+    def _transition(self, contact: tuple[int, ...], N: Array, psi: Array) -> Array:
+        """Return M of a sample about a state, or A without a sampled controller."""
         A, B, basis = self._constrained(contact, N, psi)
         T = self._sample_time
-        if T is None:
-            return float(np.linalg.eigvals(A).real.max())
-        return math.log(max(float(np.abs(np.linalg.eigvals(self._sampled(A, B, basis, T))).max()), 1e-12)) / T
+        return A if T is None else self._sampled(A, B, basis, T)
+
+    def _growth(self, M: Array) -> float:
+        """Return the largest growth rate (1/s) by the matrix of `_transition`."""
+        T, values = self._sample_time, np.linalg.eigvals(M)
+        return float(values.real.max()) if T is None else math.log(max(float(np.abs(values).max()), 1e-12)) / T
 
     @property
     def _sample_time(self) -> float | None:

@@ -8,9 +8,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -45,10 +46,8 @@ class StatesOfSet:
         Normal forces (N) and angles of the journals (rad), shape (n, m).
     radius
         Distances of all journals from their centres (m), shape (n, n_sites).
-    growth
-        Growth rate of small motion (1/s), shape (n,).
-    settles
-        Whether small motion decays within `stability.TURNS` turns, shape (n,).
+    dynamics
+        Small motion at each speed.
     """
 
     contact: tuple[int, ...]
@@ -57,8 +56,25 @@ class StatesOfSet:
     N: Annotated[Array, "N"]
     psi: Annotated[Array, "rad"]
     radius: Annotated[Array, "m"]
-    growth: Annotated[Array, "1/s"]
-    settles: Bools
+    dynamics: tuple[Dynamics, ...]
+    _below: dict[int, bool] = field(default_factory=dict)
+
+    @cached_property
+    def growth(self) -> Annotated[Array, "1/s"]:
+        """Growth rate of small motion (1/s), shape (n,)."""
+        at = zip(self.speed.tolist(), self.N, self.psi, strict=True)
+        if not self.contact:
+            return np.array([self.dynamics[speed].free_growth for speed, _, _ in at])
+        return np.array([self.dynamics[speed].growth(self.contact, N, psi) for speed, N, psi in at])
+
+    def grows_below(self, k: int, limit: float) -> bool:
+        """Return whether the growth rate about state k is below the limit (1/s, 0 or less) of its point."""
+        dynamics = self.dynamics[int(self.speed[k])]
+        if not self.contact:
+            return dynamics.free_growth < limit
+        if k not in self._below:
+            self._below[k] = dynamics.grows_below(limit, self.contact, self.N[k], self.psi[k])
+        return self._below[k]
 
     @property
     def stable(self) -> Bools:
@@ -70,6 +86,8 @@ class StatesOfSet:
 class TrapMap:
     """States over speeds (rad/s), shape (n,), and factors of an unbalance (1), shape (k,).
 
+    The regime of a point takes the stability of a few of its states: one that is stable in contact decides it.
+
     states
         States of each set of sites in contact, contact-free states first.
     """
@@ -80,22 +98,53 @@ class TrapMap:
 
     def regimes(self) -> NDArray[np.int64]:
         """Return the `Regime` of each point, shape (n, k)."""
+        likely = Likely()
         shape = len(self.speeds), len(self.factors)
-        free, trapped, settled = (np.zeros(shape, dtype=bool) for _ in range(3))
-        for states in self.states:
-            (trapped if states.contact else free)[states.speed[states.stable], states.amount[states.stable]] = True
-            if states.contact:
-                settled[states.speed[states.settles], states.amount[states.settles]] = True
-        regimes = np.where(
-            free, np.where(trapped, Regime.BOTH, Regime.FREE), np.where(settled, Regime.CONTACT, Regime.WHIRL)
-        )
-        return np.asarray(regimes, dtype=np.int64)
+        found = [[self._regime(speed, amount, likely) for amount in range(shape[1])] for speed in range(shape[0])]
+        return np.array(found, dtype=np.int64).reshape(shape)
 
     def least_trapping(self) -> Array:
         """Return the smallest factor at each speed with the regime `BOTH` or `CONTACT`; NaN if none has it."""
-        trapped = np.isin(self.regimes(), (Regime.BOTH, Regime.CONTACT))
-        first = np.argmax(trapped, axis=1)
-        return np.where(trapped.any(axis=1), self.factors[first], np.nan)
+        likely, result = Likely(), np.full(len(self.speeds), np.nan)
+        for speed in range(len(self.speeds)):
+            for amount, factor in enumerate(self.factors):
+                if self._regime(speed, amount, likely) in (Regime.BOTH, Regime.CONTACT):
+                    result[speed] = factor
+                    break
+        return result
+
+    @cached_property
+    def _states_at(self) -> dict[tuple[int, int], list[tuple[int, int]]]:
+        """Set and state of all states at each point, by indices of speed and unbalance."""
+        result: dict[tuple[int, int], list[tuple[int, int]]] = {}
+        for n, of_set in enumerate(self.states):
+            for k, point in enumerate(zip(of_set.speed.tolist(), of_set.amount.tolist(), strict=True)):
+                result.setdefault(point, []).append((n, k))
+        return result
+
+    def _regime(self, speed: int, amount: int, likely: Likely) -> Regime:
+        """Return the regime of a point."""
+        here = self._states_at.get((speed, amount), [])
+        free = any(not self.states[n].contact and self.states[n].grows_below(k, 0.0) for n, k in here)
+        limit = 0.0 if free else slowest_decay(float(self.speeds[speed]))
+        touching = [(n, k) for n, k in here if self.states[n].contact]
+        for place in likely.first(range(len(touching))):
+            n, k = touching[place]
+            if self.states[n].grows_below(k, limit):
+                likely.place = place
+                return Regime.BOTH if free else Regime.CONTACT
+        return Regime.FREE if free else Regime.WHIRL
+
+
+@dataclass
+class Likely:
+    """The place, among the contact states of a point, of the state that decided the last regime."""
+
+    place: int = 0
+
+    def first(self, places: Sequence[int]) -> list[int]:
+        """Return places with this one first."""
+        return sorted(places, key=lambda place: place != self.place)
 
 
 def least_trapping_at(
@@ -212,38 +261,27 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
         Largest number of sites in contact at once; all by default.
     """
     sets = all_sets(len(rotor.sites), most)
-    result: list[list[tuple[States, Array]]] = [[] for _ in sets]
+    found: list[list[States]] = [[] for _ in sets]
+    dynamics = []
     for Omega in speeds:
         at, mu = rotor.receptances(float(Omega)), rotor.mu(float(Omega))
         r = np.outer(factors, at.P @ rotor.unbalance * Omega**2)
-        dynamics = Dynamics(rotor.loop(float(Omega)), rotor.c, mu, rotor.mu_slope(float(Omega)))
+        dynamics.append(Dynamics(rotor.loop(float(Omega)), rotor.c, mu, rotor.mu_slope(float(Omega))))
         for k, contact in enumerate(sets):
-            states = states_of(contact, at.R, mu, rotor.c, r)
-            result[k].append((states, _growth(dynamics, states)))
-    joined = (_joined(contact, speeds, pieces) for contact, pieces in zip(sets, result, strict=True))
+            found[k].append(states_of(contact, at.R, mu, rotor.c, r))
+    joined = (_joined(contact, pieces, tuple(dynamics)) for contact, pieces in zip(sets, found, strict=True))
     return TrapMap(speeds, factors, tuple(joined))
 
 
-def _growth(dynamics: Dynamics, states: States) -> Array:
-    """Return the growth rate (1/s) about each state; all contact-free states have the same."""
-    n = len(states.points)
-    if not states.contact:
-        return np.full(n, dynamics.growth((), np.zeros(0), np.zeros(0)) if n else np.nan)
-    return np.array([dynamics.growth(states.contact, states.N[k], states.psi[k]) for k in range(n)])
-
-
-def _joined(contact: tuple[int, ...], speeds: Array, pieces: list[tuple[States, Array]]) -> StatesOfSet:
-    speed = np.concatenate([np.full(len(s.points), k, dtype=np.int64) for k, (s, _) in enumerate(pieces)])
-    states, growth = [s for s, _ in pieces], np.concatenate([rates for _, rates in pieces])
+def _joined(contact: tuple[int, ...], pieces: list[States], dynamics: tuple[Dynamics, ...]) -> StatesOfSet:
     return StatesOfSet(
         contact,
-        speed,
-        np.concatenate([s.points for s in states]),
-        np.concatenate([s.N for s in states]),
-        np.concatenate([s.psi for s in states]),
-        np.abs(np.concatenate([s.q for s in states])),
-        growth,
-        growth < slowest_decay(speeds[speed]),
+        np.concatenate([np.full(len(states.points), k, dtype=np.int64) for k, states in enumerate(pieces)]),
+        np.concatenate([states.points for states in pieces]),
+        np.concatenate([states.N for states in pieces]),
+        np.concatenate([states.psi for states in pieces]),
+        np.abs(np.concatenate([states.q for states in pieces])),
+        dynamics,
     )
 
 

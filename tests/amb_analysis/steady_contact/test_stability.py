@@ -8,8 +8,9 @@ from jeffcott import CLEARANCE, DAMPING, MASS, OWN, STIFFNESS, jeffcott
 
 from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
-from amb_analysis.steady_contact.stability import Dynamics
+from amb_analysis.steady_contact.stability import Dynamics, slowest_decay
 from amb_analysis.steady_contact.synchronous_states import states_of
+from amb_analysis.steady_contact.trap_map import Regime, trap_map
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
 
@@ -62,6 +63,39 @@ def test_growth_is_that_of_the_full_eigenproblem(scenario, contact):
         dynamics = Dynamics(rotor.loop(rotor.Omega), rotor.c, *friction)
     state = (contact, np.full(len(contact), 30.0), np.full(len(contact), 0.4))
     assert dynamics.growth(*state) == pytest.approx(dynamics.about(*state).growth, rel=1e-8)
+
+
+def test_regimes_are_those_of_the_growth_rates_of_all_states():
+    """Over free rotation, rub beside it, and rub alone, about saddles, too."""
+    rotor = rubbing_rotor(plan_run(as_scenario("compressor_levitated", None)))
+    speeds, factors = rotor.Omega * np.array([0.9, 1.0, 1.1]), np.array([3.0, 10.0, 20.0, 30.0, 50.0])
+    found = trap_map(rotor, speeds, factors)
+    free, trapped, settled = (np.zeros((3, 5), dtype=bool) for _ in range(3))
+    for states in found.states:
+        (trapped if states.contact else free)[states.speed[states.stable], states.amount[states.stable]] = True
+        settles = states.growth < slowest_decay(speeds[states.speed])
+        if states.contact:
+            settled[states.speed[settles], states.amount[settles]] = True
+    both = np.where(trapped, Regime.BOTH, Regime.FREE)
+    expected = np.where(free, both, np.where(settled, Regime.CONTACT, Regime.WHIRL))
+    assert {*expected.ravel().tolist()} == {*Regime}
+    assert np.array_equal(found.regimes(), expected)
+    in_trap = np.isin(expected, (Regime.BOTH, Regime.CONTACT))
+    first = np.where(in_trap.any(axis=1), factors[in_trap.argmax(axis=1)], np.nan)
+    np.testing.assert_array_equal(found.least_trapping(), first)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1])
+def test_the_sign_of_a_determinant_recognises_a_saddle_without_eigenvalues(mu, monkeypatch):
+    Omega, u = 1.5 * OWN, 3.0 * DAMPING * CLEARANCE / OWN
+    at = receptances(jeffcott(Omega))
+    found = states_of((0,), at.R, np.array([mu]), C, at.P * u * Omega**2)
+    saddle, stable = np.argsort(found.N[:, 0])
+    dynamics = Dynamics(jeffcott(Omega), C, np.array([mu]), np.zeros(1))
+    assert dynamics.grows_below(0.0, (0,), found.N[stable], found.psi[stable])
+    assert not dynamics.grows_below(-1e9, (0,), found.N[stable], found.psi[stable])
+    monkeypatch.setattr(Dynamics, "_growth", lambda *_: pytest.fail("eigenvalues of a saddle"))
+    assert not dynamics.grows_below(0.0, (0,), found.N[saddle], found.psi[saddle])
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1])
