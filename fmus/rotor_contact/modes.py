@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.compliant import push
@@ -30,14 +32,16 @@ from rotor_contact.workspace import Workspace, stages_of
 FAULT_SINGULAR, FAULT_MODES = 2, 10
 
 MAX_TENSION = 1e-9  # N, below which a normal force counts as none
+# Of the clearance. Touches are located to 2e-11: flights that are hardly higher would go on forever, up to e = 0.9.
+LOWEST_FLIGHT = 5e-11
 
 
 @kernel
 def resolve_modes(w: Workspace, tau: float, shortest: float) -> int:
     """Find modes that are consistent with the forces at z: no tension, no friction beyond the law; store k_1.
 
-    Sites that would touch again within `shortest` (s) count as closed: there the bounces of one site, or of two
-    alternately, accumulate. Returns a fault code: with strong friction, no modes may be consistent.
+    Sites that would touch again within `shortest` (s), or hardly lift, count as closed: there the bounces of one site,
+    or of two alternately, accumulate. Returns a fault code: with strong friction, no modes may be consistent.
     """
     n = w.n
     stages = stages_of(w.stages)
@@ -81,7 +85,10 @@ def _open_tensile(sites: Sites) -> bool:
 
 @kernel
 def _close_soonest(sites: Sites, z: Array, a: Array, Omega: float, shortest: float) -> bool:
-    """Close a free site on its circle whose next flight takes less than `shortest` (s); return whether there is one."""
+    """Close a free site on its circle that lifts too briefly to be followed; return whether there is one.
+
+    Its flight would take 2 v/a < `shortest` (s), or reach v^2/(2 a) < `LOWEST_FLIGHT` times the clearance.
+    """
     n = a.shape[0]
     v = z[n : 2 * n]
     for site in sites:
@@ -89,7 +96,8 @@ def _close_soonest(sites: Sites, z: Array, a: Array, Omega: float, shortest: flo
             radius = locate_journal(site, z[:n])
             if radius >= site.clearance * (1.0 - 1e-10):
                 outward = radial_component(site, a) + tangential_component(site, v) ** 2 / radius
-                if outward > 0.0 and -2.0 * radial_component(site, v) < shortest * outward:
+                lowest = math.sqrt(8.0 * LOWEST_FLIGHT * site.clearance * max(outward, 0.0))
+                if outward > 0.0 and -2.0 * radial_component(site, v) < max(shortest * outward, lowest):
                     close_in_sliding(site, v, Omega)
                     site.mode_fixed = 1
                     return True

@@ -74,6 +74,20 @@ def test_bouncing_accumulates_and_ends_at_rest_on_the_ring(e):
     assert x["energy.dissipated"] == pytest.approx(20.0 * G * RING, rel=1e-4 if e else 1e-7)
 
 
+@pytest.mark.parametrize("max_substep", [5e-4, 5e-5, 1e-5, 1e-6])
+@pytest.mark.parametrize("e", [0.2, 0.5, 0.8])
+def test_bounces_of_one_end_that_die_out_leave_the_other_its_rebound(e, max_substep):
+    """Each end is a mass of its own, and all happens in one step; the first end has lifted by less than 1 um."""
+    x = plant(both("rb.restitution", e) | {"base.a_y": G, "solver.max_substep": max_substep}, rigid_rotor(20.0))
+    near, far = 5e-9, 5e-6
+    place(x, -1j * (CLEARANCE - np.array([near, far])), np.zeros(2))
+    x.step(0.0, 1.5e-3)
+    assert x["mb1.y"] == pytest.approx(-CLEARANCE, abs=1e-12)
+    assert x["mb2.y"] + CLEARANCE == pytest.approx(bounce_height(1.5e-3, e, far), abs=1e-11)
+    speed = math.sqrt(2 * G * near)
+    assert x["rb1.impulse"] == pytest.approx(10.0 * speed * (1 + e) / (1 - e), rel=1e-2)
+
+
 # One impact of the rig, on the kernel itself.
 
 angles = st.floats(0.0, 2 * math.pi)
