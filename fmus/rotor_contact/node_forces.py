@@ -156,8 +156,7 @@ def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
             r = math.sqrt(x * x + y * y)
             node.n_x, node.n_y = x / r, y / r
             node.slip = piece.spin[0, point] * site.journal_radius + node.n_x * at.v_y - node.n_y * at.v_x
-            if site.race >= 0:
-                node.slip -= piece.races[k, point] * race_radius(site)
+            node.slip -= piece.races[k, point] * race_radius(site)
             site.slip = node.slip
             node.ratio = friction_ratio(site, 1.0)
 
@@ -303,9 +302,7 @@ def _slip_response(w: Workspace, k: int, other: int, h: float) -> float:
 def _surface_speed(w: Workspace, matrices: StepMatrices, piece: Piece, k: int, point: int, h: float) -> float:
     """Return the surface velocity (m/s) of journal k relative to its race, without friction after the first point."""
     site = w.sites[k]
-    speed = piece.spin[0, point] * site.journal_radius
-    if site.race >= 0:
-        speed -= piece.races[k, point] * race_radius(site)
+    speed = piece.spin[0, point] * site.journal_radius - piece.races[k, point] * race_radius(site)
     for other in range(w.sites.shape[0]):
         if is_constrained(w.sites[other]):
             response = _slip_response(w, k, other, h)

@@ -61,7 +61,7 @@ class Piece(NamedTuple):
         Speed, angle, torque without contact and torque of friction at the Lobatto points; then cosine . v and sine . v
         at the first, shape (5, 4).
     races
-        Speeds of the races, shape (n_sites, 4).
+        Speeds of the races, 0 where there is none, shape (n_sites, 4).
     """
 
     x: Array

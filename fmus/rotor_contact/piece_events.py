@@ -177,6 +177,4 @@ def _slip_at(matrices: StepMatrices, site: Site, k: int, n_terms: int, s: float)
     r = math.sqrt(journal.x * journal.x + journal.y * journal.y)
     slip = value_at(spin[0], spin[1], spin[2], spin[3], s) * site.journal_radius
     slip += (journal.x * journal.v_y - journal.y * journal.v_x) / r
-    if site.race >= 0:
-        slip -= value_at(races[0], races[1], races[2], races[3], s) * race_radius(site)
-    return slip
+    return slip - value_at(races[0], races[1], races[2], races[3], s) * race_radius(site)

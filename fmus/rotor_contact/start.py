@@ -42,8 +42,6 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
         return False
     for i in range(n):
         q[i] = b[i]
-        if not abs(q[i]) < MAX_DEFLECTION:
-            return False
     for i in range(n):
         for j in range(n):
             elastic = K[j, i] - (square if i == j else 0.0)
