@@ -23,6 +23,7 @@ STIFF = {
     | both("rb.mount_stiffness_x", 1e8)
     | both("rb.mount_stiffness_y", 1e8),
 }
+STIFF["damped mount"] = STIFF["mount"] | both("rb.mount_damping_x", 1e3) | both("rb.mount_damping_y", 1e3)
 TOO_FAST = {
     "race": both("rb.race_inertia", 1e-9) | both("rb.race_drag", 0.1),
     "viscous race": both("rb.race_inertia", 1e-6) | both("rb.race_viscous_drag", 1e4),

@@ -5,13 +5,14 @@ import pytest
 from rotor_cases import both, plant, run, scratch, state, workspace
 
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.enumerations import EXACT, PIECES
+from rotor_contact.enumerations import EXACT, PIECES, ROLLING
 from rotor_contact.lobatto import LOBATTO_POINTS, first_fall, restrict
 from rotor_contact.path import Point
 from rotor_contact.piece_cut import cut_piece
 from rotor_contact.piece_energy import energy_taken
 from rotor_contact.piece_series import expand, journal_at, state_at
 from rotor_contact.piecewise_step import find_forces_at
+from rotor_contact.site import locate_journal, radial_component, slip_velocity
 from rotor_contact.smooth_piece import begin_piece, complete_forces, end_piece, solve_piece
 from rotor_contact.speed_grid import place_on_grid
 from rotor_contact.workspace import stages_of
@@ -22,7 +23,7 @@ FALL = both("rb.mu", 0.12) | {"gravity": 9.81, "Omega": 260.0, "d1.u": 5e-4, "sp
 MOUNTED = both("rb.housing_mass", 3.0) | both("rb.mount_stiffness_x", 1e7) | both("rb.mount_damping_x", 1e4)
 MOUNTED |= both("rb.mount_stiffness_y", 1e7) | both("rb.mount_damping_y", 1e4)
 CASES = {"free spin": {}, "mounts": MOUNTED, "given speed": {"spin.free": 0.0, "Omega_dot": 50.0}}
-ROLLING = both("rb.mu", 0.3) | both("rb.race_inertia", 2.5e-4) | both("rb.race_drag", 0.02) | {"Omega": 60.0}
+ROLLS = both("rb.mu", 0.3) | both("rb.race_inertia", 2.5e-4) | both("rb.race_drag", 0.02) | {"Omega": 60.0}
 
 
 class SolvedPiece:
@@ -94,10 +95,28 @@ def test_restricted_cubic_has_the_values_of_the_whole(share):
     np.testing.assert_allclose(values, np.polyval(coefficients, share * np.array(LOBATTO_POINTS)), atol=1e-13)
 
 
-@pytest.mark.parametrize("case", [*CASES.values(), ROLLING], ids=[*CASES, "rolling that ends at its limit of friction"])
+@pytest.mark.parametrize("case", [*CASES.values(), ROLLS], ids=[*CASES, "rolling that ends at its limit of friction"])
 def test_contact_events_need_no_substeps(case):
     x = plant(FALL | case, ELASTIC)
     run(x, 40, h=STEP)  # until the matrices are built
     record = run(x, 360, ["solver.method", "rb1.impulse", "rb2.impulse"], h=STEP)
     assert np.count_nonzero(record[:, 1:]) >= 3
     assert set(record[:, 0]) <= {EXACT, PIECES}
+    assert set(record[np.any(record[:, 1:], axis=1), 0]) == {PIECES}
+
+
+@pytest.mark.parametrize("case", [*CASES.values(), ROLLS], ids=[*CASES, "rolling"])
+def test_contact_keeps_gap_and_slip_closed_at_the_ends_of_steps(case):
+    x, largest = plant(FALL | case, ELASTIC), np.zeros(3)
+    run(x, 40, h=STEP)
+    for _ in range(200):
+        run(x, 1, h=STEP)
+        w = workspace(x, x["speed"])
+        q, v = np.split(state(x)[: 2 * w.n], 2)
+        for site in w.sites:
+            if site.mode:
+                off = locate_journal(site, q) / site.clearance - 1.0, radial_component(site, v), 0.0
+                if site.mode == ROLLING:
+                    off = *off[:2], slip_velocity(site, v, x["speed"])
+                largest = np.maximum(largest, np.abs(off))
+    assert np.all(largest < [1e-12, 1e-8, 1e-9])

@@ -197,13 +197,21 @@ def test_friction_impulse_ends_the_slip_or_is_mu_times_the_normal_one(seed, angl
 
 
 @pytest.mark.parametrize("Omega", [-40.0, 40.0])
-def test_an_impact_slides_if_kinetic_friction_cannot_end_the_slip(Omega):
-    """Static friction, ten times as large, holds no journal that slides: v+ = v + M^-1 (-n - mu s t) p, n . v+ = 0."""
-    mu, slid = 0.05, 0
+@pytest.mark.parametrize("stribeck_velocity", [0.0, 1.5])
+def test_an_impact_slides_if_kinetic_friction_cannot_end_the_slip(Omega, stribeck_velocity):
+    """Static friction, ten times as large, holds no journal that slides: v+ = v + M^-1 (-n - mu s t) p, n . v+ = 0.
+
+    The coefficient is that of the slip velocity before the impact.
+    """
+    kinetic, slid = 0.05, 0
     for seed in range(20):
-        w, contact, _, v = touching(seed, 0.3 * seed, 0.3 * seed, mu, 0.0, Omega, (0,), 10.0 * mu)
+        w, contact, _, v = touching(seed, 0.3 * seed, 0.3 * seed, kinetic, 0.0, Omega, (0,), 10.0 * kinetic)
+        contact["stribeck_velocity"] = stribeck_velocity
         N, T = directions(contact)
-        sign = math.copysign(1.0, slip_velocity(contact[0], v, Omega))
+        before = slip_velocity(contact[0], v, Omega)
+        sign, mu = math.copysign(1.0, before), kinetic
+        if stribeck_velocity > 0.0:
+            mu += 9.0 * kinetic * math.exp(-((before / stribeck_velocity) ** 2))
         response = w.Minv @ (-N[0] - mu * sign * T[0])
         blow = -(N[0] @ v) / (N[0] @ response)
         slides = blow > 0.0 and sign * slip_velocity(contact[0], v + response * blow, Omega) > 0.0
@@ -237,6 +245,21 @@ def test_rolling_journal_obeys_coulombs_law_in_an_impact_elsewhere():
             assert rolls.p_t == pytest.approx(-mu * rolls.p_n * math.copysign(1.0, slip), rel=1e-9)
         outcomes.add((int(rolls.mode), bool(abs(rolls.p_t) > mu * rolls.p_n * (1 + 1e-9))))
     assert outcomes == {(FREE, False), (SLIDING, False), (ROLLING, False), (ROLLING, True)}
+
+
+@pytest.mark.parametrize("seed", [7, 26, 180, 237])
+def test_no_journal_enters_its_ring_in_an_impact_elsewhere(seed):
+    """The blow throws a sliding journal off its ring; friction at the other site then drives it back."""
+    Omega, angle, sliding_angle = np.random.default_rng(seed).uniform([-300.0, 0.0, 0.0], [300.0, 6.28318, 6.28318])
+    w, contact, q, v = touching(seed, angle, sliding_angle, 2.0, 0.5, Omega, (0,))
+    slides = contact[1]
+    rows, normal = slice(slides.row, slides.row + 2), np.array([math.cos(sliding_angle), math.sin(sliding_angle)])
+    q[rows] = CLEARANCE * normal
+    v[rows] -= (normal @ v[rows]) * normal
+    locate_journal(slides, q)
+    slides.mode, slides.slip_sign = SLIDING, math.copysign(1.0, slip_velocity(slides, v, Omega))
+    assert newton_impact(w, v, Omega)
+    assert np.all(directions(contact)[0] @ v <= 1e-9)
 
 
 @settings(max_examples=30)

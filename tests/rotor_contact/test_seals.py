@@ -147,6 +147,29 @@ def test_motion_in_a_run_up_agrees_with_the_analyses(exact, Omega, tolerance):
     assert off < 2e-3 * largest
 
 
+SPINS = {"run-up": {"Omega": 120.0}, "free spin": {"Omega": 300.0, "spin.free": 1.0, "spin.inertia": 0.3, "d1.u": 2e-3}}
+
+
+@pytest.mark.parametrize("spin", SPINS)
+def test_energies_of_seals_in_contact_are_those_of_short_substeps(spin):
+    """Of friction and impacts, too; pieces know the power of seals at their ends, with its slope."""
+    rubs = both("rb.enabled", 1.0) | both("rb.clearance", 1.5e-4) | both("rb.mu", 0.1) | both("mb.f_x", 800.0)
+    names = [f"energy.{name}" for name in ("damping", "work", "friction", "impact")] + ["mb1.x", "mb2.y", "rb1.f_n"]
+    found = {}
+    for exact in (0.0, 1.0):
+        x, _ = started(rubs | SPINS[spin] | {"solver.exact_motion": exact, "solver.tolerance": 1e-9})
+        rows = []
+        for k in range(150):
+            if spin == "run-up":
+                x["Omega"], x["Omega_dot"] = 120.0 + 400.0 * k * H, 400.0
+            x.step(k * H, H)
+            rows.append([x[name] for name in names])
+        found[exact] = np.array(rows)
+    assert np.count_nonzero(found[0.0][:, 6]) > 20
+    largest = np.max(np.abs(found[0.0]), axis=0)
+    assert np.all(np.abs(found[1.0] - found[0.0]) < 1e-4 * largest)
+
+
 def test_cross_coupling_works_on_forward_whirl_and_resists_backward():
     rotor = sealed_rotor(Bearing("piston", 3, turned(0.0, 5e5)))
     work = {}
