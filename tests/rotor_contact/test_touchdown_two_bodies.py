@@ -17,7 +17,7 @@ CASES = {
     "mounted": RUBBING,
     "mounted, without friction": MOUNTED,
     "race": replace(FIXED, **RACE),
-    "free spin": replace(FIXED, **SPIN),
+    "free spin": replace(FIXED, spin_inertia=5e-3, unbalance=5e-3),
     "all, rolling": replace(MOUNTED, **RACE, **SPIN, mu=0.3, drive_torque=1.0),
 }
 START = np.array([0.05, 0.0, -0.02, 0.01, 200.0, 0.0])
