@@ -16,13 +16,16 @@ CONTACT = tuple(
         *("contact", "contact_equations", "friction", "stribeck", "impact", "sites", "geometry", "compliant"),
         *("collocation", "pieces", "events", "path", "touchdown_closed_forms", "touchdown_two_bodies"),
         *("touchdown_many_sites", "free_flight", "speed", "energy", "robustness", "interface", "shaft_damping"),
-        *("bodies",),
+        *("bodies", "cut_pieces", "steps_of_any_law", "seals", "force_between_samples"),
     )
 )
 TARGETS = {
     **{
         name: (f"fmus/rotor_contact/{name}.py", *CONTACT)
-        for name in ("friction", "site", "path", "contact", "events", "collocation")
+        for name in (
+            *("friction", "site", "path", "contact", "events", "collocation", "impact", "bodies", "piecewise_step"),
+            *("smooth_piece", "node_forces", "piece", "piece_events", "piece_cut", "piece_energy"),
+        )
     },
     "fourier": ("fmus/rolac_controller/fourier.py", "tests/rolac_controller/test_fourier.py"),
     "master": (
