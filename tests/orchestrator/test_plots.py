@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from falls import CLEARANCE, LANDED, OMEGA, fall
+from matplotlib.text import Text
 from slow import slow_but_first
 
 from amb_cosim.results import plots
@@ -63,6 +64,19 @@ def test_figure_of_a_touchdown_shows_races_and_temperatures(tmp_path):
     spin, race, _ = speeds.lines
     assert np.interp([1.1, 2.9], *spin.get_data()) == pytest.approx([0.5 * OMEGA, 0.0], abs=1.0)
     assert race.get_ydata().max() == 100.0
+
+
+@pytest.mark.parametrize("gravity", [9.81, 0.0])
+def test_names_of_events_are_below_the_title_of_a_touchdown(gravity):
+    """The first panel over time shows heights, or the speeds of an upright machine, whose event is at its left end."""
+    dataset = fall(gravity)
+    dataset.attrs |= {"disturbance_cycle": 0.0}
+    figure = plots.Plots(dataset).touchdown()
+    figure.canvas.draw()
+    panel = figure.axes[2]
+    (event,) = panel.texts
+    title = next(text for text in panel.findobj(Text) if text.get_text() == panel.get_title("left"))
+    assert not event.get_window_extent().overlaps(title.get_window_extent())
 
 
 def test_a_run_without_gravity_has_no_touchdown_to_draw(synthetic):

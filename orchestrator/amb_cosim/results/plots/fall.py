@@ -72,7 +72,9 @@ def touchdown(dataset: Signals) -> Figure:
     panels = below.subplots(len(over_time), 1, sharex=True, squeeze=False)[:, 0]
     for panel, (draw, of_stations) in zip(panels, over_time, strict=True):
         draw(panel, dataset, of_stations)
-        mark_events(panel, dataset, named=panel is panels[0])
+        highest = panel is panels[0]
+        panel.set_title(panel.get_title("left"), loc="left", pad=title_padding(dataset, highest))
+        mark_events(panel, dataset, named=highest)
     label_time_axis(panels[-1], dataset)
     figure.legend(handles=_legend(dataset, drawn), loc="outside lower center", ncols=max(int(width / 2.4), 2))
     add_title(figure, dataset)
@@ -140,7 +142,7 @@ def _draw_heights(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
             panel.plot(time_values(dataset), unit.of(heights), color=colour_of(dataset, station.site))
             lowest = float(_offset(dataset, station.site)[1]) - clearance(dataset, station.site)
             panel.axhline(lowest / unit.size, color="black", lw=0.8, ls=DASHED)
-    panel.set_title("Height against gravity", loc="left", pad=title_padding(dataset, highest=True))
+    panel.set_title("Height against gravity", loc="left")
     panel.set_ylabel(f"height ({unit.label})")
 
 
