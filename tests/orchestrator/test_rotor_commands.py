@@ -12,6 +12,7 @@ import pytest
 from matplotlib.image import imread
 
 from amb_analysis.studies.commands.analysis import study
+from amb_analysis.studies.figures.layout import draw as draw_layout
 from amb_analysis.studies.result import WarnedResult
 from amb_cosim import studies
 from rotor_analysis.implausible_sizes import implausible_sizes
@@ -120,6 +121,16 @@ def test_coefficients_of_a_bearing_name_both_of_its_axes(stiffness, words):
     shaft = Shaft((0.0, 0.5, 1.0), (0.05,), youngs_modulus=2e11, density=7850.0, poissons_ratio=0.3)
     bearings = (Bearing("left", 1, stiffness), Bearing("right", 3, 1e6))
     assert studies.layout(Rotor("shaft", shaft, bearings=bearings)).parts[0].what == words
+
+
+def test_seals_are_listed_with_their_mass_and_drawn():
+    shaft = Shaft((0.0, 0.5, 1.0), (0.05,), youngs_modulus=2e11, density=7850.0, poissons_ratio=0.3)
+    bearings, film = (Bearing("left", 1, 1e6), Bearing("right", 3, 1e6)), Bearing("film", 2, 1e5, 3e2, mass=4.0)
+    result = studies.layout(Rotor("shaft", shaft, bearings=bearings, seals=(film,)))
+    assert result.parts[-1].what == "100000 N/m, 300 N s/m, 4 kg along x and y"
+    lanes = draw_layout(result).axes[1]
+    assert [label.get_text() for label in lanes.get_yticklabels()] == ["planes", "seals", "bearings"]
+    assert "film" in [text.get_text() for text in lanes.texts]
 
 
 def test_inertias_are_those_of_the_parts():

@@ -49,7 +49,7 @@ class RotorLayout(WarnedResult, DrawnResult):
     numbers
         Node numbers in the rotor file by node numbers of the mesh, which also has nodes for `z` and `[mesh]`.
     parts
-        Bodies, bearings, contact sites and sensors.
+        Bodies, bearings, seals, contact sites and sensors.
     method, planes, coordinates, fastest
         The plant's model: reduction method, mesh nodes whose displacements are coordinates, number of coordinates, and
         frequency of its fastest mode without bearings (rad/s), 0 if it has no elastic mode.
@@ -240,8 +240,9 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
             inertia + (", unbalance" if body.unbalance else ""),
         )
     for kind, bearing in (*(("bearing", b) for b in rotor.bearings), *(("seal", s) for s in rotor.seals)):
-        K, C, _ = bearing.at(0.0)
-        along_x, along_y = (f"{number(K[k, k])} N/m, {number(C[k, k])} N s/m" for k in (0, 1))
+        K, C, M = bearing.at(0.0)
+        mass = [f", {number(M[k, k])} kg" if M.any() else "" for k in (0, 1)]
+        along_x, along_y = (f"{number(K[k, k])} N/m, {number(C[k, k])} N s/m{mass[k]}" for k in (0, 1))
         coefficients = f"{along_x} along x, {along_y} along y" if along_y != along_x else f"{along_x} along x and y"
         if K[0, 1] or K[1, 0]:
             coefficients += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N/m"

@@ -26,8 +26,8 @@ from array_types import Array
 
 # Colours that colour-blind readers can distinguish (Okabe and Ito).
 GREY, ORANGE, BLUE, GREEN, PURPLE = "#999999", "#D55E00", "#0072B2", "#009E73", "#CC79A7"
-YELLOW, SKY_BLUE = "#E69F00", "#56B4E9"
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW, "#000000", "#8A5A00", "#5B4FA2", "#004D40")  # of many curves
+YELLOW, SKY_BLUE, BROWN = "#E69F00", "#56B4E9", "#8A5A00"
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW, "#000000", BROWN, "#5B4FA2", "#004D40")  # of many curves
 
 DASHED = (0, (4, 2))
 TITLE_SIZE = 10.5  # points, of a figure's title

@@ -12,19 +12,25 @@ from matplotlib.patches import Patch, Rectangle
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
 from amb_analysis.studies.rotor_layout import RotorLayout
-from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, BROWN, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, StyledFigure
 from rotor_analysis.element import Element
 from rotor_analysis.parts import BodyOrDisc
 from rotor_analysis.rotor import Rotor
 
-LANES = {"disc": (ORANGE, "o"), "bearing": (BLUE, "^"), "contact site": (PURPLE, "v"), "sensor": (GREEN, "s")}
+LANES = {
+    "disc": (ORANGE, "o"),
+    "bearing": (BLUE, "^"),
+    "seal": (BROWN, "D"),
+    "contact site": (PURPLE, "v"),
+    "sensor": (GREEN, "s"),
+}
 SHAFT, SLEEVE, BODY = "0.82", SKY_BLUE, "0.6"
 LANE, TALL_LANE = 0.42, 0.62  # inches; tall where names are turned
 WIDTH, LEFT, RIGHT = 8.2, 0.13, 0.98  # width of the figure (inches), and ends of the axes over it
 
 
 def draw(result: RotorLayout) -> Figure:
-    """Draw the rotor, and lanes with its discs, bearings, contact sites, sensors and master planes."""
+    """Draw the rotor, and lanes with its discs, bearings, seals, contact sites, sensors and master planes."""
     rotor = result.description
     z, radius = np.array(rotor.shaft.nodes), 1.08 * _largest_radius(rotor)
     lanes = [kind for kind in LANES if any(part.kind == kind for part in result.parts)]
