@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from amb_analysis.studies.inputs import HIGHEST, positive
+from amb_analysis.studies.inputs import positive
 from amb_assessment.assessment.retainer_bearings import RetainerBearing
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
@@ -25,6 +25,7 @@ from amb_files.checks import require
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
+from rolac_controller.signals import LARGEST_SPEED
 from rotor_analysis.parts import AtSpeed, Bearing
 
 GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # form of ISO 21940-11, in mm/s
@@ -54,7 +55,8 @@ class Speeds(Table):
             shown = stated(f"{value:g} rad/s", raw)
             allowed = f">= {before:g} rad/s, the {reason}" if reason else "> 0 rad/s"
             require(value >= before if reason else value > 0.0, f"speed.{name}", shown, allowed)
-            require(value <= HIGHEST, f"speed.{name}", shown, f"<= {HIGHEST:g} rad/s")
+            most = f"<= {LARGEST_SPEED:g} rad/s ({LARGEST_SPEED * RPM:.0f} rpm), which the models reach"
+            require(value <= LARGEST_SPEED, f"speed.{name}", shown, most)
             before, reason = value, name
         _ = self.run_up_time, self.run_down_time
         return self
