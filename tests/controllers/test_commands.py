@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from matplotlib.image import imread
 from scipy.io import savemat
 
-from amb_analysis.studies.controller_description import response
+from amb_analysis.studies.controller_description import describe_controller, response
 from amb_cosim import linear_controller
 from amb_cosim.commands.cli import main
 from amb_cosim.controllers.laws import Law
@@ -54,6 +54,37 @@ def test_show_prints_gains_and_phases_at_the_modes_of_a_rotor(command):
         exact = -(2.34e4 + 36.0 * s / (1.0 + s / (2.0 * np.pi * 3000.0)))
         assert phase == pytest.approx(np.degrees(np.angle(exact)), abs=3.0)
         assert -180.0 < phase < 0.0, "the demand damps"
+
+
+@pytest.mark.parametrize(
+    ("block", "gain", "text"),
+    [
+        ('type = "pid", kp = 2e4, ki = 3e5', None, "infinite"),
+        ('type = "pid", kp = 2e4, kd = 36.0, roll_off = "3 kHz"', 2e4, "20000"),
+        ('type = "pid", kp = 0.0, kd = 36.0, roll_off = "3 kHz"', 0.0, " 0 "),
+    ],
+)
+def test_static_gain_is_that_at_rest(block, gain, text, command, tmp_path):
+    (tmp_path / "law.toml").write_text(FILE[: FILE.index("blocks")] + f"blocks = [{{ {block} }}]\n", encoding="utf-8")
+    path, _ = json.loads(command("show", "law.toml", "--json"))["connections"]
+    assert path["gain_at_rest"] == (None if gain is None else pytest.approx(gain, rel=1e-9))
+    assert text in command("show", "law.toml")
+
+
+@pytest.mark.parametrize("hertz", [0.1, 397.0, 403.0])
+def test_phases_are_exact_beside_a_narrow_notch_and_below_the_plot(hertz, tmp_path):
+    """Integral action lags by 90 degrees at 0.1 Hz; the notch of 400 Hz changes its phase by 160 degrees in 6 Hz."""
+    blocks = '{ type = "pid", kp = 2e4, ki = 3e5 }, { type = "notch", frequency = "400 Hz", damping = 0.001 }'
+    head = FILE[: FILE.index("blocks")].replace("[[channel]]", "prewarp = true\n[[channel]]")
+    (tmp_path / "law.toml").write_text(f"{head}blocks = [{blocks}]\n", encoding="utf-8")
+    omega = 2.0 * np.pi * hertz
+    path, _ = describe_controller(tmp_path / "law.toml", "0 rpm", [omega]).as_dict()["connections"]
+    z, w = np.exp(1e-4j * omega), 2.0 * np.pi * 400.0
+    s = 2e4 * (z - 1.0) / (z + 1.0)  # Tustin
+    s_notch = w / np.tan(0.5e-4 * w) * (z - 1.0) / (z + 1.0)  # with the frequency of the notch kept
+    notch = (s_notch**2 + w**2) / (s_notch**2 + 0.002 * w * s_notch + w**2)
+    exact = np.degrees(np.angle(-(2e4 + 3e5 / s) * notch))
+    assert path["phase_at_modes_deg"] == [pytest.approx(exact, abs=0.01)]
 
 
 def test_show_includes_the_gains_of_the_demands(command, tmp_path):

@@ -19,16 +19,24 @@ from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from array_types import Array, Complex
 
 LOWEST, POINTS = 1e-4, 600  # lowest frequency over half the sampling frequency, and number of frequencies
+AT_REST = 1e-8  # frequency over half the sampling frequency, at which a law is as at rest
+CHANGED = 3.0  # factor by which a gain changes with a tenth of the frequency if it is infinite, or zero, at rest
+ROUNDING = 1e-6  # of the largest gain at rest; smaller ones are zero
 
 
 @dataclass(frozen=True)
 class LawPath:
-    """A connection from a signal to a demand: sampled and, if available, continuous frequency responses."""
+    """A connection from a signal to a demand: sampled and, if available, continuous frequency responses.
+
+    `at_modes` are the sampled ones at the modes of the rotor; `at_rest` is the static gain, infinite if it integrates.
+    """
 
     signal: str
     demand: str
     sampled: Complex
     continuous: Complex | None
+    at_modes: Complex
+    at_rest: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,7 +52,7 @@ class ControllerDescription(DrawnResult):
     modes: tuple[float, ...]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the description as JSON data."""
+        """Return the description as JSON data; a gain at rest is None if the law integrates the signal."""
         law = self.controller.laws[self.speed]
         return {
             "sample_time_s": self.controller.sample_time,
@@ -56,9 +64,9 @@ class ControllerDescription(DrawnResult):
                 {
                     "signal": path.signal,
                     "demand": path.demand,
-                    "gain_at_rest": float(abs(path.sampled[0])),
+                    "gain_at_rest": path.at_rest if np.isfinite(path.at_rest) else None,
                     "largest_gain": float(np.abs(path.sampled).max()),
-                    "phase_at_modes_deg": [phase_at(path, self.omega, mode) for mode in self.modes],
+                    "phase_at_modes_deg": np.degrees(np.angle(path.at_modes)).tolist(),
                 }
                 for path in self.connections
             ],
@@ -78,7 +86,8 @@ class ControllerDescription(DrawnResult):
         title = "Connections" + ("; phase at the modes (deg)" if self.modes else "")
         table = text_table(title, headings, left=("signal", "demand"))
         for path in data["connections"]:
-            gains = (number(path["gain_at_rest"]), number(path["largest_gain"]))
+            at_rest = path["gain_at_rest"]
+            gains = ("infinite" if at_rest is None else number(at_rest), number(path["largest_gain"]))
             phases = (f"{phase:z.1f}" for phase in path["phase_at_modes_deg"])
             table.add_row(path["signal"], path["demand"], *gains, *phases)
         sampled = f"{data['states']} states, sampled every {data['sample_time_s']:g} s"
@@ -99,7 +108,7 @@ def describe_controller(file: Path, speed: str, modes: Sequence[float]) -> Contr
     omega = frequencies(controller)
     below = tuple(mode for mode in modes if mode < omega[-1])
     law = read_blocks(file, continuous=True)["K"] if file.suffix == ".toml" else None  # arrays are sampled
-    paths = connections(controller, omega, nearest, law[nearest] if isinstance(law, dict) else law)
+    paths = connections(controller, omega, nearest, law[nearest] if isinstance(law, dict) else law, below)
     return ControllerDescription(controller, nearest, omega, paths, below)
 
 
@@ -114,25 +123,51 @@ def frequencies(controller: LinearController) -> Array:
     return np.asarray(np.geomspace(LOWEST * nyquist, 0.999 * nyquist, POINTS))
 
 
-def connections(controller: LinearController, omega: Array, speed: float, continuous: Law | None) -> list[LawPath]:
+def connections(
+    controller: LinearController, omega: Array, speed: float, continuous: Law | None, modes: Sequence[float] = ()
+) -> list[LawPath]:
     """Return the connections of a controller at a speed of its table, with responses of the continuous law if any.
 
-    Both include the controller's `delay`, exp(-j omega delay T) for the sampled law.
+    All include the controller's `delay`, exp(-j omega delay T) for the sampled law.
     """
-    delay_response = np.exp(-1j * omega * controller.sample_time * controller.starts.get("delay", 0.0))[:, None, None]
-    result = delay_response * response(controller.law_at(speed), omega, controller.sample_time)
-    continuous_response = None if continuous is None else delay_response * response(continuous, omega, None)
+
+    def delayed(values: Complex, at: Array) -> Complex:
+        late = controller.sample_time * controller.starts.get("delay", 0.0)
+        return np.asarray(np.exp(-1j * at * late)[:, None, None] * values)
+
+    law, points = controller.law_at(speed), np.array([*modes])
+    result = delayed(response(law, omega, controller.sample_time), omega)
+    continuous_response = None if continuous is None else delayed(response(continuous, omega, None), omega)
+    shape = (0, *result.shape[1:])
+    at_modes = (
+        delayed(response(law, points, controller.sample_time), points) if len(points) else np.zeros(shape, complex)
+    )
+    at_rest = gains_at_rest(law, controller.sample_time)
     return [
-        LawPath(signal, demand, result[:, i, j], None if continuous_response is None else continuous_response[:, i, j])
+        LawPath(
+            signal,
+            demand,
+            result[:, i, j],
+            None if continuous_response is None else continuous_response[:, i, j],
+            at_modes[:, i, j],
+            float(at_rest[i, j]),
+        )
         for i, demand in enumerate(controller.ports.demands)
         for j, signal in enumerate(controller.ports.signals)
         if np.any(np.abs(result[:, i, j]) > 1e-12 * np.abs(result).max())
     ]
 
 
-def phase_at(path: LawPath, omega: Array, frequency: float) -> float:
-    """Return the phase of the sampled law at a frequency (rad/s), from -180 to 180 degrees."""
-    return float((np.interp(frequency, omega, degrees(path.sampled)) + 180.0) % 360.0 - 180.0)
+def gains_at_rest(law: Law, sample_time: float) -> Array:
+    """Return the static gains of a sampled law, infinite where it integrates, shape (n_demands, n_signals).
+
+    The limit for vanishing frequency: a gain that rises as 1/omega is infinite, one that falls as omega is zero.
+    """
+    slow = AT_REST * np.pi / sample_time
+    gain, slower = np.abs(response(law, np.array([slow, 0.1 * slow]), sample_time))
+    result = np.where(slower > CHANGED * gain, np.inf, np.where(CHANGED * slower < gain, 0.0, slower))
+    finite = result[np.isfinite(result)]
+    return np.where(result < ROUNDING * finite.max(initial=0.0), 0.0, result)
 
 
 def degrees(values: Complex) -> Array:
