@@ -10,6 +10,7 @@ from fmu_systems import system_text
 
 import amb_cosim
 from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import convert
 from fmi_export.building.number_texts import plain_forms
 from tests.support.messages import raises_naming
@@ -155,3 +156,12 @@ def test_limits_of_unsigned_integers_apply(tmp_path):
     assert convert(7, port, "one.n") == 7.0
     with raises_naming(ValueError, "one.n", "8", ">= 2 and <= 7"):
         convert(8, port, "one.n")
+
+
+def test_a_value_that_an_fmu_fixes_is_named_once():
+    port = Port(
+        "sample_time", "Real", "parameter", 0, unit="s", minimum=2e-5 * (1.0 - 1e-9), maximum=2e-5 * (1.0 + 1e-9)
+    )
+    assert convert("20 us", port, "one.sample_time") == 2e-5
+    with raises_naming(ValueError, "2.5e-05 s (25 us)", "it must be 2e-05 s"):
+        convert("25 us", port, "one.sample_time")

@@ -74,6 +74,8 @@ class Port:
             return "true or false"
         if self.items:
             return f"one of {', '.join(f'{value} ({name})' for name, value in self.items.items())}"
+        if f"{self.minimum:g}" == f"{self.maximum:g}":  # apart from rounding, as of a controller's sample time
+            return f"{self.minimum:g}{self.display_unit}"
         low = f">= {self.minimum:g}" if self.minimum > -math.inf else ""
         high = f"<= {self.maximum:g}" if self.maximum < math.inf else ""
         bounds = " and ".join(bound for bound in (low, high) if bound)
