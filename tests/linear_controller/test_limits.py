@@ -54,6 +54,16 @@ def test_filters_follow_their_signals_while_the_demand_is_limited():
     assert limited.states()[0] != free.states()[0]
 
 
+@pytest.mark.parametrize("ratio", [1e-9, 1e-6, 1.0, 1e9])
+def test_units_of_a_state_do_not_change_how_its_integrator_is_limited(ratio):
+    """Two independent integrators, of states whose sizes differ: both decay by alpha^2 in a sample."""
+    alpha = np.exp(-T / 0.02)
+    law = Law(np.eye(2), np.diag([1.0 / ratio, 1.0]), np.diag([ratio, 1.0]), np.zeros((2, 2)), T)
+    tracking = slow_modes(law, T, 0.02).tracking
+    np.testing.assert_allclose(np.diagonal(law.A - tracking @ law.C), alpha**2, rtol=1e-12)
+    assert tracking[0, 1] == tracking[1, 0] == 0.0
+
+
 @given(st.integers(0, 10**6), st.integers(1, 3), st.integers(0, 4))
 def test_slow_modes_of_a_limited_law_are_reflected(seed, n_slow, n_fast):
     """A_s - W L C_s has alpha^2 / conj(lambda) for each slow mode, and fast modes stay where they are."""

@@ -8,19 +8,23 @@ ordered, and a Sylvester equation. With C_s = C V and F = A_s / alpha, whose mod
 
 is the gain of the Kalman filter for F without process noise: A_s - W L C_s has the modes alpha^2 / conj(lambda).
 B. D. O. Anderson and J. B. Moore, Optimal Filtering, 1979, chapter 4, with a prescribed degree of stability as in their
-Optimal Control, 1990. Modes that are unobservable from the demands are not included.
+Optimal Control, 1990. Modes that are unobservable from the demands are not included, nor are those that are hardly
+observable beside others. Independent groups of states are compared on one scale, since their units may differ.
 """
 
 from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from amb_cosim.controllers.laws import Law, balancing_factors
 from array_types import Array, Bools, Indices
+
+ALIKE = 1e3  # ratio of outputs of independent groups of states, below which both are equally observable
 
 
 @dataclass(frozen=True)
@@ -82,11 +86,24 @@ def slow_modes(law: Law, sample_time: float, slow_time: float) -> SlowModes:
     tracking = np.zeros((n, p))
     n_slow = sum(len(part) for part in parts)
     if n_slow:
+        scales = _scales(maps)
+        bases, maps = ([scale * part for scale, part in zip(scales, of, strict=True)] for of in (bases, maps))
         tracking = np.hstack(bases) @ _gain(block_diag(*parts), np.hstack(maps), alpha)
     result = SlowModes(tracking, rest, slow)
     if not all(np.isfinite(value).all() for value in (tracking, rest, slow)):
         raise ValueError("the slow and fast modes of A cannot be separated; try another slow_time")
     return result
+
+
+def _scales(maps: Sequence[Array]) -> list[float]:
+    """Return a power of two for each group, with which the outputs of its slow modes are of a size.
+
+    Groups whose outputs differ by less than `ALIKE` keep the factor 1.
+    """
+    sizes = [float(np.linalg.norm(of_group)) for of_group in maps]
+    largest = max(sizes, default=0.0)
+    small = [0.0 < size < largest / ALIKE for size in sizes]
+    return [2.0 ** round(math.log2(largest / size)) if of else 1.0 for size, of in zip(sizes, small, strict=True)]
 
 
 def _split(A: Array, B: Array, alpha: float) -> tuple[Array, Array, Array, Array]:
