@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from amb_cosim.cosim.basics.choices import Settling
-from amb_cosim.cosim.basics.time_grid import ROUNDING, TimeGrid, in_steps, nearest_point, whole_steps
+from amb_cosim.cosim.basics.time_grid import ROUNDING, TimeGrid, in_steps, is_on_grid, nearest_point, whole_steps
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Plan, Profile, Ramp
 from amb_cosim.cosim.system.replacement import notices
@@ -246,7 +246,7 @@ def _uneven_samples(components: Sequence[Component], values: Assignments, h: flo
     """
     for component in components:
         sample_time, step = _sample_time(component, values), component.every * h
-        if sample_time is not None and not math.isclose(sample_time, round(sample_time / step) * step, rel_tol=1e-6):
+        if sample_time is not None and not is_on_grid(round(in_steps(sample_time, step)), sample_time, step):
             yield (
                 f"{component.name} samples unevenly, up to {step:g} s early: sample_time = {sample_time:.12g} s is no "
                 f"whole multiple of its step of {step:g} s; linear models have even samples"
@@ -257,7 +257,7 @@ def _start_grid(component: Component, values: Assignments, h: float) -> int:
     """Return the number of steps between possible start points at which a component also samples at time 0."""
     sample_time = _sample_time(component, values)
     samples = nearest_point(f"{component.name}.sample_time", sample_time, h) if sample_time is not None else 1
-    fits = sample_time is not None and math.isclose(samples * h, sample_time, rel_tol=ROUNDING)
+    fits = sample_time is not None and is_on_grid(samples, sample_time, h)
     return math.lcm(component.every, samples) if fits else component.every
 
 
