@@ -15,9 +15,11 @@ from rotor_contact.bodies import (
     couple_spin,
     coupling_energy,
     drive_limit,
+    kinetic_energy,
     least_inertia,
 )
 from rotor_contact.compliant import is_any_compliant
+from rotor_contact.contact import project
 from rotor_contact.dynamics import (
     add_magnetic_forces,
     collect_coefficients,
@@ -25,7 +27,7 @@ from rotor_contact.dynamics import (
     motion_of,
     set_bearings,
 )
-from rotor_contact.enumerations import COMPLIANT, EVENTS, EXACT, INTEGRATED, NO_MATRICES, NODAL, PIECES
+from rotor_contact.enumerations import COMPLIANT, EVENTS, EXACT, INTEGRATED, NO_MATRICES, NODAL, PIECES, ROLLING
 from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
 from rotor_contact.exact_motion import propagate
 from rotor_contact.heating import advance_temperature
@@ -49,19 +51,21 @@ from rotor_contact.outputs import energy_error, write_mechanical_energy, write_o
 from rotor_contact.over_step import average
 from rotor_contact.piecewise_step import NO_MATRICES_YET, advance_by_pieces, angle_and_speed_after
 from rotor_contact.planes import Planes
+from rotor_contact.products import quadratic_form
 from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_left_to_pieces, steps_unchanged, without_rounding
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.site import Sites
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.step_cache import is_valid, store
 from rotor_contact.structure import Structure, structure_of
-from rotor_contact.workspace import N_INTEGRALS, energy_integrals, site_integrals, stages_of
+from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, site_integrals, stages_of
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL, FAULT_FAST = 3, 4, 5, 6, 7
 FAULT_ENERGY = 9
 FAULT_OFFSET = 11  # plus the site
 MAX_SITES = 99 - FAULT_OFFSET + 1
 
+ROUNDING = 1e-9  # of the speed, by which the end of a speed ramp may differ from the speed after it
 STABLE = 2.5  # times the start value of solver.max_substep: Runge-Kutta's method is stable up to 2.8 rad of a mode
 TURN = 2.0 * math.pi
 
@@ -181,6 +185,8 @@ def step(
     else:
         copy(x.z[: 2 * n + N_INTEGRALS], z)
         z[2 * n + N_INTEGRALS :] = 0.0
+        if spin.row < 0 and abs(Omega - head.speed) > ROUNDING * abs(Omega):
+            energy_integrals(z, n).work += _work_of_jump(w, Omega)
         fault, by_series = NO_MATRICES_YET, n_steps > 0.0 and not is_left_to_pieces(scratch.propagator)
         if solver.exact_motion != 0.0 and not by_series:
             is_steady = n_steps > 0.0
@@ -224,6 +230,25 @@ def _method(solver: np.record, sites: Sites, is_built: bool) -> float:
     if is_any_compliant(sites):
         return float(COMPLIANT)
     return float(EVENTS if is_built else NO_MATRICES)
+
+
+@kernel
+def _work_of_jump(w: Workspace, Omega: float) -> float:
+    """Return the work (J) of an ideal drive that changes the spin speed at once to `Omega` (rad/s).
+
+    It accelerates what rolls on the rotor, without slip and so without heat: the work is the gain of kinetic energy.
+    """
+    rolls = False
+    for site in w.sites:
+        rolls = rolls or site.mode == ROLLING
+    if not rolls:
+        return 0.0
+    z = stages_of(w.stages).z
+    q, v = z[: w.n], z[w.n : 2 * w.n]
+    before = 0.5 * quadratic_form(w.forms, v) + kinetic_energy(w.sites, v)
+    project(w, q, v, Omega)
+    gain: float = 0.5 * quadratic_form(w.forms, v) + kinetic_energy(w.sites, v) - before
+    return gain
 
 
 @kernel

@@ -82,6 +82,36 @@ def test_rolling_makes_no_heat_and_the_drive_pays_for_the_damping():
     assert largest_gap(record[:, :7]) < 1e-6
 
 
+@pytest.mark.parametrize("exact", [0.0, 1.0], ids=["integrated", "pieces"])
+@pytest.mark.parametrize("jump", [-5.0, 5.0])
+def test_a_drive_whose_speed_jumps_supplies_the_energy_of_rolling_races(jump, exact):
+    """J (w'^2 - w^2)/2 of both races; the motion of the shaft takes less than 0.5 % of that."""
+    J = 1e-3
+    x = plant(
+        {"gravity": 9.81, "Omega": 100.0, "solver.exact_motion": exact}
+        | both("rb.mu", 0.3)
+        | both("rb.race_inertia", J)
+    )
+    run(x, 4000)
+    names = (
+        "rb1.race_speed",
+        "rb2.race_speed",
+        "energy.work",
+        "energy.balance",
+        "energy.friction",
+        "rb1.mode",
+        "rb2.mode",
+    )
+    before = run(x, 1, names)[-1]
+    x["Omega"] = 100.0 + jump
+    after = run(x, 1, names)[-1]
+    assert before[5:].tolist() == after[5:].tolist() == [2.0, 2.0]
+    gain = 0.5 * J * np.sum(after[:2] ** 2 - before[:2] ** 2)
+    assert abs(gain) > 0.8
+    assert after[2] - before[2] == pytest.approx(gain, rel=5e-3)
+    assert abs(after[3] - before[3]) < 2e-6 * abs(gain)
+
+
 def test_balance_improves_with_the_fourth_power_of_the_substep():
     def gap(substep):
         fixed = {"solver.max_substep": substep, "solver.tolerance": 1.0, "solver.exact_motion": 0.0}
