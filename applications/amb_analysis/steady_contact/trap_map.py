@@ -8,7 +8,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
@@ -98,17 +98,16 @@ class TrapMap:
 
     def regimes(self) -> NDArray[np.int64]:
         """Return the `Regime` of each point, shape (n, k)."""
-        likely = Likely()
         shape = len(self.speeds), len(self.factors)
-        found = [[self._regime(speed, amount, likely) for amount in range(shape[1])] for speed in range(shape[0])]
+        found = [[self._regime(speed, amount) for amount in range(shape[1])] for speed in range(shape[0])]
         return np.array(found, dtype=np.int64).reshape(shape)
 
     def least_trapping(self) -> Array:
         """Return the smallest factor at each speed with the regime `BOTH` or `CONTACT`; NaN if none has it."""
-        likely, result = Likely(), np.full(len(self.speeds), np.nan)
+        result = np.full(len(self.speeds), np.nan)
         for speed in range(len(self.speeds)):
             for amount, factor in enumerate(self.factors):
-                if self._regime(speed, amount, likely) in (Regime.BOTH, Regime.CONTACT):
+                if self._regime(speed, amount) in (Regime.BOTH, Regime.CONTACT):
                     result[speed] = factor
                     break
         return result
@@ -122,29 +121,14 @@ class TrapMap:
                 result.setdefault(point, []).append((n, k))
         return result
 
-    def _regime(self, speed: int, amount: int, likely: Likely) -> Regime:
+    def _regime(self, speed: int, amount: int) -> Regime:
         """Return the regime of a point."""
-        here = self._states_at.get((speed, amount), [])
-        free = any(not self.states[n].contact and self.states[n].grows_below(k, 0.0) for n, k in here)
+        here = [(self.states[n], k) for n, k in self._states_at.get((speed, amount), [])]
+        free = any(states.grows_below(k, 0.0) for states, k in here if not states.contact)
         limit = 0.0 if free else slowest_decay(float(self.speeds[speed]))
-        touching = [(n, k) for n, k in here if self.states[n].contact]
-        for place in likely.first(range(len(touching))):
-            n, k = touching[place]
-            if self.states[n].grows_below(k, limit):
-                likely.place = place
-                return Regime.BOTH if free else Regime.CONTACT
+        if any(states.grows_below(k, limit) for states, k in here if states.contact):
+            return Regime.BOTH if free else Regime.CONTACT
         return Regime.FREE if free else Regime.WHIRL
-
-
-@dataclass
-class Likely:
-    """The place, among the contact states of a point, of the state that decided the last regime."""
-
-    place: int = 0
-
-    def first(self, places: Sequence[int]) -> list[int]:
-        """Return places with this one first."""
-        return sorted(places, key=lambda place: place != self.place)
 
 
 def least_trapping_at(
