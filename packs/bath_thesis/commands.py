@@ -57,14 +57,14 @@ add_study(
     click.option(
         "--steps",
         type=WithUnit("8,12,16 g.m", parts=lambda text: text.split(",")[-1:]),  # the last unit is that of all
-        default="8,12,16,20,24,28,32,36,40,44,48 g.m",
+        default="12,16,18,20,22,24,28,32,36,40,44,48 g.m",
         show_default=True,
         help="Added unbalances on D1, before the factor of fig5_6.",
     ),
     click.option(
         "--instants", type=int, default=5, show_default=True, help="Instants of the step within a revolution."
     ),
-    click.option("--alpha", default="7 1/s", show_default=True, help="Adaptation rate."),
+    click.option("--alpha", default="3.5,7 1/s", show_default=True, help="Adaptation rates."),
     FLAVOUR,
     shows_progress=True,
 )

@@ -129,9 +129,9 @@ def test_statistics_count_runs_that_recover_with_or_without_contact(monkeypatch,
     assert "75, 3.0" in result.stdout
     data = json.loads((tmp_path / "out" / "recovery.json").read_text())
     check_picture(tmp_path / "out" / "recovery.png")
-    assert data["alpha_per_s"] == 5.0
-    assert len(data["controls"]) == 6
-    cell = data["controls"]["PID + ROLAC"][1]
+    assert data["alphas_per_s"] == [5.0]
+    assert len(data["controls"]) == 9, "three of six with H of the model and identified"
+    cell = data["controls"]["PID + ROLAC, 5 1/s, H identified"][1]
     assert (cell["recovered_share"], cell["median_cycles"]) == (0.75, 3.0)
     assert [run["disturbance_cycle"] for run in cell["runs"]] == list(last)
     assert [run["cycles"] for run in cell["runs"]] == [0.0, 3.0, 9.0, 54.25]

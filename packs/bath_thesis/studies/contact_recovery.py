@@ -1,7 +1,8 @@
 """Study of controls that free a rotor from contact after a step of unbalance, and their limits.
 
-The rotor, its speed and the unbalance factor are those of Fig. 5.6: 16 Hz, unbalance added on D1. For each control and
-amount, the trials differ only in the instant of the step. Rotor, bearings and retainers are isotropic, so the instant
+The rotor, its speed and the unbalance factor are those of Fig. 5.6: 16 Hz, unbalance added on D1. Adaptive controls are
+tried at each rate, with H of the rotor model and with H identified in the sampled loop. For each control and amount,
+the trials differ only in the instant of the step. Rotor, bearings and retainers are isotropic, so the instant
 matters only through sampling and current limits: a share between none and all shows that the unbalance is close to the
 limit of the control.
 """
@@ -15,6 +16,7 @@ from statistics import median
 from typing import Annotated, ClassVar
 
 from amb_analysis.studies.inputs import Number, positive
+from amb_analysis.studies.receptance_identification import identify
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
@@ -23,7 +25,14 @@ from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_files.checks import require
-from bath_thesis.studies.recovery_trials import CONTROLS, END, SCENARIO, RecoveryTrial, TrialRow, simulate_all
+from bath_thesis.studies.recovery_trials import (
+    END,
+    SCENARIO,
+    RecoveryTrial,
+    TrialRow,
+    adapted_controls,
+    simulate_all,
+)
 
 FIRST_STEP = 5.0  # cycle
 UNIT = "kg.m"
@@ -57,8 +66,8 @@ class ControlComparison(DrawnResult):
         Spin speed (Hz).
     unbalance_factor
         Factor of all unbalances of the scenario (1).
-    alpha
-        Adaptation rate (1/s).
+    alphas
+        Adaptation rates (1/s).
     end_cycle
         Cycle at which the runs end.
     instants
@@ -66,7 +75,7 @@ class ControlComparison(DrawnResult):
     added
         Unbalances added on D1, before the factor (kg m), ascending.
     controls
-        By control, the statistics for each added unbalance.
+        By control, with its rate and the origin of its H, the statistics for each added unbalance.
     """
 
     name: ClassVar[str] = "recovery"
@@ -74,7 +83,7 @@ class ControlComparison(DrawnResult):
     scenario: str
     speed: Annotated[float, "Hz"]
     unbalance_factor: float
-    alpha: Annotated[float, "1/s"]
+    alphas: Annotated[tuple[float, ...], "1/s"]
     end_cycle: float
     instants: int
     added: Annotated[tuple[float, ...], "kg.m"]
@@ -89,8 +98,8 @@ class ControlComparison(DrawnResult):
         return [
             table,
             f"runs free of contact at cycle {self.end_cycle:g} (%), and their median cycles to the last contact",
-            f"unbalances times {self.unbalance_factor:g}, alpha = {self.alpha:g} 1/s, "
-            f"instants of the step: {self.instants}",
+            f"unbalances times {self.unbalance_factor:g}; instants of the step: {self.instants}; H is that of the "
+            "rotor model unless it is identified in the sampled loop",
         ]
 
 
@@ -101,10 +110,10 @@ def _cell(cell: RecoveryStatistics) -> str:
 
 
 def recovery(
-    steps: str | Sequence[Number] = "8,12,16,20,24,28,32,36,40,44,48 g.m",
+    steps: str | Sequence[Number] = "12,16,18,20,22,24,28,32,36,40,44,48 g.m",
     *,
     instants: int = 5,
-    alpha: Number = "7 1/s",
+    alpha: str | Number | Sequence[Number] = "3.5,7 1/s",
     flavour: Flavour = "native",
     progress: bool | Progress | None = None,
 ) -> ControlComparison:
@@ -118,7 +127,7 @@ def recovery(
         Number of instants of the step within a revolution. It should not be a multiple of four, because the four axes
         would then have the same motion.
     alpha
-        Adaptation rate (1/s), or a string with its unit.
+        Adaptation rates (1/s) on the amplitude, or a string with commas and units; (5.22) has 7 1/s on half of it.
     flavour
         Flavour of the FMUs.
     progress
@@ -131,29 +140,33 @@ def recovery(
         If an argument is out of range, or a run does not reach its end.
     """
     require(1 <= instants <= 1000, "instants", instants, "from 1 to 1000")
-    rate = quantity(alpha, "1/s", "alpha")
+    alphas = [quantity(value, "1/s", "alpha") for value in listed(alpha)]
+    for value in alphas:
+        require(value >= 0.0, "alpha", f"{value:g} 1/s", ">= 0 1/s")
     added = unbalances(steps)
-    options = RunOptions(flavour=flavour)
+    options, scenario = RunOptions(flavour=flavour), load_scenario(SCENARIO)
+    controls = adapted_controls(alphas)
+    table = identify([scenario.initial_speed], scenario=scenario, flavour=flavour, progress=False).table
     trials = [
-        RecoveryTrial(control, u, FIRST_STEP + k / instants, rate, options)
-        for control in CONTROLS
+        RecoveryTrial(control, u, FIRST_STEP + k / instants, table if control.is_identified else None, options)
+        for control in controls
         for u in added
         for k in range(instants)
     ]
     with progress_bar(progress) as report:
         rows = simulate_all(trials, report)
-    scenario, remaining_rows = load_scenario(SCENARIO), iter(rows)
+    remaining_rows = iter(rows)
     return ControlComparison(
         scenario=SCENARIO,
         speed=quantity(scenario.Omega, "Hz", "Omega"),
         unbalance_factor=scenario.unbalance_factor,
-        alpha=rate,
+        alphas=tuple(alphas),
         end_cycle=END,
         instants=instants,
         added=tuple(added),
         controls={
-            control: tuple(_statistics(tuple(next(remaining_rows) for _ in range(instants))) for _ in added)
-            for control in CONTROLS
+            control.label: tuple(_statistics(tuple(next(remaining_rows) for _ in range(instants))) for _ in added)
+            for control in controls
         },
     )
 
@@ -168,12 +181,16 @@ def unbalances(raw: str | Sequence[Number]) -> list[float]:
     ValueError
         If one of them is not a positive unbalance.
     """
+    return sorted({positive(value, UNIT, "steps") for value in listed(raw)})
+
+
+def listed(raw: str | Number | Sequence[Number]) -> Sequence[Number]:
+    """Return the values of a sequence, of a single value, or of a string separated by commas, the last unit for all."""
     if not isinstance(raw, str):
-        return sorted({positive(value, UNIT, "steps") for value in raw})
+        return raw if isinstance(raw, Sequence) else [raw]
     parts = [part.strip() for part in raw.split(",")]
     unit = NUMBER.sub("", parts[-1], count=1)
-    texts = [f"{part} {unit}" if NUMBER.fullmatch(part) else part for part in parts]
-    return sorted({positive(text, UNIT, "steps") for text in texts})
+    return [f"{part} {unit}" if NUMBER.fullmatch(part) else part for part in parts]
 
 
 def _statistics(rows: tuple[TrialRow, ...]) -> RecoveryStatistics:

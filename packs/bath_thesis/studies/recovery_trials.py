@@ -1,14 +1,15 @@
-"""Runs of the study of recovery: the scenario of Fig. 5.6 with other controls and other steps of unbalance."""
+"""Runs of the study of recovery: the scenario of Fig. 5.6 with other controls, rates, H and steps of unbalance."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from amb_analysis.studies.processes import simulate_in_processes
 from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.results.contact_history import contact_cycles, recovered
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario
@@ -19,24 +20,65 @@ from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, 
 SCENARIO = "fig5_6"
 DISC = "d1.u"
 END = 60.0  # cycle
-CONTROLS: dict[str, dict[str, Raw]] = {
-    "PID": {"rolac_enable": False},
-    "PID + OLAC": {"rolac.mode": OLAC},
-    "PID + generalised notch": {"rolac.mode": NOTCH},
-    "PID + synchronous force rejection": {"rolac.mode": FORCE_FREE},
-    "PID + ROLAC": {"rolac.mode": ROLAC},
-    "PID + contact-aware ROLAC": {"rolac.mode": ROLAC, "contact.aware": True, "contact.source": OWN_SENSORS},
-}
+
+
+@dataclass(frozen=True)
+class Control:
+    """A control: its name, its settings, and whether it adapts at the rate alpha and uses H."""
+
+    name: str
+    settings: Mapping[str, Raw]
+    adapts: bool = False
+    uses_h: bool = False
+
+
+AWARE = {"contact.aware": True, "contact.source": OWN_SENSORS}
+CONTROLS = (
+    Control("PID", {"rolac_enable": False}),
+    Control("PID + OLAC", {"rolac.mode": OLAC}, uses_h=True),
+    Control("PID + generalised notch", {"rolac.mode": NOTCH}, adapts=True),
+    Control("PID + synchronous force rejection", {"rolac.mode": FORCE_FREE}, adapts=True),
+    Control("PID + ROLAC", {"rolac.mode": ROLAC}, adapts=True, uses_h=True),
+    Control("PID + contact-aware ROLAC", {"rolac.mode": ROLAC, **AWARE}, adapts=True, uses_h=True),
+)
+
+
+@dataclass(frozen=True)
+class AdaptedControl:
+    """A control with its adaptation rate (1/s), and whether H is identified in the sampled loop or of the model."""
+
+    control: Control
+    alpha: float
+    is_identified: bool = False
+
+    @property
+    def label(self) -> str:
+        """Name with rate and origin of H, as far as it has them."""
+        rate = [f"{self.alpha:g} 1/s"] if self.control.adapts else []
+        return ", ".join([self.control.name, *rate, *(["H identified"] if self.is_identified else [])])
+
+
+def adapted_controls(alphas: Sequence[float]) -> list[AdaptedControl]:
+    """Return all controls at each rate (1/s), with H of the model and identified."""
+    return [
+        AdaptedControl(control, alpha, is_identified)
+        for control in CONTROLS
+        for alpha in (alphas if control.adapts else alphas[:1])
+        for is_identified in ((False, True) if control.uses_h else (False,))
+    ]
 
 
 @dataclass(frozen=True)
 class RecoveryTrial:
-    """One run: control, unbalance added on D1 (kg m, before the scenario's factor), cycle of the step, alpha (1/s)."""
+    """One run: control, unbalance added on D1 (kg m, before the scenario's factor), and cycle of the step.
 
-    control: str
+    `table` has the receptances that are identified in the sampled loop.
+    """
+
+    control: AdaptedControl
     added: float
     cycle: float
-    alpha: float
+    table: ReceptanceTable | None = None
     options: RunOptions = DEFAULTS
 
 
@@ -57,7 +99,9 @@ def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[Tr
     ValueError
         If a trial cannot be run, or does not reach its end.
     """
-    for trial in {trial.control: trial for trial in trials}.values():  # one for each control, the largest unbalance
+    for trial in {
+        trial.control.label: trial for trial in trials
+    }.values():  # one for each control, the largest unbalance
         plan_trial(trial)  # checks the input and builds the FMUs before processes are started
     return simulate_in_processes(simulate_trial, trials, progress)
 
@@ -72,7 +116,7 @@ def simulate_trial(trial: RecoveryTrial) -> TrialRow:
     """
     result = run_planned(plan_trial(trial), trial.options)
     if result.outcome.failure is not None:
-        raise ValueError(f"{trial.control}, {trial.added:g} kg m added: {result.outcome.failure}")
+        raise ValueError(f"{trial.control.label}, {trial.added:g} kg m added: {result.outcome.failure}")
     return row_of(trial, bool(recovered(result.signals)), contact_cycles(result.signals)[1])
 
 
@@ -83,7 +127,7 @@ def row_of(trial: RecoveryTrial, is_free: bool, last: float | None) -> TrialRow:
 
 def plan_trial(trial: RecoveryTrial) -> PlannedRun:
     """Return a trial that is ready to run."""
-    settings = {"rolac.alpha": trial.alpha, **CONTROLS[trial.control]}
+    settings = {"rolac.alpha": trial.control.alpha, **trial.control.control.settings}
     named = {f"rolac_controller.{name}": value for name, value in settings.items()}
     return plan_run(trial_scenario(trial), named, options=trial.options)
 
@@ -96,4 +140,5 @@ def trial_scenario(trial: RecoveryTrial) -> Scenario:
         label="step", role="disturbance", cycle=trial.cycle, set={"rotor_contact": {DISC: before + trial.added}}
     )
     record = Record(variables=("rotor_contact.contact_state",))
-    return base.model_copy(update={"event": (step,), "end_cycle": END, "record": record})
+    changes = {"event": (step,), "end_cycle": END, "record": record}
+    return base.model_copy(update=changes | ({"receptances": trial.table} if trial.control.is_identified else {}))

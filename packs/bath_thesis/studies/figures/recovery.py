@@ -5,36 +5,43 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from amb_cosim.presentation.style import BLUE, GREY, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, StyledFigure
-from bath_thesis.studies.contact_recovery import ControlComparison
+from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
+from bath_thesis.studies.contact_recovery import ControlComparison, RecoveryStatistics
 
 
 def draw(result: ControlComparison) -> Figure:
-    """Draw the share of runs that recover for each control and unbalance, and median and range of their duration."""
-    figure = StyledFigure(figsize=(7.6, 6.0), layout="constrained")
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
+    """Draw the share of runs that recover for each control and unbalance, and their median duration as a number."""
     controls = result.controls
-    shares = 100.0 * np.array([[cell.recovered_share for cell in cells] for cells in controls.values()])
-    top.imshow(shares, cmap="Greens", vmin=0.0, vmax=140.0, aspect="auto")
-    for (row, column), share in np.ndenumerate(shares):
-        top.text(column, row, f"{share:.0f}", ha="center", va="center", fontsize=8)
-    top.set_yticks(range(len(controls)), list(controls))
-    top.tick_params(length=0)
-    top.set_title(f"runs free of contact at cycle {result.end_cycle:g} (%)")
-    styles = zip(controls.items(), (GREY, PURPLE, YELLOW, SKY_BLUE, ORANGE, BLUE), "xvd^so", strict=True)
-    for (control, cells), colour, marker in styles:
-        durations = [[run.cycles for run in cell.runs if run.recovered] or [np.nan] for cell in cells]
-        middle, low, high = (np.array([f(cycles) for cycles in durations]) for f in (np.median, np.min, np.max))
-        style = {"color": colour, "marker": marker, "ms": 4.5, "capsize": 2.0, "elinewidth": 0.7}
-        bottom.errorbar(range(len(cells)), middle, (middle - low, high - middle), label=control, **style)
-    bottom.set(xlabel="unbalance added on D1 (g m)", ylabel="cycles from step to last contact", ylim=(-1.0, None))
-    bottom.set_xticks(range(shares.shape[1]), [f"{1e3 * value:g}" for value in result.added])
-    bottom.set_title("median and range; 0 without contact")
-    bottom.grid(color="0.9", lw=0.5)
-    bottom.legend(loc="upper left")
+    shares = np.array([[cell.recovered_share for cell in cells] for cells in controls.values()])
+    figure = StyledFigure(figsize=(7.6, 1.6 + 0.27 * len(controls)), layout="constrained")
+    panel = figure.subplots()
+    panel.imshow(shares, cmap="Greens", vmin=0.0, vmax=1.6, aspect="auto")
+    for row, cells in enumerate(controls.values()):
+        for column, cell in enumerate(cells):
+            size = 8.0 if cell.recovered_share in (0.0, 1.0) else 6.5
+            panel.text(column, row, _text(cell), ha="center", va="center", fontsize=size, linespacing=0.9)
+    names = [control.partition(",")[0] for control in controls]
+    for row in range(1, len(names)):
+        if names[row] != names[row - 1]:
+            panel.axhline(row - 0.5, color="0.3", lw=0.8)
+    panel.set_yticks(range(len(controls)), list(controls))
+    panel.set_xticks(range(shares.shape[1]), [f"{1e3 * value:g}" for value in result.added])
+    panel.tick_params(length=0)
+    panel.set_xlabel(f"unbalance added on D1 (g m), before the factor {result.unbalance_factor:g}")
+    panel.set_title(
+        "number: cycles from the step to the last contact (median); dash: no contact\n"
+        f"white: still trapped at cycle {result.end_cycle:g}",
+        fontsize=8,
+    )
     figure.suptitle(
-        rf"Recovery at {result.speed:g} Hz, unbalances times {result.unbalance_factor:g}, "
-        rf"$\alpha$ = {result.alpha:g} 1/s, {result.instants} instants of the step",
-        fontsize=TITLE_SIZE,
+        f"Recovery from contact at {result.speed:g} Hz by control, adaptation rate and H", fontsize=TITLE_SIZE
     )
     return figure
+
+
+def _text(cell: RecoveryStatistics) -> str:
+    """Return the median number of cycles to the last contact, and the share of the runs where it is not all."""
+    if cell.median_cycles is None:
+        return ""
+    cycles = f"{cell.median_cycles:.1f}" if cell.median_cycles > 0.0 else "-"
+    return cycles if cell.recovered_share == 1.0 else f"{cycles}\n{100.0 * cell.recovered_share:.0f} %"
