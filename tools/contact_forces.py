@@ -21,7 +21,6 @@ SCENARIOS = (
     "fig4_18",
     "fig4_20",
     "fig5_5_pid",
-    "fig5_5_matched",
     "fig5_6_pid",
     "fig5_6",
     "fig6_13_pid",

@@ -105,7 +105,7 @@ ADAPTATION = (
     _tunable(
         "rolac.alpha",
         "1/s",
-        "Adaptation rate of ROLAC, notch and force_free; 0 holds the force (5.22)",
+        "Adaptation rate of ROLAC, notch and force_free on amplitudes, (5.22) with (6.2); 0 holds the force",
         7.0,
     ),
     _tunable(

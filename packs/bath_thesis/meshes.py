@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
+from typing import TypeVar
 
 from amb_files.checks import require
+from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import Rotor
+
+Part = TypeVar("Part", bound=Body | Disc | Bearing | Site | Sensor)
 
 
 def refine(rotor: Rotor, count: int) -> Rotor:
@@ -53,6 +58,34 @@ def coarsen(rotor: Rotor, nodes: tuple[int, ...]) -> Rotor:
     requirement = f"a list that includes {sorted(required)}, with parts or masters"
     require(required <= set(nodes), "nodes", list(nodes), requirement)
     return rotor.on_mesh(rotor.shaft.on_nodes(tuple(z[node - 1] for node in sorted(set(nodes)))))
+
+
+def even_nodes(rotor: Rotor) -> Rotor:
+    """Return a uniform rotor with nodes equally apart, one for each master, and its bearings on the outermost but one.
+
+    The other parts keep their order. Such a coarse mesh moves masses and bearings.
+    """
+    bearings = [bearing.node for bearing in rotor.bearings]
+    others = [node for node in rotor.masters if node not in bearings]
+    order = [others[0], bearings[0], *others[1:-1], bearings[-1], others[-1]]
+    count, z = len(order), rotor.shaft.nodes
+    nodes = tuple(z[0] + (z[-1] - z[0]) * k / (count - 1) for k in range(count))
+    at = {node: k + 1 for k, node in enumerate(order)}
+
+    def moved(parts: tuple[Part, ...]) -> tuple[Part, ...]:
+        return tuple(replace(part, node=at[part.node]) for part in parts)
+
+    return replace(
+        rotor,
+        shaft=replace(
+            rotor.shaft, nodes=nodes, diameter=rotor.shaft.diameter[:1], inner_diameter=rotor.shaft.inner_diameter[:1]
+        ),
+        bodies=moved(rotor.bodies),
+        bearings=moved(rotor.bearings),
+        sites=moved(rotor.sites),
+        sensors=moved(rotor.sensors),
+        reduction=replace(rotor.reduction, masters=tuple(range(1, count + 1))),
+    )
 
 
 def mesh_family(rotor: Rotor) -> dict[int, Rotor]:

@@ -11,11 +11,13 @@ import numpy as np
 
 from amb_assessment.reporting.panels import Curve, Panel, curve, horizontal_axis
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.results.contact_history import contact_cycles
 from amb_cosim.results.places import places
 from amb_cosim.results.series import signal
 from amb_files.toml import validate
+from bath_thesis.meshes import even_nodes
 from bath_thesis.studies.contact_hysteresis import ContactLaws
 from bath_thesis.studies.frequency_tables import COUNT, MeshAndCondensation
 from bath_thesis.studies.h_interpolation import InverseReceptance
@@ -151,6 +153,16 @@ def critical_speed_shift(result: ModelReduction, model: str) -> Annotated[float,
     return float(np.max(np.abs(other[:count] / exact[:count] - 1.0)))
 
 
+def critical_speed_shift_of_even_nodes(result: ModelReduction) -> Annotated[float, "1"]:
+    """Return the largest change of a critical speed of the full model by six nodes equally apart, lumped masses (1)."""
+    model = supported_rotor(even_nodes(load_rotor("bath_rig_thesis")), "diagonal").model
+    crossings = campbell(model, result.speeds, COUNT).critical_speeds
+    exact = np.array(result.models[FULL].critical_speeds)
+    shifted = np.array([crossing.Omega for crossing in crossings])
+    count = min(len(exact), len(shifted))
+    return float(np.max(np.abs(shifted[:count] / exact[:count] - 1.0)))
+
+
 def response_error(result: ModelReduction, model: str) -> Annotated[float, "1"]:
     """Return the largest deviation of the response to unbalance from that of the full model (1)."""
     return 0.01 * result.largest_response_error[model]
@@ -167,6 +179,17 @@ def critical_speeds(run: Signals, count: int) -> Annotated[list[float], "rad/s"]
     rotor = rotor.on_equal_bearings(k_b, c_b)
     diagram = campbell(supported_rotor(rotor).model, np.linspace(0.0, FASTEST, 121), 2 * count)
     return [crossing.Omega for crossing in diagram.critical_speeds if crossing.whirl == "forward"][:count]
+
+
+def step_of_unbalance(run: Signals, disc: str) -> Annotated[list[float], "kg.m"]:
+    """Return the unbalance of a disc before the scenario's disturbance, and what this adds (kg m)."""
+    data = json.loads(run.attrs["scenario_data"])
+    factor, name = data.get("unbalance_factor", 1.0), f"{disc}.u"
+    (step,) = (event for event in data["event"] if event.get("role") == "disturbance")
+    before, after = (
+        factor * quantity(table["rotor_contact"][name], "kg.m", name) for table in (data["inputs"], step["set"])
+    )
+    return [before, after - before]
 
 
 def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annotated[float | None, "1"]:

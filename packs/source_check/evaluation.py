@@ -8,14 +8,14 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.scenario.scenario import load_scenario
 from amb_sweeps.stored_robustness import StoredOutcome
 from source_check.requests import QuantityRequest
 from source_check.sources import Job, SourceResult, answers, code_digest, job_of
-from source_check.statements import Chapter, Reading, Source, Statement, Statements, selected
+from source_check.statements import Cause, Chapter, Reading, Source, Statement, Statements, selected
 from source_check.verdict import Computed, Verdict, judge, meets, ratios
 
 DATA = "report.json"
@@ -33,22 +33,22 @@ class Computation(NamedTuple):
 class Judged:
     """A statement with its computed value and verdict.
 
-        source
-            Name of the source of the verdict; empty if nothing is computed.
-        ours
-            The computed value, in the statement's unit.
-        reading
-            The factor or reading used.
-        ratios
-            Computed over stated value, for each number.
-        reason
-    Reason why the statement is missed or not computed.
-        beside
-    Results of other ways to compute it, which are not judged, by name.
-        converged, converged_is_met
-    The value of the model with more modes, and whether it meets the statement; None if not computed.
-        robustness
-            Whether the stated outcome is robust, and what flips it; empty if unknown.
+    source
+        Name of the source of the verdict; empty if nothing is computed.
+    ours
+        The computed value, in the statement's unit.
+    reading
+        The factor or reading used.
+    ratios
+        Computed over stated value, for each number.
+    reason
+        Reason why the statement is missed or not computed.
+    beside
+        Results of other ways to compute it, which are not judged, by name.
+    converged, converged_is_met
+        The value of the model with more modes, and whether it meets the statement; None if not computed.
+    robustness
+        Whether the stated outcome is robust, and what flips it; empty if unknown.
     """
 
     statement: Statement
@@ -100,6 +100,12 @@ class Report:
             "sources": {name: dict(answer.parameters) for name, answer in self.answers.items()},
         }
 
+    def missed_by_cause(self) -> dict[Cause, tuple[Judged, ...]]:
+        """Return the statements that are not reproduced, by the kind of reason, the most frequent kind first."""
+        missed = [item for item in self.judged if item.verdict is Verdict.MISSED]
+        by_cause = {cause: tuple(item for item in missed if item.statement.cause == cause) for cause in get_args(Cause)}
+        return dict(sorted(by_cause.items(), key=lambda entry: -len(entry[1])))
+
     @property
     def chapters(self) -> tuple[Chapter, ...]:
         """Chapters with judged statements."""
@@ -120,27 +126,27 @@ def assess(
 ) -> Report:
     """Compute and judge statements.
 
-        Parameters
-        ----------
-        statements
-            The content of a file.
-        folder
-    Folder of stored answers; those of unchanged jobs are reused.
-        only
-    Chapters (`ch4`) and groups of statements, such as a table (`table3_1`); by default all.
-        processes
-            Most processes at a time; as many as there are processors by default.
-        progress
-            Called with the number of sources done and of all.
-        outcomes
-    Whether the outcomes of runs are robust, by name of the run (`load_robustness`).
+    Parameters
+    ----------
+    statements
+        The content of a file.
+    folder
+        Folder of stored answers; those of unchanged jobs are reused.
+    only
+        Chapters (`ch4`) and groups of statements, such as a table (`table3_1`); by default all.
+    processes
+        Most processes at a time; as many as there are processors by default.
+    progress
+        Called with the number of sources done and of all.
+    outcomes
+        Whether the outcomes of runs are robust, by name of the run (`load_robustness`).
 
-        Raises
-        ------
-        ValueError
-            If `only` contains an unknown name.
-        OSError
-            If an answer cannot be written.
+    Raises
+    ------
+    ValueError
+        If `only` contains an unknown name.
+    OSError
+        If an answer cannot be written.
     """
     chosen = selected(statements, only)
     by_source = answers(jobs_of(statements, chosen, folder), processes, progress)
@@ -252,6 +258,7 @@ def _as_dict(item: Judged) -> dict[str, Any]:
         "verdict": item.verdict.value,
         "reading": item.reading,
         "reason": item.reason or statement.picture,
+        "cause": statement.cause if item.verdict is Verdict.MISSED else "",
         "converged": item.converged,
         "met_on_converged": item.converged_is_met,
         "robustness": item.robustness,

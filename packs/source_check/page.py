@@ -10,6 +10,7 @@ from importlib.metadata import version
 from amb_assessment.reporting.page_parts import asset, in_script, picture_url, plotly_script
 from amb_cosim.presentation.templates import templates_of
 from source_check.evaluation import Judged, Report
+from source_check.overview import overview
 from source_check.sources import SourceResult
 from source_check.statements import Chapter
 from source_check.texts import converged_text, ratio_text, remark_text, stated_text, tolerance_text, value_text
@@ -62,6 +63,7 @@ def page(report: Report) -> str:
     return environment.get_template("report.html.j2").render(
         report=report,
         statements=report.statements,
+        overview=overview(report).replace("`", ""),
         chapters=chapters,
         verdicts=list(Verdict),
         version=version("amb-cosim"),

@@ -233,8 +233,3 @@ def parameter(run: Signals, component: str, name: str) -> float | None:
     """Return a parameter of a component, in its unit."""
     value = json.loads(run.attrs["parameters"]).get(component, {}).get(name)
     return None if value is None else float(value)
-
-
-def unbalance_factor(run: Signals) -> Annotated[float, "1"]:
-    """Return the factor on the unbalances of the scenario (1)."""
-    return float(json.loads(run.attrs["scenario_data"]).get("unbalance_factor", 1.0))

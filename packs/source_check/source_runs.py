@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
+from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from rotor_analysis.rotor_file import load_rotor
@@ -28,6 +29,8 @@ def scenario_of(source: Source) -> Scenario:
     scenario = load_scenario(source.scenario)
     if source.rotor_file:
         scenario = scenario.changed(rotor=source.rotor_file)
+    if source.system:
+        scenario = _on_system(scenario, source.system)
     changes: dict[str, Any] = {"end_cycle": source.end_cycle, "unbalance_factor": source.unbalance_factor}
     if source.rotor:
         changes["rotor"] = load_rotor(scenario.rotor, source.rotor)
@@ -35,6 +38,20 @@ def scenario_of(source: Source) -> Scenario:
     if "end_cycle" in settings:
         settings["end_time"] = None
     return scenario.changed(**settings)
+
+
+def _on_system(scenario: Scenario, system: str) -> Scenario:
+    """Return a scenario on another system, without its settings for components that this lacks."""
+    names = {component.name for component in load_system(system).components}
+    events = tuple(
+        event.model_copy(update={"set": {name: values for name, values in event.set.items() if name in names}})
+        for event in scenario.event
+    )
+    inputs, parameters = (
+        {name: values for name, values in table.items() if name in names}
+        for table in (scenario.inputs, scenario.parameters)
+    )
+    return scenario.model_copy(update={"system": system, "event": events, "inputs": inputs, "parameters": parameters})
 
 
 def build_fmus(sources: Iterable[Source]) -> None:
@@ -45,7 +62,8 @@ def build_fmus(sources: Iterable[Source]) -> None:
             continue
         try:
             scenario = load_scenario(source.scenario)
-            rotor = json.dumps([source.rotor_file or scenario.rotor, scenario.system, source.rotor], sort_keys=True)
+            system = source.system or scenario.system
+            rotor = json.dumps([source.rotor_file or scenario.rotor, system, source.rotor], sort_keys=True)
             if rotor not in seen:
                 seen.add(rotor)
                 plan_source(source)

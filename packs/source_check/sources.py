@@ -167,6 +167,7 @@ def _run_facts(job: Job) -> dict[str, Any]:
     if result.outcome.failure is not None:
         raise ValueError(f"the run ended early: {result.outcome.failure}")
     changes = dict(source.set) | source.model_dump(include={"end_cycle", "unbalance_factor"}, exclude_none=True)
+    changes |= {"system": source.system} if source.system else {}
     changes |= {"rotor": source.rotor_file} if source.rotor_file else {}
     changes |= {f"rotor {table}.{key}": v for table, values in source.rotor.items() for key, v in values.items()}
     return {

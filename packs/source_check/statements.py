@@ -24,6 +24,7 @@ Expected = Annotated[
     Allowed("a number, a list of numbers, true, false or a text"),
 ]
 Relation = Literal["equal", "below", "above"]
+Cause = Literal["data", "detail", "reading", "unexplained"]
 
 
 class Source(Table):
@@ -41,6 +42,8 @@ class Source(Table):
     """Tables that replace those of its rotor file."""
     rotor_file: str = ""
     """Name of a rotor, in place of the scenario's."""
+    system: str = ""
+    """Name of a system, in place of the scenario's; settings of components that it lacks are left out."""
     study: str = ""
     """Name of a study of `amb_analysis.studies`, or `model_inputs`."""
     arguments: Values = Field(default={})
@@ -89,6 +92,8 @@ class Statement(Table):
     """Allowed deviation, relative to the value; the larger of this and `absolute` applies."""
     absolute: float = Field(default=0.0, ge=0.0)
     """Allowed deviation in the unit of the value."""
+    floor: float | None = None
+    """Smallest value that a limit from above admits, in the unit of the value: nothing at all would keep any limit."""
     because: str = ""
     """Reason for the tolerance."""
     source: str = ""
@@ -111,6 +116,9 @@ class Statement(Table):
     """Interpretation of the source's words, such as a number for a word."""
     why: str = ""
     """Reason if it is missed."""
+    cause: Cause = "unexplained"
+    """Kind of this reason: `data`, the source gives too little or contradicts itself; `detail`, the value depends on
+    details of the machine that the source leaves open; `reading`, only another reading of the source meets it."""
     picture: str = ""
     """Content of a figure without numbers."""
     missing: str = ""
@@ -124,6 +132,8 @@ class Statement(Table):
             raise ValueError("a statement with a quantity needs value and source")
         if self.relation != "equal" and not _is_number(self.value):
             raise ValueError(f"relation {self.relation} needs a number as value")
+        if self.floor is not None and self.relation != "below":
+            raise ValueError(f"floor = {self.floor:g} needs the relation below")
         return self
 
     @property

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -115,6 +116,11 @@ def stiffness_at(inputs: ModelInputs, bias: float, static: float) -> Annotated[f
 def static_load(axis: BearingAxis) -> Annotated[float, "N"]:
     """Return the static load of an axis at its static current (N)."""
     return axis.load.own.static_load
+
+
+def static_weight(axis: BearingAxis) -> Annotated[float, "N"]:
+    """Return the static weight of a bearing, carried by two axes at 45 degrees at their static current (N)."""
+    return math.sqrt(2.0) * static_load(axis)
 
 
 def mode_frequency(modes: ModeShapes, pair: int) -> Annotated[float, "rad/s"]:

@@ -1,10 +1,11 @@
-"""The statements as Markdown: counts by verdict, and one table for each chapter."""
+"""The statements as Markdown: an overview, counts by verdict, and one table for each chapter."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from source_check.evaluation import Judged, Report
+from source_check.overview import overview
 from source_check.statements import Chapter
 from source_check.texts import converged_text, ratio_text, remark_text, stated_text, value_text
 from source_check.verdict import Verdict
@@ -13,8 +14,13 @@ TABLE = "report.md"
 
 
 def markdown(report: Report) -> str:
-    """Return the counts by verdict and chapter, and a table of the statements of each chapter."""
-    return "\n".join([*_counts(report), *(line for c in report.chapters for line in _chapter(report, c))]) + "\n"
+    """Return an overview, the counts by verdict and chapter, and a table of the statements of each chapter."""
+    return (
+        "\n".join(
+            [overview(report), "", *_counts(report), *(line for c in report.chapters for line in _chapter(report, c))]
+        )
+        + "\n"
+    )
 
 
 def _counts(report: Report) -> Iterator[str]:

@@ -28,7 +28,8 @@ def meets(statement: Statement, ours: Computed | None) -> bool:
 
     |ours - stated| <= max(tolerance |stated|, absolute)
 
-    A limit may be exceeded by as much; in a list every number must agree. Texts and truth values must be equal.
+    A limit may be exceeded by as much, and a value below its floor does not keep it; in a list every number must agree.
+    Texts and truth values must be equal.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def _is_near(ours: float, stated: float, statement: Statement) -> bool:
     if not math.isfinite(ours):
         return False
     if statement.relation == "below":
-        return ours <= stated + margin + rounding
+        return (statement.floor is None or ours >= statement.floor) and ours <= stated + margin + rounding
     if statement.relation == "above":
         return ours >= stated - margin - rounding
     return abs(ours - stated) <= margin + rounding

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bath_thesis.meshes import coarsen, mesh_family, refine
+from bath_thesis.meshes import coarsen, even_nodes, mesh_family, refine
 from rotor_analysis.modes import damped_frequencies
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -34,6 +34,19 @@ def test_family_of_the_rig_has_the_meshes_of_the_thesis():
         assert mesh.mass == pytest.approx(RIG.mass, rel=1e-12)
     assert meshes[13] == RIG
     assert meshes[6].masters == (1, 2, 3, 4, 5, 6)
+
+
+def test_even_nodes_move_bearings_outwards_and_keep_the_mass():
+    """The moment arm of the bearings about the middle grows by 1.67, so the conical mode is half as fast again."""
+    mesh = even_nodes(RIG)
+    z = np.array(mesh.shaft.nodes)
+    assert np.diff(z) == pytest.approx(np.full(5, 1.948 / 5.0))
+    assert [bearing.node for bearing in mesh.bearings] == [2, 5]
+    assert sum(body.mass for body in mesh.bodies) == pytest.approx(sum(body.mass for body in RIG.bodies))
+    first, moved = (
+        damped_frequencies(supported_rotor(rotor, "diagonal").model, 0.0, 2).mean() for rotor in (RIG, mesh)
+    )
+    assert moved / first == pytest.approx(1.54, abs=0.03)
 
 
 def test_refinement_halves_the_longest_elements_and_keeps_the_nodes():

@@ -61,8 +61,17 @@ def test_a_number_read_into_words_is_marked_as_inferred(statements):
     """Numbers for words, ends of axes, and comparisons of limits are no statements of the thesis."""
     silent = [s.key for s in statements.statement if READ_INTO.search(f"{s.what} {s.because}") and not s.inferred]
     assert silent == []
-    for key in ("fig4_11.force_rb2", "fig4_13.force_rb2", "fig4_14.settled_larger", "fig3_8.radius", "fig6_14.mb1"):
+    for key in ("fig4_11.force_rb2", "fig4_13.force_rb2", "fig4_14.settled_rb2", "fig3_8.radius", "fig6_14.mb1"):
         assert next(s for s in statements.statement if s.key == key).inferred
+
+
+def test_a_limit_that_is_read_off_a_curve_has_a_floor(statements):
+    """No force at all would keep the limits of Fig. 4.14."""
+    limits = [
+        s for s in statements.statement if s.where in ("Fig. 4.14", "Fig. 6.6") and s.unit and s.relation == "below"
+    ]
+    assert len(limits) == 6
+    assert [s.key for s in limits if s.floor != 0.5 * s.value] == []
 
 
 def test_half_of_the_stated_value_is_not_reproduced(statements):

@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 PACKS = ("bath_thesis", "rotor_literature")
 RUN = (
     *("fig4_15", "fig5_5", "nelson_mcvaugh_rub", "compressor_levitated_touchdown"),
-    *("fig4_9", "fig4_14", "fig4_20", "fig4_9_newton", "fig5_6", "fig5_5_matched", "fig6_15", "relevitation"),
+    *("fig4_9", "fig4_14", "fig4_20", "fig4_9_newton", "fig5_6", "fig6_13_opposed", "fig6_15", "relevitation"),
 )
 # Runs of the thesis whose outcomes a gate can afford, and the others; test_touchdown.py runs those without power.
 IN_GATE = (

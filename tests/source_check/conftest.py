@@ -42,7 +42,6 @@ def known_run() -> SignalTable:
     attributes = {
         "places": RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2")).to_json(),
         "parameters": json.dumps({"rotor_contact": {"rb1.clearance": CLEARANCE, "rb2.clearance": CLEARANCE}}),
-        "scenario_data": json.dumps({"unbalance_factor": 1.25}),
         "period_s": PERIOD,
         "speed_rad_s": 2.0 * np.pi / PERIOD,
         "disturbance_cycle": 5.0,

@@ -25,7 +25,6 @@ KNOWN = {
     "last contact after another cycle": ("last_contact", {"since": 7.5}, 1.5),
     "the other retainer": ("second_site_after", {}, 1.0),
     "rolling after the step": ("rolling_from", {"since": 5.0}, 3.0),
-    "factor": ("unbalance_factor", {}, 1.25),
     "clearance": ("parameter", {"component": "rotor_contact", "name": "rb1.clearance"}, 0.75e-3),
     "duration": ("contact_duration", {}, 3.0),
     "first spell": ("first_spell", {}, 3.0),

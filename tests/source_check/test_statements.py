@@ -29,6 +29,8 @@ GOOD = {
         ({"source": "fun"}, ("'fun'", "run")),
         ({"relation": "below", "value": "RB1"}, ("relation", "below", "number")),
         ({"tolerance": -0.1}, ("tolerance", "-0.1", ">= 0")),
+        ({"floor": 1.0}, ("floor", "1", "below")),
+        ({"cause": "bad luck"}, ("cause", "data", "reading")),
         ({"where": ""}, ("where",)),
         ({"tolarance": 0.1}, ("statement[0].tolarance", "tolerance")),
     ],

@@ -16,6 +16,8 @@ from source_check.verdict import Verdict, judge, meets, ratios
         ({"value": 0.1, "tolerance": 0.1, "absolute": 0.05}, 0.15, True),
         ({"value": 1.0, "relation": "below"}, 0.2, True),
         ({"value": 1.0, "relation": "below"}, 1.01, False),
+        ({"value": 1.0, "relation": "below", "floor": 0.5}, 0.5, True),
+        ({"value": 1.0, "relation": "below", "floor": 0.5}, 0.49, False),
         ({"value": 1.0, "relation": "above"}, 0.99, False),
         ({"value": (1.0, 2.0), "tolerance": 0.1}, [1.05, 1.9], True),
         ({"value": (1.0, 2.0), "tolerance": 0.1}, [1.05, 1.7], False),

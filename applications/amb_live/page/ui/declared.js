@@ -66,7 +66,7 @@ export function declaredGroups(session) {
     },
     {
       title: "Controller", theory: "synchronous", open: true,
-      hint: "ROLAC that is on before a contact may recover from it; near its limit, 1 % of a gain or the unbalance decides. Switched on during sustained contact it does not; contact-aware ROLAC does.",
+      hint: "Switch ROLAC on before contact. In sustained contact plain ROLAC cannot free the rotor; contact-aware ROLAC can. A slower adaptation recovers from more.",
       controls: [controllers(session), slider("adaptation rate", ["rolac_controller.rolac.alpha"], "1/s", 1, 0, 40, 0.5)],
     },
     {

@@ -1,0 +1,43 @@
+"""The findings of a report in a paragraph: the share that is reproduced, and the reasons for the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from source_check.evaluation import Report
+from source_check.statements import Cause
+from source_check.verdict import Verdict
+
+REASONS: Mapping[Cause, str] = {
+    "data": "For {count} the {label} gives too little data, or contradicts itself.",
+    "detail": "{count} depend on details of the machine that the {label} leaves open.",
+    "reading": "{count} are met only by another reading of the {label}.",
+    "unexplained": "For {count} no reason is known: {names}.",
+}
+
+
+def overview(report: Report) -> str:
+    """Return the number of statements by verdict as sentences, and of those that are missed by cause."""
+    counts, label = report.counts(), report.statements.label
+    plain, with_reading = counts[Verdict.REPRODUCED], counts[Verdict.WITH_READING]
+    within, missed = counts[Verdict.WITHIN_LIMIT], counts[Verdict.MISSED]
+    given, definition = counts[Verdict.GIVEN], counts[Verdict.DEFINITION]
+    others = counts[Verdict.PICTURE] + counts[Verdict.NOT_COMPUTED]
+    reasons = [
+        REASONS[cause].format(
+            label=label, count=len(items), names=", ".join(f"`{item.statement.key}`" for item in items)
+        )
+        for cause, items in report.missed_by_cause().items()
+        if items
+    ]
+    return " ".join(
+        [
+            f"The {label} has {counts.total()} statements, of which {plain + with_reading + within} are reproduced: "
+            f"{plain} as they stand, {with_reading} with a stated factor or reading, and {within} because a value "
+            "keeps a limit.",
+            f"{missed} are not reproduced.",
+            *reasons,
+            f"The others prove nothing: {given} are inputs of the model, {definition} follow from definitions, and "
+            f"{others} have no number to compare or are not computed.",
+        ]
+    )
