@@ -84,6 +84,7 @@ ANALYSES = {
     "study unbalance_response --node 99": "node = 99 is not allowed; it must be a node",
     "study unbalance_response --place fan": "place = fan is not allowed; ",
     "study unbalance_response fig4_9 --mass diagonal": "mass = diagonal is not allowed with a scenario",
+    "study response --channel 1.x=left.x --channel 1.x=right.x": "1.x=right.x is not allowed with 1.x=left.x",
     "study unbalance_response --rotor shaft.toml": "node is missing: a rotor without disc planes",
     "rotor import missing.toml": "ROSS file missing.toml cannot be read: No such file or directory",
     f"rotor import {rotor_path()}": "it must be a rotor saved by ROSS as TOML",

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from machines import machine
 
+from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
 from amb_cosim import studies
 from rotor_analysis.damping import Damping
 from rotor_analysis.parts import Site
 from tests.support.messages import assert_names, raises_naming
 
 COMPRESSOR = "compressor_levitated"
+PROBES = (("1.x", 1.0), ("2.x", 1.1))
 
 
 def test_unbalance_is_compared_with_the_clearance_of_each_place():
@@ -99,6 +101,19 @@ def test_largest_frequency_response_does_not_depend_on_the_range():
         within = curve.frequencies <= 200.0
         peaks.append(np.abs(curve.computed[within]).max())
     assert peaks[0] == pytest.approx(peaks[1], rel=2e-3)
+
+
+def test_two_measurements_of_one_response_are_both_compared():
+    """Two probes of one place, of which one reads 10 % too much."""
+    f, names = np.linspace(10.0, 100.0, 91), {"1.x": "seal.x", "2.x": "seal.x"}
+    exact = studies.response(rotor="compressor", inputs=["impeller3.f_x"], outputs=["seal.x"], up_to="200 Hz")
+    (curve,) = exact.responses.values()
+    values = np.interp(f, curve.frequencies, curve.computed.real) + 0j
+    both = (FrequencyResponse(Channel(n, "m"), Channel("impeller3.f_x", "N"), f, k * values) for n, k in PROBES)
+    named = (replace(r, output=r.output.renamed(names)) for r in both)
+    result = studies.response(rotor="compressor", measured=Measurement(tuple(named)))
+    first, second = result.responses.values()
+    assert second.measured == pytest.approx(1.1 * first.measured)
 
 
 def test_an_undamped_resonance_is_reported_as_unbounded():

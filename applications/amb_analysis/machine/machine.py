@@ -162,9 +162,10 @@ class Machine:
 
     @cached_property
     def last_inputs(self) -> Mapping[str, float]:
-        """Values of the inputs at the end of the run, by `component.variable`."""
+        """Values of the inputs at the end of the run, by `component.variable`: those of the last event before it."""
         plan = self.planned.plan
-        return {**plan.inputs, **{name: value for _, name, value in plan.events}}
+        in_time = sorted((event for event in plan.events if event[0] < plan.last), key=lambda event: event[0])
+        return {**plan.inputs, **{name: value for _, name, value in in_time}}
 
     def faults_among(self, inputs: Mapping[str, float]) -> tuple[str, ...]:
         """Return the inputs that are not 0 and are a fault by their description."""
@@ -185,8 +186,13 @@ class Machine:
 
     @cached_property
     def unbalanced_nodes(self) -> dict[int, complex]:
-        """The unbalance (kg m) by node, of those that have one."""
-        return {self.rotor.node_of(place): u for place, u in self.unbalance.items() if u}
+        """The unbalance (kg m) by node, of those that have one: the sum of all places at a node."""
+        result: dict[int, complex] = {}
+        for place, u in self.unbalance.items():
+            if u:
+                node = self.rotor.node_of(place)
+                result[node] = result.get(node, 0.0) + u
+        return result
 
     @cached_property
     def signals(self) -> dict[str, tuple[int, int]]:

@@ -217,13 +217,17 @@ def laid_over(
     *,
     compared: bool = True,
 ) -> FrequencyResponses:
-    """Return computed values of responses and, if the responses are `compared`, deviations from the measured values."""
+    """Return computed values of responses and, if the responses are `compared`, deviations from the measured values.
+
+    Responses of the same name, such as repeated measurements, are numbered.
+    """
+    names = _numbered([c.name for c in curves])
     if not compared:
-        plain = {c.name: ComputedResponse(c.unit, c.frequencies, v) for c, v in zip(curves, values, strict=True)}
+        plain = {n: ComputedResponse(c.unit, c.frequencies, v) for n, c, v in zip(names, curves, values, strict=True)}
         return FrequencyResponses(rotor, loop, Omega, plain, ())
     responses = {
-        c.name: ComputedResponse(c.unit, c.frequencies, v, c.values, c.coherence, curve_deviation(c.values, v))
-        for c, v in zip(curves, values, strict=True)
+        name: ComputedResponse(c.unit, c.frequencies, v, c.values, c.coherence, curve_deviation(c.values, v))
+        for name, c, v in zip(names, curves, values, strict=True)
     }
     modes: list[ModeDeviation] = []
     for _, group in groupby(zip(curves, values, strict=True), lambda pair: pair[0].frequencies.tobytes()):
@@ -234,6 +238,12 @@ def laid_over(
         )
         modes += mode_deviations(*fitted)
     return FrequencyResponses(rotor, loop, Omega, responses, tuple(sorted(modes, key=lambda mode: mode.measured)))
+
+
+def _numbered(names: Sequence[str]) -> list[str]:
+    """Return names of which each occurs once: `a, b, a` becomes `a, b, a (2)`."""
+    before = [names[:k].count(name) for k, name in enumerate(names)]
+    return [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]
 
 
 def measured_content(

@@ -111,7 +111,7 @@ def unbalance_response(
         values = controlled(scenario, rotor, controller)
         machine = machine_of(plan_run(values, set, options=RunOptions(flavour=flavour)), ACTUATOR)
         return _of_machine(
-            machine, values.name, _loads(machine, values.rotor, amount, place, node), up_to, clearance_of_all
+            machine, values.name, *_loads(machine, values.rotor, amount, place, node), up_to, clearance_of_all
         )
     if controller is not None or set:
         raise ValueError("a controller or settings require a scenario; name one")
@@ -134,13 +134,12 @@ def unbalance_response(
     curves = _curves(description, places, response, clearance_of_all)
     limits = limits_of((*description.bearings, *description.seals))
     peaks = _peaks(speeds, curves, limits, None)
-    placed = _placed(description, load)
     return UnbalanceResponse(
         description.name,
         mass,
         None,
         None,
-        *placed,
+        *_largest(description, load, _named(description, load)),
         speeds,
         curves,
         peaks,
@@ -151,7 +150,12 @@ def unbalance_response(
 
 
 def _of_machine(
-    machine: Machine, name: str, loads: Mapping[int, complex], up_to: Number | None, clearance_of_all: float | None
+    machine: Machine,
+    name: str,
+    loads: Mapping[int, complex],
+    placed: Mapping[str, complex],
+    up_to: Number | None,
+    clearance_of_all: float | None,
 ) -> UnbalanceResponse:
     rotor, places, Omega = machine.rotor, _places(machine.rotor), machine.Omega or None
     highest = up_to or (DEFAULT_RANGE if Omega is None else REACH * Omega)
@@ -171,13 +175,12 @@ def _of_machine(
         curves = {k: replace(c, clearance=clearances.get(c.node)) for k, c in curves.items()}
     limits = limits_of(rotor.seals)
     criticals = _peaks(speeds, curves, limits, Omega)
-    placed = _placed(rotor, loads)
     return UnbalanceResponse(
         rotor.name,
         rotor.shaft.mass_matrix,
         name,
         Omega,
-        *placed,
+        *_largest(rotor, loads, placed),
         speeds,
         curves,
         criticals,
@@ -197,11 +200,11 @@ def _stable(machine: Machine, speeds: Array) -> Array:
 
 def _loads(
     machine: Machine, source: RotorSource, amount: float | None, place: str | None, node: int | None
-) -> dict[int, complex]:
-    """Return the unbalance (kg m) by node: that of the scenario, or an amount at a place."""
+) -> tuple[dict[int, complex], dict[str, complex]]:
+    """Return the unbalance (kg m) by node and by place: that of the scenario, or an amount at a place."""
     planned = machine.unbalanced_nodes
     if amount is None and place is None and node is None and planned:
-        return planned
+        return planned, {name: u for name, u in machine.unbalance.items() if u}
     if place is not None or node is not None:
         at = _node(machine.rotor, source, place, node)
     else:
@@ -212,7 +215,8 @@ def _loads(
                 "unbalance is missing: the scenario has none, and at 0 rad/s a balancing grade does not define one"
             )
         amount = abs(planned[at]) if at in planned else machine.rotor.mass * GRADE / machine.Omega
-    return {at: complex(amount)}
+    load = {at: complex(amount)}
+    return load, _named(machine.rotor, load)
 
 
 def _node(rotor: Rotor, source: RotorSource, place: str | None, node: int | None) -> int:
@@ -228,17 +232,19 @@ def _node(rotor: Rotor, source: RotorSource, place: str | None, node: int | None
     return node_numbers(node, "node", rotor, source)[0]
 
 
-def _placed(rotor: Rotor, loads: Mapping[int, complex]) -> tuple[float, float, dict[str, PlacedUnbalance]]:
-    """Return the largest unbalance (kg m), its position (m), and all by the names of their places."""
+def _named(rotor: Rotor, loads: Mapping[int, complex]) -> dict[str, complex]:
+    """Return unbalances (kg m) by the name of a part at their node, or by its position."""
     names = {node: name for name, node in reversed(rotor.nodes_by_name.items())}
+    return {names.get(node, f"z = {rotor.shaft.nodes[node - 1]:.4g} m"): u for node, u in loads.items()}
+
+
+def _largest(
+    rotor: Rotor, loads: Mapping[int, complex], placed: Mapping[str, complex]
+) -> tuple[float, float, dict[str, PlacedUnbalance]]:
+    """Return the largest unbalance of a node (kg m), its position (m), and the unbalances of the places."""
     largest = max(loads, key=lambda node: abs(loads[node]))
-    placed = {
-        names.get(node, f"z = {rotor.shaft.nodes[node - 1]:.4g} m"): PlacedUnbalance(
-            abs(u), math.degrees(cmath.phase(u))
-        )
-        for node, u in loads.items()
-    }
-    return abs(loads[largest]), rotor.shaft.nodes[largest - 1], placed
+    unbalances = {place: PlacedUnbalance(abs(u), math.degrees(cmath.phase(u))) for place, u in placed.items()}
+    return abs(loads[largest]), rotor.shaft.nodes[largest - 1], unbalances
 
 
 def _curves(

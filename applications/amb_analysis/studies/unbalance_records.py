@@ -105,7 +105,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
     scenario, operating_speed
         Name of the scenario of the machine, and its spin speed (rad/s); None for a rotor alone.
     unbalance, z
-        Largest unbalance of a place (kg m), and its position (m).
+        Largest unbalance of a node (kg m), the sum of its places, and its position (m).
     unbalances
         Unbalance of each place, by name.
     speeds

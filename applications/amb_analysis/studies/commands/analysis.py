@@ -41,7 +41,13 @@ def _renamed(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> d
         for name, sign, place in pairs:
             if not (name and sign and place):
                 raise ValueError(f"--channel {name + sign + place} is not allowed; it must be NAME=PLACE")
-    return {name.strip(): place.strip() for name, _, place in pairs}
+        places: dict[str, str] = {}
+        for name, place in ((name.strip(), place.strip()) for name, _, place in pairs):
+            if places.setdefault(name, place) != place:
+                raise ValueError(
+                    f"--channel {name}={place} is not allowed with {name}={places[name]}; keep one of them"
+                )
+    return places
 
 
 MASS = click.option(
