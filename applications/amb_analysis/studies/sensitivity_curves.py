@@ -52,11 +52,15 @@ def sensitivity_curves(
     return frequencies, np.asarray(curves.T)
 
 
-def peak_beyond(system: control.StateSpace) -> list[tuple[float, float]]:
-    """Return the peak of |S| of each axis above `HIGHEST`, and its frequency (Hz); empty if sampling ends below."""
-    if 0.5 / system.dt <= HIGHEST * (1.0 + 1e-9):
-        return []
-    return peaks_of(*sensitivity_curves(system, HIGHEST, 0.5 / float(system.dt)))
+def bands(sample_time: float) -> list[tuple[float, float]]:
+    """Return the frequencies (Hz) of the standard, and those from there to half the sample rate, if sampling allows."""
+    nyquist = 0.5 / sample_time
+    return [(LOWEST, min(HIGHEST, nyquist)), *([(HIGHEST, nyquist)] if nyquist > HIGHEST * (1.0 + 1e-9) else [])]
+
+
+def sensitivity_bands(system: control.StateSpace) -> list[tuple[Array, Complex]]:
+    """Return the `sensitivity_curves` of each of the `bands`."""
+    return [sensitivity_curves(system, *band) for band in bands(float(system.dt))]
 
 
 def peaks_of(frequencies: Array, curves: Array | Complex) -> list[tuple[float, float]]:

@@ -21,7 +21,7 @@ from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, plan_measurement
 from amb_analysis.studies.inputs import Number, controlled, spin_speed
 from amb_analysis.studies.result import MachineResult
-from amb_analysis.studies.sensitivity_curves import peak_beyond, peaks_of, sensitivity_curves
+from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
@@ -35,6 +35,7 @@ from rotor_analysis.refinement import refined
 from signal_chain.presets import is_on
 
 ZONES = {"A": 3.0, "B": 4.0, "C": 5.0}  # upper limit of |S| in each zone; zone D has none
+SLOWEST, SLOW = 1e-3, 40  # Hz; number of frequencies from there to the first of the curves
 COMPARED = 500.0  # Hz, up to which computed and measured sensitivity are compared
 
 
@@ -51,7 +52,7 @@ class AxisSensitivity:
     """Sensitivity of an axis.
 
     peak, peak_frequency, zone
-        Largest computed |S| (1), its frequency (Hz), and its zone.
+        Largest computed |S| (1) up to the 2 kHz of the standard, its frequency (Hz), and its zone.
     S
         1/(1 + L) at the frequencies of the study (1), complex, shape (n,).
     measured_frequencies, measured
@@ -111,7 +112,7 @@ class DiskMargin:
     alpha
         Lower bound of the disk margin over the frequencies of the study (1), shape (n,).
     least, frequency
-        Smallest alpha (1), and its frequency (Hz).
+        Smallest alpha (1) from 0 Hz to half the sample rate, and its frequency (Hz).
     gain, phase
         Factor by which each gain may be multiplied or divided (1), phase by which each loop may turn (deg).
     """
@@ -140,7 +141,7 @@ class StabilityMargin(MachineResult):
     zone_limits
         Upper limit of |S| (1) in zones A to C.
     frequencies
-        Frequencies of the computed curves (Hz), shape (n,).
+        Frequencies of the computed curves (Hz), up to half the sample rate, shape (n,).
     axes
         Sensitivity of each axis, by name.
     gang_of_four
@@ -176,7 +177,7 @@ class StabilityMargin(MachineResult):
                 *(f"{difference:.3f}" for difference in differences),
             )
         worst = max(axis.peak for axis in self.axes.values())
-        all_loops = text_table("All loops at once", ("broken at", "disk margin", "at (Hz)", "gain", "phase (deg)"))
+        all_loops = text_table(self._all_frequencies, ("broken at", "disk margin", "at (Hz)", "gain", "phase (deg)"))
         for place, margin in self.disk_margins.items():
             numbers = (f"{margin.least:.3f}", f"{margin.frequency:.1f}", f"{margin.gain:.3f}", f"{margin.phase:.1f}")
             all_loops.add_row(place, *numbers)
@@ -189,6 +190,10 @@ class StabilityMargin(MachineResult):
                 f"{largest.frequency:.1f} Hz ({name})"
             )
         return [table, all_loops, *lines, *self.warning_lines()]
+
+    @property
+    def _all_frequencies(self) -> str:
+        return f"All loops at once, at all frequencies up to half the sample rate, {0.5 / self.sample_time:.5g} Hz"
 
 
 def zone(peak: float) -> str:
@@ -227,7 +232,8 @@ def sensitivity(
     """Return |S| of each axis over frequency, its peak and zone, computed and measured in a co-simulation.
 
     S = 1/(1 + L) of an axis, with the loops of the other axes closed (ISO 14839-3). The study also computes the largest
-    singular values of S, T, PS and CS, and the disk margins of all loops at once (`linear.loop.disk_margin`).
+    singular values of S, T, PS and CS, and the disk margins of all loops at once (`linear.loop.disk_margin`). Curves
+    begin at 1 Hz and end at half the sample rate; those that are measured, and the zones, end at 2 kHz.
 
     Parameters
     ----------
@@ -270,8 +276,10 @@ def sensitivity(
     loop, parameters = machine.loop, machine.parameters
     system = loop.sensitivity()
     measured = measure(planned, stability_of(system.A, float(system.dt)).radius)
-    frequencies, curves = sensitivity_curves(system)
-    beyond = [PeakBeyond(*above) for above in peak_beyond(system)]
+    (below, up_to_the_limit), *above = sensitivity_bands(system)
+    beyond = [PeakBeyond(*peak) for band in above for peak in peaks_of(*band)]
+    frequencies = np.concatenate([below, *(hertz[1:] for hertz, _ in above)])
+    curves = np.concatenate([up_to_the_limit, *(S[:, 1:] for _, S in above)], axis=1)
     expected = np.array([diagonal_response(system, row)[k] for k, row in enumerate(measured.frequencies)])
     ratios = measured.sensitivity / expected
     difference = np.abs(ratios - 1.0)
@@ -290,7 +298,9 @@ def sensitivity(
             largest_difference=float(difference[k].max()),
             beyond=beyond[k] if beyond else None,
         )
-        for k, (name, (peak, frequency)) in enumerate(zip(loop.axis_names, peaks_of(frequencies, curves), strict=True))
+        for k, (name, (peak, frequency)) in enumerate(
+            zip(loop.axis_names, peaks_of(below, up_to_the_limit), strict=True)
+        )
     }
     gang, disks = _all_loops(loop, frequencies)
     return StabilityMargin(
@@ -311,7 +321,10 @@ def sensitivity(
 
 
 def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, DiskMargin]]:
-    """Return the four sensitivities at frequencies (Hz), and disk margins, whose minima are refined between these."""
+    """Return the four sensitivities at frequencies (Hz), and disk margins.
+
+    The minima of the margins are refined between these frequencies, and from 0 Hz to the first of them.
+    """
     n = len(loop.demands)
 
     def values(more: Array) -> Array:
@@ -320,7 +333,8 @@ def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, Di
         T = np.eye(n)[:, :, None] - S
         return np.stack([disk_margin(S), disk_margin(S_sensors), *map(_largest, (S, T, PS, CS))], axis=1)
 
-    closer, refined_values = refined(values, frequencies, lambda rows: 1.0 / rows[:, :2])
+    slower = np.append(0.0, np.geomspace(SLOWEST, frequencies[0], SLOW, endpoint=False))
+    closer, refined_values = refined(values, np.append(slower, frequencies), lambda rows: 1.0 / rows[:, :2])
     at_frequencies = np.isin(closer, frequencies)
     margins = zip(("currents", "sensors"), refined_values.T[:2], strict=True)
     return GangOfFour(*refined_values[at_frequencies, 2:].T), {

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from amb_analysis.linear.stability import LARGEST, LoopStability, stability_of
-from amb_analysis.studies.sensitivity_curves import curve_frequencies, peaks_of
+from amb_analysis.studies.sensitivity_curves import bands, curve_frequencies, peaks_of
 from amb_assessment.assessment.subject import Subject, hertz
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from array_types import Array
@@ -40,15 +40,18 @@ class LoadCase:
 
     @cached_property
     def sensitivity(self) -> tuple[Array, Array]:
-        """Frequencies (Hz), and |S| there; only a stable loop has it."""
-        first = curve_frequencies(self.loop.poles, self.loop.sample_time)
-        return refined(lambda more: np.abs(self.loop.sensitivity(more)), first, lambda S: S)
+        """Frequencies (Hz) up to the 2 kHz of ISO 14839-3, and |S| there; only a stable loop has it."""
+        return self._bands[0]
 
     @property
-    def peak(self) -> tuple[float, float]:
-        """Largest |S| of a stable loop, and its frequency (Hz)."""
-        frequencies, S = self.sensitivity
-        return peaks_of(frequencies, S[None])[0]
+    def peaks(self) -> list[tuple[float, float]]:
+        """Largest |S| of a stable loop and its frequency (Hz), up to 2 kHz, and above if samples allow."""
+        return [peaks_of(frequencies, S[None])[0] for frequencies, S in self._bands]
+
+    @cached_property
+    def _bands(self) -> list[tuple[Array, Array]]:
+        first = [curve_frequencies(self.loop.poles, self.loop.sample_time, *b) for b in bands(self.loop.sample_time)]
+        return [refined(lambda more: np.abs(self.loop.sensitivity(more)), hertz, lambda S: S) for hertz in first]
 
     @cached_property
     def least(self) -> tuple[float, float]:

@@ -8,12 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from amb_analysis.linear.loop import Loop, diagonal_response
+from amb_analysis.linear.loop import Loop, diagonal_response, disk_margin, response
 from amb_analysis.linear.stability import LoopStability
-from amb_analysis.machine.coupled import coupled_loop
+from amb_analysis.machine.coupled import MachineVariation, coupled_loop
+from amb_analysis.studies.stability_margin import _all_loops
 from amb_assessment.assessment import stages
 from amb_assessment.assessment.analyses import robustness, sensitivity
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities
+from amb_assessment.assessment.axial_cases import load_cases
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, Quantity, judge
 from amb_assessment.assessment.machine_file import load_machine
@@ -37,6 +39,37 @@ def test_peaks_are_those_of_many_frequencies_below_and_above_2_khz(machine):
         S = np.abs(diagonal_response(system, np.linspace(*ends, 8000)))
         for axis, row in zip(result, S, strict=True):
             assert axis.peaks[band][0] >= row.max() * (1.0 - 1e-3)
+
+
+@pytest.mark.parametrize(("machine", "up_to"), [("turbo_expander", "high"), (BLOWER, "low")])
+def test_disk_margin_is_the_least_at_any_frequency(machine, up_to):
+    """That of many frequencies, closer about the least; it is above 2 kHz for the turbo-expander."""
+    loop, speed = loop_of(machine)
+    loop = Loop(loop.linear_components.at(speed.highest))
+    _, margins = _all_loops(loop, np.geomspace(1.0, 0.5 / loop.sample_time, 2000))
+    n = len(loop.demands)
+    for rows, margin in zip((slice(None, n), slice(n, None)), margins.values(), strict=True):
+        hertz = np.append(np.linspace(0.0, 0.5 / loop.sample_time, 8000), margin.frequency + np.linspace(-5, 5, 2001))
+        assert margin.least == pytest.approx(disk_margin(response(loop.closed, hertz)[rows, rows]).min(), rel=1e-3)
+        assert (margin.frequency > 2000.0) == (up_to == "high")
+
+
+def test_no_gain_within_the_disk_margin_makes_the_loop_unstable():
+    """All gains times 1.14 make the turbo-expander unstable: the margin at 2 kHz and below would allow 1.26."""
+    subject = subject_of(load_machine("turbo_expander"))
+    loop = Loop(coupled_loop(subject, ()).linear_components.at(subject.file.speed.highest))
+    _, margins = _all_loops(loop, np.geomspace(1.0, 0.5 / loop.sample_time, 2000))
+    more = coupled_loop(subject, (), MachineVariation(k_i=1.14))
+    assert not more.poles(subject.file.speed.highest).stability.is_stable
+    assert all(margin.gain < 1.14 for margin in margins.values())
+
+
+def test_the_axial_loop_has_a_peak_above_2_khz_too():
+    for case in load_cases(subject_of(load_machine("turbo_expander"))):
+        ends = (1.0, 2000.0), (2000.0, 0.5 / case.loop.sample_time)
+        largest = [np.abs(case.loop.sensitivity(np.linspace(*band, 20000))).max() for band in ends]
+        assert [peak for peak, _ in case.peaks] == pytest.approx(largest, rel=1e-3)
+        assert case.peaks[1][1] >= 2000.0
 
 
 def test_a_mode_above_2_khz_has_its_own_peak():

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.ticker import FuncFormatter
 
+from amb_analysis.studies.injection import HIGHEST
 from amb_analysis.studies.stability_margin import StabilityMargin
 from amb_cosim.presentation.style import BLUE, COLOURS, DASHED, ORANGE, TITLE_SIZE, StyledFigure
 from amb_cosim.presentation.units import spin_text
@@ -68,10 +69,11 @@ def _draw_nyquist(axes: Axes, result: StabilityMargin) -> None:
         )
     axes.plot(-1.0, 0.0, "+", ms=7, color="black")
     for (name, axis), colour in zip(result.axes.items(), cycle(COLOURS), strict=False):
-        label = f"{name}: nearest at {axis.peak_frequency:.0f} Hz"
+        at = int(np.argmax(axis.computed))
+        label = f"{name}: nearest at {result.frequencies[at]:.0f} Hz"
         style: Any = DASHED if name.endswith("y") else "-"
         axes.plot(axis.L.real, axis.L.imag, color=colour, ls=style, lw=0.9, label=label)
-        nearest = axis.L[np.argmax(axis.computed)]
+        nearest = axis.L[at]
         axes.plot(nearest.real, nearest.imag, "o", ms=3.5, color=colour)
         _draw_direction(axes, axis.L, around, colour)
     axes.set(
@@ -127,7 +129,9 @@ def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
     marked = np.unique(np.searchsorted(lines, np.geomspace(lines[0], lines[-1], 150)).clip(0, len(lines) - 1))
     axes.semilogx(lines[marked], values[marked], "o", color=ORANGE, ms=2.6)
     axes.semilogx(frequencies, axis.computed, color=BLUE, lw=0.8)
-    top = max(6.0, 1.15 * max(other.peak for other in result.axes.values()))
+    top = max(6.0, 1.15 * max(float(other.computed.max()) for other in result.axes.values()))
+    if frequencies[-1] > HIGHEST:
+        axes.axvline(HIGHEST, color="0.45", lw=0.7, ls=DASHED)  # where the standard ends
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))
     peak = f"{axis.peak:.2f} at {axis.peak_frequency:.1f} Hz, zone {axis.zone}"
     bearing, _, direction = name.rpartition(".")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from amb_analysis.studies.damping_zones import damping_ratio
 from amb_assessment.assessment.analyses.robustness import NO_SENSITIVITY, UNSTABLE_CORNER, variations
-from amb_assessment.assessment.analyses.sensitivity import zone_limits
+from amb_assessment.assessment.analyses.sensitivity import PEAKS, zone_limits
 from amb_assessment.assessment.axial_cases import (
     NAME,
     LoadCase,
@@ -72,13 +72,19 @@ def margins(subject: Subject) -> AnalysisResult:
         If the machine has no thrust bearing.
     """
     cases = load_cases(subject)
-    worst = max(cases, key=lambda case: case.peak)
-    peak, at = worst.peak
-    place = f"{NAME}, {at:.1f} Hz under {worst.name}"
-    measured = (Quantity("sensitivity_peak", place, peak, "1", {"frequency": at}), *_varied(subject, cases))
+    measured = [*_peaks(cases), *_varied(subject, cases)]
     drawn = [curve(f"under {case.name}", *case.sensitivity) for case in cases]
     drawn += zone_limits(cases[0].sensitivity[0][[0, -1]])
-    return AnalysisResult(measured, (Panel("|S| of the axial axis", "Hz", "|S|", tuple(drawn), log="x"),))
+    return AnalysisResult(tuple(measured), (Panel("|S| of the axial axis", "Hz", "|S|", tuple(drawn), log="x"),))
+
+
+def _peaks(cases: Sequence[LoadCase]) -> list[Quantity]:
+    """Return the largest |S| of all cases up to 2 kHz, and above if samples allow."""
+    result = []
+    for band, quantity in zip(zip(*(case.peaks for case in cases), strict=True), PEAKS, strict=False):
+        (peak, hz), case = max(zip(band, (case.name for case in cases), strict=True))
+        result.append(Quantity(quantity, f"{NAME}, {hz:.1f} Hz under {case}", peak, "1", {"frequency": hz}))
+    return result
 
 
 def _varied(subject: Subject, cases: Sequence[LoadCase]) -> list[Quantity]:
@@ -92,7 +98,7 @@ def _varied(subject: Subject, cases: Sequence[LoadCase]) -> list[Quantity]:
     name = min(varied, key=lambda key: varied[key].least)
     decrement, hz = varied[name].least
     facts = {"frequency": hz, "N": float(rpm(subject.file.speed.highest))}
-    peaks = {key: case.peak[0] if case.stability.is_stable else NO_SENSITIVITY for key, case in varied.items()}
+    peaks = {key: max(case.peaks)[0] if case.stability.is_stable else NO_SENSITIVITY for key, case in varied.items()}
     worst = max(peaks, key=lambda key: peaks[key])
     note = "" if varied[worst].stability.is_stable else UNSTABLE_CORNER
     return [
@@ -114,7 +120,7 @@ def _row(case: LoadCase) -> tuple[str, ...]:
     state = (f"{case.load:.4g}", f"{case.point.current:.3g}", f"{1e-6 * case.point.k_s:.4g}")
     if not case.stability.is_stable:
         return (*state, f"{hz:.1f}", "", "", "not stable")
-    peak, at = case.peak
+    peak, at = max(case.peaks)
     return (*state, f"{hz:.1f}", f"{damping_ratio(decrement):.3f}", f"{decrement:.3f}", f"{peak:.3f} at {at:.1f} Hz")
 
 

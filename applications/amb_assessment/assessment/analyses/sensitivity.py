@@ -8,7 +8,7 @@ import numpy as np
 
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.coupled import coupled_loop
-from amb_analysis.studies.sensitivity_curves import peak_beyond, peaks_of, sensitivity_curves
+from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
 from amb_analysis.studies.stability_margin import ZONES, StabilityMargin, sensitivity
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
@@ -17,6 +17,7 @@ from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
 
+PEAKS = "sensitivity_peak", "sensitivity_peak_beyond"  # quantities: up to the 2 kHz of the standard, and above
 SPEEDS = 4  # from the smallest to the largest, before refinement about maxima
 
 
@@ -26,7 +27,7 @@ def answer(subject: Subject) -> AnalysisResult:
     loop = coupled_loop(subject, real_coefficients(subject))
     by_speed = sensitivities_over(subject, loop)
     measured = []
-    for band, quantity in enumerate(("sensitivity_peak", "sensitivity_peak_beyond")):
+    for band, quantity in enumerate(PEAKS):
         for k, name in enumerate(loop.axis_names):
             peaks = [(axes[k].peaks[band], Omega) for Omega, axes in by_speed.items() if band < len(axes[k].peaks)]
             if peaks:
@@ -68,10 +69,10 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
         If the loop is not stable at this speed.
     """
     system = Loop(loop.linear_components.at(Omega)).sensitivity()
-    frequencies, curves = sensitivity_curves(system)
-    S, beyond = np.abs(curves), peak_beyond(system)
-    peaks = peaks_of(frequencies, S)
-    return [AxisPeaks(frequencies, S[k], (peaks[k], *beyond[k : k + 1])) for k in range(len(S))]
+    bands = sensitivity_bands(system)
+    (frequencies, curves), *_ = bands
+    peaks = zip(*(peaks_of(*band) for band in bands), strict=True)
+    return [AxisPeaks(frequencies, S, of_axis) for S, of_axis in zip(np.abs(curves), peaks, strict=True)]
 
 
 def sensitivities_over(subject: Subject, loop: Loop) -> dict[float, list[AxisPeaks]]:
@@ -111,4 +112,5 @@ def _table(study: StabilityMargin) -> ResultTable:
         for place, item in study.disk_margins.items()
     )
     heads = ("broken at", "disk margin", "at Hz", "gain factor or divisor", "phase (deg)")
-    return ResultTable("Margins of all loops together, changed at once and independently", heads, rows)
+    title = "Margins of all loops together, changed at once and independently, up to half the sample rate"
+    return ResultTable(title, heads, rows)
