@@ -150,6 +150,44 @@ def test_an_orbit_that_grows_beside_an_exciter_is_unstable(radius):
     assert recovery(orbit(radius, sources='["shaker"]')) == "unstable"
 
 
+FORCED = 1e-6 + 9e-6 * (T > 0.4)  # beside a shaker that begins at 40 % of the time
+PHASE = 30.0 * T, 30.0 * T + 20.0 * T**2  # turns: of a steady vibration, and of a sweep from 30 to 70
+
+
+def beside(radius, excitation):
+    """Return the outcome of an orbit beside a shaker that exerts a force (N)."""
+    dataset = orbit(radius, sources='["shaker"]', excitations='["shaker.f"]')
+    return recovery(dataset.assign({"shaker.f": ("time", excitation)}))
+
+
+@pytest.mark.parametrize(
+    ("radius", "excitation"),
+    [
+        (FORCED, np.sin(2.0 * np.pi * PHASE[0]) * (T > 0.4)),  # begins
+        (FORCED, 1.0 * (T > 0.4)),  # a step
+        (1e-6 * np.exp(3.0 * T), np.exp(3.0 * T) * np.sin(2.0 * np.pi * PHASE[0])),  # grows
+        (1e-6 / (1.1 - T), np.sin(2.0 * np.pi * PHASE[1])),  # sweeps towards a resonance
+        (1e-6 * np.exp(3.0 * T), np.sin(2.0 * np.pi * PHASE[0]) * (T > 0.9)),  # too late for five cycles
+    ],
+)
+def test_an_orbit_that_follows_a_change_from_outside_does_not_grow(radius, excitation):
+    assert beside(radius, excitation) is None
+
+
+@pytest.mark.parametrize(
+    "excitation",
+    [
+        np.zeros(2001),
+        np.sin(2.0 * np.pi * PHASE[0]),
+        np.random.default_rng(1).standard_normal(2001),
+        np.sin(2.0 * np.pi * PHASE[0]) * (T > 0.4),
+        np.exp(-((T - 0.1) ** 2) / 1e-4) * (np.abs(T - 0.1) < 0.05),  # a pulse
+    ],
+)
+def test_an_orbit_that_grows_after_the_last_change_outside_is_unstable(excitation):
+    assert beside(1e-7 * np.exp(5.0 * T), excitation) == "unstable"
+
+
 SETTLING = 1e-5 * (1.0 + 3.0 * np.exp(-8.0 * T))  # falls by 24.7 % in the first of its 20 turns
 
 

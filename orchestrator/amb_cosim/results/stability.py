@@ -1,9 +1,12 @@
 """Whether a levitated rotor diverges: its orbit grows, or limits of its currents bound a vibration of its own.
 
-The end of a run is judged: the time since the last change, the last contact and cycle 0, at least `MIN_CYCLES`.
+The end of a run is judged: the time since the last change, the last contact and cycle 0, at least `MIN_CYCLES`. Growth
+is judged only where nothing that excites the rotor from outside its loop changes (`_last_change_outside`).
 """
 
 from __future__ import annotations
+
+import json
 
 import numpy as np
 
@@ -18,7 +21,9 @@ from array_types import Array, Bools
 
 LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed
 SOURCES = "sources"  # attribute of a data set: components that excite the rotor from outside its loop, if any
+EXCITATIONS = "excitations"  # attribute of a data set: the signals by which they do
 MIN_CYCLES = 5.0
+QUIET = 1.0  # cycles that a signal from outside is constant before it begins and after it ends
 NOTICEABLE = 1e-4  # of the smallest clearance; smaller motion counts as rest
 STEADY_SPEED = 0.01  # relative change that is ignored
 LIMITED_SHARE = 0.5  # of the last cycles, beyond which an axis stays at its limits
@@ -38,7 +43,9 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
         return False
     since = _since(cycle, begin)
     last = _since(cycle, end - MIN_CYCLES)
-    return orbit_grows(dataset, since) or is_limited(dataset, last) or is_self_excited(dataset, since)
+    undisturbed = max(begin, _last_change_outside(dataset))
+    may_grow = end - undisturbed >= MIN_CYCLES and orbit_grows(dataset, _since(cycle, undisturbed))
+    return may_grow or is_limited(dataset, last) or is_self_excited(dataset, since)
 
 
 def _since(cycle: Array, begin: float) -> slice:
@@ -51,8 +58,9 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
 
     Steady orbits, drifts on a straight line, and orbits that approach another one do not grow (`results.growth`).
     Samples are taken at equal angles of the shaft, so that a synchronous orbit is steady while the speed varies by up
-    to 1 %. With a larger change of the speed the result is false. Growing parts that cancel can fit the response to a
-    sine sweep, so that all motion must grow if a component excites the rotor from outside its loop.
+    to 1 %. With a larger change of the speed the result is false, and with an excitation from outside that is not
+    steady. Growing parts that cancel can fit the response to a slow sine sweep, so that all motion must grow if a
+    component excites the rotor from outside its loop.
 
     Parameters
     ----------
@@ -66,10 +74,41 @@ def orbit_grows(dataset: Signals, within: slice) -> bool:
     if Omega is not None and np.ptp(Omega[within]) > 0.0:
         motion = _at_equal_angles(np.asarray(dataset["time"].values)[within], np.asarray(Omega)[within], motion)
     if SOURCES in dataset.attrs:
+        if not all(_is_steady(values[within]) for values in _excitations(dataset)):
+            return False
         begin, _, end = np.array_split(motion - motion.mean(axis=0), 3)
         if not np.mean(end**2) > GROWTH * np.mean(begin**2):
             return False
     return grows(motion, NOTICEABLE * _least_clearance(dataset))
+
+
+def _excitations(dataset: Signals) -> list[Array]:
+    """Return the recorded signals that excite the rotor from outside its loop, shape (n,) each."""
+    names = json.loads(dataset.attrs.get(EXCITATIONS, "[]"))
+    return [np.asarray(dataset[name].values, dtype=float) for name in names if name in dataset]
+
+
+def _last_change_outside(dataset: Signals) -> float:
+    """Return the cycle at which a signal from outside last began or ceased to be constant; 0 if none does."""
+    cycle, last = cycles(dataset), 0.0
+    for values in _excitations(dataset):
+        at = cycle[1:][np.diff(values) != 0.0]
+        quiet = np.diff(np.concatenate([cycle[:1], at, cycle[-1:]])) >= QUIET
+        last = max(last, float(at[quiet[:-1] | quiet[1:]].max(initial=0.0)))
+    return last
+
+
+def _is_steady(values: Array) -> bool:
+    """Return whether a signal keeps its mean square, and that of its rate, which changes with its frequency.
+
+    A steady vibration or noise has the same in the first and the last third, within `GROWTH`; one that begins, grows,
+    fades or sweeps has not.
+    """
+    for signal_or_rate in (values - values.mean(), np.diff(values)):
+        first, _, last = (float(np.mean(part**2)) for part in np.array_split(signal_or_rate, 3))
+        if max(first, last) > GROWTH * min(first, last):
+            return False
+    return True
 
 
 def is_self_excited(dataset: Signals, within: slice) -> bool:

@@ -21,7 +21,7 @@ from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.power import with_power
 from amb_cosim.results.result import Result
-from amb_cosim.results.stability import LAST_CHANGE, SOURCES
+from amb_cosim.results.stability import EXCITATIONS, LAST_CHANGE, SOURCES
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
 from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array
@@ -98,8 +98,11 @@ def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
     common: dict[str, Any] = {"period_s": plan.period, "speed_rad_s": planned.speed}
     if planned.profile:
         common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in planned.profile])
-    if sources := _sources(planned.assembly.system):
+    system = planned.assembly.system
+    if sources := _sources(system):
         common[SOURCES] = json.dumps(sources)
+        fed = {link.source for link in system.connections if system.split(link.source)[0] in sources}
+        common[EXCITATIONS] = json.dumps(sorted(name for name in fed if not _is_rotation(system.split(name)[1])))
     return {**common, **cycles, **labels, LAST_CHANGE: last * cycle}
 
 
