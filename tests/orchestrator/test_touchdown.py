@@ -49,6 +49,18 @@ def test_rounding_of_a_lasting_contact_is_no_impact(fall_summary):
     assert touchdown(fall(**{"rb1.impulse": rounding})).first_impacts == fall_summary.first_impacts
 
 
+@pytest.mark.parametrize("force", [450.0, 4.5e6])
+def test_the_first_touch_is_an_impact_however_long_a_contact_lasts(force):
+    """A first touch of 1e-4 N s bounces; the contact that follows has an impulse of 1e7 N s."""
+    impulse, mode = (fall()[f"rotor_contact.rb1.{name}"].values.copy() for name in ("impulse", "mode"))
+    at = int(np.argmax(fall()["time"].values > RELEASE)) + 20
+    impulse[at] = 1e-4
+    dataset = fall(**{"rb1.impulse": impulse, "rb1.f_n": np.where(mode > 0, force, 0.0)})
+    hits = touchdown(dataset).first_impacts
+    assert (hits[0].site, hits[0].impulse) == ("rb1", 1e-4)
+    assert hits[1].impulse == 3.0
+
+
 def test_a_rotor_without_contact_at_the_end_is_not_at_rest():
     lifted = fall()["time"].values > 2.0
     up = {
@@ -197,7 +209,8 @@ def test_rocking_needs_five_periods_of_the_pendulum_in_a_quarter():
 
 def test_the_rotor_rests_when_its_whirl_has_ended(fall_summary):
     assert fall_summary.rest_after == pytest.approx(WHIRLED - RELEASE, abs=2 * H)
-    assert fall_summary.standstill_after == pytest.approx(0.99 * 2.0, abs=2 * H)
+    assert fall_summary.standstill_after == pytest.approx(2.0, abs=2 * H)
+    assert fall_summary.slow_after == pytest.approx(0.99 * 2.0, abs=2 * H)
 
 
 def test_a_rotor_that_moves_at_the_end_is_not_at_rest():
@@ -205,6 +218,22 @@ def test_a_rotor_that_moves_at_the_end_is_not_at_rest():
     moving = 0.2 * CLEARANCE * np.sin(40.0 * dataset["time"].values)
     assert touchdown(fall(**{"mb2.x": moving})).rest_after is None
     assert touchdown(fall(speed=np.full(len(moving), OMEGA))).standstill_after is None
+
+
+@pytest.mark.parametrize(
+    ("spin", "ends"),
+    [
+        (lambda t: np.where(t < 1.0, OMEGA, 1.0), None),  # rolls on at 0.3 % of the first speed
+        (lambda t: np.where(t < 1.0, OMEGA * (1.0 - t), -np.sin(30.0 * (t - 1.0))), 1.0),  # rocks
+        (lambda t: np.clip(OMEGA * (1.0 - t), -5.0, OMEGA), None),  # rolls backward
+        (lambda t: OMEGA * np.exp(-5.0 * t), None),  # slows down without an end
+        (lambda t: np.where(t < 1.0, -OMEGA * (1.0 - t), 0.0), 1.0),  # turns the other way
+    ],
+)
+def test_the_spin_ends_when_the_rotor_turns_no_more(spin, ends):
+    t = fall()["time"].values
+    found = touchdown(fall(speed=spin(np.clip(t - RELEASE, 0.0, None)))).standstill_after
+    assert found is None if ends is None else found == pytest.approx(ends, abs=2 * H)
 
 
 def with_bush(dataset, x, y, mode=SLIDING):

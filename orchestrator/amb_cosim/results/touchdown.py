@@ -5,7 +5,7 @@ Every value is None if the data set lacks the required variables. Times start at
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -25,10 +25,10 @@ SLIDING = 1
 N_IMPACTS = 5
 SPUN_UP = 0.95  # of a race's largest speed
 AT_REST = 0.05  # of the clearance; smaller motion counts as rest
-STANDSTILL = 0.01  # of the speed at release
+SLOW = 0.01  # of the speed at release
 LAST_PART = 0.1  # of the time from release on, in which the rotor must be at rest
 WHIRLS = 1.0  # turns net of going to and fro, and turns in contact, below which a motion is no whirl
-LEAST_IMPACT = 1e-6  # of all impulse on the sites; less is rounding of a lasting contact
+LEAST_IMPACT = 1e-6  # of the sum of all impacts; less is rounding where a contact lasts
 
 Direction = Literal["forward", "backward", "none"]
 
@@ -95,7 +95,8 @@ class Touchdown:
     orbit
         Largest radius at the same places from the release on (mm).
     first_impacts
-        The first five steps with impacts, of a millionth of all impulse on the sites or more.
+        The first five steps with impacts, however small, at a site that is free before or after them; where a contact
+        lasts, only impacts of a millionth of all impacts or more.
     retainers
         Each touched site.
     rest_after
@@ -107,6 +108,8 @@ class Touchdown:
     free_after
         Time of the last contact of a rotor that is free for the last tenth of the time (s).
     standstill_after
+        Time at which the spin ends, because the speed is 0 or reverses and the rotor does not turn once after it (s).
+    slow_after
         Time after which it turns at less than 1 % of its speed at the release (s).
     """
 
@@ -119,6 +122,7 @@ class Touchdown:
     rocks_within: Annotated[float | None, "deg"]
     free_after: Annotated[float | None, "s"]
     standstill_after: Annotated[float | None, "s"]
+    slow_after: Annotated[float | None, "s"]
 
     @property
     def whirls_backward_at(self) -> list[str]:
@@ -149,12 +153,13 @@ def touchdown(dataset: Signals) -> Touchdown | None:
         release=release,
         drop={place: None if at is None else 1e3 * float(at[0] - at.min()) for place, at in heights.items()},
         orbit={place: None if r is None else 1e3 * float(r.max()) for place, r in radii.items()},
-        first_impacts=_first_impacts(after, impulses),
+        first_impacts=_first_impacts(after, list(impulses)),
         retainers={site: _retainer(after, site, impulses[site]) for site in touched},
         rest_after=rest,
         rocks_within=None if rest is not None else _rocks(sampled, lying, touched),
         free_after=_free(after, contact[release_step:]),
         standstill_after=_standstill(after),
+        slow_after=_slow(after),
     )
 
 
@@ -188,15 +193,18 @@ def height(dataset: Signals, place: str) -> Array | None:
     return np.asarray(-np.sign(values["gravity"]) * (np.array([np.cos(angle), np.sin(angle)]) @ motion), np.float64)
 
 
-def _first_impacts(after: Signals, impulses: Mapping[str, float | None]) -> tuple[Impact, ...]:
-    times, impacts, total = _times(after), [], 0.0
-    for site, site_impulse in impulses.items():
-        impulse = signal(after, f"{site}.impulse")
-        if impulse is not None:
-            total += site_impulse or float(impulse.sum())
-            impacts += [Impact(site, float(times[k]), float(impulse[k])) for k in np.flatnonzero(impulse > 0.0)]
-    significant = (impact for impact in impacts if impact.impulse >= LEAST_IMPACT * total)
-    return tuple(sorted(significant, key=lambda impact: impact.after)[:N_IMPACTS])
+def _first_impacts(after: Signals, sites: Sequence[str]) -> tuple[Impact, ...]:
+    """Return the first impacts; a contact that lasts has impacts of rounding, which are left out."""
+    times, impacts = _times(after), list[Impact]()
+    recorded = [(site, values) for site in sites if (values := signal(after, f"{site}.impulse")) is not None]
+    least = LEAST_IMPACT * sum(float(impulse.sum()) for _, impulse in recorded)
+    for site, impulse in recorded:
+        mode = signal(after, f"{site}.mode")
+        free = np.zeros(len(times), dtype=bool) if mode is None else mode == FREE
+        begins_or_ends = free | np.append(True, free[:-1])
+        counted = (impulse > 0.0) & (begins_or_ends | (impulse >= least))
+        impacts += [Impact(site, float(times[k]), float(impulse[k])) for k in np.flatnonzero(counted)]
+    return tuple(sorted(impacts, key=lambda impact: impact.after)[:N_IMPACTS])
 
 
 def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
@@ -325,10 +333,26 @@ def _last_part(after: Signals) -> Bools:
 
 
 def _standstill(after: Signals) -> float | None:
+    """Return the time at which the speed is 0 or reverses and after which the rotor does not turn once.
+
+    A rotor that sticks to its retainers still rocks, with a speed that changes its sign; one that rolls turns on.
+    """
+    speed = signal(after, "speed")
+    if speed is None or not speed[0]:
+        return None if speed is None else 0.0
+    times = _times(after)
+    turned = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(times)))
+    highest, lowest = (of.accumulate(turned[::-1])[::-1] for of in (np.maximum, np.minimum))
+    stops = np.append(False, (speed[1:] == 0.0) | (speed[1:] * speed[:-1] < 0.0))
+    ends = np.flatnonzero(stops & (highest - lowest < 2.0 * np.pi))
+    return float(times[ends[0]]) if len(ends) else None
+
+
+def _slow(after: Signals) -> float | None:
     speed = signal(after, "speed")
     if speed is None:
         return None
-    turning = np.abs(speed) > STANDSTILL * abs(speed[0])
+    turning = np.abs(speed) > SLOW * abs(speed[0])
     return None if turning[-1] else _time_after(_times(after), turning)
 
 

@@ -26,13 +26,14 @@ from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.result import Result
-from amb_cosim.results.touchdown import STANDSTILL, Retainer, Touchdown
+from amb_cosim.results.touchdown import SLOW, Retainer, Touchdown
 from array_types import Array
 from rotor_analysis.reduced_rotor import elastic_shapes
 
 FIRST, LONGEST, MOST_STEPS = 5.0, 40.0, 1_000_000  # s, s, and steps, over which a landing is simulated
 RECORDS = 50_000  # samples, at most
-STOPPED = 0.9 * STANDSTILL  # of the first speed, at which the run ends
+STOPPED = 0.9 * SLOW  # of the first speed, at which the run ends
+SLOWED = f"{100.0 * SLOW:g} % of the speed"
 CONVERGENCE = 0.2  # s, over which forces are compared with those of more modes
 FEWEST = 4  # modes of the finer rotor
 ROUNDING = 1e-9  # change of the speed, relative, that is no loss
@@ -125,9 +126,9 @@ def _fall(subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Map
 
 
 def _outlook(subject: Subject, run: Result) -> Outlook | None:
-    """Return the prediction of a landing; None if the rotor stands still, or touches nothing."""
+    """Return the prediction of a landing; None if the rotor hardly turns any more, or touches nothing."""
     touchdown = run.summary.touchdown
-    if touchdown is None or touchdown.standstill_after is not None:
+    if touchdown is None or touchdown.slow_after is not None:
         return None
     parameters = subject.parameters[PLANT]
     coasting = coast_down(*_speeds(run), parameters["spin.inertia"], parameters["spin.drag"])
@@ -195,9 +196,9 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
     hottest = max((item.temperature for item in sites.values() if item.temperature is not None), default=None)
     if hottest is not None:
         yield Quantity("retainer_temperature", where, hottest, "K")
-    if touchdown.standstill_after is not None:
-        yield Quantity("standstill_time", "simulated to the end", touchdown.standstill_after, "s", {}, "drive off")
-        yield Quantity("heat_to_standstill", "all retainers, simulated to the end", heat, "J")
+    if touchdown.slow_after is not None:
+        yield Quantity("standstill_time", f"simulated to {SLOWED}", touchdown.slow_after, "s", {}, "drive off")
+        yield Quantity("heat_to_standstill", f"all retainers, simulated to {SLOWED}", heat, "J")
         return
     parameters = subject.parameters[PLANT]
     J, drag = parameters["spin.inertia"], parameters["spin.drag"]
@@ -224,7 +225,7 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
     end = f"{float(times[-1]):.4g} s without power"
     others = [site for site in touchdown.retainers if site not in subject.retainers]
     whirls = touchdown.whirls_backward_at
-    ends = touchdown.rest_after, touchdown.rocks_within, touchdown.standstill_after
+    ends = touchdown.rest_after, touchdown.rocks_within, touchdown.slow_after
     ended = any(time is not None for time in ends)
     reason = "" if ended else f"neither at rest nor in steady rocking within {end}, the end of the run"
     least = whirl_friction(subject, FRICTION)
