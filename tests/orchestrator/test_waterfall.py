@@ -69,6 +69,18 @@ def test_the_lobe_of_a_vibration_near_the_spin_is_not_a_second_one(make, frequen
     assert "8 Hz from the spin" in str(spectra)
 
 
+@pytest.mark.parametrize("frequency", [-47.7, 61.3, 33.3, 90.1])
+@pytest.mark.parametrize("window", [0.125, 0.25])
+def test_frequency_of_an_exact_tone_is_exact(make, window, frequency):
+    """Beside a mean and a spin of twenty and a hundred times its amplitude, with lines 8 and 4 Hz apart."""
+    if abs(frequency - 50.0) * window <= 2.0:
+        return
+    run = make(lambda t: whirl(0.3e-3, 50.0)(t) + whirl(3e-6, frequency)(t) + 0.06e-3)
+    result = studies.waterfall(run, window=window).bearings["mb1"]
+    assert result.other_frequency == pytest.approx(frequency, abs=2e-3)
+    assert result.other_amplitude == pytest.approx(3e-6, rel=1e-3)
+
+
 @pytest.mark.parametrize("lines", [2.1, 2.5, 3.0])
 def test_a_vibration_more_than_two_lines_from_the_spin_is_separate(make, lines):
     frequency = 50.0 - lines / 0.25

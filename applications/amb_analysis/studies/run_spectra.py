@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Annotated, ClassVar
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 from scipy.signal import find_peaks, get_window, stft
 
 from amb_analysis.studies.inputs import Number, spin_speed
@@ -27,7 +27,6 @@ from amb_cosim.scenario.simulation import run
 from amb_files.checks import require
 from amb_files.pack_file import default
 from array_types import Array, Complex
-from rotor_analysis.refinement import refined
 
 LONGEST_WINDOW = 1.0  # s, by default
 WINDOWS = 8  # fewest in a shorter run, by default
@@ -36,6 +35,7 @@ PROMINENCE = 0.05  # least prominence of a peak, over the largest amplitude
 ORDERS = 2.5  # default of the highest frequency, over the highest spin frequency
 UP_TO = 60.0  # Hz, default of the highest frequency of a rotor at rest
 BETWEEN_LINES = 0.84  # least amplitude of a vibration at its nearest line, over its true amplitude
+BETWEEN = 9  # frequencies between two lines and their middle one, of which the best is refined
 NEAR = 2.0  # lines within which a vibration is not distinguished from another: half the width of the window's lobe
 
 
@@ -216,7 +216,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         others = Z - synchronous * synchronous_lobe
         mean = others[:, lines == 0.0]
         others -= mean * mean_lobe
-        windows = _Windows(orbit, np.exp(1j * theta), synchronous[:, 0], mean[:, 0], size, h)
+        windows = _Windows(orbit, np.exp(1j * theta), size, h)
         amplitudes = np.abs(Z[:, in_range]), np.abs(others[:, in_range]), np.abs(synchronous[:, 0])
         result[bearing] = _bearing(*amplitudes, lines[in_range], speeds, windows)
     if not result:
@@ -236,25 +236,37 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
 
 @dataclass(frozen=True, eq=False)
 class _Windows:
-    """An orbit without its synchronous motion and mean, window by window.
+    """An orbit, window by window, as the sum of its synchronous motion, its mean and one other vibration.
 
-    z(t_n) - Z_s exp(j theta_n) - Z_0,    |n h - t| <= size h/2                                   (1)
+    z(t_n) = Z_s exp(j theta_n) + Z_0 + Z exp(j 2 pi f t_n),    |n h - t| <= size h/2              (1)
+
+    The three amplitudes are least squares with the weights of the window, so that none leaks into another.
     """
 
     orbit: Complex
     turning: Complex
-    synchronous: Complex
-    mean: Complex
     size: int
     step: float
 
-    def amplitudes(self, row: int, frequencies: Array) -> Array:
-        """Return amplitudes (m) of (1) in a window at any frequencies (Hz), also between the lines of the spectrum."""
+    def vibration(self, row: int, lowest: float, highest: float) -> tuple[float, float]:
+        """Return amplitude (m) and frequency (Hz) of the vibration between two frequencies that fits (1) best."""
         within = slice(row * (self.size - self.size // 2), row * (self.size - self.size // 2) + self.size)
-        rest = self.orbit[within] - self.synchronous[row] * self.turning[within] - self.mean[row]
-        w = get_window("hann", self.size)
-        times = self.step * np.arange(self.size)
-        return np.asarray(np.abs(np.exp(-2j * np.pi * np.outer(frequencies, times)) @ (w * rest)) / w.sum())
+        root = np.sqrt(get_window("hann", self.size))
+        others, _ = np.linalg.qr(root[:, None] * np.stack([self.turning[within], np.ones(self.size)], axis=1))
+        rest, times = root * self.orbit[within], self.step * np.arange(self.size)
+        rest = rest - others @ (others.conj().T @ rest)
+
+        def amplitude_and_share(frequency: float) -> tuple[float, float]:
+            wave = root * np.exp(2j * np.pi * frequency * times)
+            wave = wave - others @ (others.conj().T @ wave)
+            product, power = abs(np.vdot(wave, rest)), float(np.vdot(wave, wave).real)
+            return product / power, product**2 / power
+
+        coarse = np.linspace(lowest, highest, BETWEEN)
+        top = int(np.argmax([amplitude_and_share(frequency)[1] for frequency in coarse]))
+        bounds = coarse[max(top - 1, 0)], coarse[min(top + 1, BETWEEN - 1)]
+        exact = minimize_scalar(lambda frequency: -amplitude_and_share(frequency)[1], bounds=bounds, method="bounded")
+        return amplitude_and_share(exact.x)[0], float(exact.x)
 
 
 def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) -> tuple[float, float, int]:
@@ -279,9 +291,7 @@ def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) ->
         adjacent = lines[max(column - 1, 0) : column + 2]
         amplitude, frequency = float(others[row, column]), float(lines[column])
         if len(adjacent) == 3:  # not at an end of the spectrum
-            frequencies, amplitudes = refined(partial(windows.amplitudes, int(row)), adjacent, np.abs, resonant=False)
-            top = int(amplitudes.argmax())
-            amplitude, frequency = float(amplitudes[top]), float(frequencies[top])
+            amplitude, frequency = windows.vibration(int(row), adjacent[0], adjacent[-1])
         if distance(frequency, speeds[row]) > NEAR:
             largest = max(largest, (amplitude, frequency, int(row)))
     return largest
