@@ -23,15 +23,15 @@ def campbell_panels(result: CampbellDiagram) -> list[Panel]:
 
 def mode_panels(result: ModeShapes) -> list[Panel]:
     """Return the shapes of the lowest four pairs of modes along the shaft."""
-    frequencies = result.frequencies.speeds[result.speed].frequencies
+    frequencies, shapes = result.frequencies.speeds[result.speed].frequencies, result.shapes[result.speed]
     return [
         Panel(
             f"Mode shapes at {result.speed:g} rad/s",
             "axial position (m)",
             "displacement in x",
             tuple(
-                curve(f"{frequencies[k]:.1f} rad/s", result.z, _real(result.shapes[k].x))
-                for k in range(0, min(DRAWN_MODES, len(result.shapes)), 2)
+                curve(f"{frequencies[k]:.1f} rad/s", result.z, _real(shapes[k].x))
+                for k in range(0, min(DRAWN_MODES, len(shapes)), 2)
             ),
         )
     ]

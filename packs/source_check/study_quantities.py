@@ -131,7 +131,7 @@ def mode_frequency(modes: ModeShapes, pair: int) -> Annotated[float, "rad/s"]:
 
 def mode_kind(modes: ModeShapes, pair: int) -> str:
     """Return the kind of a pair of modes: `conical`, `cylindrical`, or `flexural` with its crossings."""
-    shape = modes.shapes[2 * pair - 2]
+    shape = modes.shapes[modes.speed][2 * pair - 2]
     return f"flexural, {shape.crossings} nodes" if shape.kind == "flexural" else shape.kind
 
 

@@ -54,6 +54,11 @@ def test_keys_are_names_with_units():
     json.dumps(json_data(whole), allow_nan=False)
 
 
+def test_numbers_as_keys_lose_no_entry():
+    assert json_data({0.1: 1, 314.15926: 2}) == {"0.1": 1, "314.159": 2}
+    assert list(json_data({100.0001: 1, 100.00012: 2}).values()) == [1, 2]
+
+
 def test_complex_numbers_are_real_and_imaginary_parts():
     values = np.array([1.0 + 2.0j, 3.0 - 4.0j])
     assert json_data(Shape(values, values)) == {

@@ -8,6 +8,7 @@ import pytest
 import tomli_w
 from strange_machine import ROTOR as EXPANDER
 
+from amb_analysis.studies.figures.modes import draw
 from amb_cosim import studies
 from rotor_analysis.assembly import assemble
 from rotor_analysis.mode_kinds import kind_of
@@ -15,13 +16,15 @@ from rotor_analysis.parts import Bearing, Body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.shaft import Shaft
+from tests.support.analysis_cases import disc_between, tensor
 
 
 def test_modes_of_the_rig_match_figs_3_2_and_3_3():
     """Conical at 61 rad/s, cylindrical at 106, first and second flexural at 179 and 429."""
     result = studies.modes(speeds=90.0, count=8)
-    assert [shape.kind for shape in result.shapes] == ["conical"] * 2 + ["cylindrical"] * 2 + ["flexural"] * 4
-    assert [shape.crossings for shape in result.shapes] == [1, 1, 0, 0, 2, 2, 3, 3]
+    (shapes,) = result.shapes.values()
+    assert [shape.kind for shape in shapes] == ["conical"] * 2 + ["cylindrical"] * 2 + ["flexural"] * 4
+    assert [shape.crossings for shape in shapes] == [1, 1, 0, 0, 2, 2, 3, 3]
     (modes,) = result.frequencies.speeds.values()
     assert modes.frequencies[::2] == pytest.approx((61.0, 106.0, 179.0, 429.0), rel=0.02)
     assert "conical" in str(result)
@@ -55,9 +58,29 @@ def test_an_undamped_rotor_on_a_light_shaft_grows_at_no_critical_speed():
 
 def test_a_disc_on_a_light_shaft_with_free_ends_moves_cylindrically():
     """The shaft bends, and its ends cross the axis at the bearings, but it has hardly any kinetic energy."""
-    shapes = studies.modes(light_shaft(), count=4).shapes
+    (shapes,) = studies.modes(light_shaft(), count=4).shapes.values()
     assert [shape.kind for shape in shapes] == ["cylindrical"] * 2 + ["conical"] * 2
     assert shapes[0].crossings == 2
+
+
+SOFT = tuple(Bearing(name, node, tensor(1e5)) for name, node in (("left", 1), ("right", 3)))
+
+
+@pytest.mark.parametrize("speeds", [[0.0, 4000.0], [4000.0, 0.0]])
+def test_kinds_of_modes_are_those_of_each_speed(speeds):
+    """Translation at 115 rad/s. Tilting has 800 rad/s at rest; at speed precession k L^2/(2 I_p Omega) = 89 rad/s and
+    nutation I_p Omega/I_d = 7200 rad/s, below and above it.
+    """
+    result = studies.modes(disc_between(*SOFT), speeds=speeds, count=4)
+    kinds = {speed: [shape.kind for shape in shapes] for speed, shapes in result.shapes.items()}
+    assert kinds[0.0] == ["cylindrical", "cylindrical", "conical", "conical"]
+    assert kinds[4000.0] == ["conical", "cylindrical", "cylindrical", "conical"]
+    shapes_in_text = str(result).partition("Mode shapes")[2]
+    assert shapes_in_text.count("4000") == 4
+    axes = [part for part in draw(result).axes if part.get_title()]
+    assert [part.get_title().count("conical") for part in axes] == [
+        shape.kind == "conical" for shapes in result.shapes.values() for shape in shapes
+    ]
 
 
 def test_bent_line_without_net_motion_is_flexural():

@@ -1,4 +1,4 @@
-"""Study of the modes of a rotor: frequencies at several spin speeds, mode shapes at the first speed."""
+"""Study of the modes of a rotor: frequencies and mode shapes at several spin speeds."""
 
 from __future__ import annotations
 
@@ -116,31 +116,34 @@ class ModeShapes(WarnedResult, DrawnResult):
     frequencies
         Frequencies, damping ratios and whirl directions at all speeds.
     shapes
-        Shape of each mode at the first speed.
+        Shape of each mode by spin speed (rad/s).
     z
         Axial position of the nodes (m), shape (nodes,).
     description, modes
-        The rotor and its modes, from which the figure is drawn.
+        The rotor and its modes by spin speed, from which the figure is drawn.
     """
 
     name: ClassVar[str] = "modes"
 
     frequencies: Annotated[NaturalFrequencies, Layout.MERGED]
-    shapes: tuple[ModeShape, ...]
+    shapes: dict[float, tuple[ModeShape, ...]]
     z: Annotated[tuple[float, ...], JsonKey("z_m")]
     description: Annotated[Rotor, Layout.OMITTED]
-    modes: Annotated[tuple[Mode, ...], Layout.OMITTED]
+    modes: Annotated[dict[float, tuple[Mode, ...]], Layout.OMITTED]
 
     @property
     def speed(self) -> float:
-        """Spin speed of the shapes (rad/s)."""
+        """The first spin speed (rad/s)."""
         return next(iter(self.frequencies.speeds))
 
     def text(self) -> list[TextBlock]:
         """Return tables of the modes and of their shapes."""
-        table = labelled_table("Mode shapes", "kind", "mode", "rigid motion (% of kinetic energy)", "crossings")
-        for number, shape in enumerate(self.shapes, start=1):
-            table.add_row(shape.kind, str(number), f"{100.0 * shape.rigid_share:.1f}", str(shape.crossings))
+        headings = ("speed", "mode", "rigid motion (% of kinetic energy)", "crossings")
+        table = labelled_table("Mode shapes; speed in rad/s", "kind", *headings)
+        for speed, shapes in self.shapes.items():
+            for number, shape in enumerate(shapes, start=1):
+                share = f"{100.0 * shape.rigid_share:.1f}"
+                table.add_row(shape.kind, f"{speed:g}", str(number), share, str(shape.crossings))
         return [*self.frequencies.text(), table, *self.warning_lines()]
 
 
@@ -151,7 +154,7 @@ def modes(
     speeds: Number | Sequence[Number] = "0",
     count: int = 8,
 ) -> ModeShapes:
-    """Return natural frequencies, damping ratios and whirl directions at spin speeds, and mode shapes at the first.
+    """Return natural frequencies, damping ratios, whirl directions and mode shapes at spin speeds.
 
     (lambda^2 M + lambda (C + Omega G) + K + D) phi = 0     (3.1 to 3.6)
 
@@ -187,11 +190,11 @@ def modes(
         Omega: replace(_at_speed(model, Omega, result), extrapolated=is_extrapolated(limits, Omega))
         for Omega, result in modes_at.items()
     }
-    first, z = next(iter(modes_at.values())), np.array(description.shaft.nodes)
-    shapes = tuple(_shape(model, z, mode) for mode in first)
+    z = np.array(description.shaft.nodes)
+    shapes = {Omega: tuple(_shape(model, z, mode) for mode in result) for Omega, result in modes_at.items()}
     natural_frequencies = NaturalFrequencies(description.name, mass, frequencies, limits)
     warnings = implausible_sizes(description)
-    return ModeShapes(natural_frequencies, shapes, description.shaft.nodes, description, first, warnings=warnings)
+    return ModeShapes(natural_frequencies, shapes, description.shaft.nodes, description, modes_at, warnings=warnings)
 
 
 def _lowest(model: Matrices, Omega: float, count: int) -> tuple[Mode, ...]:

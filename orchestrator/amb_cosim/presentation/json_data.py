@@ -7,7 +7,7 @@ planes: Annotated[Array, JsonKey("planes_z_m")]  "planes_z_m": [..]
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import Enum
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
@@ -67,7 +67,8 @@ class JsonKey:
 def json_data(value: Any) -> Any:
     """Return a result as dicts, lists, numbers and texts for JSON.
 
-    Dataclasses become objects, mappings too (a number as a key is written with six digits), arrays lists, complex
+    Dataclasses become objects, mappings too (a number as a key is written with six digits, or with all if two keys
+    would be equal), arrays lists, complex
     arrays `{"real": .., "imaginary": ..}`, and NaN null.
 
     Raises
@@ -80,7 +81,9 @@ def json_data(value: Any) -> Any:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return _object(value)
     if isinstance(value, Mapping):
-        return {key if isinstance(key, str) else f"{key:g}": json_data(item) for key, item in value.items()}
+        keys = _texts(value, "g")
+        keys = keys if len({*keys}) == len(keys) else _texts(value, ".17g")
+        return {key: json_data(item) for key, item in zip(keys, value.values(), strict=True)}
     if isinstance(value, list | tuple):
         return [json_data(item) for item in value]
     if isinstance(value, np.ndarray):
@@ -94,6 +97,10 @@ def json_data(value: Any) -> Any:
     if value is None or isinstance(value, bool | int | str):
         return value
     raise TypeError(f"{type(value).__name__} cannot be written as JSON")
+
+
+def _texts(keys: Iterable[Any], form: str) -> list[str]:
+    return [key if isinstance(key, str) else format(key, form) for key in keys]
 
 
 def units_of(owner: type[Any]) -> dict[str, str]:

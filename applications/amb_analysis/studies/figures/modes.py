@@ -17,23 +17,32 @@ from amb_cosim.presentation.units import speed_unit, spin_text
 from rotor_analysis.modes import Mode
 from rotor_analysis.rotor import Rotor
 
+DRAWN = 4  # speeds, at most
+
 
 def draw(result: ModeShapes) -> Figure:
     """Draw the mode shapes in space: the deflected axis, and the orbits of the ends, bodies and bearings.
 
-    An orbit begins at its dot, on the drawn axis, and ends before a full turn to show its direction.
+    An orbit begins at its dot, on the drawn axis, and ends before a full turn to show its direction. Each speed has its
+    rows; of more than `DRAWN` speeds only the first and the last are drawn, and the title names them.
     """
-    rotor, modes = result.description, result.modes
-    columns = min(len(modes), 4) or 1
-    rows = -(-len(modes) // columns) or 1
+    rotor, speeds = result.description, list(result.modes)
+    speeds = speeds if len(speeds) <= DRAWN else [speeds[0], speeds[-1]]
+    columns = min(max(len(result.modes[speed]) for speed in speeds), 4) or 1
+    places, rows = list[tuple[float, int, int]](), 0
+    for speed in speeds:
+        places += [(speed, k, rows * columns + k + 1) for k in range(len(result.modes[speed]))]
+        rows += -(-len(result.modes[speed]) // columns) or 1
     height = 2.4 * rows + 0.9
     figure = StyledFigure(figsize=(max(3.1 * columns, 6.2), height))
     figure.subplots_adjust(0.0, 0.55 / height, 0.97, 1.0 - 0.5 / height, wspace=0.0, hspace=0.12)
-    for k, mode in enumerate(modes):
-        axes = figure.add_subplot(rows, columns, k + 1, projection="3d", computed_zorder=False)
+    for speed, k, place in places:
+        mode, kind = result.modes[speed][k], result.shapes[speed][k].kind
+        axes = figure.add_subplot(rows, columns, place, projection="3d", computed_zorder=False)
         _draw_mode(axes, rotor, mode)
+        at = "" if len(speeds) == 1 else f"at {spin_text(speed)}, "
         axes.set_title(
-            f"{k + 1}: {result.shapes[k].kind}, {mode.whirl}\n"
+            f"{at}{k + 1}: {kind}, {mode.whirl}\n"
             f"{speed_unit().text(mode.frequency)}, $\\zeta$ = {mode.damping_ratio:z.3f}",
             y=0.86,
         )
@@ -46,12 +55,13 @@ def draw(result: ModeShapes) -> Figure:
     handles += [
         Line2D([], [], color=colour, label=f"{whirl} orbit")
         for whirl, (colour, _) in WHIRL_STYLES.items()
-        if any(m.whirl == whirl for m in modes)
+        if any(result.modes[speed][k].whirl == whirl for speed, k, _ in places)
     ]
     figure.legend(handles=handles, loc="lower center", ncols=len(handles) if columns > 2 else 3)
     limits = result.frequencies.limits
-    mark = f" (coefficients {EXTRAPOLATED})" if is_extrapolated(limits, result.speed) else ""
-    title = with_frozen(f"{rotor.name}: modes at {spin_text(result.speed)}{mark}", limits)
+    marks = (f" (coefficients {EXTRAPOLATED})" if is_extrapolated(limits, speed) else "" for speed in speeds)
+    at = ", ".join(f"{spin_text(speed)}{mark}" for speed, mark in zip(speeds, marks, strict=True))
+    title = with_frozen(f"{rotor.name}: modes at {at}", limits)
     figure.suptitle(title, fontsize=TITLE_SIZE)
     return figure
 
