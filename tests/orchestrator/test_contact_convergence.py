@@ -7,6 +7,7 @@ import pytest
 from amb_analysis.studies import contact_convergence, convergence_runs
 from amb_analysis.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases
 from amb_cosim import studies
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import as_scenario
 from rotor_analysis.reduced_rotor import elastic_shapes, reduced_rotor, with_modes
 from rotor_analysis.rotor_file import load_rotor
@@ -48,6 +49,16 @@ def test_meshes_differ_only_in_nodes_or_mass_matrix(cases):
         assert case.value == len(rotor.shaft.nodes)
         assert rotor.mass == pytest.approx(base.mass)
         assert rotor.damping == base.damping
+
+
+@pytest.mark.parametrize("substep", [1e-5, 2.5e-4])
+def test_the_row_of_the_scenario_is_its_run(substep):
+    """With the substep that it states, longer or shorter than the start value of its rotor."""
+    setting = {convergence_runs.SUBSTEP: substep}
+    base = ConvergenceCase(as_scenario("fig4_9", None), setting)
+    assert convergence_runs.plan_case(base).plan.parameters == plan_run(base.scenario, setting).plan.parameters
+    halved = next(case for case in varied_cases(base) if case.label == "substep / 2")
+    assert convergence_runs.plan_case(halved).plan.parameters["rotor_contact"]["solver.max_substep"] == substep / 2
 
 
 @pytest.fixture

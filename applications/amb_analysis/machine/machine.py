@@ -65,6 +65,11 @@ class Machine:
         """Spin speed at the start (rad/s)."""
         return self.planned.speed
 
+    @property
+    def last_speed(self) -> float:
+        """Spin speed at the end (rad/s), as the scenario prescribes it."""
+        return self.planned.profile[-1][1] if self.planned.profile else self.planned.speed
+
     @cached_property
     def rotor(self) -> Rotor:
         """Its rotor."""

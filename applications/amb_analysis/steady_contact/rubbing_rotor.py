@@ -109,6 +109,8 @@ class RubbingRotor:
 def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
     """Return the rotor of a planned run, with its final unbalance.
 
+    Sites are rigid, fixed and centred here, so that of several sites in one plane only the narrowest is ever touched.
+
     Raises
     ------
     ValueError
@@ -116,12 +118,20 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
     """
     machine = machine_of(planned)
     source, p = machine.linear_components, machine.parameters[PLANT]
-    sites = tuple(site["name"] for site in source.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"])
-    if not sites:
+    enabled = [site["name"] for site in source.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"]]
+    if not enabled:
         raise ValueError(f"scenario {planned.name} has no enabled site; a rub needs one")
+    nodes = {site.name: site.node for site in machine.rotor.sites}
+    narrowest: dict[int, str] = {}
+    for site in sorted(enabled, key=lambda name: p[f"{name}.clearance"]):
+        narrowest.setdefault(nodes[site], site)
+    sites = tuple(site for site in enabled if narrowest[nodes[site]] == site)
     records = tuple(_record(p, site) for site in sites)
     c = np.array([site.clearance for site in records])
-    notes = _site_notes(p, sites) + _loop_notes(machine, mixing(source, machine.Omega, sites))
+    covered = tuple(
+        f"{s} is left out; {narrowest[nodes[s]]} in its plane is as narrow" for s in enabled if s not in sites
+    )
+    notes = covered + _site_notes(p, sites) + _loop_notes(machine, mixing(source, machine.last_speed, sites))
     return RubbingRotor(machine, sites, records, c, np.array(list(machine.unbalance.values()), dtype=complex), notes)
 
 

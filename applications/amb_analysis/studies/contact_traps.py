@@ -250,7 +250,7 @@ def traps(
     values = controlled(scenario, rotor, controller)
     planned = plan_run(values, set, options=RunOptions(flavour=flavour))
     machine = _with_unbalance(rubbing_rotor(planned), unbalance, place)
-    Omega = planned.speed if speed is None else spin_speed(speed)
+    Omega = machine.machine.last_speed if speed is None else spin_speed(speed)
     require(Omega > 0.0, "speed", f"{Omega:g} rad/s", "> 0 rad/s")
     amount = float(np.abs(machine.unbalance).max())
     highest = 2.0 * Omega if up_to is None else spin_speed(up_to, "up-to")

@@ -23,6 +23,7 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, Tables, load_rotor
 from rotor_analysis.shaft import MassModel
 
+ROTORS = ("modes", "mesh")  # what varies in cases with another rotor
 START = 1e-6  # relative change of the clearances from one start to the next
 SUBSTEP = f"{PLANT}.solver.max_substep"
 ACCURACIES = {"diagonal": (1e-2, 1e-3), "consistent": (1e-2, 1e-3, 1e-4)}  # of meshes, by mass matrix
@@ -39,7 +40,7 @@ class ConvergenceCase:
         What differs from the scenario, `modes`, `mesh`, `substep` or `step`, or `scenario` if nothing does; its label
         and its position on an axis.
     substep
-        Factor of the longest substep, which is at most the start value for this rotor.
+        Factor of the longest substep: that of the scenario, and for another rotor at most that rotor's start value.
     step
         Factor of the communication step.
     start
@@ -136,8 +137,9 @@ def plan_case(case: ConvergenceCase) -> PlannedRun:
         scenario = scenario.model_copy(update={"communication_step": case.step * planned.plan.step_size})
     interface = planned.interfaces[PLANT]
     values = planned.plan.all_parameters(planned.interfaces)[PLANT]
-    settings = values["solver.max_substep"] or 0.0
-    longest = min(settings, interface.ports["solver.max_substep"].start or settings)
+    longest = values["solver.max_substep"] or 0.0
+    if case.varied in ROTORS:
+        longest = min(longest, interface.ports["solver.max_substep"].start or longest)
     changed: dict[str, Raw] = {SUBSTEP: case.substep * longest}
     if case.start:
         for name, value in values.items():
