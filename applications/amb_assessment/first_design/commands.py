@@ -42,7 +42,12 @@ def _positions(text: str) -> list[str]:
 )
 @click.option("--k-i", type=WithUnit("210 N/A"), help="K_i of an axis from a data sheet ('210 N/A'); with --k-s.")
 @click.option("--k-s", type=WithUnit("1.5e6 N/m"), help="K_s at the centre ('1.5e6 N/m').")
-@click.option("--gap", type=WithUnit("0.4 mm"), help="Air gap of --k-i and --k-s without load.")
+@click.option(
+    "--gap",
+    type=WithUnit("0.4 mm"),
+    help="Air gap of the magnets; default: twice the retainers' clearance, or 1/250 of the shaft's diameter.",
+)
+@click.option("--tilt", type=WithUnit("90 deg"), help="Angle of the shaft above the horizontal; default: it lies.")
 @click.option("--bias", type=WithUnit("2 A"), help="Bias current of --k-i and --k-s, instead of --gap.")
 @click.option(
     "--drive",
@@ -60,6 +65,7 @@ def new(
     k_i: str | None,
     k_s: str | None,
     gap: str | None,
+    tilt: str | None,
     bias: str | None,
     drive: Drive | None,
     flavour: Flavour,
@@ -93,7 +99,8 @@ def new(
             def report(sample_time: float, tried: int) -> None:
                 progress.update(task, description=f"samples of {1e6 * sample_time:g} us, gains tried: {tried}")
 
-            machine = new_machine(folder, text, Omega, positions, magnet, flavour, report)
+            air, angle = None if gap is None else quantity(gap, "m", "gap"), quantity(tilt or 0.0, "rad", "tilt")
+            machine = new_machine(folder, text, Omega, positions, magnet, flavour, report, gap=air, tilt=angle)
     for bearing, point in machine.points.items():
         click.echo(
             f"bearing {bearing}, each axis: {machine.sizes.loads[bearing]:.4g} N of the weight with "
@@ -111,6 +118,13 @@ def new(
     )
     if magnet is not None:
         click.echo(_assumed(magnet))
+    if tilt is None:
+        click.echo("the shaft is assumed to lie; --tilt '90 deg' is an upright one")
+    if gap is None and magnet is None:
+        basis = (
+            "twice the least clearance" if "bearings" not in machine.assumed else "1/250 of the diameter, 0.3 to 1 mm"
+        )
+        click.echo(f"the gap is assumed, {basis}; --gap states it")
     click.echo(_lag(machine.design))
     if not sizes.retainers:
         click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
@@ -141,8 +155,8 @@ def _magnet(
     from amb_cosim.cosim.system.values import quantity
 
     if k_i is None and k_s is None:
-        if gap or bias or drive:
-            raise ValueError("--gap, --bias and --drive belong to --k-i and --k-s of a data sheet")
+        if bias or drive:
+            raise ValueError("--bias and --drive belong to --k-i and --k-s of a data sheet")
         return None
     if k_i is None or k_s is None:
         raise ValueError("--k-i and --k-s must be set together")

@@ -17,6 +17,7 @@ from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_files.atomic import create_atomically
+from amb_files.checks import require
 from amb_files.toml import parse_toml
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
@@ -25,6 +26,7 @@ from rotor_analysis.rotor_file import rotor_from
 
 TEMPLATES = Path(__file__).parent / "templates"
 ROTOR, LEVITATION = "rotor.toml", "levitation.toml"
+WIDE = 0.1  # m, the widest gap
 FALL = "landing.toml"  # the base scenario of those with a drop
 
 
@@ -54,6 +56,9 @@ def new_machine(
     magnet: MagnetData | None = None,
     flavour: Flavour = "native",
     progress: Progress = lambda sample_time, tried: None,
+    *,
+    gap: float | None = None,
+    tilt: float = 0.0,
 ) -> NewMachine:
     """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate the rotor.
 
@@ -76,6 +81,9 @@ def new_machine(
         Flavour of the FMUs to linearise.
     progress
         Called with the sample time and the number of gains tried at it.
+    gap, tilt
+        Air gap of the magnets (m), by default as `machine_sizes` has it, and angle of the shaft above the horizontal
+        (rad), a lying shaft by default.
 
     Raises
     ------
@@ -84,6 +92,8 @@ def new_machine(
         `machine_sizes` needs, bearings are both in the file and placed, or no gains levitate the rotor.
     """
     require_name(folder.name)
+    require(abs(tilt) <= 0.5 * math.pi, "tilt", f"{math.degrees(tilt):g} deg", ">= -90 deg and <= 90 deg")
+    require(gap is None or 0.0 < gap <= WIDE, "gap", f"{gap} m", f"> 0 m and <= {WIDE:g} m")
     if folder.exists():
         raise ValueError(f"{folder} exists; a new machine needs a new folder")
     name = f"rotor file {folder / ROTOR}"
@@ -97,12 +107,12 @@ def new_machine(
         raise ValueError(
             f"bearing positions conflict with the rotor file, which has bearings {present}; omit one of the two"
         )
-    supported = drawn if drawn.bearings else _rotor_of(rotor + supports(drawn, bearings), name)
-    sizes = machine_sizes(supported, speed, magnet)
+    supported = drawn if drawn.bearings else _rotor_of(rotor + supports(drawn, bearings, gap=gap), name)
+    sizes = machine_sizes(supported, speed, magnet, gap=gap, tilt=tilt)
     points = operating_points(sizes)
 
     def texts(design: Design) -> dict[str, str]:
-        return _filled(_values(folder.name, sizes, points, design), bool(sizes.retainers))
+        return _filled(_values(folder.name, sizes, points, design, tilt), bool(sizes.retainers))
 
     def scenario(design: Design) -> Scenario:
         what = f"scenario {folder / LEVITATION}"
@@ -110,13 +120,14 @@ def new_machine(
 
     design = first_design(sizes, scenario, RunOptions(flavour=flavour), progress)
     if not drawn.bearings:
-        rotor += supports(drawn, bearings, design.pid.k_b, design.pid.c_b)
+        rotor += supports(drawn, bearings, design.pid.k_b, design.pid.c_b, gap)
     files = {ROTOR: rotor, **texts(design)}
     folder.parent.mkdir(parents=True, exist_ok=True)
     create_atomically(folder, lambda draft: [(draft / file).write_text(t, "utf-8") for file, t in files.items()])
     assumed = {"bearings": not drawn.bearings, "damping": not has_damping}
     parts = tuple(part for part, is_assumed in assumed.items() if is_assumed)
-    return NewMachine(folder, parts, sizes, machine_sizes(supported, speed).magnet, points, design)
+    typical = machine_sizes(supported, speed, gap=gap, tilt=tilt).magnet
+    return NewMachine(folder, parts, sizes, typical, points, design)
 
 
 def _rotor_of(text: str, name: str) -> Rotor:
@@ -173,7 +184,18 @@ def _behaviour(design: Design) -> str:
     return "\n".join((text, *(f"\n- {lack}" for lack in design.shortfalls)))
 
 
-def _values(name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], design: Design) -> dict[str, str]:
+def _gravity(tilt: float) -> dict[str, str]:
+    """Return gravity in the scenarios, across the shaft (m/s^2), and in the machine file, whole with the tilt (rad)."""
+    degrees = round(math.degrees(tilt), 9)
+    across = 0.0 if abs(degrees) == 90.0 else STANDARD_GRAVITY * math.cos(tilt)
+    whole = f'\ngravity = "{STANDARD_GRAVITY} m/s2"\ntilt = "{degrees:.9g} deg"' if degrees else ""
+    along = f", {degrees:.9g} degrees above the horizontal" if degrees else ""
+    return {"across": f"{across:.6g}", "of_tilt": whole, "along": along}
+
+
+def _values(
+    name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], design: Design, tilt: float
+) -> dict[str, str]:
     """Return the values of the templates."""
     r = 0.5 * sizes.diameter
     race_inertia, race_drag = 0.01 * sizes.mass * r**2, 0.0015 * 0.5 * sizes.mass * STANDARD_GRAVITY * r
@@ -223,4 +245,4 @@ def _values(name: str, sizes: MachineSizes, points: dict[str, OperatingPoint], d
         "drive_gain": 1e-3 * sizes.mass * sizes.diameter,
         "drive_torque": 0.1 * sizes.mass * sizes.diameter,
     }
-    return texts | {key: f"{value:.5g}" for key, value in numbers.items()}
+    return texts | _gravity(tilt) | {key: f"{value:.5g}" for key, value in numbers.items()}

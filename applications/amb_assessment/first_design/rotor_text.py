@@ -72,6 +72,7 @@ def supports(
     places: tuple[float, float] | None,
     k_b: Mapping[str, float] | None = None,
     c_b: Mapping[str, float] | None = None,
+    gap: float | None = None,
 ) -> str:
     """Return the text of bearings, retainers and sensors for a rotor file without them.
 
@@ -86,6 +87,8 @@ def supports(
     k_b, c_b
         Stiffness (N/m) and damping (N s/m) of the bearings `left` and `right` in analyses without a controller; by
         default undamped, and so stiff that the weight deflects them by half the clearance.
+    gap
+        Air gap s_0 (m), by default that of (2).
 
     Raises
     ------
@@ -103,7 +106,7 @@ def supports(
         f"ascending, from {lowest:g} m to {highest:g} m, a fifth of the length apart",
     )
     diameter = max(diameter_at(rotor, z) for z in (left, right))
-    clearance = 0.5 * gap_for(diameter)
+    clearance = 0.5 * (gap or gap_for(diameter))
     names = ("left", "right")
     k_b = k_b or dict.fromkeys(names, rotor.mass * STANDARD_GRAVITY / clearance)
     c_b = c_b or dict.fromkeys(names, 0.0)

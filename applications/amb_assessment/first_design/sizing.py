@@ -135,10 +135,12 @@ class MachineSizes:
         return min((site.clearance for site in self.retainers), default=0.5 * self.gap)
 
 
-def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) -> MachineSizes:
+def machine_sizes(
+    rotor: Rotor, speed: float, magnet: MagnetData | None = None, *, gap: float | None = None, tilt: float = 0.0
+) -> MachineSizes:
     """Return first sizes of the magnets of a rotor, or sizes that give the constants of a data sheet.
 
-    N = B s_0/(2 mu_0 I_b),  A = mu_0 F/B^2,  F = 4 W + 2 m G Omega,  W = m_b g/sqrt(2)      (1)
+    N = B s_0/(2 mu_0 I_b),  A = mu_0 F/B^2,  F = 4 W + 2 m G Omega,  W = m_b g cos(beta)/sqrt(2)    (1)
     L = 2 mu_0 N^2 A/s_0,  U = 2 R I_max + L I_b 2 Omega                                    (2)
     I_0 = s_0 K_s/K_i,  A such that K_i is the data sheet's                                 (3)
     K_s(i_s) = K_s (1 + (i_s/I_0)^2),  i_s = W/K_i                                          (4)
@@ -158,6 +160,10 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
         Highest operating speed (rad/s).
     magnet
         Constants of a data sheet.
+    gap
+        Air gap (m); by default twice the least clearance of the retainers, or that of the data sheet.
+    tilt
+        Angle beta of the shaft above the horizontal (rad).
 
     Raises
     ------
@@ -179,12 +185,14 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
     surface = f"the surface of the shaft in its bearings ({1e3 * diameter:.3g} mm) then has {SURFACE_SPEED:g} m/s"
     require(speed <= fastest, "speed", f"{speed:.4g} rad/s", f"<= {fastest:.4g} rad/s: {surface}")
     body = rigid_body(rotor)
-    loads, at_rest = (_axis_loads(rotor, Omega) for Omega in (speed, 0.0))
-    gap = 2.0 * min((site.clearance for site in retainers), default=0.5 * gap_for(diameter))
+    across = 0.0 if math.isclose(abs(tilt), 0.5 * math.pi) else math.cos(tilt)
+    loads, at_rest = (_axis_loads(rotor, Omega, across) for Omega in (speed, 0.0))
+    least = min((site.clearance for site in retainers), default=0.0)
+    gap = gap or 2.0 * least or gap_for(diameter)
     most_loaded = max(map(abs, (*loads.values(), *at_rest.values())))
     if magnet is not None:
-        least, gap = min((site.clearance for site in retainers), default=0.0), _gap_with(magnet, gap, most_loaded)
-        require(gap > least, "gap", f"{gap:.4g} m", f"> {least:.4g} m, the clearance of a retainer")
+        gap = _gap_with(magnet, gap, most_loaded)
+    require(gap > least, "gap", f"{gap:.4g} m", f"> {least:.4g} m, the clearance of a retainer")
     bias = 0.4 * CURRENT if magnet is None else gap * magnet.k_s / magnet.k_i
     turns = max(round(FLUX * gap / (2.0 * MU_0 * bias)), 4)
     force = CAPACITY * most_loaded + 2.0 * body.mass * GRADE * speed
@@ -216,10 +224,13 @@ def machine_sizes(rotor: Rotor, speed: float, magnet: MagnetData | None = None) 
     )
 
 
-def _axis_loads(rotor: Rotor, Omega: float) -> dict[str, float]:
-    """Return the load (N) of an axis at 45 degrees by bearing, the larger of both, at a spin speed (rad/s)."""
+def _axis_loads(rotor: Rotor, Omega: float, across: float) -> dict[str, float]:
+    """Return the load (N) of an axis at 45 degrees by bearing, the larger of both, at a spin speed (rad/s).
+
+    `across` is the share of the weight across the shaft.
+    """
     carried = carried_with_seals(rotor, {}, Omega)
-    of_axes = {name: mass.sum(axis=1) * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried.items()}
+    of_axes = {name: mass.sum(axis=1) * across * STANDARD_GRAVITY / math.sqrt(2.0) for name, mass in carried.items()}
     return {name: float(max(loads, key=abs)) for name, loads in of_axes.items()}
 
 

@@ -22,6 +22,7 @@ from amb_assessment.first_design.levitation import operating_points, pid_of
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
 from amb_assessment.first_design.sizing import CAPACITY, machine_sizes
 from amb_cosim.commands.cli import main
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.packaged_rotors import rotor_path
@@ -77,12 +78,12 @@ def test_plant_of_a_new_machine_whirls_at_its_trip_speed_as_all_elements(tmp_pat
     assert reduced_rotor(at_rest).model.size < reduced_rotor(designed[0]).model.size
 
 
-def sizes_of(tmp_path, name, bearings=None):
+def sizes_of(tmp_path, name, bearings=None, gap=None, **stated):
     text, speed = shaft_of(name)
     file = tmp_path / "rotor.toml"
     file.write_text(text)
-    file.write_text(text + supports(load_rotor(file), bearings))
-    return machine_sizes(load_rotor(file), speed)
+    file.write_text(text + supports(load_rotor(file), bearings, gap=gap))
+    return machine_sizes(load_rotor(file), speed, gap=gap, **stated)
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +107,47 @@ def test_magnets_carry_the_weight_with_a_margin(tmp_path, name):
         load = sizes.loads[bearing]
         assert load_capacity(axis, np.array([load])).up[0] > (CAPACITY - 1.0) * load
         assert 0.0 < point.static_current < sizes.bias_current
+
+
+@pytest.mark.parametrize("degrees", [-90.0, -30.0, 0.0, 30.0, 60.0, 90.0])
+def test_magnets_of_a_tilted_shaft_carry_the_weight_across_it(tmp_path, degrees):
+    sizes, lying = (sizes_of(tmp_path, "pump", tilt=math.radians(angle)) for angle in (degrees, 0.0))
+    share = abs(math.cos(math.radians(degrees)))
+    assert list(sizes.loads.values()) == pytest.approx([share * load for load in lying.loads.values()], abs=1e-9)
+    assert (max(sizes.loads.values()) == 0.0) == (abs(degrees) == 90.0)  # exactly, not by rounding
+    assert sizes.pole_area > 0.0
+
+
+@pytest.mark.parametrize("gap", [0.25e-3, 0.5e-3, 2e-3])
+def test_a_stated_gap_is_that_of_the_magnets_and_twice_the_clearance(tmp_path, gap):
+    sizes = sizes_of(tmp_path, "pump", gap=gap)
+    assert (sizes.gap, sizes.clearance) == pytest.approx((gap, 0.5 * gap))
+
+
+def test_a_gap_that_is_no_wider_than_the_retainers_is_refused(tmp_path):
+    sizes = sizes_of(tmp_path, "pump")
+    with raises_naming(ValueError, "gap", f"{sizes.clearance:.4g} m", "retainer"):
+        machine_sizes(sizes.rotor, sizes.speed, gap=sizes.clearance)
+
+
+@pytest.mark.parametrize("degrees", [30.0, 90.0])
+def test_files_of_a_tilted_machine_have_its_gravity(tmp_path, monkeypatch, degrees):
+    """The scenarios have the part across the shaft, the machine file the whole with the tilt."""
+    seen = []
+
+    def refuse(sizes, scenario, options, progress):
+        k_s = {bearing: point.k_s for bearing, point in operating_points(sizes).items()}
+        seen.append(scenario(Design(1e-4, pid_of(k_s, [1.0, 1.0] * len(k_s) + [0.2], 1e-4))))
+        raise ValueError("no gains")
+
+    monkeypatch.setattr(files, "first_design", refuse)
+    with pytest.raises(ValueError, match="no gains"):
+        new_machine(tmp_path / "fan", *shaft_of("pump"), tilt=math.radians(degrees))
+    assert quantity(seen[0].gravity, "m/s2", "gravity") == pytest.approx(
+        9.81 * math.cos(math.radians(degrees)), abs=1e-12, rel=1e-5
+    )
+    text = files._gravity(math.radians(degrees))["of_tilt"]
+    assert_names(text, "9.81 m/s2", f"{degrees:g} deg")
 
 
 def test_magnets_carry_at_speed_what_a_passive_bearing_leaves_and_all_of_it_at_rest(tmp_path):
