@@ -56,7 +56,7 @@ class LinearSource:
     _cache: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
 
     def at(self, Omega: float) -> LinearSource:
-        """Return the source at another spin speed (rad/s); a foreign FMU is unchanged."""
+        """Return the source at another spin speed (rad/s), which every component that reads the speed has."""
         return replace(self, point={**self.point, SPEED: Omega})
 
     @property
@@ -76,9 +76,15 @@ class LinearSource:
         if kind == PLANT:
             return rotor_component(name, self.layout(name), self.constants(name), self.parameters(name), Omega)
         makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid, LINEAR: self._law}
+        if kind not in makers:
+            start = self._start_of(name)
+            foreign: LinearComponent = self.cached(
+                f"{name} at {sorted(start.items())!r}", lambda: self._foreign(name, start)
+            )
+            return foreign
         depends_on_speed = kind == LINEAR and len(self._speeds(name)) > 1
         key = f"{name} at {Omega!r} rad/s" if depends_on_speed else name
-        part: LinearComponent = self.cached(key, lambda: makers.get(kind, self._foreign)(name))
+        part: LinearComponent = self.cached(key, lambda: makers[kind](name))
         return part
 
     def units(self) -> dict[str, str]:
@@ -117,16 +123,28 @@ class LinearSource:
     def _law(self, name: str) -> LinearComponent:
         return law_component(name, self.layout(name), self.constants(name), self.parameters(name), self.speed_of(name))
 
-    def _foreign(self, name: str) -> LinearComponent:
-        system, interface = self.assembly.system, self.assembly.interfaces[name]
-        every = next(c.every for c in self.plan.system.components if c.name == name)
+    def _start_of(self, name: str) -> dict[str, float]:
+        """Return the values of parameters and inputs of a component at the operating point, by name."""
         start = dict(self.plan.parameters[name])
-        for port in interface.of("input"):
+        for port in self.assembly.interfaces[name].of("input"):
             end = f"{name}.{port.name}"
-            signal = system.signal_of(end)
+            signal = self.assembly.system.signal_of(end)
             value = self._value(signal.name if signal else end)
+            if self._reads_speed(end):
+                value = self.speed_of(name)
             if value is not None:
                 start[port.name] = value
+        return start
+
+    def _reads_speed(self, end: str) -> bool:
+        """Return whether an input is the spin speed: the shared signal, or fed by the rotor."""
+        system = self.assembly.system
+        signal, source = system.signal_of(end), system.source_of(end)
+        return (signal is not None and signal.name == SPEED) or source == f"{PLANT}.speed"
+
+    def _foreign(self, name: str, start: Mapping[str, float]) -> LinearComponent:
+        system, interface = self.assembly.system, self.assembly.interfaces[name]
+        every = next(c.every for c in self.plan.system.components if c.name == name)
         fed = {link.target for link in system.connections}
         inputs = [p.name for p in interface.of("input") if p.type == "Real" and f"{name}.{p.name}" in fed]
         used = {link.source for link in system.connections}

@@ -104,7 +104,7 @@ class Loop:
 
     @cached_property
     def readings(self) -> tuple[str, ...]:
-        """Inputs of the controller for displacements (m)."""
+        """Inputs of the controller that read displacements of the rotor (m), whatever unit an FMU declares for them."""
         controllers = {source.partition(".")[0] for source in self.sources}
         links = self.linear_components.assembly.system.connections
         units = self.linear_components.units()
@@ -113,7 +113,7 @@ class Loop:
             for link in links
             if link.target.partition(".")[0] in controllers
             and link.source.startswith(f"{PLANT}.")
-            and units[link.target] == "m"
+            and units[link.source] == "m"
         )
 
     @cached_property

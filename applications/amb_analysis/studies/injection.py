@@ -18,8 +18,10 @@ from amb_actuator.interface import DYNAMIC
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.machine import Machine
 from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.fmu.fmus import model_of
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
+from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_history import in_contact
@@ -105,7 +107,19 @@ def plan_measurement(
         raise ValueError(
             f"{disturbing[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
         )
-    return planned
+    return _with_steps_of_the_run(planned, first.plan)
+
+
+def _with_steps_of_the_run(planned: PlannedRun, run: Plan) -> PlannedRun:
+    """Return a measurement in which FMUs of others step as in the run of the scenario.
+
+    A controller may take a sample whenever it is stepped, so that shorter steps would make another law of it.
+    """
+    ratio = max(1, round(run.step_size / planned.plan.step_size))
+    every = {c.name: c.every * ratio for c in run.system.components if model_of(c.fmu) is None}
+    components = tuple(replace(c, every=every.get(c.name, c.every)) for c in planned.plan.system.components)
+    system = replace(planned.plan.system, components=components)
+    return replace(planned, plan=replace(planned.plan, system=system))
 
 
 def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
