@@ -68,14 +68,14 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
         tensors = (scale * tensor for scale, tensor in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
         seals.add_row(seal.name, number(1e3 * z[seal.node - 1]), *(_tensor(item) for item in tensors))
     check_sites(subject.file.retainer_bearings, subject.sites)
-    balls = labelled_table(f"{TITLE}, under their share of the weight", "retainer", *DATA_HEADS)
-    loads = lain_on(subject) if subject.file.retainer_bearings else {}
+    along, across = subject.file.axial_gravity, abs(subject.parameters[PLANT]["gravity"])
+    balls = labelled_table(f"{TITLE}, under their share of the weight across the shaft", "retainer", *DATA_HEADS)
+    loads = lain_on(subject) if subject.file.retainer_bearings and (across or not along) else {}
     for item in subject.file.retainer_bearings:
-        balls.add_row(*item.data(STANDARD_GRAVITY * loads.get(item.at, 0.0)))
+        balls.add_row(*item.data((across or STANDARD_GRAVITY) * loads.get(item.at, 0.0)))
     axial = labelled_table("Thrust bearing", "at", *DATA_OF_THRUST)
     if subject.file.thrust_bearing is not None:
-        weight = subject.file.axial_gravity * rotor.mass
-        axial.add_row(subject.file.thrust_bearing.at, *subject.file.thrust_bearing.data(weight))
+        axial.add_row(subject.file.thrust_bearing.at, *subject.file.thrust_bearing.data(along * rotor.mass))
     facts = (
         f"{subject.file.name}: {rotor.mass:.4g} kg, {rpm(speed.lowest):.0f} to {rpm(speed.highest):.0f} 1/min, trip at "
         f"{rpm(speed.tripping):.0f} 1/min, G {1e3 * subject.file.balancing.speed:g}, "
@@ -83,8 +83,10 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     )
     unread = sum(item.known != "read" and item.known != "own" for item in criteria)
     criteria_line = f"{len(criteria)} criteria, {unread} of them written without access to the standard"
-    if not subject.parameters[PLANT]["gravity"]:
+    if not across and not along:
         criteria_line += "; the machine has no gravity, so nothing lands"
+    if along:
+        criteria_line += f"; {abs(along) * rotor.mass:.4g} N of the weight act along the shaft, on no radial bearing"
     warnings = [f"warning: {sentence}" for sentence in subject.planned.plan.warnings]
     tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
     tables += [axial] if subject.file.thrust_bearing is not None else []

@@ -264,6 +264,12 @@ class MachineFile(Table):
         return value
 
     @property
+    def _across(self) -> float:
+        """The share of gravity across the shaft, cos(tilt), exactly 0 if it is upright."""
+        is_upright = math.isclose(abs(self.shaft_tilt), 0.5 * math.pi, rel_tol=1e-9)
+        return 0.0 if is_upright else math.cos(self.shaft_tilt)
+
+    @property
     def axial_gravity(self) -> float:
         """Gravity along z (m/s^2), -g sin(tilt)."""
         raw = self._scenario_data().get("gravity")
@@ -278,8 +284,7 @@ class MachineFile(Table):
         """Return a scenario of the machine at a speed (rad/s): one second without settling, unless `fields` differ."""
         data = self._scenario_data()
         if self.tilt is not None and data.get("gravity") is not None:
-            across = math.cos(self.shaft_tilt)
-            data = overlaid(data, {"gravity": quantity(data["gravity"], "m/s2", "gravity") * max(across, 0.0)})
+            data = overlaid(data, {"gravity": quantity(data["gravity"], "m/s2", "gravity") * self._across})
         if self.controller is not None:
             data = overlaid(data, {"fmu": {CONTROLLER: self.controller}})
         data = overlaid(data, {"inputs": {CONTROLLER: {"rolac_enable": False}}})

@@ -294,6 +294,13 @@ def check_falls(subject: Subject) -> None:
         raise ValueError("the machine has no gravity, so the rotor does not fall; set gravity in the machine file")
 
 
+def upright(subject: Subject) -> str:
+    """Return why a landing of an upright machine is not that of the machine; empty if gravity acts across the shaft."""
+    if subject.parameters[PLANT]["gravity"] or not subject.file.axial_gravity:
+        return ""
+    return "gravity acts along the shaft alone, and the co-simulation has no axial axis"
+
+
 def has_no_gravity(subject: Subject) -> bool:
     """Return whether gravity acts neither across nor along the shaft."""
     return not subject.parameters[PLANT]["gravity"] and not subject.file.axial_gravity

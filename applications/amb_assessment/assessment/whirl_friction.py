@@ -38,6 +38,9 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
 
 
 def _least_friction(subject: Subject) -> Quantity:
+    if not subject.parameters[PLANT]["gravity"] and subject.file.axial_gravity:
+        note = "gravity acts along the shaft alone: no fall passes a top"
+        return Quantity("whirl_friction", "upright", MOST, "1", note=note, chaotic=note)
     highest = subject.file.speed.tripping
     scenario = co_simulated(subject, subject.file.speed.highest)
     linear_source, seals = source_of_run(plan_run(scenario)), load_rotor(scenario.rotor).seals

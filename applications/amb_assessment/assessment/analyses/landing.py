@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.retainer_bearings import check_sites, load_panels, load_tables
-from amb_assessment.assessment.runs import check_falls, end_of, longest, simulate, without_power, worst_inputs
+from amb_assessment.assessment.runs import check_falls, end_of, longest, simulate, upright, without_power, worst_inputs
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction
 from amb_assessment.reporting.panels import Panel, curve
@@ -92,11 +92,19 @@ def answer(subject: Subject) -> AnalysisResult:
 
     followed, open_ended = longest(subject, LONGEST, MOST_STEPS), sum(not landing.has_ended for landing in landings)
     not_ended = f"{open_ended} of {count} landings have not ended within {followed:.3g} s" if open_ended else ""
+    no_landing = upright(subject)
     least = whirl_friction(subject, max(FRICTIONS))
 
     def share(quantity: str, number: int, reason: str) -> Quantity:
         return Quantity(
-            quantity, f"of {count} landings", 100.0 * number / count, "%", whirl_facts(least), not_ended, reason
+            quantity,
+            f"of {count} landings",
+            100.0 * number / count,
+            "%",
+            whirl_facts(least),
+            no_landing or not_ended,
+            reason,
+            no_landing,
         )
 
     balls = subject.file.retainer_bearings
@@ -111,10 +119,25 @@ def answer(subject: Subject) -> AnalysisResult:
         share("landing_failed", sum(bool(landing.failure or landing.stators) for landing in judged), may_change),
         share("landing_backward_whirl", sum(landing.whirls_backward for landing in done), ""),
         share("landing_contact_elsewhere", sum(bool(landing.touches) for landing in judged), may_change),
-        Quantity("landing_force", where, worst.force / weight, "1", {"weight": weight}, "over the rotor's weight"),
+        Quantity(
+            "landing_force",
+            where,
+            worst.force / weight,
+            "1",
+            {"weight": weight},
+            "over the rotor's weight",
+            upright(subject),
+        ),
         Quantity("landing_heat", f"largest within {followed:.3g} s", max(landing.heat for landing in done), "J"),
         *(
-            Quantity("landing_ball_pressure", item.at, item.pressure(force), "MPa", note=BALLS, open=by_chance)
+            Quantity(
+                "landing_ball_pressure",
+                item.at,
+                item.pressure(force),
+                "MPa",
+                note=BALLS,
+                open=by_chance or upright(subject),
+            )
             for item, force in bearings
         ),
     )

@@ -13,6 +13,7 @@ from amb_assessment.assessment.runs import (
     has_no_gravity,
     simulate,
     times_of,
+    upright,
     without_power,
     worst_inputs,
 )
@@ -68,6 +69,7 @@ def _relevitation(subject: Subject, again: Result) -> Quantity:
     reason = "" if largest >= TOUCHED else f"the rotor touches nothing in {WITHOUT_POWER:g} s without power"
     if has_no_gravity(subject):
         reason = "the machine has no gravity: nothing is lifted"
+    reason = upright(subject) or reason
     when = f"{BACK:g} s after the power returns" if again.outcome.failure is None else "where the run ends"
     where = f"{site}, {when}"
     return Quantity("relevitation", where, 100.0 * last[site], "%", {}, reason, reason)

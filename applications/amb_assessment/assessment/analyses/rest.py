@@ -17,6 +17,7 @@ from amb_assessment.assessment.runs import (
     end_of,
     longest,
     simulate,
+    upright,
     without_power,
     worst_inputs,
 )
@@ -228,6 +229,8 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
     ends = touchdown.rest_after, touchdown.rocks_within, touchdown.slow_after
     ended = any(time is not None for time in ends)
     reason = "" if ended else f"neither at rest nor in steady rocking within {end}, the end of the run"
+    no_landing = upright(subject)
+    reason = no_landing or reason
     least = whirl_friction(subject, FRICTION)
     by_chance = chance(least)
     for quantity, sites, may_change in (
@@ -235,7 +238,9 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
         ("landing_backward_whirl", whirls, ""),
     ):
         where = f"{', '.join(sites)}, in {end}" if sites else f"in {end}"
-        yield Quantity(quantity, where, 100.0 if sites else 0.0, "%", whirl_facts(least), reason, may_change)
+        yield Quantity(
+            quantity, where, 100.0 if sites else 0.0, "%", whirl_facts(least), reason, may_change, no_landing
+        )
 
 
 def _at_most(subject: Subject, touchdown: Touchdown, site: str, more: float) -> float:
@@ -280,6 +285,9 @@ def _convergence(
     machines = {retained: subject, more: finer}
     runs = {n: simulate(item, Omega, inputs, end_time=CONVERGENCE, **lost) for n, item in machines.items()}
     forces = [_largest(run) for run in runs.values()]
+    if not all(forces):
+        reason = f"the rotor touches nothing within {CONVERGENCE:g} s without power, so that no force can be compared"
+        return [Quantity("landing_force_change", "no contact", 0.0, "%", note=reason, chaotic=reason)]
     change = 100.0 * abs(forces[1] / forces[0] - 1.0)
     note = (
         f"{forces[0]:.4g} N with {retained} shapes per plane of motion, {forces[1]:.4g} N with {more}; mean over 1 ms"

@@ -1,0 +1,93 @@
+"""Upright machines: gravity acts along the shaft, where the co-simulation has no axis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from amb_assessment.assessment.analyses import landing, rest
+from amb_assessment.assessment.assess import check_machine
+from amb_assessment.assessment.criteria import load_criteria
+from amb_assessment.assessment.description import description
+from amb_assessment.assessment.findings import Judgement, judge
+from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.runs import upright
+from amb_assessment.assessment.whirl_friction import whirl_friction
+from amb_cosim.results.component_names import PLANT
+from tests.support.messages import assert_names
+
+BLOWER = Path(__file__).parent / "blower" / "machine.toml"
+RIGID = 0.237  # friction of a fall over the top of rigid retainers
+
+
+def tilted(degrees, machine=BLOWER):
+    changes = {"tilt": f"{degrees} deg", "gravity": "9.81 m/s2"}
+    return check_machine(load_machine(machine).model_copy(update=changes))
+
+
+@pytest.fixture(scope="module")
+def standing():
+    return tilted(90.0)
+
+
+@pytest.mark.parametrize(("degrees", "share"), [(0.0, 1.0), (60.0, 0.5), (89.0, 0.01745), (90.0, 0.0), (-90.0, 0.0)])
+def test_gravity_across_an_upright_shaft_is_exactly_nothing(degrees, share):
+    subject = tilted(degrees)
+    across = subject.parameters[PLANT]["gravity"]
+    assert across == (0.0 if share == 0.0 else pytest.approx(9.81 * share, rel=1e-3))
+    assert bool(upright(subject)) == (share == 0.0)
+
+
+def weights(subject):
+    """Return stiffness and displacement in the balls' rows, and the line on criteria, of the data of a machine."""
+    blocks = description(subject, load_criteria(["physics"]))
+    (balls,) = (block for block in blocks if "Ball bearings" in str(getattr(block, "title", "")))
+    stiffness, displacement = (list(balls.columns[k].cells) for k in (4, 5))
+    (line,) = (block for block in blocks if isinstance(block, str) and "criteria" in block)
+    return stiffness, displacement, line
+
+
+def test_balls_of_an_upright_machine_carry_no_weight_across():
+    standing, lying, leaning = (tilted(degrees, "turbo_expander") for degrees in (90.0, 0.0, 60.0))
+    stiffness, displacement, line = weights(standing)
+    assert (set(stiffness), set(displacement)) == ({"-"}, {"0"})
+    assert_names(line, f"{9.81 * standing.rotor.mass:.4g} N", "along the shaft")
+    stiffness, displacement, line = weights(lying)
+    assert "-" not in stiffness
+    assert "along" not in line
+    halved = weights(leaning)[1]  # pairs with preload, which are nearly linear
+    assert [float(um) for um in halved] == pytest.approx([0.5 * float(um) for um in displacement], rel=0.02)
+
+
+def test_no_fall_of_an_upright_machine_passes_a_top(standing):
+    least = whirl_friction(standing, 0.15)
+    assert least.value > RIGID
+    assert_names(least.note, "along the shaft")
+    (found,) = judge([least], load_criteria(["physics"]), {})
+    assert found.verdict is Judgement.UNANSWERED
+
+
+@pytest.mark.parametrize("whirls", [False, True])
+def test_landings_across_an_upright_shaft_are_not_judged(standing, monkeypatch, whirls):
+    def land(subject, inputs, mu, phase):
+        return landing.Landing(mu, phase, {}, whirls, not whirls, None, (), ())
+
+    monkeypatch.setattr(landing, "worst_inputs", lambda _: {})
+    monkeypatch.setattr(landing, "_landed", land)
+    measured = [item for item in landing.answer(standing).measured if item.quantity.startswith("landing_")]
+    for item in measured:
+        for found in judge([item], load_criteria(["physics"]), {}):
+            assert found.verdict in (Judgement.UNANSWERED, Judgement.NOT_JUDGED)
+
+
+@pytest.mark.parametrize("forces", [(0.0, 0.0), (0.0, 5.0), (5.0, 0.0)])
+def test_forces_of_landings_without_contact_are_not_compared(monkeypatch, forces):
+    left = iter(forces)
+    monkeypatch.setattr(rest, "simulate", lambda *_, **__: None)
+    monkeypatch.setattr(rest, "_largest", lambda _: next(left))
+    subject = check_machine(load_machine(BLOWER))
+    (item,) = rest._convergence(subject, 1000.0, {}, {})
+    assert_names(item.note, "touches nothing", "0.2 s")
+    for found in judge([item], load_criteria(["physics"]), {}):
+        assert found.verdict in (Judgement.UNANSWERED, Judgement.NOT_JUDGED)
