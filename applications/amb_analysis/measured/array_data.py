@@ -20,12 +20,12 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, TimeRecord
-from amb_analysis.measured.units import even_step, si_channel
+from amb_analysis.measured.units import StatedUnits, even_step, si_channel
 from amb_files.array_files import read_content
 
 
-def read_array_data(path: Path) -> Measurement | TimeRecord:
-    """Return the content of a file of arrays.
+def read_array_data(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
+    """Return the content of a file of arrays; `units` are stated by the names of channels.
 
     Raises
     ------
@@ -34,18 +34,18 @@ def read_array_data(path: Path) -> Measurement | TimeRecord:
     """
     content = read_content(path)
     if "response" in content:
-        return _responses(content)
+        return _responses(content, units)
     if "time" in content or "sample_time" in content:
-        return _record(content)
+        return _record(content, units)
     raise ValueError("it must have frequencies and response, or time and channels")
 
 
-def _responses(content: dict[str, Any]) -> Measurement:
+def _responses(content: dict[str, Any], units: StatedUnits) -> Measurement:
     required = ("frequencies", "inputs", "outputs", "input_units", "output_units")
     missing = [name for name in required if name not in content]
     if missing:
         raise ValueError(f"it lacks {', '.join(missing)}, which belong to response")
-    inputs, outputs = (_channels(content, kind) for kind in ("input", "output"))
+    inputs, outputs = (_channels(content, kind, units) for kind in ("input", "output"))
     frequencies = _numbers(content, "frequencies").ravel()
     shape = (len(frequencies), len(outputs), len(inputs))
     values = _shaped(content, "response", shape)
@@ -70,15 +70,15 @@ def _responses(content: dict[str, Any]) -> Measurement:
     )
 
 
-def _channels(content: dict[str, Any], kind: str) -> list[tuple[float, Channel]]:
+def _channels(content: dict[str, Any], kind: str, stated: StatedUnits) -> list[tuple[float, Channel]]:
     """Return factors to SI units, and channels."""
     names, units = (_texts(content, key) for key in (f"{kind}s", f"{kind}_units"))
     if len(units) != len(names):
         raise ValueError(f"{kind}_units has {len(units)} units; it must have {len(names)}, as many as {kind}s")
-    return [si_channel(name, unit) for name, unit in zip(names, units, strict=True)]
+    return [si_channel(name, stated.of(name, unit)) for name, unit in zip(names, units, strict=True)]
 
 
-def _record(content: dict[str, Any]) -> TimeRecord:
+def _record(content: dict[str, Any], stated: StatedUnits) -> TimeRecord:
     if "time" in content:
         times = _numbers(content, "time").ravel()
         step, n = even_step(times), len(times)
@@ -90,8 +90,8 @@ def _record(content: dict[str, Any]) -> TimeRecord:
     signals = {}
     for name, value in content.items():
         if name not in ("time", "sample_time") and value.dtype.kind in "fiu" and np.size(value) == n:
-            unit = _texts(content, f"units.{name}") if f"units.{name}" in content else ["1"]
-            factor, channel = si_channel(name, unit[0])
+            unit = _texts(content, f"units.{name}") if f"units.{name}" in content else [""]
+            factor, channel = si_channel(name, stated.of(name, unit[0]))
             signals[channel] = factor * np.asarray(value, np.float64).ravel()
     if not signals:
         raise ValueError(f"it has no channel: no array with the {n} samples of time")

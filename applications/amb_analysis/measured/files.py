@@ -13,6 +13,7 @@ from amb_analysis.measured.records import FrequencyResponse, Measurement, TimeRe
 from amb_analysis.measured.run_data import read_run
 from amb_analysis.measured.table_data import read_table
 from amb_analysis.measured.uff_data import read_uff
+from amb_analysis.measured.units import StatedUnits
 from amb_files.array_files import SUFFIXES as ARRAYS
 from amb_files.suggestions import suggest
 
@@ -22,7 +23,11 @@ RUN = "result.nc"
 
 
 def read_measured(
-    path: str | Path, names: Mapping[str, str] | None = None, inputs: Sequence[str] = (), **estimation: Any
+    path: str | Path,
+    names: Mapping[str, str] | None = None,
+    inputs: Sequence[str] = (),
+    units: Mapping[str, str] | None = None,
+    **estimation: Any,
 ) -> Measurement:
     """Return the frequency responses or modes of a file, in SI units.
 
@@ -35,6 +40,8 @@ def read_measured(
         Names of channels in the model by their names in the file.
     inputs, estimation
         Arguments of `estimate`, for a file that is a record over time.
+    units
+        Units by the names of columns or channels in the file, in place of those that the file gives or lacks.
 
     Raises
     ------
@@ -43,7 +50,9 @@ def read_measured(
     """
     path = Path(path)
     try:
-        content = _content(path)
+        stated = StatedUnits(units or {})
+        content = _content(path, stated)
+        stated.check()
         if isinstance(content, TimeRecord):
             content = Measurement(estimate(content, inputs, **estimation))
         return replace(content, responses=_renamed(content.responses, names or {}))
@@ -51,7 +60,7 @@ def read_measured(
         raise ValueError(f"measured data {path}: {error}") from error
 
 
-def _content(path: Path) -> Measurement | TimeRecord:
+def _content(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     if path.is_dir() or path.suffix == ".nc":
         return read_run(path)
     if not path.is_file():
@@ -60,9 +69,9 @@ def _content(path: Path) -> Measurement | TimeRecord:
     if suffix in UFF:
         return read_uff(path)
     if suffix in ARRAYS:
-        return read_array_data(path)
+        return read_array_data(path, units)
     if suffix in TABLES:
-        return read_table(path)
+        return read_table(path, units)
     allowed = ", ".join((*UFF, *ARRAYS, *TABLES, RUN))
     raise ValueError(f"its suffix {path.suffix!r} is not allowed; it must be one of {allowed}")
 

@@ -127,6 +127,7 @@ def response(
     inputs: Sequence[str] = (),
     outputs: Sequence[str] = (),
     channels: Mapping[str, str] | None = None,
+    channel_units: Mapping[str, str] | None = None,
     speed: Number | None = None,
     up_to: Number | None = None,
     estimator: Estimator = "H1",
@@ -155,6 +156,8 @@ def response(
         compared, all by default; inputs of a record over time must be named.
     channels
         Names or places in the model by names in the file.
+    channel_units
+        Units by names of columns or channels in the file, in place of those that the file gives or lacks.
     speed
         Spin speed (rad/s), or a text with its unit; that of the scenario by default, at rest without a machine.
     up_to
@@ -180,7 +183,9 @@ def response(
     highest = None if up_to is None else positive(up_to, "Hz", "up-to")
     curves: Sequence[FrequencyResponse] = ()
     if measured is not None:
-        content = measured_content(measured, channels, inputs, outputs, up_to, (estimator, segment, window))
+        content = measured_content(
+            measured, channels, channel_units, inputs, outputs, up_to, (estimator, segment, window)
+        )
         curves = content.responses
         if not curves:
             raise ValueError("the measurement lists modes alone; there is no response to compare")
@@ -249,6 +254,7 @@ def _numbered(names: Sequence[str]) -> list[str]:
 def measured_content(
     measured: str | Path | Measurement,
     channels: Mapping[str, str] | None,
+    channel_units: Mapping[str, str] | None,
     inputs: Sequence[str],
     outputs: Sequence[str],
     up_to: Number | None,
@@ -267,7 +273,9 @@ def measured_content(
     length = None if segment is None else quantity(segment, "s", "segment")
     content = measured
     if not isinstance(content, Measurement):
-        content = read_measured(content, channels, named, estimator=estimator, segment=length, window=window)
+        content = read_measured(
+            content, channels, named, channel_units, estimator=estimator, segment=length, window=window
+        )
     if not content.responses:
         return content
     highest = None if up_to is None else positive(up_to, "Hz", "up-to")

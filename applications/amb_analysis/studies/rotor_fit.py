@@ -92,6 +92,7 @@ def fit(
     inputs: Sequence[str] = (),
     outputs: Sequence[str] = (),
     channels: Mapping[str, str] | None = None,
+    channel_units: Mapping[str, str] | None = None,
     speed: Number | None = None,
     up_to: Number | None = None,
     estimator: Estimator = "H1",
@@ -115,7 +116,7 @@ def fit(
         name or the number of an item of a list: `damping.modal.1`.
     loop
         `free`, the default, or `linear`: on bearings and seals of the rotor file.
-    inputs, outputs, channels, up_to, estimator, segment, window
+    inputs, outputs, channels, channel_units, up_to, estimator, segment, window
         As for `response`.
     speed
         Spin speed (rad/s), or a text with its unit; at rest by default.
@@ -133,7 +134,7 @@ def fit(
         raise ValueError("measured is missing; a fit needs a measurement")
     chosen = free_parameters(free)
     model = RotorParameters.load(rotor, [p.name for p in chosen])
-    content = measured_content(measured, channels, inputs, outputs, up_to, (estimator, segment, window))
+    content = measured_content(measured, channels, channel_units, inputs, outputs, up_to, (estimator, segment, window))
     Omega = 0.0 if speed is None else spin_speed(speed)
     curves = [thinned(curve) for curve in content.responses]
     if not curves and content.modes is None:

@@ -128,3 +128,43 @@ def test_files_that_are_no_measurement_are_refused(tmp_path, name):
         (tmp_path / name).write_bytes(b"no measurement")
     with raises_naming(ValueError, str(tmp_path / name)):
         read_measured(tmp_path / name)
+
+
+RECORD = "time [s],fan.f_x [N],fan.x\n" + "".join(f"{k / 64},{k * k % 7},{k * k % 7}\n" for k in range(64))
+CURVE = "frequency [Hz],y/u amplitude{},y/u phase{}\n10,1,-90\n20,2,-180\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "name", "inputs"),
+    [
+        (RECORD, "fan.x", ["fan.f_x"]),
+        (RECORD.replace("time [s]", "time"), "time", ["fan.f_x"]),
+        (CURVE.format("", " [deg]"), "y/u amplitude", []),
+        (CURVE.format(" [m/N]", ""), "y/u phase", []),
+        (CURVE.format(" [m/N]", " [deg]").replace(" [Hz]", ""), "frequency", []),
+    ],
+)
+def test_a_column_without_a_unit_is_refused(tmp_path, text, name, inputs):
+    """A channel without a unit was taken to be in metres, and a phase in radians."""
+    (tmp_path / "a.csv").write_text(text)
+    with raises_naming(ValueError, f"{name} has no unit", "--channel-unit"):
+        read_measured(tmp_path / "a.csv", inputs=inputs)
+
+
+def test_a_stated_unit_replaces_that_of_the_file(tmp_path):
+    (tmp_path / "a.csv").write_text(CURVE.format("", " [rad]").replace("[Hz]", "[kHz]"))
+    stated = {"y/u amplitude": "(m/s2)/N", "y/u phase": "deg", "frequency": "Hz"}
+    (curve,) = read_measured(tmp_path / "a.csv", units=stated).responses
+    assert (curve.output.unit, list(curve.frequencies)) == ("m/s2", [10.0, 20.0])
+    np.testing.assert_allclose(curve.values, [-1j, -2.0], atol=1e-12)
+    with raises_naming(ValueError, "y/u phse", "y/u phase"):
+        read_measured(tmp_path / "a.csv", units={**stated, "y/u phse": "deg"})
+
+
+def test_an_array_without_a_unit_is_refused_unless_it_is_stated(tmp_path):
+    force = np.random.default_rng(1).standard_normal(4000)
+    savemat(tmp_path / "t.mat", {"time": np.arange(4000) * 1e-4, "u": force, "y": 5.0 * force})
+    with raises_naming(ValueError, "has no unit"):
+        read_measured(tmp_path / "t.mat", inputs=["u"])
+    (curve,) = read_measured(tmp_path / "t.mat", inputs=["u"], units={"u": "kN", "y": "um"}).responses
+    np.testing.assert_allclose(curve.values, 5e-9, rtol=1e-6)

@@ -35,19 +35,19 @@ if TYPE_CHECKING:
     from amb_analysis.studies.result import DrawnResult
 
 
-def _renamed(_: click.Context, __: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+def _by_name(_: click.Context, option: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
     pairs = [text.partition("=") for text in texts]
     with refusing():
-        for name, sign, place in pairs:
-            if not (name and sign and place):
-                raise ValueError(f"--channel {name + sign + place} is not allowed; it must be NAME=PLACE")
-        places: dict[str, str] = {}
-        for name, place in ((name.strip(), place.strip()) for name, _, place in pairs):
-            if places.setdefault(name, place) != place:
+        for name, sign, value in pairs:
+            if not (name and sign and value):
+                raise ValueError(f"{option.opts[0]} {name + sign + value} is not allowed; it must be {option.metavar}")
+        values: dict[str, str] = {}
+        for name, value in ((name.strip(), value.strip()) for name, _, value in pairs):
+            if values.setdefault(name, value) != value:
                 raise ValueError(
-                    f"--channel {name}={place} is not allowed with {name}={places[name]}; keep one of them"
+                    f"{option.opts[0]} {name}={value} is not allowed with {name}={values[name]}; keep one of them"
                 )
-    return places
+    return values
 
 
 MASS = click.option(
@@ -78,9 +78,17 @@ MEASURED = (
         "--channel",
         "channels",
         multiple=True,
-        callback=_renamed,
+        callback=_by_name,
         metavar="NAME=PLACE",
         help="Place of a measured channel: acc1='0.12 m.x'.",
+    ),
+    click.option(
+        "--channel-unit",
+        "channel_units",
+        multiple=True,
+        callback=_by_name,
+        metavar="NAME=UNIT",
+        help="Unit of a measured channel or column: acc1=g.",
     ),
     click.option("--estimator", type=click.Choice(["H1", "H2"]), default="H1", show_default=True, help="Estimator."),
     click.option("--segment", help="Length of a segment; default: 1/8 of the record."),
