@@ -8,6 +8,7 @@ import pytest
 
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
 from amb_analysis.measured.run_data import read_run
+from amb_analysis.studies.frequency_responses import laid_over
 from amb_cosim import studies
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
@@ -66,6 +67,13 @@ def test_channels_are_selected_and_refused_by_name():
         studies.response(rotor=drawn, measured=measured, outputs=["shroud.x"])
     with raises_naming(ValueError, "outputs", "--response"):
         studies.response(rotor=drawn, inputs=["turbine.f_x"])
+
+
+def test_a_response_that_was_measured_again_has_a_number():
+    curve = FrequencyResponse(Channel("blower.x", "m"), Channel("turbine.f_x", "N"), F, np.ones(len(F), complex))
+    result = laid_over("expander", "free", 0.0, [curve, curve], [curve.values, 2.0 * curve.values])
+    deviations = {name: item.deviation.decibel for name, item in result.responses.items()}
+    assert deviations == pytest.approx({curve.name: 0.0, f"{curve.name} (2)": 6.0206})
 
 
 def test_the_levitated_rotor_responds_to_forces_and_currents():

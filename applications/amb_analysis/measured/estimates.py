@@ -69,9 +69,9 @@ def estimate(
         if not np.isfinite(record.signals[channel]).all():
             raise ValueError(f"channel {channel.name} has numbers that are not finite")
     n = _samples(record, segment)
-    frequencies, S = _spectra(
-        [record.signals[c] for c in (*input_channels, *output_channels)], record.sample_time, n, window
-    )
+    rows = np.stack([record.signals[c] for c in (*input_channels, *output_channels)])
+    rows = rows.reshape(len(rows), record.repeats, -1)
+    frequencies, S = _spectra(rows, record.sample_time, n, window)
     values, coherence = responses(S, len(input_channels), estimator)
     return tuple(
         FrequencyResponse(output, source, frequencies, values[:, k, j], coherence[:, k])
@@ -113,22 +113,25 @@ def responses(S: Complex, inputs: int, estimator: Estimator = "H1") -> tuple[Com
 
 def _samples(record: TimeRecord, segment: float | None) -> int:
     samples = min(len(values) for values in record.signals.values())
-    n = samples // SEGMENTS if segment is None else round(in_steps(segment, record.sample_time))
-    if not LEAST_SAMPLES <= n <= samples // 2:
-        limits = f"{LEAST_SAMPLES * record.sample_time:g} s to {samples // 2 * record.sample_time:g} s"
+    longest = samples // max(2, record.repeats)
+    n = min(samples // SEGMENTS, longest) if segment is None else round(in_steps(segment, record.sample_time))
+    if not LEAST_SAMPLES <= n <= longest:
+        limits = f"{LEAST_SAMPLES * record.sample_time:g} s to {longest * record.sample_time:g} s"
         raise ValueError(f"a segment of {n * record.sample_time:g} s is not allowed; it must be {limits}")
     return n
 
 
-def _spectra(signals: Sequence[Array], sample_time: float, n: int, window: str) -> tuple[Array, Complex]:
-    """Return the frequencies (Hz) above 0 and the spectra, shape (frequencies, channels, channels)."""
+def _spectra(rows: Array, sample_time: float, n: int, window: str) -> tuple[Array, Complex]:
+    """Return the frequencies (Hz) above 0 and the spectra, shape (frequencies, channels, channels).
+
+    Rows have the shape (channels, repeats, samples); no segment is of two repeats.
+    """
     try:
         weights = get_window(window, n)
     except ValueError as error:
         raise ValueError(f"window {window!r} is not allowed: {error}") from error
     overlap = 0 if window == "boxcar" else n // 2
-    rows = np.stack(signals)
     # scipy's csd(x, y) averages X^* Y
     frequencies, S = csd(rows[None], rows[:, None], 1.0 / sample_time, weights, n, overlap, detrend="constant")
     inner = slice(1, -1 if n % 2 == 0 else None)
-    return frequencies[inner], np.moveaxis(S, -1, 0)[inner]
+    return frequencies[inner], np.moveaxis(S.mean(axis=2), -1, 0)[inner]

@@ -67,7 +67,7 @@ def _content(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
         raise ValueError("there is no such file")
     suffix = path.suffix.lower()
     if suffix in UFF:
-        return read_uff(path)
+        return read_uff(path, units)
     if suffix in ARRAYS:
         return read_array_data(path, units)
     if suffix in TABLES:

@@ -9,6 +9,8 @@ import numpy as np
 
 from array_types import Array, Bools, Complex, Indices
 
+EXCITATIONS = ("N", "A", "V")  # units of inputs
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -97,13 +99,22 @@ class Modes:
 
 @dataclass(frozen=True, eq=False)
 class TimeRecord:
-    """Signals over time: the sample time (s), and the samples of each channel, shape (n,)."""
+    """Signals over time.
+
+    sample_time
+        Sample time (s).
+    signals
+        Samples of each channel, shape (n,).
+    repeats
+        Number of records of equal length that follow each other in the samples, such as blows of a hammer.
+    """
 
     sample_time: float
     signals: Mapping[Channel, Array]
+    repeats: int = 1
 
     def channel(self, name: str) -> Channel:
-        """Return the channel of a name.
+        """Return the channel of a name; at a driving point, whose force and motion have one name, the force.
 
         Raises
         ------
@@ -112,10 +123,16 @@ class TimeRecord:
         """
         from amb_files.suggestions import suggest
 
-        names = {channel.name: channel for channel in self.signals}
-        if name not in names:
-            raise ValueError(f"the record has no channel {name!r}; {suggest(name, names)}")
-        return names[name]
+        found = [channel for channel in self.signals if channel.name == name]
+        if not found:
+            raise ValueError(f"the record has no channel {name!r}; {suggest(name, [c.name for c in self.signals])}")
+        if len(found) > 1:
+            found = [channel for channel in found if channel.unit in EXCITATIONS]
+        if len(found) != 1:
+            raise ValueError(
+                f"the record has several channels {name!r}; one of them must be in {', '.join(EXCITATIONS)}"
+            )
+        return found[0]
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,23 @@
 """Measured data from Universal File Format, by pyuff: functions at nodes (sets 58 and 58b) and modes (set 55).
 
-A channel is named by node and direction, `3.x`; data in direction -x are those along x with the opposite sign. Units
-are those of the axis labels or, without labels, the SI units of the type of data.
+A channel is named by node and direction, `3.x`; data in direction -x are those along x with the opposite sign.
+
+Units are those of the axis labels. Without a label, numbers are divided by factors of the set 164 before them, or else
+of the first in the file,
+
+    SI = value/(length^a force^b)                                                                  (1)
+
+with the exponents a and b of the type of data, such as 1 and 0 of a displacement. Without set 164 they are in SI units.
+A label that contradicts the type of data or set 164 is refused: either may be wrong, by 1000 or more.
+
+Damping ratios of sets 55 are viscous, zeta, or half of a hysteretic loss factor, zeta = eta/2 (resonance has the same
+height). Definitions of the sets: Structural Dynamics Research Laboratory, University of Cincinnati.
 """
 
 from __future__ import annotations
 
+import re
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,65 +25,133 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, Modes, TimeRecord
-from amb_analysis.measured.units import even_step, si_channel
+from amb_analysis.measured.units import StatedUnits, even_step, factor_to, si_unit, split_quotient
+from amb_files.temporary_folders import temporary_folder
+from array_types import Array
 from fmi_export.building.extras import require_extra
 
+READ = (55, 58, 164)  # types of sets; others may have any content
 TIME, RESPONSE, COHERENCE = 1, 4, 6  # types of function
+REAL = (2, 4)  # types of numbers
 DIRECTIONS = {1: "x", 2: "y", 3: "z"}
-SI_BY_TYPE = {8: "m", 11: "m/s", 12: "m/s2", 9: "N", 13: "N", 0: "1", 1: "1"}
+LENGTH, FORCE = "length", "force"  # of set 164
+SI_BY_TYPE = {8: ("m", LENGTH), 11: ("m/s", LENGTH), 12: ("m/s2", LENGTH), 9: ("N", FORCE), 13: ("N", FORCE)}
+ABSCISSAS = {"s": {0: "s", 1: "s", 17: "s"}, "Hz": {0: "Hz", 1: "Hz", 18: "Hz", 19: "rpm"}}  # units by type of data
+RPM = 19
+NO_LABEL = ("", "NONE")
 SAME_FREQUENCIES = 1e-6  # relative difference between a coherence and its response
+SAME_UNIT = 1e-3  # relative difference between a label and a factor of set 164, which may have four digits
+SAME_DAMPING = 0.1  # relative difference between a damping ratio and half of a loss factor
+
+Set = Mapping[str, Any]
 
 
-def read_uff(path: Path) -> Measurement | TimeRecord:
+def read_uff(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     """Return the frequency responses with coherence, or the modes, or the time record of a file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    units
+        Stated by `frequency`, `time`, the name of a response, `3.x/7.x`, or of a channel of a record, `3.x`.
 
     Raises
     ------
     ValueError
-        If it cannot be read, pyuff is not installed, or a unit or direction is not allowed.
+        If it cannot be read, pyuff is not installed, or a unit, direction or damping is not allowed.
     """
     require_extra("measured", "a UFF file", "pyuff")
-    import pyuff
-
-    try:
-        content = pyuff.UFF(str(path)).read_sets()
-    except Exception as error:  # pyuff raises plain exceptions
-        raise ValueError(f"it cannot be read as UFF: {error}") from error
-    sets = [item for item in ([content] if isinstance(content, dict) else content) if isinstance(item, dict)]
+    sets = _sets(path)
     functions = [item for item in sets if item["type"] == 58]
-    responses = _responses(functions)
+    responses = _responses(functions, units)
     if responses:
         return Measurement(responses, _modes(sets))
     record = [item for item in functions if item["func_type"] == TIME]
     if record:
-        return _record(record)
+        return _record(record, units)
     modes = _modes(sets)
     if modes is None:
         raise ValueError("it has no frequency response, time record or mode")
     return Measurement((), modes)
 
 
-def _responses(functions: Sequence[Mapping[str, Any]]) -> tuple[FrequencyResponse, ...]:
-    coherences = {_ends(item): item for item in functions if item["func_type"] == COHERENCE}
-    result = []
+def _sets(path: Path) -> list[dict[str, Any]]:
+    """Return the sets of a file; functions have the factors of their set 164, and no filling after their data."""
+    import pyuff
+
+    text = path.read_bytes()
+    try:
+        with temporary_folder() as folder:
+            if not re.search(rb"^ {4}58b", text, re.MULTILINE):
+                path = folder / "unpadded.uff"  # pyuff takes the blanks after the last number of a set for numbers
+                path.write_bytes(re.sub(rb"[ \t]+(?=\r?\n)", b"", text))
+            file = pyuff.UFF(str(path))
+            numbers = [k for k, kind in enumerate(file.get_set_types()) if kind in READ]
+            content = file.read_sets(numbers)
+    except Exception as error:  # pyuff raises plain exceptions
+        raise ValueError(f"it cannot be read as UFF: {error}") from error
+    sets = [dict(item) for item in ([content] if isinstance(content, dict) else content)]
+    factors = next((_factors(item) for item in sets if item["type"] == 164), None)
+    for item in sets:
+        if item["type"] == 164:
+            factors = _factors(item)
+        elif item["type"] == 58:
+            n = int(item["num_pts"])
+            item |= {"factors": factors, "x": np.asarray(item["x"], np.float64)[:n], "data": item["data"][:n]}
+    return sets
+
+
+def _factors(item: Set) -> dict[str, float]:
+    """Return the factors of a set 164."""
+    factors = {key: float(item[key]) for key in (LENGTH, FORCE)}
+    if not all(np.isfinite(value) and value > 0.0 for value in factors.values()):
+        raise ValueError(f"set 164 with the factors {factors} is not allowed; they must be > 0")
+    return factors
+
+
+def _responses(functions: Sequence[Set], units: StatedUnits) -> tuple[FrequencyResponse, ...]:
+    measured, coherences = (
+        _by_ends(item for item in functions if item["func_type"] == kind) for kind in (RESPONSE, COHERENCE)
+    )
+    result = {}
+    for ends, items in measured.items():
+        partners = coherences.get(ends, [])
+        for k, item in enumerate(items):
+            partner = partners[k] if len(partners) == len(items) else None
+            result[id(item)] = _response(item, partner, units)
+    return tuple(result[id(item)] for item in functions if id(item) in result)
+
+
+def _by_ends(functions: Any) -> dict[tuple[Any, ...], list[Set]]:
+    """Return functions by both ends, in their order: a measurement may have been repeated."""
+    result: dict[tuple[Any, ...], list[Set]] = defaultdict(list)
     for item in functions:
-        if item["func_type"] != RESPONSE:
-            continue
-        (factor, output), (divisor, source) = _channel(item, "rsp"), _channel(item, "ref")
-        x, y = np.asarray(item["x"], np.float64), np.asarray(item["data"], np.complex128)
-        gamma = _coherence(coherences.get(_ends(item)), x)
-        above = x > 0.0
-        gamma = None if gamma is None else gamma[above]
-        result.append(FrequencyResponse(output, source, x[above], y[above] * (factor / divisor), gamma))
-    return tuple(result)
+        names = (str(item[f"{end}_ent_name"]).strip() for end in ("rsp", "ref"))
+        places = (abs(int(item[key])) for key in ("rsp_node", "rsp_dir", "ref_node", "ref_dir"))
+        result[(*names, *places)].append(item)
+    return result
 
 
-def _ends(item: Mapping[str, Any]) -> tuple[Any, ...]:
-    names = (str(item[f"{end}_ent_name"]).strip() for end in ("rsp", "ref"))
-    return (*names, *(abs(int(item[key])) for key in ("rsp_node", "rsp_dir", "ref_node", "ref_dir")))
+def _response(item: Set, partner: Set | None, units: StatedUnits) -> FrequencyResponse:
+    (output_name, output_sign), (input_name, input_sign) = _name(item, "rsp"), _name(item, "ref")
+    name = f"{output_name}/{input_name}"
+    if item["ord_data_type"] in REAL:
+        raise ValueError(f"{name} is real, an amplitude without its phase; export it as complex numbers")
+    if stated := units.of(name, ""):
+        ends = [si_unit(unit, name) for unit in split_quotient(stated, name)]
+    else:
+        ends = [_unit(item, axis, label, name) for axis, label in _labels(item, name).items()]
+    (factor, output_unit), (divisor, input_unit) = ends
+    frequencies = _abscissa(item, "frequency", "Hz", units)
+    values = np.asarray(item["data"], np.complex128) * (output_sign * factor / (input_sign * divisor))
+    gamma = _coherence(partner, item["x"])
+    on = frequencies > 0.0
+    output, source = Channel(output_name, output_unit), Channel(input_name, input_unit)
+    return FrequencyResponse(output, source, frequencies[on], values[on], None if gamma is None else gamma[on])
 
 
-def _coherence(item: Mapping[str, Any] | None, frequencies: np.ndarray) -> np.ndarray | None:
+def _coherence(item: Set | None, frequencies: Array) -> Array | None:
     """Return a coherence if it is at the frequencies of its response, otherwise None."""
     if item is None or len(item["x"]) != len(frequencies):
         return None
@@ -79,22 +159,79 @@ def _coherence(item: Mapping[str, Any] | None, frequencies: np.ndarray) -> np.nd
     return np.clip(np.real(item["data"]), 0.0, 1.0) if same else None
 
 
-def _channel(item: Mapping[str, Any], end: str) -> tuple[float, Channel]:
-    """Return the factor to SI with the sign of the direction, and the channel."""
-    name, sign = _name(item, end)
-    axis = "ordinate" if end == "rsp" else "orddenom"
+def _labels(item: Set, name: str) -> dict[str, str]:
+    """Return the labels of output and input by axis; a label of the output may be their quotient, such as `g/N`."""
+    above, below = (_label(item, axis) for axis in ("ordinate", "orddenom"))
+    if above and not _is_unit(above, name):
+        quotient, of_input = split_quotient(above, name)
+        if below and si_unit(below, name) != si_unit(of_input, name):
+            raise ValueError(f"{name} in {above} over {below} is not allowed; state its unit, {_example(name)}")
+        above, below = quotient, of_input
+    return {"ordinate": above, "orddenom": below}
+
+
+def _is_unit(label: str, name: str) -> bool:
+    try:
+        si_unit(label, name)
+    except ValueError:
+        return False
+    return True
+
+
+def _label(item: Set, axis: str) -> str:
     label = str(item[f"{axis}_axis_units_lab"]).strip()
+    return "" if label in NO_LABEL else label
+
+
+def _unit(item: Set, axis: str, label: str, name: str) -> tuple[float, str]:
+    """Return the factor to SI and the SI unit of an axis, by its label, or by (1) and its type of data."""
     kind = int(item[f"{axis}_spec_data_type"])
-    if label in ("", "NONE") and kind not in SI_BY_TYPE:
-        raise ValueError(f"channel {name}: data of type {kind} without a unit are not allowed")
-    factor, channel = si_channel(name, SI_BY_TYPE[kind] if label in ("", "NONE") else label)
-    return sign * factor, channel
+    si, dimension = SI_BY_TYPE.get(kind, ("", ""))
+    factors = item["factors"]
+    if not label:
+        if not si:
+            raise ValueError(f"{name}: data of type {kind} without a unit are not allowed; state it, {_example(name)}")
+        return 1.0 if factors is None else 1.0 / factors[dimension], si
+    factor, unit = si_unit(label, name)
+    if si and unit != si:
+        raise ValueError(
+            f"{name}: the label {label!r} contradicts the type of data {kind}, {si}; state its unit, {_example(name)}"
+        )
+    if si and factors is not None and abs(factor * factors[dimension] - 1.0) > SAME_UNIT:
+        raise ValueError(
+            f"{name}: the label {label!r} contradicts set 164, whose factor of {dimension} is {factors[dimension]:g}; "
+            f"state its unit, {_example(name)}"
+        )
+    return factor, unit
 
 
-def _name(item: Mapping[str, Any], end: str) -> tuple[str, float]:
+def _example(name: str) -> str:
+    return f"for example --channel-unit '{name}={'m/N' if '/' in name else 'm/s2'}'"
+
+
+def _abscissa(item: Set, name: str, target: str, units: StatedUnits) -> Array:
+    """Return frequencies (Hz) or times (s) in the unit of the label, or of the type of the abscissa."""
+    kind, label = int(item["abscissa_spec_data_type"]), _label(item, "abscissa")
+    by_type = ABSCISSAS[target].get(kind)
+    if stated := units.of(name, ""):
+        return np.asarray(item["x"] * factor_to(target, stated, name))
+    if by_type is None:
+        raise ValueError(
+            f"{name} with data of type {kind} is not allowed; state its unit: --channel-unit {name}={target}"
+        )
+    factor = factor_to(target, label or by_type, name)
+    if kind == RPM and not np.isclose(factor, factor_to(target, by_type, name), rtol=SAME_UNIT):
+        raise ValueError(
+            f"{name}: the label {label!r} contradicts the type of data {kind}, rpm; state its unit: "
+            f"--channel-unit {name}={target}"
+        )
+    return np.asarray(item["x"] * factor)
+
+
+def _name(item: Set, end: str) -> tuple[str, float]:
     direction = int(item[f"{end}_dir"])
     entity, node = str(item[f"{end}_ent_name"]).strip(), int(item[f"{end}_node"])
-    place = entity if not node and entity not in ("", "NONE") else str(node)
+    place = entity if not node and entity not in NO_LABEL else str(node)
     if direction == 0:
         return place, 1.0
     if abs(direction) not in DIRECTIONS:
@@ -102,29 +239,49 @@ def _name(item: Mapping[str, Any], end: str) -> tuple[str, float]:
     return f"{place}.{DIRECTIONS[abs(direction)]}", float(np.sign(direction))
 
 
-def _record(functions: Sequence[Mapping[str, Any]]) -> TimeRecord:
-    steps, lengths = {round(even_step(np.asarray(f["x"])), 12) for f in functions}, {len(f["x"]) for f in functions}
+def _record(functions: Sequence[Set], units: StatedUnits) -> TimeRecord:
+    """Return the channels over time; those that were recorded several times are one after the other."""
+    steps, lengths = (
+        {round(even_step(_abscissa(f, "time", "s", units)), 12) for f in functions},
+        {len(f["x"]) for f in functions},
+    )
     if len(steps) > 1 or len(lengths) > 1:
         raise ValueError("its time records have different times; a record has one sample time")
-    signals = {}
+    signals: dict[Channel, list[Array]] = defaultdict(list)
     for item in functions:
-        factor, channel = _channel(item, "rsp")
-        if channel in signals:
-            raise ValueError(f"channel {channel.name} occurs twice")
-        signals[channel] = factor * np.real(np.asarray(item["data"]))
-    return TimeRecord(steps.pop(), signals)
+        name, sign = _name(item, "rsp")
+        stated = units.of(name, "")
+        factor, unit = si_unit(stated, name) if stated else _unit(item, "ordinate", _label(item, "ordinate"), name)
+        signals[Channel(name, unit)].append(sign * factor * np.real(np.asarray(item["data"])))
+    counts = {channel: len(records) for channel, records in signals.items()}
+    if len(set(counts.values())) > 1:
+        text = ", ".join(f"{channel} {n}" for channel, n in counts.items())
+        raise ValueError(f"its channels have different numbers of records, {text}; each must have as many")
+    (repeats,) = set(counts.values())
+    return TimeRecord(steps.pop(), {channel: np.concatenate(records) for channel, records in signals.items()}, repeats)
 
 
-def _modes(sets: Sequence[Mapping[str, Any]]) -> Modes | None:
-    """Return the modes of sets 55: normal modes (type 2) and complex eigenvalues (type 3)."""
+def _modes(sets: Sequence[Set]) -> Modes | None:
+    """Return the modes of sets 55: normal modes (type 2) and complex eigenvalues (types 3 and 7)."""
     pairs = []
     for item in sets:
         if item["type"] == 55 and item["analysis_type"] == 2:
-            pairs.append((float(item["freq"]), float(item["modal_damp_vis"])))
-        elif item["type"] == 55 and item["analysis_type"] == 3:
+            pairs.append((float(item["freq"]), _damping_ratio(item)))
+        elif item["type"] == 55 and item["analysis_type"] in (3, 7):
             size = abs(complex(item["eig"]))
             pairs.append((abs(complex(item["eig"]).imag) / (2.0 * np.pi), -complex(item["eig"]).real / size))
     if not pairs:
         return None
     frequencies, ratios = np.array(sorted(pairs)).T
     return Modes(frequencies, ratios)
+
+
+def _damping_ratio(item: Set) -> float:
+    """Return the damping ratio of a normal mode, viscous or half of the hysteretic loss factor."""
+    viscous, half = float(item["modal_damp_vis"]), 0.5 * float(item["modal_damp_his"])
+    if viscous and half and abs(half - viscous) > SAME_DAMPING * abs(viscous):
+        raise ValueError(
+            f"the mode at {float(item['freq']):g} Hz has a viscous damping ratio of {viscous:g} and a loss factor of "
+            f"{2.0 * half:g}; write one of them, or a loss factor of twice the ratio"
+        )
+    return viscous or half
