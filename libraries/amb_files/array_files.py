@@ -1,4 +1,4 @@
-"""Reads files of named arrays: `.npz` of numpy, `.mat` of Matlab, Octave, scipy and Julia."""
+"""Reads files of named arrays: `.npz` of numpy, `.mat` of Matlab (also of format 7.3), Octave, scipy and Julia."""
 
 from __future__ import annotations
 
@@ -29,7 +29,41 @@ import numpy as np
 from scipy.io import loadmat
 
 def text(cell):
-    return cell if isinstance(cell, str) else text(cell.item()) if np.size(cell) == 1 else "?"
+    single = isinstance(cell, np.ndarray) and cell.size == 1
+    return cell if isinstance(cell, str) else text(cell.item()) if single else "?"
+
+def of_hdf5(file, keys):  # Matlab's format 7.3: arrays are transposed, cells are references, structures are groups
+    import h5py
+
+    def own(holder, key):
+        if not isinstance(holder.get(key, getlink=True), h5py.HardLink):
+            raise ValueError(f"{key} is a link to another place, which is not allowed")
+        item = holder[key]
+        if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external or item.nbytes > int(most)):
+            raise ValueError(f"{key} is in another file, or has > {most} bytes, which is not allowed")
+        return item
+
+    def value(item):
+        if isinstance(item, h5py.Group):
+            return np.array("?")
+        if "MATLAB_empty" in item.attrs:
+            return np.array("") if item.attrs.get("MATLAB_class") == b"char" else np.empty(0)
+        if h5py.check_ref_dtype(item.dtype):
+            return np.array([text(value(file[cell])) for cell in item[()].T.ravel()])
+        if item.attrs.get("MATLAB_class") == b"char":
+            return np.array("".join(map(chr, item[()].T.ravel())))
+        data = item[()].T
+        return data["real"] + 1j * data["imag"] if data.dtype.names == ("real", "imag") else data
+
+    result = {}
+    for key in keys or [key for key in file if not key.startswith("#")]:
+        if key in file:
+            item = own(file, key)
+            if isinstance(item, h5py.Group):
+                result |= {f"{key}.{field}": np.array(text(value(own(item, field)))) for field in item}
+            else:
+                result[key] = value(item)
+    return result
 
 def flat(name, value):
     if value.dtype.names:
@@ -41,10 +75,14 @@ with suppress(Exception):  # Windows has no such limit
     import resource
     resource.setrlimit(resource.RLIMIT_DATA, (int(space), int(space)))
 try:
-    content = loadmat(source, appendmat=False)
-    keys = keys or [key for key in content if not key.startswith("__")]
     result = {}
-    for key in keys:
+    if b"\\x89HDF\\r\\n\\x1a\\n" in open(source, "rb").read(520):  # after 512 bytes of Matlab's header
+        import h5py
+        result = {key: np.atleast_1d(array) for key, array in of_hdf5(h5py.File(source), keys).items()}
+        content = {}
+    else:
+        content = loadmat(source, appendmat=False)
+    for key in keys or [key for key in content if not key.startswith("__")]:
         if key in content:
             result |= flat(key, np.asarray(content[key]))
     size = sum(array.nbytes for array in result.values())

@@ -2,6 +2,9 @@
 
 Columns are separated by commas, semicolons or tabs. Numbers have decimal points, or decimal commas throughout, as in
 a German spreadsheet. An ambiguous number is refused: `1,500` alone may be 1500 or 1.5.
+
+Lines that begin with `#` or `%` are comments. If the first other line has numbers, the headings are in the last comment
+above it, as `numpy.savetxt` writes them.
 """
 
 from __future__ import annotations
@@ -17,10 +20,13 @@ from amb_files.toml import LARGEST, read_text
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 SEPARATOR_LINE = re.compile(r"sep=(.)\r?\n")  # the first line of some files for spreadsheets
+SHOWN = 40  # characters of a line
 SAMPLED_ROWS = 50  # rows whose number of cells shows the separator
 POWER = r"(?:[eE][+-]?\d+)?"
 COMMA = re.compile(rf"[+-]?(?:\d+,\d*|,\d+){POWER}")
 POINT = re.compile(rf"[+-]?(?:\d+\.\d*|\.\d+){POWER}")
+COMMENT = re.compile(r"[ \t]*[#%]+")
+NUMBER = re.compile(rf"\s*[\"']?[+-]?(?:\d+[.,]?\d*|[.,]\d+){POWER}(?![^\s,;\"'])")
 GROUP = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")  # a group of three digits, or three decimals
 GROUPED = re.compile(r"[+-]?\d[\d.,'’]*[.,'’][\d.,'’]*")  # with any separators
 
@@ -46,7 +52,7 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
     """
     text = read_text(path, name, largest)
     separator_line = SEPARATOR_LINE.match(text)
-    text = text[separator_line.end() :] if separator_line else text
+    text = _without_comments(text[separator_line.end() :] if separator_line else text)
     try:
         separator = separator_line[1] if separator_line else _separator(text)
         rows = list(_rows(text, separator))
@@ -61,11 +67,26 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
         if len(row) != len(headings):
             is_longer = len(row) > len(headings)
             advice = "; with decimal commas, columns must be separated by semicolons" if is_longer else ""
+            if len(headings) == 1:
+                advice += f"; the first line that is no comment, {headings[0][:SHOWN]!r}, must be the row of headings"
             expected = f"{len(headings)} values as the headings, separated by {SEPARATORS.get(separator, separator)}"
             raise ValueError(f"row {k} of {name} must have {expected}; it has {len(row)}{advice}")
     if duplicate := next((heading for heading in headings if headings.count(heading) > 1), ""):
         raise ValueError(f"{name} has two columns {duplicate!r}; their headings must be unique")
     return headings, _with_points(rows[1:], name) if separator != "," or '"' in text else rows[1:]
+
+
+def _without_comments(text: str) -> str:
+    """Return the lines that are no comments; the last comment above numbers has their headings."""
+    lines = re.split(r"(?<=\n)", text)
+    if not any(COMMENT.match(line) for line in lines):
+        return text
+    first = next((k for k, line in enumerate(lines) if line.strip() and not COMMENT.match(line)), len(lines))
+    above = [line for line in lines[:first] if COMMENT.match(line)]
+    kept = [line for line in lines if not COMMENT.match(line)]
+    if above and first < len(lines) and NUMBER.match(lines[first]):
+        kept.insert(0, COMMENT.sub("", above[-1], count=1))
+    return "".join(kept)
 
 
 def _rows(text: str, separator: str) -> Iterator[list[str]]:

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, TimeRecord
+from amb_analysis.measured.records import Channel, Measurement, TimeRecord, response_above_zero
 from amb_analysis.measured.units import StatedUnits, even_step, si_channel
 from amb_files.array_files import read_content
 
@@ -57,7 +57,7 @@ def _responses(content: dict[str, Any], units: StatedUnits) -> Measurement:
             coherence = _shaped(content, "coherence", shape).real
     return Measurement(
         tuple(
-            FrequencyResponse(
+            response_above_zero(
                 output,
                 source,
                 frequencies,

@@ -85,6 +85,14 @@ class FrequencyResponse:
         return replace(self, frequencies=self.frequencies[k], values=self.values[k], coherence=coherence)
 
 
+def response_above_zero(
+    output: Channel, source: Channel, frequencies: Array, values: Complex, coherence: Array | None
+) -> FrequencyResponse:
+    """Return a response without its line at 0 Hz, which many instruments write; see `FrequencyResponse` for errors."""
+    on = frequencies != 0.0
+    return FrequencyResponse(output, source, frequencies[on], values[on], None if coherence is None else coherence[on])
+
+
 @dataclass(frozen=True, eq=False)
 class Modes:
     """Natural frequencies (Hz) and damping ratios (1), shape (n,) each; NaN for a missing ratio."""

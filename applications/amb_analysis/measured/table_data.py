@@ -4,6 +4,10 @@ time [s], fan.x [mm], fan.f_x [N]                                   a record ove
 frequency [Hz], y/u amplitude [m/N], y/u phase [deg]                responses; also y/u real and y/u imag,
                                                                     and y/u coherence
 frequency [Hz], damping ratio                                       modes
+
+An amplitude may be in decibels of a unit, `dB re 1 m/N`:
+
+    a = 10^(L/20)                                                                                        (1)
 """
 
 from __future__ import annotations
@@ -14,13 +18,18 @@ from pathlib import Path
 
 import numpy as np
 
-from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes, TimeRecord
+from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes, TimeRecord, response_above_zero
 from amb_analysis.measured.units import StatedUnits, even_step, factor_to, si_channel, split_quotient
 from amb_files.csv_files import read_csv
 from array_types import Array
 
-HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]*)\])?\s*")
-CURVE = re.compile(r"(?P<output>[^/]+)/(?P<input>[^/]+) (?P<kind>amplitude|phase|real|imag|coherence)")
+HEADING = re.compile(r"\s*(?P<name>[^\[\]()]+?)\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<round>.*)\))?\s*")
+KINDS = {"magnitude": "amplitude", "imaginary": "imag"}  # other names
+CURVE = re.compile(
+    r"(?P<output>[^/]+)/(?P<input>[^/]+) (?P<kind>amplitude|magnitude|phase|real|imag|imaginary|coherence)",
+    re.IGNORECASE,
+)
+DECIBEL = re.compile(r"dB\b[\s,]*(?:re(?:f|l)?\b\.?:?)?\s*(?:1\s+)?(?P<unit>.*)", re.IGNORECASE)
 MOST_BYTES = 2**28
 
 Column = tuple[str, Array]  # unit and numbers
@@ -37,14 +46,14 @@ def read_table(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     columns = _columns(path, units)
     first = next(iter(columns))
     unit, values = columns.pop(first)
-    if first == "time":
-        return _record(even_step(values * factor_to("s", unit, "time")), columns)
-    if first != "frequency":
+    if first.lower() == "time":
+        return _record(even_step(values) * factor_to("s", unit, first), columns)
+    if first.lower() != "frequency":
         raise ValueError(f"its first column is {first!r}; it must be time or frequency")
-    frequencies = values * factor_to("Hz", unit, "frequency")
-    if list(columns) == ["damping ratio"]:
-        unit, ratios = columns["damping ratio"]
-        return Measurement(modes=Modes(frequencies, ratios * (0.01 if unit == "%" else 1.0)))
+    frequencies = values * factor_to("Hz", unit, first)
+    if [name.lower() for name in columns] == ["damping ratio"]:
+        ((name, (unit, ratios)),) = columns.items()
+        return Measurement(modes=Modes(frequencies, ratios * _ratio(unit, name)))
     return Measurement(_responses(frequencies, columns))
 
 
@@ -60,7 +69,7 @@ def _columns(path: Path, stated: StatedUnits) -> dict[str, Column]:
         numbers = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows])
     except ValueError as error:
         raise ValueError(f"a cell is not a number: {error}") from None
-    units = [stated.of(head["name"], (head["unit"] or "").strip()) for head in heads if head]
+    units = [stated.of(head["name"], (head["unit"] or head["round"] or "").strip()) for head in heads if head]
     return {name: (unit, numbers[:, k]) for k, (name, unit) in enumerate(zip(names, units, strict=True))}
 
 
@@ -78,7 +87,8 @@ def _responses(frequencies: Array, columns: Mapping[str, Column]) -> tuple[Frequ
         match = CURVE.fullmatch(name)
         if not match:
             raise ValueError(f"column {name!r} is not allowed; its form must be that of 'fan.x/fan.f_x amplitude'")
-        curves.setdefault((match["output"], match["input"]), {})[match["kind"]] = column
+        kind = match["kind"].lower()
+        curves.setdefault((match["output"], match["input"]), {})[KINDS.get(kind, kind)] = column
     return tuple(_response(frequencies, *ends, parts) for ends, parts in curves.items())
 
 
@@ -88,6 +98,7 @@ def _response(frequencies: Array, output: str, source: str, parts: Mapping[str, 
         first = "amplitude"
         unit, amplitude = parts[first]
         phase_unit, phase = parts["phase"]
+        unit, amplitude = _linear(unit, amplitude, f"{name} {first}")
         values = amplitude * np.exp(1j * phase * factor_to("rad", phase_unit, f"{name} phase"))
     elif {"real", "imag"} <= set(parts):
         first = "real"
@@ -99,5 +110,26 @@ def _response(frequencies: Array, output: str, source: str, parts: Mapping[str, 
         raise ValueError(f"{name} needs the columns amplitude and phase, or real and imag")
     above, below = split_quotient(unit, f"{name} {first}")
     (factor, output_channel), (divisor, input_channel) = si_channel(output, above), si_channel(source, below)
-    coherence = parts["coherence"][1] if "coherence" in parts else None
-    return FrequencyResponse(output_channel, input_channel, frequencies, values * (factor / divisor), coherence)
+    coherence = None
+    if "coherence" in parts:
+        of_coherence, coherence = parts["coherence"]
+        coherence = coherence * _ratio(of_coherence, f"{name} coherence")
+    return response_above_zero(output_channel, input_channel, frequencies, values * (factor / divisor), coherence)
+
+
+def _linear(unit: str, amplitude: Array, name: str) -> tuple[str, Array]:
+    """Return the unit and the size of an amplitude, by (1) if it is in decibels."""
+    decibel = DECIBEL.fullmatch(unit)
+    if decibel is None:
+        return unit, amplitude
+    reference = decibel["unit"].strip()
+    if reference.startswith("(") and reference.endswith(")") and reference.find(")") == len(reference) - 1:
+        reference = reference[1:-1]
+    if not reference:
+        raise ValueError(f"{name} in dB has no reference; state it, for example --channel-unit '{name}=dB re 1 m/N'")
+    return reference, 10.0 ** (amplitude / 20.0)
+
+
+def _ratio(unit: str, name: str) -> float:
+    """Return the factor of a number that has no unit, or is in percent."""
+    return factor_to("1", unit, name) if unit not in ("", "1", "-") else 1.0

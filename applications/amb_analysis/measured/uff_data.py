@@ -24,7 +24,14 @@ from typing import Any
 
 import numpy as np
 
-from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, Modes, TimeRecord
+from amb_analysis.measured.records import (
+    Channel,
+    FrequencyResponse,
+    Measurement,
+    Modes,
+    TimeRecord,
+    response_above_zero,
+)
 from amb_analysis.measured.units import StatedUnits, even_step, factor_to, si_unit, split_quotient
 from amb_files.temporary_folders import temporary_folder
 from array_types import Array
@@ -34,6 +41,7 @@ READ = (55, 58, 164)  # types of sets; others may have any content
 TIME, RESPONSE, COHERENCE = 1, 4, 6  # types of function
 REAL = (2, 4)  # types of numbers
 DIRECTIONS = {1: "x", 2: "y", 3: "z"}
+PERCENT = 0.01
 LENGTH, FORCE = "length", "force"  # of set 164
 SI_BY_TYPE = {8: ("m", LENGTH), 11: ("m/s", LENGTH), 12: ("m/s2", LENGTH), 9: ("N", FORCE), 13: ("N", FORCE)}
 ABSCISSAS = {"s": {0: "s", 1: "s", 17: "s"}, "Hz": {0: "Hz", 1: "Hz", 18: "Hz", 19: "rpm"}}  # units by type of data
@@ -146,9 +154,8 @@ def _response(item: Set, partner: Set | None, units: StatedUnits) -> FrequencyRe
     frequencies = _abscissa(item, "frequency", "Hz", units)
     values = np.asarray(item["data"], np.complex128) * (output_sign * factor / (input_sign * divisor))
     gamma = _coherence(partner, item["x"])
-    on = frequencies > 0.0
     output, source = Channel(output_name, output_unit), Channel(input_name, input_unit)
-    return FrequencyResponse(output, source, frequencies[on], values[on], None if gamma is None else gamma[on])
+    return response_above_zero(output, source, frequencies, values, gamma)
 
 
 def _coherence(item: Set | None, frequencies: Array) -> Array | None:
@@ -156,7 +163,8 @@ def _coherence(item: Set | None, frequencies: Array) -> Array | None:
     if item is None or len(item["x"]) != len(frequencies):
         return None
     same = np.allclose(item["x"], frequencies, rtol=SAME_FREQUENCIES, atol=0.0)
-    return np.clip(np.real(item["data"]), 0.0, 1.0) if same else None
+    scale = PERCENT if _label(item, "ordinate") == "%" else 1.0
+    return np.clip(scale * np.real(item["data"]), 0.0, 1.0) if same else None
 
 
 def _labels(item: Set, name: str) -> dict[str, str]:

@@ -14,7 +14,11 @@ from fmi_export.building.units import to_unit
 
 SI = ("m", "m/s", "m/s2", "N", "A", "V", "rad/s", "1")
 STANDARD_GRAVITY = 9.80665  # m/s^2
-UNEVEN = 1e-6  # largest deviation of a step from the mean, relative
+UNEVEN = 1e-6  # largest deviation of times from a straight line, in steps, but for their rounding
+MOST_DIGITS = 12  # significant digits to which times may have been rounded
+SHARE = 1.05  # of a rounding unit, by which times may deviate from a straight line: they may be cut, not rounded
+FINE = 0.4  # of a step, up to which a rounding unit shows whether a sample is missing
+SINGLE = 1e-8  # relative difference of a number of single precision from its text of nine digits
 
 
 @dataclass(frozen=True)
@@ -83,18 +87,45 @@ def si_channel(name: str, unit: str) -> tuple[float, Channel]:
 
 
 def even_step(times: Array) -> float:
-    """Return the step of evenly spaced times (s).
+    """Return the step of evenly spaced times, in their unit.
+
+    It is the slope h of the straight line t_0 + k h through the times, by least squares. Times are evenly spaced if
+    they deviate from that line by their rounding only: to decimals or digits, as in a file, or to single precision.
 
     Raises
     ------
     ValueError
-        If they are not evenly spaced.
+        If they are not evenly spaced, or not finite.
     """
-    steps = np.diff(times)
-    step = float(np.mean(steps)) if len(steps) else 0.0
-    if not step > 0.0 or not np.isfinite(times).all() or np.abs(steps - step).max() > UNEVEN * step + 1e-12:
-        raise ValueError("its times are not evenly spaced; resample the record")
+    if len(times) < 2 or not np.isfinite(times).all():
+        raise ValueError(f"its {len(times)} times are not allowed; they must be two finite numbers or more")
+    k = np.arange(len(times)) - 0.5 * (len(times) - 1)
+    centred = times - times[0]
+    centred = centred - np.mean(centred)
+    step = float(k @ centred / (k @ k))
+    errors = np.abs(centred - step * k)
+    if not step > 0.0 or errors.max() > UNEVEN * step + SHARE * _rounding(times, FINE * step):
+        worst = int(np.argmax(errors))
+        raise ValueError(
+            f"its times are not evenly spaced: sample {worst + 1}, at {times[worst]:.9g}, is off by {errors[worst]:.3g}"
+            f", and the step is {step:.6g}; write times with more digits, or resample a record that is uneven"
+        )
     return step
+
+
+def _rounding(times: Array, most: float) -> float:
+    """Return the coarsest unit, up to `most`, to which all times are rounded; at least that of double precision."""
+    largest = float(np.abs(times).max())
+    units = [float(np.spacing(largest))]
+    if (np.abs(times - times.astype(np.float32)) <= SINGLE * np.abs(times)).all():
+        units.append(float(np.spacing(np.float32(largest))))
+    for digits in range(1, MOST_DIGITS + 1):
+        unit = 10.0 ** (np.floor(np.log10(largest)) + 1 - digits) if largest > 0.0 else 0.0
+        decimals = 10.0 ** (np.floor(np.log10(np.maximum(np.abs(times), 1e-300))) + 1 - digits)
+        if unit <= most and np.allclose(np.round(times / decimals) * decimals, times, rtol=1e-13, atol=0.0):
+            units.append(unit)
+            break
+    return max((unit for unit in units if unit <= most), default=0.0)
 
 
 def split_quotient(unit: str, name: str) -> tuple[str, str]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
 
 from amb_analysis.measured.files import read_measured
+from amb_analysis.measured.units import even_step
+from tests.support.matlab_files import write_mat73
 from tests.support.messages import raises_naming
 
 F = np.arange(5.0, 100.0, 0.5)
@@ -168,3 +171,140 @@ def test_an_array_without_a_unit_is_refused_unless_it_is_stated(tmp_path):
         read_measured(tmp_path / "t.mat", inputs=["u"])
     (curve,) = read_measured(tmp_path / "t.mat", inputs=["u"], units={"u": "kN", "y": "um"}).responses
     np.testing.assert_allclose(curve.values, 5e-9, rtol=1e-6)
+
+
+FORCED = "fan.x/fan.f_x"
+
+
+def write_table(path, heads, columns, newline="\n", comment=""):
+    rows = ["{}".format(",".join(f"{value:.12g}" for value in row)) for row in np.column_stack(columns)]
+    path.write_text(newline.join([*([comment] if comment else []), heads, *rows]) + newline)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("heads", "comment"),
+    [
+        ("frequency [Hz],{} real [m/N],{} imag [m/N],{} coherence", "# exported by a tester"),
+        ("frequency [Hz],{} real [m/N],{} imag [m/N],{} coherence", "% exported, by, a, tester"),
+        ("# frequency [Hz],{} real [m/N],{} imag [m/N],{} coherence", "# written by numpy.savetxt"),
+        ("Frequency [Hz],{} Real [m/N],{} Imag [m/N],{} Coherence", ""),
+        ("FREQUENCY (Hz),{} REAL (m/N),{} IMAG (m/N),{} COHERENCE", ""),
+        ("frequency (Hz),{} real ((m)/N),{} imaginary ((m)/N),{} coherence (1)", ""),
+    ],
+)
+def test_comments_capitals_and_parentheses_are_read(tmp_path, heads, comment):
+    columns = [F, H.real, H.imag, COHERENCE]
+    check(read_measured(write_table(tmp_path / "a.csv", heads.format(*[FORCED] * 3), columns, comment=comment)))
+
+
+def test_a_comment_between_rows_is_no_row(tmp_path):
+    path = write_table(
+        tmp_path / "a.csv", f"frequency [Hz],{FORCED} real [m/N],{FORCED} imag [m/N]", [F, H.real, H.imag]
+    )
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:9], "# overload", *lines[9:]]))
+    np.testing.assert_allclose(read_measured(path).responses[0].values, H, rtol=1e-9)
+
+
+def test_a_first_line_that_is_no_heading_is_named(tmp_path):
+    path = write_table(tmp_path / "a.csv", "frequency [Hz],y/u real [m/N]", [F, F])
+    path.write_text("Exported by a tester\n" + path.read_text())
+    with raises_naming(ValueError, "'Exported by a tester'", "headings"):
+        read_measured(path)
+
+
+@pytest.mark.parametrize("unit", ["dB re 1 m/N", "dB re m/N", "dB (m/N)", "dB m/N", "dB ref. m/N"])
+def test_decibels_have_a_reference(tmp_path, unit):
+    heads = f"frequency [Hz],{FORCED} amplitude [{unit}],{FORCED} phase [deg],{FORCED} coherence [%]"
+    columns = [F, 20 * np.log10(np.abs(H)), np.degrees(np.angle(H)), 100 * COHERENCE]
+    check(read_measured(write_table(tmp_path / "a.csv", heads, columns)))
+    with raises_naming(ValueError, f"{FORCED} amplitude", "dB", "reference"):
+        read_measured(write_table(tmp_path / "a.csv", heads.replace(unit, "dB"), columns))
+
+
+def test_a_line_at_0_hz_is_left_out_in_all_forms(tmp_path):
+    f, h = np.append(0.0, F), np.append(np.nan, H)
+    heads = f"frequency [Hz],{FORCED} real [m/N],{FORCED} imag [m/N]"
+    names = {"outputs": ["fan.x"], "inputs": ["fan.f_x"], "output_units": ["m"], "input_units": ["N"]}
+    content = {"frequencies": f.reshape(-1, 1), "response": h.reshape(-1, 1, 1)}
+    cells = {key: np.array(value, dtype=object) for key, value in names.items()}
+    savemat(tmp_path / "a.mat", content | cells)
+    np.savez(tmp_path / "a.npz", **content, **names)
+    paths = [write_table(tmp_path / "a.csv", heads, [f, h.real, h.imag]), tmp_path / "a.mat", tmp_path / "a.npz"]
+    for path in paths:
+        (curve,) = read_measured(path).responses
+        np.testing.assert_allclose(curve.frequencies, F)
+        np.testing.assert_allclose(curve.values, H, rtol=1e-9)
+
+
+RATE = 2048.0
+TIMES = {
+    "six decimals": lambda t: np.round(t, 6),
+    "cut to six decimals": lambda t: np.floor(t * 1e6) / 1e6,
+    "six digits": lambda t: np.array([float(f"{value:.5e}") for value in t]),
+    "single precision": lambda t: t.astype(np.float32).astype(float),
+    "single precision as text": lambda t: np.array([float(f"{value:.9g}") for value in t.astype(np.float32)]),
+    "since 1970": lambda t: t + 1.78e9,
+    "from 100 s on, five decimals": lambda t: np.round(t + 100.0, 5),
+}
+
+
+@pytest.mark.parametrize("name", TIMES)
+@pytest.mark.parametrize("rate", [1000.0, 1024.0, RATE, 4096.0])
+def test_evenly_sampled_times_are_recognised_within_their_rounding(name, rate):
+    """They were refused with the advice to resample, which would have been wrong."""
+    assert even_step(TIMES[name](np.arange(8192) / rate)) == pytest.approx(1.0 / rate, rel=1e-7)
+
+
+@pytest.mark.parametrize("rounded", ["six decimals", "six digits", "single precision"])
+@pytest.mark.parametrize("missing", [1, 300, 4000, 8190])
+def test_a_missing_sample_is_not_taken_for_rounding(rounded, missing):
+    times = np.delete(TIMES[rounded](np.arange(8192) / RATE), missing)
+    with raises_naming(ValueError, "not evenly spaced", "resample"):
+        even_step(times)
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        np.geomspace(1e-3, 1.0, 100),
+        np.arange(100.0) * (1.0 + 1e-4 * np.arange(100.0)),
+        np.arange(4000) / RATE + 1e-2 / RATE * np.random.default_rng(0).standard_normal(4000),
+        np.array([0.0, 1.0, 3.0]),
+        np.array([0.0, np.nan, 2.0]),
+        np.array([0.0, 0.0, 0.0]),
+        np.arange(10.0)[::-1],
+    ],
+)
+def test_times_that_are_not_even_are_refused(times):
+    with raises_naming(ValueError, "times"):
+        even_step(times)
+
+
+def test_files_of_matlab_7_3_are_read(tmp_path):
+    content = {
+        "frequencies": F.reshape(-1, 1),
+        "response": (S**2 * H / 9.80665).reshape(-1, 1, 1),
+        "coherence": COHERENCE.reshape(-1, 1),
+        "outputs": ["fan.x"],
+        "inputs": "fan.f_x",
+        "output_units": ["g"],
+        "input_units": "N",
+        "settings": {"operator": "tester", "averages": 5.0, "inner": {"x": 1.0}},
+    }
+    check(read_measured(write_mat73(tmp_path / "a.mat", content)), unit="(m/s2)/N", values=S**2 * H)
+    force = np.random.default_rng(1).standard_normal(4000)
+    record = {"time": np.arange(4000) * 1e-4, "u": force, "y": 5.0 * force, "units": {"u": "kN", "y": "um"}}
+    (curve,) = read_measured(write_mat73(tmp_path / "t.mat", record), inputs=["u"]).responses
+    np.testing.assert_allclose(curve.values, 5e-9, rtol=1e-6)
+
+
+def test_a_matlab_file_does_not_read_another_file(tmp_path):
+    with h5py.File(tmp_path / "other.h5", "w") as other:
+        other["secret"] = np.arange(10.0)
+    path = write_mat73(tmp_path / "a.mat", {"time": np.arange(10.0)})
+    with h5py.File(path, "r+") as file:
+        file["frequencies"] = h5py.ExternalLink(str(tmp_path / "other.h5"), "/secret")
+    with raises_naming(ValueError, "frequencies", "link"):
+        read_measured(path)
