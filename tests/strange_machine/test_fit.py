@@ -80,6 +80,16 @@ def test_a_parameter_without_effect_on_the_data_is_refused(exact):
         studies.fit(ROTOR, measured=modes_of(ROTOR, 2), free=few)
 
 
+@pytest.mark.parametrize(
+    ("changed", "facts"), [(np.negative, ("180 degrees", "reversed")), (np.conj, ("exp(-j omega t)", "phases"))]
+)
+def test_a_measurement_of_another_sign_is_not_fitted(exact, changed, facts):
+    """The fit ended at its start, with an interval of 1e-5."""
+    measured = Measurement(tuple(replace(curve, values=changed(curve.values)) for curve in exact))
+    with raises_naming(ValueError, exact[0].name, *facts):
+        studies.fit(ROTOR, measured=measured, free=FREE)
+
+
 def texts(free):
     return [f"{name}={low}:{high}" for name, (low, high) in free.items()]
 

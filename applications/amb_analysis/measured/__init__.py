@@ -5,6 +5,7 @@ estimates    frequency responses and coherence from records of inputs and output
 units        SI units of measured channels
 files        reads a file of any form: `.uff`, `.unv`, `.mat`, `.npz`, tables, and results of runs
 modal_fit    natural frequencies, damping and shapes from frequency responses
+convention   sign and time convention of measured responses
 deviation    how far two frequency responses differ: FRAC, MAC, pairs of modes
 least_squares  parameters with confidence intervals, or an error where the data do not determine them
 """

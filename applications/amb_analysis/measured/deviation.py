@@ -45,7 +45,7 @@ class ModeDeviation:
     percent
         Relative difference of the computed from the measured frequency (%).
     measured_damping, computed_damping
-        Damping ratios (1); None if not available.
+        Damping ratios (1); None if not available or not resolved.
     mac
         (2); None with a single response.
     """
@@ -95,7 +95,7 @@ def _mac(m: FittedMode, c: FittedMode) -> float | None:
 
 
 def _pair(m: FittedMode, c: FittedMode | None) -> ModeDeviation:
-    ratio = None if np.isnan(m.damping_ratio) else m.damping_ratio
+    ratio = m.damping_ratio if m.is_resolved and not np.isnan(m.damping_ratio) else None
     if c is None:
         return ModeDeviation(m.frequency, None, None, ratio, None, None)
     percent = 100.0 * (c.frequency / m.frequency - 1.0)

@@ -74,7 +74,7 @@ def estimate(
     frequencies, S = _spectra(rows, record.sample_time, n, window)
     values, coherence = responses(S, len(input_channels), estimator)
     return tuple(
-        FrequencyResponse(output, source, frequencies, values[:, k, j], coherence[:, k])
+        FrequencyResponse(output, source, frequencies, values[:, k, j], coherence[:, k], 1.0 / (n * record.sample_time))
         for k, output in enumerate(output_channels)
         for j, source in enumerate(input_channels)
     )

@@ -39,6 +39,8 @@ class FrequencyResponse:
         Y/U in the units of the channels, shape (n,); y = Re[Y exp(j omega t)], so a delay has a negative phase.
     coherence
         From 0 to 1, shape (n,); None where it was not measured.
+    resolution
+        Inverse length of a segment (Hz), if it is an estimate from records; None if unknown.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class FrequencyResponse:
     frequencies: Array
     values: Complex
     coherence: Array | None = None
+    resolution: float | None = None
 
     def __post_init__(self) -> None:
         n = len(self.frequencies)

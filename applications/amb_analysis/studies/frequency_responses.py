@@ -14,10 +14,11 @@ import numpy as np
 from amb_analysis.machine.channels import Place, place_of
 from amb_analysis.machine.frequency_response import Loop, Structure, frequency_response, refined, resonant_frequencies
 from amb_analysis.machine.machine import machine_of
+from amb_analysis.measured.convention import contradictions
 from amb_analysis.measured.deviation import CurveDeviation, ModeDeviation, curve_deviation, mode_deviations
 from amb_analysis.measured.estimates import Estimator
 from amb_analysis.measured.files import read_measured
-from amb_analysis.measured.modal_fit import fitted_modes
+from amb_analysis.measured.modal_fit import FittedMode, fitted_modes, peak_frequencies
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
 from amb_analysis.measured.units import si_channel
 from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
@@ -37,6 +38,7 @@ from rotor_analysis.rotor_file import load_rotor
 LOWEST, HIGHEST = 1.0, 1000.0  # Hz, without a measurement
 POINTS = 600
 UNDAMPED = 1e-7  # half width of a resonance over its frequency, below which only rounding limits the peak
+MOST_PEAKS = 6  # that a warning lists
 COARSE = 10  # frequencies per interval of the search for resonances
 WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?")
 
@@ -113,8 +115,7 @@ class FrequencyResponses(WarnedResult, DrawnResult):
         for name, item in self.responses.items():
             if item.deviation is not None:
                 curves.add_row(name, item.unit, f"{item.deviation.frac:.3f}", f"{item.deviation.decibel:.2f}")
-        no_modes = "no peak rises 6 dB above its surroundings: no mode is compared"
-        return [modes if self.modes else no_modes, curves, *self.warning_lines()]
+        return [*([modes] if self.modes else []), curves, *self.warning_lines()]
 
 
 def response(
@@ -210,7 +211,7 @@ def response(
     values = _computed(structure, curves, ends)
     result = laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
     warnings = implausible_sizes(described) if machine is None else machine.planned.plan.warnings
-    return replace(result, warnings=warnings)
+    return replace(result, warnings=(*result.warnings, *warnings))
 
 
 def laid_over(
@@ -235,14 +236,32 @@ def laid_over(
         for name, c, v in zip(names, curves, values, strict=True)
     }
     modes: list[ModeDeviation] = []
+    warnings = list(contradictions(curves, values))
     for _, group in groupby(zip(curves, values, strict=True), lambda pair: pair[0].frequencies.tobytes()):
         pairs = list(group)
-        fitted = (
-            fitted_modes([replace(c, values=v) for c, v in pairs]) if computed else fitted_modes([c for c, _ in pairs])
-            for computed in (False, True)
-        )
-        modes += mode_deviations(*fitted)
-    return FrequencyResponses(rotor, loop, Omega, responses, tuple(sorted(modes, key=lambda mode: mode.measured)))
+        measured = [c for c, _ in pairs]
+        found = fitted_modes(measured)
+        warnings += [unresolved(mode) for mode in found if not mode.is_resolved]
+        if not found and not warnings:
+            at = ", ".join(f"{peak:.4g}" for peak in peak_frequencies(measured)[:MOST_PEAKS])
+            cause = (
+                f"no decaying vibration fits the peaks at {at} Hz"
+                if at
+                else "no peak rises 6 dB above its surroundings"
+            )
+            warnings.append(f"{cause}: no mode is compared")
+        computed = [replace(c, values=v, coherence=None, resolution=None) for c, v in pairs]
+        modes += mode_deviations(found, fitted_modes(computed))
+    listed = tuple(sorted(modes, key=lambda mode: mode.measured))
+    return FrequencyResponses(rotor, loop, Omega, responses, listed, warnings=tuple(warnings))
+
+
+def unresolved(mode: FittedMode) -> str:
+    """Return the sentence on a mode whose damping is not resolved."""
+    return (
+        f"the damping of the mode at {mode.frequency:.2f} Hz is not resolved: its peak is {mode.lines:.2g} lines wide; "
+        "take longer segments or a longer record, or closer lines"
+    )
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
