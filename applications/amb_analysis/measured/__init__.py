@@ -7,5 +7,6 @@ files        reads a file of any form: `.uff`, `.unv`, `.mat`, `.npz`, tables, a
 modal_fit    natural frequencies, damping and shapes from frequency responses
 convention   sign and time convention of measured responses
 deviation    how far two frequency responses differ: FRAC, MAC, pairs of modes
+response_fit  parameters from responses whose scatter is estimated from the data
 least_squares  parameters with confidence intervals, or an error where the data do not determine them
 """

@@ -18,6 +18,8 @@ from scipy.stats import t as student
 
 from array_types import Array
 
+Residuals = Callable[[Array], Array]
+
 CONFIDENCE = 0.95
 STEP = 1e-4  # of the range of a parameter, for differences
 NO_INFLUENCE = 1e-9  # of the largest influence of any parameter
@@ -70,7 +72,7 @@ class Fit:
     residuals: int
 
 
-def fit(residuals: Callable[[Array], Array], free: Sequence[FreeParameter], start: Sequence[float]) -> Fit:
+def fit(residuals: Residuals, free: Sequence[FreeParameter], start: Sequence[float]) -> Fit:
     """Return the parameters that minimise the sum of squares (1), with intervals.
 
     Parameters
@@ -88,44 +90,95 @@ def fit(residuals: Callable[[Array], Array], free: Sequence[FreeParameter], star
         If there are not more residuals than parameters, the start is outside the bounds, or the data do not determine a
         parameter: it has no influence, or its interval is wider than its bounds.
     """
-    low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
+    first = residuals(np.asarray(start, np.float64))
+    best = minimised(residuals, free, start)
+    before, after = (float(np.sqrt(np.mean(r**2))) for r in (first, residuals(best)))
+    parameters, correlation = intervals(residuals, free, best)
+    return Fit(parameters, correlation, before, after, len(first))
+
+
+def minimised(residuals: Residuals, free: Sequence[FreeParameter], start: Sequence[float] | Array) -> Array:
+    """Return the values of the parameters that minimise (1); arguments and errors as of `fit`."""
+    scaled, jacobian, low, span = _scaled(residuals, free)
     u0 = (np.asarray(start, np.float64) - low) / span
     for p, value, u in zip(free, start, u0, strict=True):
         if not 0.0 <= u <= 1.0:
             raise ValueError(f"{p.name} = {value:g} is not allowed; it must start from {p.lowest:g} to {p.highest:g}")
+    n, m = len(scaled(u0)), len(free)
+    if n <= m:
+        raise ValueError(f"{n} residuals are not enough for {m} parameters; measure more, or fit fewer")
+    _refuse_without_influence(free, jacobian(np.clip(u0, 0.02, 0.98)))
+    result = least_squares(scaled, np.clip(u0, 1e-3, 1.0 - 1e-3), jacobian, bounds=(0.0, 1.0), x_scale=1.0)
+    return np.asarray(low + span * result.x)
+
+
+def intervals(
+    residuals: Residuals,
+    free: Sequence[FreeParameter],
+    best: Array,
+    inflation: float = 1.0,
+    equivalent: float | None = None,
+) -> tuple[dict[str, FittedParameter], Array]:
+    """Return the parameters with intervals by (1), and their correlation, shape (m, m).
+
+    Parameters
+    ----------
+    residuals, free
+        As of `fit`.
+    best
+        Values at the minimum.
+    inflation
+        Factor of the covariance: above 1, residuals depend on each other.
+    equivalent
+        Number of residuals that determine the parameters, if it is less than all.
+
+    Raises
+    ------
+    ValueError
+        If an interval is wider than the bounds of its parameter.
+    """
+    scaled, jacobian, low, span = _scaled(residuals, free)
+    u = (best - low) / span
+    J, r = jacobian(u), scaled(u)
+    n, m = len(r), len(free)
+    variance = inflation * float(r @ r) / (n - m)
+    values, vectors = np.linalg.eigh(J.T @ J)
+    cov = (vectors * (variance / np.maximum(values, 1e-300))) @ vectors.T
+    deviation = np.sqrt(np.diag(cov))
+    correlation = cov / np.maximum(np.outer(deviation, deviation), 1e-300)
+    freedom = max(min(n, n if equivalent is None else equivalent) - m, 1.0)
+    half = float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)) * deviation
+    _refuse_uncertain(free, half, correlation)
+    fitted = {
+        p.name: FittedParameter(float(v), float(v - h), float(v + h), bool(min(x, 1.0 - x) < AT_BOUND))
+        for p, v, h, x in zip(free, best, half * span, u, strict=True)
+    }
+    return fitted, correlation
+
+
+def leverages(residuals: Residuals, free: Sequence[FreeParameter], best: Array) -> Array:
+    """Return the share of each residual in its own fit, the diagonal of J (J^T J)^-1 J^T, shape (n,)."""
+    _, jacobian, low, span = _scaled(residuals, free)
+    U, sizes, _ = np.linalg.svd(jacobian((best - low) / span), full_matrices=False)
+    return np.asarray(np.sum(U[:, sizes > 1e-12 * sizes[0]] ** 2, axis=1))
+
+
+def _scaled(residuals: Residuals, free: Sequence[FreeParameter]) -> tuple[Residuals, Residuals, Array, Array]:
+    """Return the residuals over parameters from 0 to 1 and their Jacobian, and the lowest values and ranges."""
+    low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
 
     def scaled(u: Array) -> Array:
         return residuals(low + span * u)
 
     def jacobian(u: Array) -> Array:
-        steps = np.where(u < 0.5, STEP, -STEP)
-        columns = []
-        for k, h in enumerate(steps):
+        columns, at = [], scaled(u)
+        for k, h in enumerate(np.where(u < 0.5, STEP, -STEP)):
             shifted = u.copy()
             shifted[k] += h
-            columns.append((scaled(shifted) - scaled(u)) / h)
+            columns.append((scaled(shifted) - at) / h)
         return np.stack(columns, axis=1)
 
-    first = scaled(u0)
-    n, m = len(first), len(free)
-    if n <= m:
-        raise ValueError(f"{n} residuals are not enough for {m} parameters; measure more, or fit fewer")
-    _refuse_without_influence(free, jacobian(np.clip(u0, 0.02, 0.98)))
-    result = least_squares(scaled, np.clip(u0, 1e-3, 1.0 - 1e-3), jacobian, bounds=(0.0, 1.0), x_scale=1.0)
-    J, r = result.jac, result.fun
-    variance = float(r @ r) / (n - m)
-    values, vectors = np.linalg.eigh(J.T @ J)
-    cov = (vectors * (variance / np.maximum(values, 1e-300))) @ vectors.T
-    deviation = np.sqrt(np.diag(cov))
-    correlation = cov / np.maximum(np.outer(deviation, deviation), 1e-300)
-    half = float(student.ppf(0.5 + 0.5 * CONFIDENCE, n - m)) * deviation
-    _refuse_uncertain(free, half, correlation)
-    centre = low + span * result.x
-    fitted = {
-        p.name: FittedParameter(float(v), float(v - h), float(v + h), bool(min(u, 1.0 - u) < AT_BOUND))
-        for p, v, h, u in zip(free, centre, half * span, result.x, strict=True)
-    }
-    return Fit(fitted, correlation, float(np.sqrt(np.mean(first**2))), float(np.sqrt(np.mean(r**2))), n)
+    return scaled, jacobian, low, span
 
 
 def _refuse_without_influence(free: Sequence[FreeParameter], J: Array) -> None:

@@ -208,7 +208,7 @@ def response(
     structure = Structure(refined_rotor, loop, Omega, machine)
     if measured is None:
         curves = _closer(structure, curves, ends)
-    values = _computed(structure, curves, ends)
+    values = computed_values(structure, curves, ends)
     result = laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
     warnings = implausible_sizes(described) if machine is None else machine.planned.plan.warnings
     return replace(result, warnings=(*result.warnings, *warnings))
@@ -372,7 +372,7 @@ def _place(channel: Channel, rotor: Rotor, is_input: bool) -> Place:
     return place_of(channel.name, channel.unit, rotor, is_input=is_input)
 
 
-def _computed(
+def computed_values(
     structure: Structure, curves: Sequence[FrequencyResponse], ends: Sequence[tuple[Place, Place]]
 ) -> list[Complex]:
     """Return the computed values of responses; those with the same frequencies are computed together."""

@@ -11,21 +11,22 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 import tomli_w
 
-from amb_analysis.machine.channels import place_of
-from amb_analysis.machine.frequency_response import Loop, Structure, frequency_response, refined
+from amb_analysis.machine.channels import Place, place_of
+from amb_analysis.machine.frequency_response import Loop, Structure, refined
 from amb_analysis.measured.convention import contradictions
 from amb_analysis.measured.estimates import Estimator
 from amb_analysis.measured.least_squares import Fit, FreeParameter
 from amb_analysis.measured.least_squares import fit as least_squares_fit
 from amb_analysis.measured.modal_fit import fitted_modes
 from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes
-from amb_analysis.studies.frequency_responses import FrequencyResponses, measured_content, response
+from amb_analysis.measured.response_fit import fit_responses
+from amb_analysis.studies.frequency_responses import FrequencyResponses, computed_values, measured_content, response
 from amb_analysis.studies.inputs import Number, spin_speed
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.rotor_parameters import RotorParameters, free_parameters
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
-from array_types import Array
+from array_types import Array, Complex
 from rotor_analysis.assembly import assemble, with_bearings
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.modes import modes as modes_of
@@ -33,7 +34,6 @@ from rotor_analysis.rotor import Rotor
 
 MOST_LINES = 300  # of a response; more frequencies are thinned evenly
 FREQUENCY_ERROR, DAMPING_ERROR = 1e-3, 0.1  # expected relative errors of measured modes, which weight the fit
-MOST_WEIGHT = 30.0  # largest weight of a frequency by its coherence
 BIASED = 10.0  # lines about a peak that is not resolved
 ELASTIC = 1e-2  # of the lowest measured frequency, below which a mode is rigid motion
 
@@ -105,7 +105,8 @@ def fit(
 ) -> RotorFit:
     """Return a rotor whose parameters fit a measurement, with 95 % intervals.
 
-    Residuals of responses are ln(H/H_measured), real and imaginary, weighted by the coherence. Residuals of modes are
+    Residuals of responses are differences over their scatter, which is estimated by frequency from the data and the
+    coherence (`measured.response_fit`). Residuals of modes are
     the logarithms of frequencies and damping ratios over the measured ones, in units of 0.1 % and 10 %. A parameter
     that the data do not determine is an error (`measured.least_squares.fit`).
 
@@ -153,19 +154,27 @@ def fit(
 
     before = laid_over_measured(model.start) if curves else None
 
-    def residuals(values: Array) -> Array:
-        current = model.rotor_with(values)
-        if curves:
-            return response_residuals(current, loop, Omega, curves)
-        assert content.modes is not None
-        return mode_residuals(current, loop, Omega, content.modes)
+    noticed: tuple[str, ...] = ()
+    if curves:
+        ends = [_ends(curve, model.rotor_with(model.start)) for curve in curves]
+        places = [place for pair in ends for place in pair]
 
-    result = least_squares_fit(residuals, chosen, model.start)
+        def responses(values: Array) -> list[Complex]:
+            structure = Structure(refined(model.rotor_with(values), places), loop, Omega)
+            return computed_values(structure, curves, ends)
+
+        result, noticed = fit_responses(responses, curves, chosen, model.start)
+    else:
+        assert content.modes is not None
+        modes = content.modes
+        result = least_squares_fit(
+            lambda values: mode_residuals(model.rotor_with(values), loop, Omega, modes), chosen, model.start
+        )
     name = "a measurement" if isinstance(measured, Measurement) else Path(measured).name
     best = np.array([p.value for p in result.parameters.values()])
     after = laid_over_measured(best) if curves else None
     text = _file_text(model.data_with(best), result, chosen, name)
-    warnings = (*(after.warnings if after else ()), *implausible_sizes(model.rotor_with(model.start)))
+    warnings = (*noticed, *(after.warnings if after else ()), *implausible_sizes(model.rotor_with(model.start)))
     return RotorFit(model.rotor_with(best).name, name, loop, result, before, after, text, warnings=warnings)
 
 
@@ -191,21 +200,12 @@ def thinned(curve: FrequencyResponse) -> FrequencyResponse:
     return curve.at(np.unique(np.linspace(0, len(curve.frequencies) - 1, MOST_LINES).round().astype(np.intp)))
 
 
-def response_residuals(rotor: Rotor, loop: Loop, Omega: float, curves: Sequence[FrequencyResponse]) -> Array:
-    """Return ln(H/H_measured) of all responses, real and imaginary parts, weighted by their coherence."""
-    result = []
-    for curve in curves:
-        source = place_of(curve.input.name, curve.input.unit, rotor, is_input=True)
-        output = place_of(curve.output.name, curve.output.unit, rotor, is_input=False)
-        structure = Structure(refined(rotor, [source, output]), loop, Omega)
-        H = frequency_response(structure, [source], [output], curve.frequencies)[:, 0, 0]
-        error = np.log(H / curve.values)
-        if curve.coherence is not None:
-            # variance of an estimate over its square: (1 - gamma^2)/(2 gamma^2) over the number of averages
-            square = np.clip(curve.coherence, 1e-3, 1.0 - 1e-6)
-            error = error * np.minimum(np.sqrt(square / (1.0 - square)), MOST_WEIGHT)
-        result += [error.real, error.imag]
-    return np.concatenate(result)
+def _ends(curve: FrequencyResponse, rotor: Rotor) -> tuple[Place, Place]:
+    """Return the places of input and output."""
+    return (
+        place_of(curve.input.name, curve.input.unit, rotor, is_input=True),
+        place_of(curve.output.name, curve.output.unit, rotor, is_input=False),
+    )
 
 
 def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> Array:

@@ -1,0 +1,203 @@
+"""Parameters of a model from measured frequency responses, whose scatter is estimated from the data.
+
+The fit begins with logarithms, ln(H/H_m), which lead from afar to the resonances. Near a noise floor they are biased.
+It ends with differences over their own standard deviation,
+
+    r_k = (H_k - H_mk)/sqrt(v_k/2), real and imaginary                                               (1)
+    v_k = a + b |H_k|^2 + c |H_k|^2 (1 - gamma_k^2)/gamma_k^2                                        (2)
+
+a is a noise floor, b a scatter in proportion, and c that of an estimate with the coherence gamma^2. Each response has
+its own a, b, c >= 0, of largest likelihood with e_k = |H_k - H_mk|^2/v_k distributed exponentially. Each of them is
+multiplied by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), x its factor in (2), until it settles. H of (2) is the model of the
+last step, since a measured |H| would favour small values.
+
+Residuals r of neighbouring lines must not depend on each other. With their correlations rho_l at a distance of l lines,
+the covariance of the parameters grows by
+
+    1 + 2 sum rho_l,   l = 1, 2, ... while rho_l > 3/sqrt(n)                                         (3)
+
+G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 2.8; J. S. Bendat, A. G. Piersol, Random Data, 4th
+ed., Wiley, 2010, sec. 9.2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from amb_analysis.measured.least_squares import Fit, FreeParameter, Residuals, intervals, leverages, minimised
+from amb_analysis.measured.records import FrequencyResponse
+from array_types import Array, Complex
+
+Model = Callable[[Array], Sequence[Complex]]
+
+STEPS = 10  # of weights and parameters in turn
+SETTLED = 0.01  # change of the logarithm of the likelihood
+MOST_SHARE = 0.9  # of a line in the fit
+WEIGHINGS = 500  # steps of the largest likelihood of (2)
+LEAST_SCATTER = 1e-9  # relative, of rounding
+MOST_WEIGHT = 30.0  # of a line by its coherence, in the fit of logarithms
+LAGS = 20
+EXACT = 1e-4  # relative deviation below which residuals are those of rounding in a file
+DEPENDENT = 0.2  # correlation of neighbours above which residuals are not noise
+
+
+def fit_responses(
+    model: Model, curves: Sequence[FrequencyResponse], free: Sequence[FreeParameter], start: Sequence[float]
+) -> tuple[Fit, tuple[str, ...]]:
+    """Return the parameters that fit some responses, with intervals by (1) to (3), and warnings.
+
+    Parameters
+    ----------
+    model
+        Values of all responses over the parameters, shape (n,) each.
+    curves
+        Measured responses.
+    free, start
+        Parameters with bounds, and values to begin with.
+
+    Raises
+    ------
+    ValueError
+        As `least_squares.fit`.
+    """
+    weights = [_by_coherence(curve) for curve in curves]
+
+    def logarithms(p: Array) -> Array:
+        values = zip(model(p), curves, weights, strict=True)
+        return np.concatenate([_parts(np.asarray(w * np.log(H / c.values), np.complex128)) for H, c, w in values])
+
+    def over(scatter: Sequence[Array]) -> Residuals:
+        def differences(p: Array) -> Array:
+            values = zip(model(p), curves, scatter, strict=True)
+            return np.concatenate([_parts((H - c.values) / np.sqrt(0.5 * v)) for H, c, v in values])
+
+        return differences
+
+    best = minimised(logarithms, free, start)
+    residuals = over([_floor(H, curve) for H, curve in zip(model(best), curves, strict=True)])
+    best, likelihood = minimised(residuals, free, best), np.inf
+    terms: list[Array] = []
+    for _ in range(STEPS):
+        shares = _shares(leverages(residuals, free, best), curves)
+        found, new = _scatters(model(best), curves, shares)
+        if new > likelihood - SETTLED:
+            break
+        terms, likelihood = found, new
+        residuals = over([item.sum(axis=1) for item in terms])
+        best = minimised(residuals, free, best)
+    inflation, neighbour = _dependence([pair[0] + 1j * pair[1] for pair in _pairs(residuals(best), curves)])
+    equivalent = _equivalent(terms, _shares(leverages(residuals, free, best), curves))
+    parameters, correlation = intervals(residuals, free, best, inflation, equivalent)
+    first, last = (_relative(model(np.asarray(p, np.float64)), curves) for p in (start, best))
+    warnings: tuple[str, ...] = ()
+    if neighbour > DEPENDENT and inflation > 1.0 and last > EXACT:
+        warnings = (
+            f"residuals of neighbouring frequencies have a correlation of {neighbour:.2f}: they are not noise. The "
+            "model may lack something; intervals do not include errors of its form",
+        )
+    return Fit(parameters, correlation, first, last, 2 * sum(len(c.values) for c in curves)), warnings
+
+
+def _pairs(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
+    """Return numbers of residuals by response, shape (2, n) each: of real and of imaginary parts."""
+    parts = np.split(values, np.cumsum([2 * len(c.values) for c in curves])[:-1])
+    return [part.reshape(2, -1) for part in parts]
+
+
+def _shares(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
+    """Return the share of each line in the fit, by response, shape (n,) each."""
+    return [np.asarray(pair.sum(axis=0)) for pair in _pairs(values, curves)]
+
+
+def _scatters(
+    values: Sequence[Complex], curves: Sequence[FrequencyResponse], shares: Sequence[Array]
+) -> tuple[list[Array], float]:
+    """Return the terms of (2) of each response, shape (n, terms), and -2 times the logarithm of the likelihood.
+
+    A line that has the share h in the fit, of its two parts, leaves a residual that is too small: its square is divided
+    by 1 - h/2.
+    """
+    result, total = [], 0.0
+    for H, curve, h in zip(values, curves, shares, strict=True):
+        squares = np.abs(H - curve.values) ** 2 / (1.0 - np.minimum(0.5 * h, MOST_SHARE))
+        result.append(_scatter(H, curve, squares))
+        v = result[-1].sum(axis=1)
+        total += float(np.sum(np.log(v) + squares / v))
+    return result, total
+
+
+def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
+    """Return the number of residuals that determine the scatter of those lines which determine the parameters.
+
+    A term of (2) is known from the lines at which it is large, about 2 (sum s)^2/sum s^2 with its part s in v. The
+    relative errors of terms, weighted by their parts in the fit, add up (F. E. Satterthwaite, Biometrics 2 (1946) 110).
+    """
+    whole, error = max(sum(float(h.sum()) for h in shares), 1e-300), 0.0
+    for item, h in zip(terms, shares, strict=True):
+        for s in (item / item.sum(axis=1, keepdims=True)).T:
+            known = 2.0 * float(s.sum()) ** 2 / max(float((s**2).sum()), 1e-300)
+            error += (float((h * s).sum()) / whole) ** 2 / max(known, 1.0)
+    return 1.0 / max(error, 1e-300)
+
+
+def _by_coherence(curve: FrequencyResponse) -> Array:
+    """Return weights of logarithms: the inverse of their standard deviation, up to the number of averages."""
+    if curve.coherence is None:
+        return np.ones(len(curve.values))
+    square = np.clip(curve.coherence, 1e-3, 1.0 - 1e-6)
+    return np.minimum(np.sqrt(square / (1.0 - square)), MOST_WEIGHT)
+
+
+def _floor(H: Complex, curve: FrequencyResponse) -> Array:
+    """Return equal v, shape (n,): resonances then lead; a misfit there would be taken for a scatter of (2)."""
+    squares = np.abs(H - curve.values) ** 2
+    return np.full(len(H), max(float(np.median(squares)), LEAST_SCATTER**2 * float(np.mean(np.abs(H) ** 2))))
+
+
+def _scatter(H: Complex, curve: FrequencyResponse, squares: Array) -> Array:
+    """Return the terms of (2), shape (n, terms), of largest likelihood with the squares of residuals."""
+    power = np.abs(H) ** 2
+    columns = [np.full(len(H), np.mean(power)), power]
+    if curve.coherence is not None:
+        gamma = np.clip(curve.coherence, 1e-3, 1.0)
+        columns.append(power * (1.0 - gamma) / gamma)
+    terms = np.stack(columns, axis=1)
+    least = LEAST_SCATTER**2 * power
+    factors = float(np.mean(squares)) / np.mean(terms, axis=0) / len(columns)
+    v = terms @ factors + least
+    for _ in range(WEIGHINGS):
+        factors = factors * np.sqrt((squares / v**2) @ terms / ((1.0 / v) @ terms))
+        new = terms @ factors + least
+        settled = np.allclose(new, v, rtol=1e-4, atol=0.0)
+        v = new
+        if settled:
+            break
+    found = terms * factors
+    found[:, 1] += least
+    return np.asarray(found)
+
+
+def _dependence(residuals: Sequence[Complex]) -> tuple[float, float]:
+    """Return (3), and the correlation of neighbours."""
+    size = sum(float(np.sum(np.abs(z) ** 2)) for z in residuals)
+    n = sum(len(z) for z in residuals)
+    total, neighbour = 1.0, 0.0
+    for lag in range(1, LAGS + 1):
+        rho = sum(float(np.sum((z[:-lag] * z[lag:].conj()).real)) for z in residuals) / max(size, 1e-300)
+        neighbour = rho if lag == 1 else neighbour
+        if rho <= 3.0 / np.sqrt(n):
+            break
+        total += 2.0 * rho
+    return total, neighbour
+
+
+def _relative(values: Sequence[Complex], curves: Sequence[FrequencyResponse]) -> float:
+    """Return the root mean square of ln(H/H_m), real and imaginary."""
+    r = np.concatenate([_parts(np.log(H / c.values)) for H, c in zip(values, curves, strict=True)])
+    return float(np.sqrt(np.mean(r**2)))
+
+
+def _parts(values: Complex) -> Array:
+    return np.concatenate([values.real, values.imag])
