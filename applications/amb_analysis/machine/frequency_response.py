@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -24,10 +24,12 @@ from amb_analysis.machine.feedback import component_outputs, force_feeds, latene
 from amb_analysis.machine.machine import Machine
 from amb_cosim.results.component_names import ACTUATOR
 from array_types import Array, Complex
-from rotor_analysis.harmonic import harmonic_model
+from rotor_analysis.harmonic import HarmonicModel, harmonic_model
 from rotor_analysis.parts import Bearing
 from rotor_analysis.resonances import resonances
 from rotor_analysis.rotor import Rotor
+
+BLOCK = 512  # frequencies that are computed together, which bounds the memory
 
 Loop = Literal["free", "linear", "open", "closed"]
 """Support of the rotor: none, bearings and seals of its file, magnets without controller, or the machine's control."""
@@ -87,8 +89,24 @@ def frequency_response(
     ValueError
         If a current is at a place without a magnet and its control, or the response is unbounded.
     """
-    rotor, omegas = structure.rotor, 2.0 * np.pi * np.asarray(frequencies, np.float64)
-    size, magnets = 2 * len(rotor.shaft.nodes), _magnets(structure, inputs, outputs)
+    omegas, magnets = 2.0 * np.pi * np.asarray(frequencies, np.float64), _magnets(structure, inputs, outputs)
+    top = float(omegas.max()) if highest is None else 2.0 * np.pi * highest
+    model = harmonic_model(structure.rotor, _loaded(structure, inputs, magnets), top, structure.bearings)
+    blocks = np.split(omegas, range(BLOCK, len(omegas), BLOCK))
+    return np.concatenate([_response(structure, inputs, outputs, block, model, magnets) for block in blocks])
+
+
+def _response(
+    structure: Structure,
+    inputs: Sequence[Place],
+    outputs: Sequence[Place],
+    omegas: Array,
+    model: HarmonicModel,
+    magnets: _Magnets | None,
+) -> Complex:
+    """Return (1) at some frequencies (rad/s); it takes memory for all displacements of the rotor at each of them."""
+    rotor = structure.rotor
+    size = 2 * len(rotor.shaft.nodes)
     loads = np.zeros((len(omegas), size, len(inputs)), dtype=np.complex128)
     currents = [k for k, place in enumerate(inputs) if place.unit == "A"]
     for k, place in enumerate(inputs):
@@ -97,8 +115,6 @@ def frequency_response(
     if magnets is not None and currents:
         for n, omega in enumerate(omegas):
             loads[n][np.ix_(magnets.rows, currents)] = magnets.at(omega)[: len(magnets.rows), size:]
-    top = float(omegas.max()) if highest is None else 2.0 * np.pi * highest
-    model = harmonic_model(rotor, _loaded(structure, inputs, magnets), top, structure.bearings)
     motion = model.response(omegas, structure.Omega, loads, np.eye(size), magnets.forces if magnets else None)
     result = np.empty((len(omegas), len(outputs), len(inputs)), dtype=np.complex128)
     for k, place in enumerate(outputs):
@@ -175,7 +191,9 @@ def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Pl
     components = (ACTUATOR,) if structure.loop == "open" else None
     rows = force_feeds(machine, linear_source)
     ends = [*rows, *(machine.loop.sources if structure.loop == "closed" else ())]
-    responses = cache(lambda omega: component_outputs(machine, linear_source, ends, float(omega), injected, components))
+    responses = lru_cache(2 * BLOCK)(
+        lambda omega: component_outputs(machine, linear_source, ends, float(omega), injected, components)
+    )
     late = lateness(linear_source, machine.loop.sources if structure.loop == "closed" else ())
     return _Magnets(2 * len(structure.rotor.shaft.nodes), list(rows.values()), axes, late, responses)
 
