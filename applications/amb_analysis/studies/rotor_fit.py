@@ -138,7 +138,8 @@ def fit(
     if measured is None:
         raise ValueError("measured is missing; a fit needs a measurement")
     chosen = free_parameters(free)
-    model = RotorParameters.load(rotor, [p.name for p in chosen])
+    names = [p.name for p in chosen]
+    model = RotorParameters.load(rotor, names)
     content = measured_content(measured, channels, channel_units, inputs, outputs, up_to, (estimator, segment, window))
     Omega = 0.0 if speed is None else spin_speed(speed)
     curves = [thinned(curve) for curve in resolved(content.responses)]
@@ -158,6 +159,7 @@ def fit(
     if curves:
         ends = [_ends(curve, model.rotor_with(model.start)) for curve in curves]
         places = [place for pair in ends for place in pair]
+        model = RotorParameters.load(rotor, names, [p.position for p in places if p.position is not None])
 
         def responses(values: Array) -> list[Complex]:
             structure = Structure(refined(model.rotor_with(values), places), loop, Omega)

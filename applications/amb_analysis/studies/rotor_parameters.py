@@ -1,12 +1,23 @@
-"""Parameters of a rotor file by their keys, and the rotor with other values of them on one mesh."""
+"""Parameters of a rotor file by their keys, and the rotor with other values of them on one mesh.
+
+A position or a length moves the mesh. With the ends of sections and the positions of parts, b at the start and b' now,
+a node at z goes to
+
+    z' = b'_k + (z - b_k) (b'_k+1 - b'_k)/(b_k+1 - b_k),   b_k <= z <= b_k+1                        (1)
+
+so that responses are smooth functions of the parameters. Measured positions stay where they are.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from amb_analysis.measured.least_squares import FreeParameter
 from amb_analysis.studies.inputs import Number
@@ -27,18 +38,21 @@ class RotorParameters:
     data
         Content of the file.
     nodes
-        Nodes of its mesh (m), which do not change.
+        Nodes of its mesh (m).
+    fixed
+        Positions (m) that have a node and do not move.
     names, start
         Keys of the numbers, such as `bodies.wheel.mass`, and their values in the file.
     """
 
     data: Mapping[str, Any]
     nodes: tuple[float, ...]
+    fixed: tuple[float, ...]
     names: tuple[str, ...]
     start: tuple[float, ...]
 
     @classmethod
-    def load(cls, source: str | Path | None, names: Sequence[str]) -> RotorParameters:
+    def load(cls, source: str | Path | None, names: Sequence[str], fixed: Sequence[float] = ()) -> RotorParameters:
         """Read a rotor file.
 
         Raises
@@ -49,7 +63,8 @@ class RotorParameters:
         rotor, path = load_rotor(source), rotor_path(source)
         data = read_toml(path, f"rotor file {path}")
         start = tuple(_number(data, name) for name in names)
-        return cls(data, rotor.shaft.nodes, tuple(names), start)
+        on_shaft = tuple(z for z in fixed if rotor.shaft.nodes[0] <= z <= rotor.shaft.nodes[-1])
+        return cls(data, rotor.shaft.with_nodes_at(on_shaft).nodes, on_shaft, tuple(names), start)
 
     def data_with(self, values: Array) -> dict[str, Any]:
         """Return the content with other values of the parameters."""
@@ -60,12 +75,34 @@ class RotorParameters:
         return data
 
     def rotor_with(self, values: Array | Sequence[float]) -> Rotor:
-        """Return the rotor with other values of the parameters, on the same mesh."""
+        """Return the rotor with other values of the parameters, on the mesh that moves with it by (1).
+
+        Raises
+        ------
+        ValueError
+            If the rotor does not exist, or two positions coincide that did not at the start.
+        """
+        rotor = self._coarse(values)
+        old, new = self._begun, rotor.shaft.with_nodes_at(self.fixed).nodes
+        if len(old) != len(new):
+            raise ValueError(
+                "the fitted rotor has two positions at one place, of sections, parts or measured channels; "
+                "narrow the bounds of its positions and lengths"
+            )
+        moved = self.nodes if old == new else tuple(float(z) for z in np.interp(self.nodes, old, new))
+        return rotor.on_mesh(rotor.shaft.with_nodes_at(moved))
+
+    @cached_property
+    def _begun(self) -> tuple[float, ...]:
+        """The positions b of (1)."""
+        return self._coarse(self.start).shaft.with_nodes_at(self.fixed).nodes
+
+    def _coarse(self, values: Array | Sequence[float]) -> Rotor:
+        """Return the rotor with nodes at the ends of its sections and its parts alone."""
         data = self.data_with(values)  # type: ignore[arg-type]
         if "mesh" in data or "sections" in data["shaft"]:
             data["mesh"] = COARSE
-        rotor = rotor_from(data, "the fitted rotor")
-        return rotor.on_mesh(rotor.shaft.with_nodes_at(self.nodes))
+        return rotor_from(data, "the fitted rotor")
 
 
 def free_parameters(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> list[FreeParameter]:
