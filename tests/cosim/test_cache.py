@@ -46,20 +46,28 @@ def archive(folder, count=1):
 def test_a_new_entry_evicts_the_least_recently_used(filled, monkeypatch):
     monkeypatch.setattr(cache, "LIMIT", 3000)
     cache.note_use(filled / f"model0-{0:032x}", is_new=False)
-    new, is_new = cache.unpacked(archive(filled), "an FMU")
-    assert is_new
+    new = cache.unpacked(archive(filled), "an FMU")
     assert names(filled) == ["engines", "mine", "model0", "model3", "new", "notes.txt"]
-    again, is_new = cache.unpacked(archive(filled), "an FMU")
-    assert (again, is_new) == (new, False)
+    assert cache.unpacked(archive(filled), "an FMU") == new
 
 
 @pytest.mark.parametrize("name", ["my model.fmu", "100 % Läufer #2.fmu", "model.fmu"])
 def test_uri_of_an_unpacked_fmu_has_no_escaped_characters(filled, name):
     """Some FMUs open their resources by the text of the URI: those of OpenModelica up to 1.18."""
-    home, _ = cache.unpacked(archive(filled).rename(filled.parent / name), "an FMU")
+    home = cache.unpacked(archive(filled).rename(filled.parent / name), "an FMU")
     assert "%" not in home.as_uri()
     assert home.parent == filled
     assert home in [entry.path for entry in cache.cache_entries()]
+
+
+def test_an_fmu_is_new_until_it_is_loaded_and_again_once_it_was_removed(filled):
+    home = cache.unpacked(archive(filled), "an FMU")
+    cache.unpacked(archive(filled), "an FMU")
+    assert cache.is_first_loading(home)
+    assert not cache.is_first_loading(home)
+    cache.remove_entries()
+    assert names(filled) == ["mine", "notes.txt"]
+    assert cache.is_first_loading(cache.unpacked(archive(filled), "an FMU"))
 
 
 def test_entries_used_today_stay_even_above_the_limit(filled, monkeypatch):

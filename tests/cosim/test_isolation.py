@@ -136,22 +136,26 @@ def test_a_signal_ends_the_process_of_the_fmus_too(system, tmp_path, number, cod
     wait_until(lambda: not is_running(child))
 
 
-def test_the_first_run_of_an_fmu_from_elsewhere_warns(run_python, system):
-    def warnings(path: str) -> list:
+@pytest.mark.parametrize("loading", ["amb_cosim.simulate(path)", "amb_cosim.verify(fmu)"])
+def test_the_first_loading_of_an_fmu_from_elsewhere_warns_not_a_check(run_python, system, loading):
+    def warnings(path: str, loading: str) -> list:
         import os
         import subprocess
         import sys
 
         os.environ["XDG_CACHE_HOME"] = os.environ["TMPDIR"]
-        program = f"import amb_cosim; amb_cosim.simulate({path!r})"
-        processes = [
-            subprocess.run([sys.executable, "-c", program], stderr=subprocess.PIPE, text=True) for _ in range(2)
+        check = "assembly.assemble(amb_cosim.load_system(path))"
+        begin = "import amb_cosim\nfrom amb_cosim.cosim.system import assembly\n"
+        begin += f"path = {path!r}\nfmu = amb_cosim.load_system(path).components[0].fmu\ntry:\n    "
+        end = "\nexcept ValueError: pass"  # it has no reference results
+        return [
+            subprocess.run([sys.executable, "-c", begin + deed + end], stderr=subprocess.PIPE, text=True).stderr
+            for deed in (check, check, loading, loading)
         ]
-        return [process.stderr for process in processes]
 
-    first, second = run_python(warnings, path=str(system()))
+    checked, checked_again, first, second = run_python(warnings, path=str(system()), loading=loading)
+    assert checked == checked_again == second == ""
     assert_names(first, "Hostile.fmu", "first time", "permissions")
-    assert second == ""
 
 
 def test_a_script_without_a_main_guard_runs_foreign_fmus(run_python, system):

@@ -17,7 +17,7 @@ from amb_analysis.linear.foreign import foreign_component
 from amb_analysis.linear.rotor_and_magnets import actuator_component, rotor_component
 from amb_cosim.controllers.laws import Law
 from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu, model_of, model_source
+from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu, model_of, model_source, note_first_loading
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.assembly import Assembly, assemble
 from amb_cosim.cosim.system.assignments import Assignments
@@ -152,6 +152,7 @@ class LinearSource:
         folder, step = self.assembly.fmus[name].folder, every * self.plan.step_size
         stated = interface.ports.get("sample_time")
         is_parameter = stated is not None and stated.causality == "parameter"
+        note_first_loading(self.assembly.fmus[name])
         time = max(step, self.parameters(name)["sample_time"] if is_parameter else 0.0)
         return foreign_component(name, folder, interface, start, (inputs, outputs), time)
 

@@ -28,6 +28,7 @@ BETWEEN_MEASUREMENTS = 3600.0  # s
 IN_USE = 24 * 3600.0  # s; an entry used within this time may still be loaded by a process
 COMPILED = ("engines", "loops")  # small, and minutes to compile: removed only with everything else, `over` = 0
 ENCODED = re.compile(r"[^A-Za-z0-9._-]")  # characters that a URI encodes, such as %20; some FMUs do not decode them
+LOADED = ".loaded"  # suffix of the mark of an FMU that has been loaded
 ENTRY = re.compile(r".+-[0-9a-f]{32}")  # names of all other entries
 
 
@@ -40,8 +41,8 @@ class CacheEntry:
     used: float
 
 
-def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
-    """Return the cache folder with the unpacked archive, and whether it is new; `name` is for messages.
+def unpacked(archive: Path, name: str) -> Path:
+    """Return the cache folder with the unpacked archive; `name` is for messages.
 
     The folder is named after the archive and its content, without characters that a URI encodes, and recreated if its
     content differs from the archive.
@@ -59,7 +60,21 @@ def unpacked(archive: Path, name: str) -> tuple[Path, bool]:
     is_new = not home.is_dir()
     create_atomically(home, lambda folder: unpack(archive, folder, name), lambda folder: is_unpacked(archive, folder))
     note_use(home, is_new)
-    return home, is_new
+    return home
+
+
+def is_first_loading(home: Path) -> bool:
+    """Return whether an unpacked FMU is loaded here for the first time, and mark it as loaded.
+
+    The mark is a file beside its folder, so that no archive can contain it.
+    """
+    try:
+        _mark(home).touch(exist_ok=False)
+    except FileExistsError:
+        return False
+    except OSError:  # another user's cache
+        pass
+    return True
 
 
 def note_use(home: Path, is_new: bool) -> None:
@@ -90,8 +105,13 @@ def remove_entries(over: int = 0, unused_for: float = 0.0) -> list[CacheEntry]:
         with temporary_folder(user_cache()) as folder, suppress(OSError):  # another process was faster
             entry.path.rename(folder / entry.path.name)  # at once, so that no process sees part of it
             removed.append(entry)
+            _mark(entry.path).unlink(missing_ok=True)
         size -= entry.size
     return removed
+
+
+def _mark(home: Path) -> Path:
+    return home.with_name(f"{home.name}{LOADED}")
 
 
 def _is_due(measured: Path) -> bool:

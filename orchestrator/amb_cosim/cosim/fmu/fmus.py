@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.cosim.basics.build_target import BuildTarget
-from amb_cosim.cosim.basics.cache import note_use, unpacked
+from amb_cosim.cosim.basics.cache import is_first_loading, note_use, unpacked
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
@@ -221,10 +221,13 @@ def provide(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:
     path = Path(str(fmu))
     if not path.is_file():
         raise ValueError(f"no FMU {fmu!r}; it must be a path or one of {', '.join(models())}")
-    folder, is_new = unpacked(path, f"FMU {fmu}")
-    if is_new:
-        log.warning("%s runs here for the first time: an FMU is a program with all your permissions", fmu)
-    return Fmu(path, folder, "file")
+    return Fmu(path, unpacked(path, f"FMU {fmu}"), "file")
+
+
+def note_first_loading(fmu: Fmu) -> None:
+    """Print a notice if an FMU given as a file is loaded here for the first time; call it before loading."""
+    if fmu.flavour == "file" and is_first_loading(fmu.folder):
+        log.warning("%s runs here for the first time: an FMU is a program with all your permissions", fmu.path)
 
 
 def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) -> Fmu:

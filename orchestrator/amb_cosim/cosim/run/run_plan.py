@@ -12,6 +12,7 @@ from pathlib import Path
 
 from amb_cosim.cosim.basics.errors import StepFailed
 from amb_cosim.cosim.basics.interruption import Interruption, deferred
+from amb_cosim.cosim.fmu.fmus import note_first_loading
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.master import Observer
 from amb_cosim.cosim.master.settling import CannotSettle
@@ -51,6 +52,8 @@ def run_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> 
         state to be saved, or if `start` is of another run.
     """
     options = options.for_plan(assembly, plan)
+    for fmu in assembly.fmus.values():
+        note_first_loading(fmu)
     return (run_isolated if options.isolated else run_here)(assembly, plan, options)
 
 

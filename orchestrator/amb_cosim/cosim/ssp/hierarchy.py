@@ -270,7 +270,7 @@ def _referenced(document: Document, source: str, is_package: bool) -> tuple[Docu
         return document, document.system(part)
     file, what, archive = document.file(path), f"{document.what}: {path}", document.archive
     if is_package:
-        archive, _ = unpacked(file, what)
+        archive = unpacked(file, what)
         file, part = Document(None, archive, what, archive).file(part or "SystemStructure.ssd"), ""
     inner = Document(parse(file.read_bytes(), STRUCTURE, what), file.parent, what, archive)
     return inner, inner.system(part)

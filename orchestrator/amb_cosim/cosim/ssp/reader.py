@@ -48,7 +48,7 @@ def load_ssp(
     what = f"archive {path}"
     if not Path(path).is_file():
         raise ValueError(f"no {what}")
-    folder, _ = unpacked(Path(path), what)
+    folder = unpacked(Path(path), what)
     structure = Document(None, folder, what, folder).file("SystemStructure.ssd")
     root = parse(structure.read_bytes(), STRUCTURE, f"{what}: SystemStructure.ssd")
     flat = FlatSystem(root, folder, what)

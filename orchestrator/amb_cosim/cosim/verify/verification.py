@@ -9,6 +9,7 @@ from pathlib import Path
 from amb_cosim.cosim.basics.cache import unpacked
 from amb_cosim.cosim.basics.child_process import child_process, how_it_ended
 from amb_cosim.cosim.basics.errors import ProcessFailed
+from amb_cosim.cosim.fmu.fmus import Fmu, note_first_loading
 from amb_cosim.cosim.run.isolation import ERROR, LONGEST_SILENCE, RECORDING, messages_of, next_message
 
 TOLERANCE = 1e-6  # of the largest value of a variable; results of different machines agree within this
@@ -104,7 +105,8 @@ def verify(fmu: str | Path) -> list[Verified]:
     path = Path(fmu)
     if not path.is_file():
         raise ValueError(f"there is no FMU {fmu}")
-    folder, _ = unpacked(path, f"FMU {fmu}")
+    folder = unpacked(path, f"FMU {fmu}")
+    note_first_loading(Fmu(path, folder, "file"))
     with child_process("verify.verification_process", (folder,)) as process:
         messages, start = messages_of(process), time.monotonic()
         while (answer := next_message(process, messages)) is None:
