@@ -2,6 +2,10 @@
 
 The checksum is of the compressed bytes, so damaged data are never unpacked. Empty chunks are written too; a missing
 chunk is therefore an error.
+
+A store from elsewhere is data: chunks must be files of the store, not links, and have only codecs that this package
+writes. A block of Zstandard of 4 bytes stands for at most 128 KiB, so all arrays together have at most 32768 times the
+size of their chunks.
 """
 
 from __future__ import annotations
@@ -19,6 +23,9 @@ if TYPE_CHECKING:
 INDEX = ".zmetadata"  # the file with all metadata
 CHECKSUM = "crc32"  # a codec of numcodecs
 EVERY_CHUNK = {"array.write_empty_chunks": True}  # Zarr's configuration while arrays are created or opened
+CODECS = {"vlen-utf8", "zstd", CHECKSUM}
+MOST_UNPACKED = 2**15  # bytes that a byte of Zstandard stands for
+MOST_MISSING = 2**27  # bytes of the arrays of 0.2.0, which may lack chunks
 LONGEST = 400  # most characters of an error
 
 
@@ -52,9 +59,13 @@ def read_group(path: Path, group: str = "") -> xr.Dataset:
     try:
         _check_descriptions(path)
         with xr.open_zarr(path, group=group or None, consolidated=False, chunks=None) as dataset:
+            announced, stored = 0, 0
             for name, variable in dataset.variables.items():
                 where = f"{path.name}/{group and group + '/'}{name}"
-                _check_chunks(path / group / str(name))
+                stored += _check_chunks(path / group / str(name))
+                announced += variable.size * variable.dtype.itemsize
+                if announced > max(MOST_UNPACKED * stored, MOST_MISSING):
+                    raise ValueError(f"it announces {announced} bytes, which {stored} bytes of chunks cannot hold")
                 variable.load()
             return dataset.load()
     except Exception as error:  # errors of Zarr, its codecs, xarray and the system differ
@@ -94,14 +105,23 @@ def _check_descriptions(path: Path) -> None:
             raise ValueError(f"{name} and {INDEX} differ")
 
 
-def _check_chunks(folder: Path) -> None:
-    """Raise ValueError if an array lacks a chunk; arrays of 0.2.0, without checksums, may lack chunks."""
+def _check_chunks(folder: Path) -> int:
+    """Return the size of the chunks of an array; raises ValueError if any is missing, a link, or has other codecs.
+
+    Arrays of 0.2.0, without checksums, may lack chunks.
+    """
     import zarr
 
     array: Any = zarr.open_array(folder, mode="r", zarr_format=2)
-    checked = any(codec.codec_id == CHECKSUM for codec in array.metadata.filters or ())
-    if checked and array.nchunks_initialized < array.nchunks:
+    codecs = [codec.codec_id for codec in (*(array.metadata.filters or ()), array.metadata.compressor) if codec]
+    if not set(codecs) <= CODECS:
+        raise ValueError(f"its codecs are {', '.join(codecs)}; they must be among {', '.join(sorted(CODECS))}")
+    if CHECKSUM in codecs and array.nchunks_initialized < array.nchunks:
         raise ValueError(f"{array.nchunks - array.nchunks_initialized} of its {array.nchunks} chunks are missing")
+    files = [file for file in folder.rglob("*") if not file.is_dir()]
+    if links := [file.name for file in (folder, *files) if file.is_symlink()]:
+        raise ValueError(f"{links[0]} is a link, which is not allowed; data must lie in the store")
+    return sum(file.stat().st_size for file in files)
 
 
 def _reason(error: Exception) -> str:

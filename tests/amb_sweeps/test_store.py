@@ -181,3 +181,32 @@ def test_a_lock_follows_no_link_and_truncates_nothing(tmp_path):
     with only_writer(tmp_path), raises_naming(ValueError, "another sweep"), only_writer(tmp_path):
         pass
     assert (lock.read_text(), (tmp_path / "diary").read_text()) == ("kept too", "kept")
+
+
+def link_to_another_file(array):
+    content = (array / "0.0").read_bytes()
+    (array / "0.0").unlink()
+    (array.parents[1] / "elsewhere").write_bytes(content)
+    (array / "0.0").symlink_to(array.parents[1] / "elsewhere")
+    return {}
+
+
+def other_codec(array):
+    return {"filters": [{"id": "zlib", "level": 1}, {"id": "crc32"}]}
+
+
+def array_without_chunks(array):
+    (array / "0.0").unlink()
+    return {"shape": [10**12, 2], "filters": None}
+
+
+@pytest.mark.parametrize("forge", [link_to_another_file, other_codec, array_without_chunks])
+def test_a_store_from_elsewhere_is_data_that_lie_in_it(tmp_path, forge):
+    path = fill(tmp_path) / "sweep.zarr"
+    described = json.loads((path / "peak" / ".zarray").read_bytes())
+    index = json.loads((path / ".zmetadata").read_bytes())
+    index["metadata"]["peak/.zarray"] = described | forge(path / "peak")
+    (path / "peak" / ".zarray").write_text(json.dumps(index["metadata"]["peak/.zarray"]))
+    (path / ".zmetadata").write_text(json.dumps(index))
+    with raises_naming(ValueError, "damaged", "peak"):
+        open_sweep(tmp_path)

@@ -1,0 +1,105 @@
+"""Checks a NetCDF file from elsewhere before its data are read: they must lie in this file, and fit into it.
+
+HDF5 follows links and storage into other files, whose bytes would appear in tables and figures. It also allocates what
+a file announces: chunks that are not stored, that several arrays share, or that are compressed twice. A byte of
+DEFLATE stands for at most 1032 bytes (two bits for 258), so all data together have at most 1032 times the size of the
+file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from amb_cosim.cosim.basics.interruption import undivided
+
+with undivided():
+    import h5py
+
+MOST_INFLATED = 1032  # bytes that a byte of DEFLATE stands for
+FILTERS = {  # those of `netcdf`, each at most once
+    h5py.h5z.FILTER_DEFLATE: "deflate",
+    h5py.h5z.FILTER_SHUFFLE: "shuffle",
+    h5py.h5z.FILTER_FLETCHER32: "fletcher32",
+}
+NUMBERS = "fiu"  # kinds of the types of arrays
+PLAIN = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM, h5py.h5t.STRING)  # classes of attributes
+DIMENSIONS, REFERENCES = "DIMENSION_LIST", "REFERENCE_LIST"  # attributes that refer to arrays, of other classes
+
+
+def check_content(path: Path) -> None:
+    """Raise ValueError if an object of a NetCDF-4 file lies in another file, or announces more than the file can hold.
+
+    The file must have only what `netcdf` writes: arrays of numbers, contiguous or in chunks with the filters of
+    `FILTERS`, and attributes that are numbers or single texts.
+    """
+    size, stored, described = path.stat().st_size, 0, 0
+    with h5py.File(path) as file:
+        for item in _objects(file):
+            if isinstance(item, h5py.Dataset):
+                stored += _stored(item)
+            described += _described(item)
+            if stored + described > size:
+                raise ValueError(f"{item.name} and what precedes it take more bytes than the file has ({size})")
+
+
+def _objects(file: Any) -> Iterator[Any]:
+    """Yield all groups and arrays of a file; raises ValueError for a link to another one, or a second to the same."""
+    groups, seen = [file], set()
+    yield file
+    while groups:
+        group = groups.pop()
+        for name in group:
+            where = f"{group.name.rstrip('/')}/{name}"
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise ValueError(f"{where} is a link, which is not allowed; data must lie in the file itself")
+            item = group[name]
+            if (address := h5py.h5o.get_info(item.id).addr) in seen:
+                raise ValueError(f"{where} is a second name of the same data, which is not allowed")
+            seen.add(address)
+            if isinstance(item, h5py.Group):
+                groups.append(item)
+            if isinstance(item, h5py.Group | h5py.Dataset):
+                yield item
+
+
+def _stored(array: Any) -> int:
+    """Return the number of bytes that an array takes in the file; raises ValueError if it announces more than these."""
+    created = array.id.get_create_plist()
+    if created.get_external_count() or created.get_layout() == h5py.h5d.VIRTUAL:
+        raise ValueError(f"{array.name} lies in another file, which is not allowed")
+    if array.dtype.kind not in NUMBERS:
+        raise ValueError(f"{array.name} has the type {array.dtype}, which is not allowed; it must be of numbers")
+    filters = [created.get_filter(k)[0] for k in range(created.get_nfilters())]
+    if not set(filters) <= FILTERS.keys() or len(set(filters)) < len(filters):
+        raise ValueError(f"{array.name} has other filters than {', '.join(FILTERS.values())}, or one of them twice")
+    stored = int(array.id.get_storage_size())
+    if not array.size:
+        return stored
+    chunk = array.chunks or array.shape
+    announced = array.dtype.itemsize * math.prod(-(-n // m) * m for n, m in zip(array.shape, chunk, strict=True))
+    if announced > stored * (MOST_INFLATED if array.chunks else 1):
+        raise ValueError(f"{array.name} announces {announced} bytes, which its {stored} bytes in the file cannot hold")
+    return stored
+
+
+def _described(item: Any) -> int:
+    """Return the number of bytes of an object's attributes; raises ValueError for one that is no number or text."""
+    described = 0
+    for name in item.attrs:
+        attribute = h5py.h5a.open(item.id, name.encode())
+        kind, values = attribute.get_type(), math.prod(attribute.shape)
+        described += values * kind.get_size()
+        if name == DIMENSIONS and values <= getattr(item, "ndim", 0):
+            continue
+        if name == REFERENCES and not kind.detect_class(h5py.h5t.VLEN):
+            continue
+        if kind.get_class() not in PLAIN:
+            raise ValueError(f"the attribute {name} of {item.name} is neither a number nor a text")
+        if kind.get_class() == h5py.h5t.STRING and kind.is_variable_str():
+            if values > 1:
+                raise ValueError(f"the attribute {name} of {item.name} has {values} texts; one is allowed")
+            described += len(str(item.attrs[name]))
+    return described

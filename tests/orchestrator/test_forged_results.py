@@ -1,0 +1,121 @@
+"""Results from elsewhere: they show no byte of another file, and take no more memory than their size explains."""
+
+import json
+import zlib
+
+import h5py
+import numpy as np
+import pytest
+
+from amb_cosim.cosim.record.signals import Samples, SignalTable
+from amb_cosim.cosim.record.untrusted_netcdf import MOST_INFLATED
+from amb_cosim.cosim.run.dataset import save
+from amb_cosim.results.result import Result
+from tests.support.messages import raises_naming
+
+N = 100
+SECRET = bytes(range(32, 132))
+
+
+@pytest.fixture
+def result(tmp_path):
+    """The path of a result with a signal, without its checksum, as another program leaves it."""
+    attributes = {"units": "m", "component": "one", "description": "", "causality": "output"}
+    samples = Samples(np.sin(np.arange(N)), attributes)
+    time = Samples(0.1 * np.arange(N), {"units": "s"})
+    outcome = json.dumps(["completed", 1.0, None, ""])
+    save(SignalTable({"one.x": samples}, {"time": time}, {"outcome": outcome}), file := tmp_path / "result.nc")
+    file.write_bytes(file.read_bytes()[:-4])
+    return file
+
+
+def external_storage(file, other):
+    return file.create_dataset("spy.x", shape=(N,), dtype="u1", external=[(str(other), 0, N)])
+
+
+def virtual_array(file, other):
+    layout = h5py.VirtualLayout(shape=(N,), dtype="f8")
+    layout[:] = h5py.VirtualSource(f"{other}.h5", "secret", shape=(N,))
+    return file.create_virtual_dataset("spy.x", layout)
+
+
+def external_link(file, other):
+    file["spy.x"] = h5py.ExternalLink(f"{other}.h5", "secret")
+
+
+def soft_link(file, other):
+    file["spy.x"] = h5py.SoftLink("/one.x")
+
+
+def link_in_a_group(file, other):
+    file.create_group("some").create_group("where")["spy.x"] = h5py.ExternalLink(f"{other}.h5", "secret")
+
+
+@pytest.mark.parametrize("forge", [external_storage, virtual_array, external_link, soft_link, link_in_a_group])
+def test_a_result_that_reads_another_file_is_refused(result, tmp_path, forge):
+    (tmp_path / "secret").write_bytes(SECRET)
+    with h5py.File(tmp_path / "secret.h5", "w") as other:
+        other["secret"] = np.frombuffer(SECRET, np.uint8).astype(np.float64)
+    with h5py.File(result, "a") as file:
+        array = forge(file, tmp_path / "secret")
+        if array is not None:
+            array.dims[0].attach_scale(file["time"])
+    with raises_naming(ValueError, str(result), "spy.x"):
+        Result.load(result)
+
+
+def unstored_chunks(file):
+    file.create_dataset("big", shape=(10**9,), chunks=(10**6,), dtype="f8")
+
+
+def compressed_twice(file):
+    created = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    created.set_chunk((10**6,))
+    created.set_deflate(9)
+    created.set_deflate(9)
+    space = h5py.h5s.create_simple((10**6,))
+    array = h5py.h5d.create(file.id, b"big", h5py.h5t.NATIVE_DOUBLE, space, created)
+    array.write_direct_chunk((0,), zlib.compress(zlib.compress(bytes(8 * 10**6), 9), 9))
+
+
+def one_array_under_many_names(file):
+    for k in range(100):
+        file[f"big.{k}"] = file["one.x"]
+
+
+def texts_of_variable_length(file):
+    file.create_dataset("big", data=["a" * 1000] * 10, dtype=h5py.string_dtype())
+
+
+def attribute_of_many_texts(file):
+    file.attrs.create("big", ["a" * 1000] * 10, dtype=h5py.string_dtype())
+
+
+FORGERIES = [
+    unstored_chunks,
+    compressed_twice,
+    one_array_under_many_names,
+    texts_of_variable_length,
+    attribute_of_many_texts,
+]
+
+
+@pytest.mark.parametrize("forge", FORGERIES)
+def test_a_result_that_announces_more_than_it_holds_is_refused(result, forge):
+    with h5py.File(result, "a") as file:
+        forge(file)
+    with raises_naming(ValueError, str(result)) as error:
+        Result.load(result)
+    assert "big" in str(error.value)
+
+
+def test_a_constant_signal_of_any_length_is_read(tmp_path):
+    """Its compression is the strongest that a record can have, and does not reach the limit."""
+    n = 2_000_000
+    attributes = {"units": "m", "component": "one"}
+    signals = {"one.x": Samples(np.zeros(n), attributes), "one.on": Samples(np.ones(n, np.int8), attributes)}
+    table = SignalTable(signals, {"time": Samples(np.zeros(n), {})}, {"outcome": '["completed", 1.0, null, ""]'})
+    save(table, file := tmp_path / "result.nc")
+    assert Result.load(file).dataset["one.x"].size == n
+    with h5py.File(file) as stored:
+        assert stored["one.x"].id.get_storage_size() > 8 * n / MOST_INFLATED
