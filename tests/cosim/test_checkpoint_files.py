@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import zipfile
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -163,3 +164,49 @@ def test_a_changed_fmu_is_named_by_its_file(fmu_from_c, tmp_path):
     state = run("", save_at=["0.5 s"]).checkpoint("0.5 s").save(tmp_path / "state.npz")
     with raises_naming(ValueError, "FMU of motor", "Informed2.fmu"):
         run('tolerance="1e-4"', start=state)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"step_size": float("nan")},
+        {"step_size": -1e-3},
+        {"start_time": float("inf")},
+        {"point": 23},  # the record has the point 24
+        {"points": np.array([0, 24, 12])},
+        {"table": np.zeros((2, 1))},
+        {"table": np.zeros((3, 2))},
+        {"scales": np.zeros((2, 2))},
+        {"past": []},
+        {"since": {"stop": "now"}},
+        {"warnings": {"a": [1]}},
+        {"recorded": (1,)},
+        {"past": {"a": json.loads("[" * 500 + "]" * 500)}},
+    ],
+)
+def test_signed_checkpoints_of_another_form_are_refused(tmp_path, changed):
+    file = replace(CHECKPOINT, **changed).save(tmp_path / "state.npz")
+    with raises_naming(ValueError, str(file), *REFUSED):
+        Checkpoint.load(file)
+
+
+@pytest.mark.parametrize(
+    ("changed", "facts"),
+    [
+        ({"point": -5}, ("-0.5 s", "0 s")),
+        ({"step_size": 0.2}, ("0.2 s", "0.1 s")),
+        ({"states": {}}, ("states", "motor")),
+        ({"warnings": {}}, ("warnings", "motor")),
+    ],
+)
+def test_a_run_refuses_a_checkpoint_that_contradicts_it(fmu_from_c, tmp_path, changed, facts):
+    system = '[[component]]\nname = "motor"\nfmu = "Informed2.fmu"\n[experiment]\ncommunication_step = "0.1 s"\n'
+    (tmp_path / "system.toml").write_text(f'{system}stop_time = "1 s"\n', encoding="utf-8")
+    informed_fmu(fmu_from_c, tmp_path, 2, "")
+    run = partial(amb_cosim.simulate, tmp_path / "system.toml", isolated=False)
+    state = run(save_at=["0.5 s"]).checkpoint("0.5 s")
+    if "point" in changed:
+        changed = {**changed, "points": state.points[:0], "table": state.table[:0]}
+    file = replace(state, **changed).save(tmp_path / "state.npz")
+    with raises_naming(ValueError, *facts):
+        run(start=file)

@@ -119,3 +119,62 @@ def test_a_constant_signal_of_any_length_is_read(tmp_path):
     assert Result.load(file).dataset["one.x"].size == n
     with h5py.File(file) as stored:
         assert stored["one.x"].id.get_storage_size() > 8 * n / MOST_INFLATED
+
+
+def changed(file, name, value):
+    with h5py.File(file, "a") as stored:
+        stored.attrs.pop(name, None)
+        if value is not None:
+            stored.attrs[name] = value
+
+
+DEEP = "[" * 50_000 + "]" * 50_000
+
+
+@pytest.mark.parametrize("value", [None, 3, "3", DEEP, [1.0, 2.0], np.nan])
+def test_a_result_with_an_attribute_of_another_type_is_refused(result, value):
+    changed(result, "outcome", value)
+    with raises_naming(ValueError, str(result), "outcome"):
+        Result.load(result)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *((name, None) for name in ("places", "period_s", "speed_rad_s", "completed", "wall_s")),
+        *((name, "abc") for name in ("places", "period_s", "speed_profile", "warnings", "notices", "parameters")),
+        *((name, DEEP) for name in ("places", "parameters", "warnings", "scenario_data", "plot_figures")),
+        ("period_s", 0.0),
+        ("communication_step_s", -1.0),
+        ("plot_cycles", 3.0),
+        ("warnings", '[{"component": "a"}]'),
+    ],
+)
+def test_a_result_of_a_scenario_has_the_attributes_that_figures_use(synthetic, tmp_path, name, value):
+    dataset = synthetic(outcome=json.dumps(["completed", 1.0, None, ""]))
+    save(dataset, file := tmp_path / "result.nc")
+    file.write_bytes(file.read_bytes()[:-4])
+    Result.load(file)
+    changed(file, name, value)
+    with raises_naming(ValueError, str(file), name):
+        Result.load(file)
+
+
+def rename_time(file):
+    file.move("time", "clock")
+
+
+def descending_time(file):
+    file["time"][...] = file["time"][()][::-1]
+
+
+def unit_that_is_a_number(file):
+    file["one.x"].attrs["units"] = 3.0
+
+
+@pytest.mark.parametrize("forge", [rename_time, descending_time, unit_that_is_a_number])
+def test_a_result_without_labelled_variables_over_time_is_refused(result, forge):
+    with h5py.File(result, "a") as file:
+        forge(file)
+    with raises_naming(ValueError, str(result)):
+        Result.load(result)

@@ -52,7 +52,10 @@ class Result(Run):
         if not file.is_file():
             raise ValueError(f"no result {file}; it must be a folder with {RESULT}, or that file")
         try:
+            from amb_cosim.results.stored_attributes import check_attributes
+
             dataset = load(file)
+            check_attributes(dataset.attrs)
             return cls(dataset, Outcome(*json.loads(dataset.attrs["outcome"])))
         except Exception as error:  # HDF5, its readers and JSON each raise their own
             raise ValueError(

@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic_core import from_json
 
 from amb_cosim.cosim.basics.differences import list_differences, list_other_sources
 from amb_cosim.cosim.fmu.component import FmuState
@@ -23,10 +25,29 @@ from amb_files.atomic import write_atomically
 from array_types import Array, Indices
 
 VERSION, MOST_VERSION = 2, 1000
-HEAD = (
-    *("point", "step_size", "start_time", "past", "sources", "notice"),
-    *("recorded", "recorded_each", "since", "warnings"),
-)
+
+
+class Head(BaseModel):
+    """The form of `head` in a file: fields of `Checkpoint`, and the names of its signals and components."""
+
+    model_config = ConfigDict(strict=True, extra="forbid")
+
+    version: int
+    point: int
+    step_size: FiniteFloat = Field(gt=0.0)
+    start_time: FiniteFloat = 0.0
+    past: dict[str, Any]
+    sources: dict[str, tuple[str, Any]] = {}
+    notice: str
+    recorded: tuple[str, ...]
+    recorded_each: tuple[str, ...]
+    since: dict[str, int]
+    warnings: dict[str, list[str]]
+    names: list[str]
+    components: list[str]
+
+
+OF_FILE = ("version", "names", "components")  # fields of the form alone
 
 
 @dataclass(frozen=True)
@@ -106,7 +127,7 @@ class Checkpoint:
             raise ValueError("the state cannot be written, because it is in the memory of its FMUs")
         head = {
             "version": VERSION,
-            **{name: getattr(self, name) for name in HEAD},
+            **{name: getattr(self, name) for name in Head.model_fields if name not in OF_FILE},
             "names": list(self.signals),
             "components": list(self.states),
         }
@@ -143,12 +164,12 @@ class Checkpoint:
             raise ValueError(f"no checkpoint {path}; it must be a file that --save-at wrote")
         try:
             arrays = _read_arrays(Path(path))
-            head = json.loads(arrays["head"].tobytes())
-            version = int(head["version"])
+            text = arrays["head"].tobytes()
+            version = int(from_json(text)["version"])  # which, unlike json, limits how deep its lists are nested
             if version == VERSION:
                 if arrays.pop("checksum").tobytes() != _checksum(arrays).tobytes():
                     raise ValueError("checksum")
-                return cls._read(head, arrays)
+                return cls._read(Head.model_validate_json(text), arrays)
             if not 0 < version < MOST_VERSION:
                 raise ValueError("version")
         except Exception as error:  # numpy, zipfile and json each raise their own
@@ -158,17 +179,24 @@ class Checkpoint:
         raise ValueError(f"{path} is a checkpoint of format {version}; it must be {VERSION}, as this version writes it")
 
     @classmethod
-    def _read(cls, head: Mapping[str, Any], arrays: Mapping[str, Any]) -> Checkpoint:
-        recorded = {name: tuple(head[name]) for name in ("recorded", "recorded_each")}
-        fields: dict[str, Any] = {name: head[name] for name in HEAD if name in head} | recorded
+    def _read(cls, head: Head, arrays: Mapping[str, Any]) -> Checkpoint:
+        points = arrays["points"].astype(np.intp, casting="same_kind")
+        n, shape = len(points), np.shape(arrays["steps"])
+        sizes = {"table": (n, len(head.recorded)), "steps": (shape[0], len(head.recorded_each)), "points": (n,)}
+        sizes |= {"signals": (len(head.names),), "scales": np.shape(arrays["scales"])[:1]}
+        for name, size in sizes.items():
+            if arrays[name].shape != size or arrays[name].dtype.kind not in "fi":
+                raise ValueError(name)
+        if (np.diff(points) <= 0).any() or points.max(initial=head.point) > head.point:
+            raise ValueError("points")
         return cls(
-            **fields,
-            signals=dict(zip(head["names"], arrays["signals"].tolist(), strict=True)),
+            **{name: value for name, value in head if name not in OF_FILE},
+            signals=dict(zip(head.names, arrays["signals"].tolist(), strict=True)),
             scales=arrays["scales"],
-            points=arrays["points"].astype(np.intp, casting="same_kind"),
+            points=points,
             table=arrays["table"],
             steps=arrays["steps"],
-            states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head["components"])},
+            states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head.components)},
         )
 
 

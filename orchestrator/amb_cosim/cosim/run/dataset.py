@@ -32,6 +32,7 @@ from array_types import Array
 if TYPE_CHECKING:
     import xarray as xr
 
+LABELS = ("units", "description", "causality", "component")  # attributes of a variable
 _PACKAGES = ("amb-cosim", "fmpy", "pythonfmu", "numba", "numpy", "xarray")
 _DTYPES = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int8}
 _WIDE_DTYPES = {"UInt32": np.int64, "Int64": np.int64, "UInt64": np.uint64}  # by the FMU's own type
@@ -211,7 +212,25 @@ def load(path: Path) -> xr.Dataset:
     check(path)
     check_content(path)  # before h5netcdf, which prints a traceback for a file that is not HDF5
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
-        return dataset.load()
+        result = dataset.load()
+    _check_form(result)
+    return result
+
+
+def _check_form(dataset: xr.Dataset) -> None:
+    """Raise ValueError unless a data set has variables over its ascending times alone, with texts as labels."""
+    for name, variable in dataset.variables.items():
+        if variable.dims not in (("time",), (EACH_STEP,)) or variable.dims[0] not in dataset.coords:
+            raise ValueError(f"{name} must be over time or {EACH_STEP}, which must be there")
+        for label in set(LABELS) & variable.attrs.keys():
+            if not isinstance(variable.attrs[label], str):
+                raise ValueError(f"{label} of {name} is not allowed; it must be a text")
+    for name in {"time", EACH_STEP} & set(dataset.sizes):
+        times = dataset[name].values
+        if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
+            raise ValueError(f"{name} must be finite, and must not descend")
+    if "time" not in dataset.sizes:
+        raise ValueError("it has no time")
 
 
 @cache

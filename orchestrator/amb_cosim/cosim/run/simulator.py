@@ -241,9 +241,13 @@ class Simulator:
         if start.point > plan.last:
             end = plan.time(plan.last)
             raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
+        if start.point < plan.begin:
+            begin = plan.time(plan.begin)
+            raise ValueError(f"the run begins at {begin:.9g} s, after the checkpoint at t = {start.time:.9g} s")
         if not start.is_held:
             past = state_fingerprint(self.assembly, self._plan, start.point)
             start.check_past(past, self.assembly.sources)
+            _check_parts(start, plan, [component.name for component in self.components])
         if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
             self.initialise()
         for component in self.components:
@@ -272,6 +276,18 @@ def _columns(recorded: Sequence[str], table: Array, names: Sequence[str], plan: 
     for k, name in enumerate(names):
         record[:, k] = columns[name] if name in columns else plan.inputs[name]
     return record
+
+
+def _check_parts(start: Checkpoint, plan: Plan, components: Sequence[str]) -> None:
+    """Raise ValueError if parts of a checkpoint contradict the run that its past describes."""
+    if (start.step_size, start.start_time) != (plan.step_size, plan.start_time):
+        raise ValueError(
+            f"the checkpoint has steps of {start.step_size:g} s from {start.start_time:g} s; they must be "
+            f"{plan.step_size:g} s from {plan.start_time:g} s"
+        )
+    for part, names in (("states", start.states), ("warnings", start.warnings)):
+        if missing := sorted(set(components) - names.keys()):
+            raise ValueError(f"the checkpoint has no {part} of {missing[0]}")
 
 
 def with_simulated_settling(plan: Plan, notice: str) -> Plan:

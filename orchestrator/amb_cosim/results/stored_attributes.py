@@ -1,0 +1,95 @@
+"""The attributes of a result file: their types, and which of them the result of a scenario must have.
+
+A file from elsewhere may lack an attribute, or have one of another type or with JSON nested without end. It is refused
+when it is read, so that summaries and figures can rely on the attributes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, Json, ValidationError, with_config
+
+from amb_cosim.cosim.record.warnings import WarningRecord
+from amb_cosim.cosim.run.recording import Status
+from amb_cosim.results.places import RotorPlaces
+
+Positive = Annotated[FiniteFloat, Field(gt=0.0)]
+Texts = Json[list[str]]
+Tables = Json[dict[str, dict[str, Any]]]
+
+
+@with_config(ConfigDict(extra="forbid"))
+@dataclass(frozen=True)
+class StoredWarning(WarningRecord):
+    """A warning in a file, which has no other fields."""
+
+
+class RunAttributes(BaseModel):
+    """Attributes of any run; those of a scenario's run are checked if they are there."""
+
+    model_config = ConfigDict(strict=True, extra="allow")
+
+    outcome: Json[tuple[Status, FiniteFloat, str | None, str]]
+    system: str = ""
+    flavour: str = ""
+    settling: str = ""
+    failure: str = ""
+    stopped: str = ""
+    communication_step_s: Positive = 1.0
+    settling_s: FiniteFloat = 0.0
+    simulated_s: FiniteFloat = 0.0
+    wall_s: FiniteFloat = 0.0
+    completed: int = 1
+    notices: Texts = []
+    warnings: Json[list[StoredWarning]] = []
+    parameters: Tables = {}
+    period_s: Positive = 1.0
+    speed_rad_s: FiniteFloat = 0.0
+    speed_profile: Json[list[tuple[FiniteFloat, FiniteFloat]]] = []
+    last_change_cycle: FiniteFloat = 0.0
+    disturbance_cycle: FiniteFloat = 0.0
+    relief_cycle: FiniteFloat = 0.0
+    disturbance_label: str = ""
+    relief_label: str = ""
+    sources: Texts = []
+    plot_cycles: tuple[FiniteFloat, FiniteFloat] = (0.0, 0.0)
+    plot_figures: Texts = []
+    description: str = ""
+    scenario_data: Json[dict[str, Any]] = {}
+
+
+class ScenarioAttributes(RunAttributes):
+    """Attributes of a scenario's run, which its summary and figures require."""
+
+    scenario: str
+    flavour: str
+    places: Json[RotorPlaces]
+    settling_s: FiniteFloat
+    simulated_s: FiniteFloat
+    wall_s: FiniteFloat
+    completed: int
+    period_s: Positive
+    speed_rad_s: FiniteFloat
+
+
+def check_attributes(attributes: Mapping[Any, Any]) -> None:
+    """Raise ValueError if an attribute of a run is missing or has another type; the message names the first one."""
+    form = ScenarioAttributes if "scenario" in attributes else RunAttributes
+    try:
+        form.model_validate({str(name): _plain(value) for name, value in attributes.items()})
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        name, *inner = map(str, first["loc"])
+        where = f" ({'.'.join(inner)})" if inner else ""
+        raise ValueError(f"its attribute {name} is not allowed{where}: {first['msg'].lower()}") from None
+
+
+def _plain(value: Any) -> Any:
+    """Return a number or text of NumPy as one of Python, and an array as a tuple."""
+    if isinstance(value, np.ndarray):
+        return tuple(value.tolist()) if value.ndim else value.item()
+    return value.item() if isinstance(value, np.generic) else value
