@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.system.values import Raw
+from amb_files.checks import repeated
 from fmi_export.building.units import to_unit
 
 MOST_POINTS = 10_000_000  # points of a sweep
@@ -117,10 +118,8 @@ def read_variations(vary: Vary) -> list[Variation]:
         If a text is invalid, a name is varied twice, or values that are varied together differ in number.
     """
     variations = [_variation(name, values) for name, values in vary.items()]
-    names = [name for variation in variations for name in names_of(variation)]
-    repeated = sorted({name for name in names if names.count(name) > 1})
-    if repeated:
-        raise ValueError(f"{', '.join(repeated)} is varied twice; it may be varied once")
+    if duplicates := repeated(name for variation in variations for name in names_of(variation)):
+        raise ValueError(f"{', '.join(sorted(duplicates))} is varied twice; it may be varied once")
     if not variations:
         raise ValueError("nothing is varied; a sweep needs --vary NAME=START:STOP:COUNT or NAME=VALUE,VALUE,...")
     return variations

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Hashable, Iterable, Iterator
 from contextlib import contextmanager
+from typing import TypeVar
+
+T = TypeVar("T", bound=Hashable)
 
 
 def require(condition: bool, what: str, value: object, allowed: str) -> None:
@@ -18,6 +22,11 @@ def require_positive(record: object, **units: str) -> None:
     for name, unit in units.items():
         value = getattr(record, name)
         require(0.0 < value < math.inf, name, f"{value:g} {unit}".rstrip(), f"> 0 {unit}".rstrip())
+
+
+def repeated(names: Iterable[T]) -> list[T]:
+    """Return the names that occur more than once, each once, in the order of their first occurrence."""
+    return [name for name, count in Counter(names).items() if count > 1]
 
 
 def single_line(error: object) -> str:

@@ -16,6 +16,7 @@ from io import StringIO
 from itertools import islice
 from pathlib import Path
 
+from amb_files.checks import repeated
 from amb_files.toml import LARGEST, read_text
 
 SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
@@ -28,7 +29,7 @@ POINT = re.compile(rf"[+-]?(?:\d+\.\d*|\.\d+){POWER}")
 COMMENT = re.compile(r"[ \t]*[#%]+")
 NUMBER = re.compile(rf"\s*[\"']?[+-]?(?:\d+[.,]?\d*|[.,]\d+){POWER}(?![^\s,;\"'])")
 GROUP = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")  # a group of three digits, or three decimals
-GROUPED = re.compile(r"[+-]?\d[\d.,'’]*[.,'’][\d.,'’]*")  # with any separators
+GROUPED = re.compile(r"[+-]?\d[\d.,'’]*")  # with any separators
 
 Rows = list[list[str]]
 
@@ -60,8 +61,9 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
         raise ValueError(f"{name} cannot be read as a table: {error}") from error
     if len(rows) < 2:
         raise ValueError(f"{name} must have a row of headings and a row of values")
-    while len(rows[0]) > 1 and not any(row[-1].strip() for row in rows if len(row) == len(rows[0])):
-        rows = [row[:-1] if len(row) == len(rows[0]) else row for row in rows]  # each row ends with a separator
+    width = len(rows[0])
+    used = max((_used(row) for row in rows if len(row) == width), default=width)
+    rows = [row[: max(used, 1)] if len(row) == width else row for row in rows]  # each row ends with separators
     headings = [heading.strip() for heading in rows[0]]
     for k, row in enumerate(rows[1:], 2):
         if len(row) != len(headings):
@@ -71,8 +73,8 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
                 advice += f"; the first line that is no comment, {headings[0][:SHOWN]!r}, must be the row of headings"
             expected = f"{len(headings)} values as the headings, separated by {SEPARATORS.get(separator, separator)}"
             raise ValueError(f"row {k} of {name} must have {expected}; it has {len(row)}{advice}")
-    if duplicate := next((heading for heading in headings if headings.count(heading) > 1), ""):
-        raise ValueError(f"{name} has two columns {duplicate!r}; their headings must be unique")
+    if duplicates := repeated(headings):
+        raise ValueError(f"{name} has two columns {duplicates[0]!r}; their headings must be unique")
     return headings, _with_points(rows[1:], name) if separator != "," or '"' in text else rows[1:]
 
 
@@ -94,6 +96,11 @@ def _rows(text: str, separator: str) -> Iterator[list[str]]:
     for row in csv.reader(StringIO(text, newline=""), delimiter=separator):
         if any(cell.strip() for cell in row):
             yield row
+
+
+def _used(row: list[str]) -> int:
+    """Return the number of cells of a row up to the last that is not blank."""
+    return next((k for k in range(len(row), 0, -1) if row[k - 1].strip()), 0)
 
 
 def _separator(text: str) -> str:
@@ -122,7 +129,7 @@ def _with_points(rows: Rows, name: str) -> Rows:
 
 
 def _is_grouped(item: str) -> bool:
-    return GROUPED.fullmatch(item) is not None and not COMMA.fullmatch(item)
+    return GROUPED.fullmatch(item) is not None and not item.isdecimal() and not COMMA.fullmatch(item)
 
 
 def _plain(cell: str) -> str:

@@ -23,7 +23,9 @@ from amb_analysis.measured.units import StatedUnits, even_step, factor_to, si_ch
 from amb_files.csv_files import read_csv
 from array_types import Array
 
-HEADING = re.compile(r"\s*(?P<name>[^\[\]()]+?)\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<round>.*)\))?\s*")
+HEADING = re.compile(  # without blanks around it
+    r"(?P<name>[^\[\]()]*[^\[\]()\s])\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<round>.*)\))?"
+)
 KINDS = {"magnitude": "amplitude", "imaginary": "imag"}  # other names
 CURVE = re.compile(
     r"(?P<output>[^/]+)/(?P<input>[^/]+) (?P<kind>amplitude|magnitude|phase|real|imag|imaginary|coherence)",
@@ -59,7 +61,7 @@ def read_table(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
 
 def _columns(path: Path, stated: StatedUnits) -> dict[str, Column]:
     names_and_units, rows = read_csv(path, "it", MOST_BYTES)
-    heads = [HEADING.fullmatch(cell) for cell in names_and_units]
+    heads = [HEADING.fullmatch(cell.strip()) for cell in names_and_units]
     if None in heads:
         raise ValueError(f"heading {names_and_units[heads.index(None)]!r} is not allowed; it must be 'name [unit]'")
     names = [head["name"] for head in heads if head]

@@ -40,7 +40,7 @@ POINTS = 600
 UNDAMPED = 1e-7  # half width of a resonance over its frequency, below which only rounding limits the peak
 MOST_PEAKS = 6  # that a warning lists
 COARSE = 10  # frequencies per interval of the search for resonances
-WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?")
+WITH_UNIT = re.compile(r"(?P<name>[^\[\]]*[^\[\]\s])\s*(?:\[(?P<unit>[^\[\]]+)\])?")
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ import numpy as np
 
 from amb_analysis.measured.least_squares import FreeParameter
 from amb_analysis.studies.inputs import Number
+from amb_files.checks import repeated
 from amb_files.pack_file import rotor_path
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml
@@ -116,8 +117,7 @@ def free_parameters(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -
     pairs = list(free.items()) if isinstance(free, Mapping) else [_split(text) for text in free]
     if not pairs:
         raise ValueError("free is missing; name a parameter with its bounds, such as bodies.wheel.mass=3:5")
-    names = [name for name, _ in pairs]
-    if twice := [name for name in names if names.count(name) > 1]:
+    if twice := repeated(name for name, _ in pairs):
         raise ValueError(f"free names {twice[0]} twice; a parameter has one pair of bounds")
     try:
         return [FreeParameter(name, float(low), float(high)) for name, (low, high) in pairs]

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from amb_assessment.assessment.expressions import evaluate, names_in
 from amb_cosim.cosim.system.tables import Table
+from amb_files.checks import repeated
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
@@ -120,10 +121,8 @@ class CriteriaFile(Table):
 
     @model_validator(mode="after")
     def _has_each_once(self) -> CriteriaFile:
-        keys = [criterion.key for criterion in self.criterion]
-        repeated = sorted({key for key in keys if keys.count(key) > 1})
-        if repeated:
-            raise ValueError(f"two criteria have the key {repeated[0]}")
+        if duplicates := repeated(criterion.key for criterion in self.criterion):
+            raise ValueError(f"two criteria have the key {duplicates[0]}")
         return self
 
 

@@ -15,6 +15,7 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 
+from amb_files.checks import repeated
 from fmi_export.interface import Interface
 from fmi_export.model import Model
 from fmi_export.variables import Variable
@@ -59,9 +60,7 @@ def slots(table: Interface) -> list[Slot]:
     for _, group in itertools.groupby(numbered, key=lambda item: (item[1].causality, item[1].array or item[0])):
         references, variables = zip(*group, strict=True)
         result.append(Slot(references[0], variables, _shape(variables)))
-    names = [slot.name for slot in result]
-    duplicates = {name for name in names if names.count(name) > 1}
-    if duplicates:
+    if duplicates := repeated(slot.name for slot in result):
         raise ValueError(f"two variables of FMI 3.0 have the same name: {', '.join(sorted(duplicates))}")
     return result
 

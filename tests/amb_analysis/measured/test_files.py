@@ -308,3 +308,27 @@ def test_a_matlab_file_does_not_read_another_file(tmp_path):
         file["frequencies"] = h5py.ExternalLink(str(tmp_path / "other.h5"), "/secret")
     with raises_naming(ValueError, "frequencies", "link"):
         read_measured(path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "frequency [Hz],a" + " " * 20_000 + "b[\n1,2\n",
+        "sep=,\nfrequency [Hz]" + "," * 100_000 + "\n1" + "," * 100_000 + "\n",
+        "sep=,\nfrequency [Hz]," + ",".join(f"c{k}" for k in range(50_000)) + "\n" + ",".join("1" * 50_001) + "\n",
+        "sep=;\nfrequency [Hz];a\n1;1" + "," * 100_000 + "x\n",
+    ],
+)
+def test_wide_tables_and_long_headings_take_no_time(run_python, tmp_path, text):
+    """Each took minutes: the number of steps grew with the square or the cube of the length."""
+    (tmp_path / "wide.csv").write_text(text)
+
+    def read(path: str) -> bool:
+        from amb_analysis.measured.files import read_measured
+
+        try:
+            return not read_measured(path).responses
+        except ValueError as error:
+            return "wide.csv" in str(error)
+
+    assert run_python(read, timeout=30, path=str(tmp_path / "wide.csv"))

@@ -10,6 +10,7 @@ from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmus import FmuSource, is_placeholder
 from amb_cosim.cosim.system.values import Raw
+from amb_files.checks import repeated
 from amb_files.suggestions import suggest
 
 UNCHANGED = (1.0, 0.0)  # factor and offset of a value that is passed on as it is
@@ -123,10 +124,8 @@ class System:
     outputs: tuple[Output, ...] = ()
 
     def __post_init__(self) -> None:
-        names = [component.name for component in self.components]
-        repeated = sorted({name for name in names if names.count(name) > 1})
-        if repeated:
-            raise ValueError(f"system {self.name}: components named twice: {', '.join(repeated)}")
+        if duplicates := sorted(repeated(component.name for component in self.components)):
+            raise ValueError(f"system {self.name}: components named twice: {', '.join(duplicates)}")
 
     def component(self, name: str) -> Component:
         """Return the component called `name`; the ValueError for an unknown name lists all names."""
