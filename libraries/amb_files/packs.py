@@ -16,7 +16,8 @@ studies and commands as packs do, and its module `listing` adds to what `amb-cos
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, distributions, entry_points
@@ -48,6 +49,27 @@ def pack_of(file: Path) -> str:
     """Return the name of the pack that has a file in its folder or directly in a subfolder."""
     parents = file.parent, file.parents[1]
     return next((pack for pack, folder in packs().items() if folder in parents), file.parents[1].name)
+
+
+def entry_points_of(group: str) -> list[EntryPoint]:
+    """Return the entry points of a group, sorted; distributions that cannot be read are skipped with a warning."""
+    try:
+        return sorted(entry_points(group=group))
+    except Exception:  # one broken distribution of many
+        _warn_of_unreadable()
+    return sorted({point for points in _readable() for point in points if point.group == group})
+
+
+@cache
+def _warn_of_unreadable() -> None:
+    for name, reason in unreadable_distributions().items():
+        print(f"warning: entry_points.txt of the installed {name} cannot be read: {reason}", file=sys.stderr)
+
+
+def _readable() -> Iterator[Iterable[EntryPoint]]:
+    for distribution in distributions():
+        with suppress(Exception):
+            yield distribution.entry_points
 
 
 @cache
@@ -110,7 +132,7 @@ def modules_of(name: str) -> dict[str, ModuleType]:
 def _folders(group: str) -> Iterator[tuple[EntryPoint, Path]]:
     """Yield the entry points of a group with the folders of their packages; one without a package is skipped."""
     kind = group.rpartition(".")[2].removesuffix("s")
-    for point in sorted(entry_points(group=group)):
+    for point in entry_points_of(group):
         try:
             folder = _folder(point.value)
         except Exception:  # whatever the import of a parent package raises

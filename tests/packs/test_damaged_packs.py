@@ -55,6 +55,16 @@ def test_invalid_scenarios_and_sweeps_are_skipped_naming_their_pack(site):
 LATIN = b"[amb_cosim.packs]\nbroken = br\xe9ken\n"
 
 
+@pytest.mark.parametrize("content", [LATIN, b"[a]\nbroken\n"])
+@pytest.mark.parametrize("line", ["--help", "study --help", "sweep -h"])
+def test_help_skips_unreadable_entry_points_naming_their_distribution(site, line, content):
+    (site / "broken-1.0.dist-info" / "entry_points.txt").write_bytes(content)
+    helped, warned = command(site, line)
+    assert "amb-cosim" in helped
+    assert_names(warned, "entry_points.txt", "broken")
+    assert len(warned.splitlines()) == 1
+
+
 @pytest.mark.parametrize(
     ("line", "content", "reason"),
     [("list", LATIN, "UTF-8"), ("run drop --until 1ms", LATIN, "UTF-8"), ("list", b"[a]\nbroken\n", "a line")],

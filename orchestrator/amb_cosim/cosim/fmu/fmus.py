@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, is_dataclass
 from functools import cache, cached_property
-from importlib.metadata import EntryPoint, entry_points, version
+from importlib.metadata import EntryPoint, version
 from importlib.util import find_spec
 from os import PathLike, fspath
 from pathlib import Path
@@ -33,6 +33,7 @@ from amb_cosim.cosim.basics.cache import is_first_loading, note_use, unpacked
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
+from amb_files.packs import entry_points_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_bytes
 from amb_files.user_cache import user_cache
@@ -109,7 +110,7 @@ def made_from(*packages: str, **files: Callable[[Any], Path]) -> Callable[[S], S
 @cache
 def models() -> Mapping[str, EntryPoint]:
     """Return the models of this project and of other installed distributions, by name."""
-    return {point.name: point for point in sorted(entry_points(group=GROUP))}
+    return {point.name: point for point in entry_points_of(GROUP)}
 
 
 def as_fmu(fmu: FmuSource | PathLike[str]) -> FmuSource:
