@@ -10,6 +10,7 @@ import numpy as np
 from array_types import Array, Bools, Complex, Indices
 
 EXCITATIONS = ("N", "A", "V")  # units of inputs
+ROUNDED = 1e-3  # of a coherence that a file rounds
 
 
 @dataclass(frozen=True)
@@ -38,14 +39,15 @@ class FrequencyResponse:
     values
         Y/U in the units of the channels, shape (n,); y = Re[Y exp(j omega t)], so a delay has a negative phase.
     coherence
-        From 0 to 1, shape (n,); None where it was not measured.
+        From 0 to 1, shape (n,); None where it was not measured. Rounding beyond 1 is cut off.
     resolution
         Inverse length of a segment (Hz), if it is an estimate from records; None if unknown.
 
     Raises
     ------
     ValueError
-        If the shapes differ, a number is not finite, or the frequencies do not ascend from above 0.
+        If the shapes differ, a number is not finite, a coherence is not from 0 to 1, or the frequencies do not ascend
+        from above 0.
     """
 
     output: Channel
@@ -62,6 +64,11 @@ class FrequencyResponse:
                 raise ValueError(f"{self.name}: {name} of shape {values.shape} is not allowed; it must be ({n},)")
             if values is not None and not np.isfinite(values).all():
                 raise ValueError(f"{self.name}: {name} has numbers that are not finite")
+        if self.coherence is not None:
+            if not (np.abs(self.coherence - 0.5) <= 0.5 + ROUNDED).all():
+                worst = float(self.coherence[np.argmax(np.abs(self.coherence - 0.5))])
+                raise ValueError(f"{self.name}: coherence {worst:g} is not allowed; it must be from 0 to 1")
+            object.__setattr__(self, "coherence", np.clip(self.coherence, 0.0, 1.0))
         if n < 2 or not np.isfinite(self.frequencies).all() or not (np.diff(self.frequencies) > 0.0).all():
             raise ValueError(f"{self.name}: its {n} frequencies are not allowed; two or more must ascend")
         if self.frequencies[0] <= 0.0:
@@ -104,7 +111,12 @@ class Modes:
     damping_ratios: Array
 
     def __post_init__(self) -> None:
-        if self.frequencies.shape != self.damping_ratios.shape or not (self.frequencies > 0.0).all():
+        is_positive = (self.frequencies > 0.0).all() and np.isfinite(self.frequencies).all()
+        if (
+            self.frequencies.shape != self.damping_ratios.shape
+            or not is_positive
+            or np.isinf(self.damping_ratios).any()
+        ):
             raise ValueError("modes are not allowed; each needs a frequency > 0 Hz, and a damping ratio or NaN")
 
 

@@ -47,6 +47,8 @@ SI_BY_TYPE = {8: ("m", LENGTH), 11: ("m/s", LENGTH), 12: ("m/s2", LENGTH), 9: ("
 ABSCISSAS = {"s": {0: "s", 1: "s", 17: "s"}, "Hz": {0: "Hz", 1: "Hz", 18: "Hz", 19: "rpm"}}  # units by type of data
 RPM = 19
 NO_LABEL = ("", "NONE")
+BYTE_ORDERS, IEEE = (1, 2), 2  # of binary sets: little and big endian; formats 1 and 3 are of VAX and IBM
+WIDEST = 1e60  # largest over smallest magnitude of a set's numbers: of a wrong byte order they are random
 SAME_FREQUENCIES = 1e-6  # relative difference between a coherence and its response
 SAME_UNIT = 1e-3  # relative difference between a label and a factor of set 164, which may have four digits
 SAME_DAMPING = 0.1  # relative difference between a damping ratio and half of a loss factor
@@ -70,7 +72,15 @@ def read_uff(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
         If it cannot be read, pyuff is not installed, or a unit, direction or damping is not allowed.
     """
     require_extra("measured", "a UFF file", "pyuff")
-    sets = _sets(path)
+    try:
+        return _content(_sets(path), units)
+    except ValueError:
+        raise
+    except Exception as error:  # pyuff raises plain exceptions, and leaves out what it cannot read
+        raise ValueError(f"it cannot be read as UFF: {error or type(error).__name__}") from error
+
+
+def _content(sets: Sequence[Set], units: StatedUnits) -> Measurement | TimeRecord:
     functions = [item for item in sets if item["type"] == 58]
     responses = _responses(functions, units)
     if responses:
@@ -95,19 +105,39 @@ def _sets(path: Path) -> list[dict[str, Any]]:
                 path = folder / "unpadded.uff"  # pyuff takes the blanks after the last number of a set for numbers
                 path.write_bytes(re.sub(rb"[ \t]+(?=\r?\n)", b"", text))
             file = pyuff.UFF(str(path))
-            numbers = [k for k, kind in enumerate(file.get_set_types()) if kind in READ]
-            content = file.read_sets(numbers)
+            places = [k for k, kind in enumerate(file.get_set_types()) if kind in READ]
+            content = file.read_sets(places)
     except Exception as error:  # pyuff raises plain exceptions
         raise ValueError(f"it cannot be read as UFF: {error}") from error
     sets = [dict(item) for item in ([content] if isinstance(content, dict) else content)]
     factors = next((_factors(item) for item in sets if item["type"] == 164), None)
-    for item in sets:
+    for place, item in zip(places, sets, strict=True):
         if item["type"] == 164:
             factors = _factors(item)
         elif item["type"] == 58:
             n = int(item["num_pts"])
             item |= {"factors": factors, "x": np.asarray(item["x"], np.float64)[:n], "data": item["data"][:n]}
+            _check_function(item, place + 1)
     return sets
+
+
+def _check_function(item: Set, number: int) -> None:
+    """Raise ValueError if a function has not the numbers that it announces, or numbers of another format."""
+    if item["binary"] and (item["byte_ordering"] not in BYTE_ORDERS or item["fp_format"] != IEEE):
+        raise ValueError(
+            f"set {number} has byte order {item['byte_ordering']} and format {item['fp_format']} of its numbers; "
+            f"they must be 1 or 2, and {IEEE} (IEEE 754)"
+        )
+    n, announced = len(item["data"]), int(item["num_pts"])
+    if n != announced or len(item["x"]) != n:
+        raise ValueError(f"set {number} announces {announced} points, and has {n}; it is damaged or incomplete")
+    sizes = np.abs(item["data"])
+    sizes = sizes[sizes > 0.0]
+    if not np.isfinite(sizes).all() or (len(sizes) and sizes.max() > WIDEST * sizes.min()):
+        raise ValueError(
+            f"set {number} has numbers from {sizes.min():.3g} to {sizes.max():.3g}; they are not finite, or of another "
+            f"byte order than it states"
+        )
 
 
 def _factors(item: Set) -> dict[str, float]:
@@ -164,7 +194,7 @@ def _coherence(item: Set | None, frequencies: Array) -> Array | None:
         return None
     same = np.allclose(item["x"], frequencies, rtol=SAME_FREQUENCIES, atol=0.0)
     scale = PERCENT if _label(item, "ordinate") == "%" else 1.0
-    return np.clip(scale * np.real(item["data"]), 0.0, 1.0) if same else None
+    return scale * np.real(item["data"]) if same else None
 
 
 def _labels(item: Set, name: str) -> dict[str, str]:
@@ -277,6 +307,8 @@ def _modes(sets: Sequence[Set]) -> Modes | None:
             pairs.append((float(item["freq"]), _damping_ratio(item)))
         elif item["type"] == 55 and item["analysis_type"] in (3, 7):
             size = abs(complex(item["eig"]))
+            if not size > 0.0:
+                raise ValueError(f"mode {item['mode_n']} has the eigenvalue {size:g} rad/s, and so no frequency")
             pairs.append((abs(complex(item["eig"]).imag) / (2.0 * np.pi), -complex(item["eig"]).real / size))
     if not pairs:
         return None
