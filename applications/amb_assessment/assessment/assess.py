@@ -27,9 +27,10 @@ from amb_assessment.assessment.analyses import (
     unbalance,
     vibration,
 )
-from amb_assessment.assessment.criteria import Criterion, load_criteria
+from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria
 from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
 from amb_assessment.assessment.machine_file import MachineFile, load_machine
+from amb_assessment.assessment.quantities import check_declared
 from amb_assessment.assessment.stability import instability
 from amb_assessment.assessment.subject import Subject, subject_of
 from amb_cosim.cosim.basics.blas import one_blas_thread
@@ -196,6 +197,7 @@ def assess(
     if unknown:
         raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
     subject = check_machine(file, flavour)
+    check_formulas(requested, subject.facts)
     chosen = chosen_parts(file, only)
     why_unstable = cache(lambda: instability(subject))
     parts = []
@@ -254,6 +256,8 @@ def _answered(
         if part.needs >= Needs.CONTACT_SITES and not subject.sites:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = part.answer(subject)
+        for item in answer.measured:
+            check_declared(item.quantity, item.facts)
         findings = tuple(judge(answer.measured, criteria, subject.facts, why_unstable))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__

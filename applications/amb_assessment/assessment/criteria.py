@@ -9,6 +9,7 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from amb_assessment.assessment.expressions import evaluate, names_in
+from amb_assessment.assessment.quantities import VARIABLES
 from amb_cosim.cosim.system.tables import Table
 from amb_files.checks import repeated
 from amb_files.packs import files_of
@@ -127,15 +128,22 @@ class CriteriaFile(Table):
 
 
 def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) -> None:
-    """Evaluate each formula that depends only on the machine's variables.
+    """Check names in formulas, and evaluate each formula that depends only on the machine's variables.
 
     Raises
     ------
     ValueError
-        If a formula has no value; the message names its criterion.
+        If there is no such quantity or variable, or a formula has no value; the message names the criterion.
     """
     for criterion in criteria:
+        if criterion.quantity not in VARIABLES:
+            hint = suggest(criterion.quantity, VARIABLES)
+            raise ValueError(f"criterion {criterion.key}: there is no quantity {criterion.quantity!r}; {hint}")
+        known = [*facts, *VARIABLES[criterion.quantity]]
         for formula in filter(None, (criterion.limit, criterion.when)):
+            if unknown := sorted(names_in(formula) - set(known)):
+                hint = suggest(unknown[0], known)
+                raise ValueError(f"criterion {criterion.key}: formula {formula!r} has no {unknown[0]!r}; {hint}")
             if names_in(formula) <= facts.keys():
                 try:
                     evaluate(formula, facts)

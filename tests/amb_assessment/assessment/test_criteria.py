@@ -1,6 +1,8 @@
 """Criteria as data: formulas, zones, sources, and errors that name the fault."""
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -8,6 +10,7 @@ from amb_assessment.assessment.assess import Analysis, Assessment
 from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria
 from amb_assessment.assessment.expressions import evaluate, names_in
 from amb_assessment.assessment.findings import AnalysisResult, Judgement, Quantity, judge
+from amb_assessment.assessment.quantities import VARIABLES
 from tests.support.messages import raises_naming
 
 ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}
@@ -97,11 +100,26 @@ def test_an_amplification_below_2_5_requires_no_margin():
 
 
 def test_formulas_of_the_machine_alone_are_evaluated_by_a_check():
+    margin = ABOUT | {"quantity": "separation_margin"}
     check_formulas(load_criteria(), MACHINE)
     for formula in ({"limit": "sqrt(0 - N_mc)"}, {"limit": "1", "when": "N_mc / 0 > 1"}):
         with raises_naming(ValueError, "criterion own", "formula"):
-            check_formulas([Criterion(**ABOUT, **formula)], MACHINE)
-    check_formulas([Criterion(**ABOUT, limit="1 / AF")], MACHINE)  # AF is that of a mode
+            check_formulas([Criterion(**margin, **formula)], MACHINE)
+    check_formulas([Criterion(**margin, limit="1 / AF")], MACHINE)  # AF is that of a mode
+
+
+@pytest.mark.parametrize(
+    ("changed", "facts"),
+    [
+        ({"limit": "foo"}, ("'foo'", "N_mc")),
+        ({"limit": "1", "when": "N_mcc > 1"}, ("'N_mcc'", "N_mc")),
+        ({"limit": "1 / AF", "quantity": "landing_heat"}, ("'AF'", "weight")),
+        ({"limit": "1", "quantity": "separation_margins"}, ("'separation_margins'", "separation_margin")),
+    ],
+)
+def test_a_check_finds_unknown_quantities_and_variables(changed, facts):
+    with raises_naming(ValueError, "criterion own", *facts):
+        check_formulas([Criterion(**ABOUT | {"quantity": "separation_margin"} | changed)], MACHINE)
 
 
 def test_a_zone_ends_below_its_limit():
@@ -190,3 +208,16 @@ def test_criteria_are_read_from_a_user_file(tmp_path):
     assert (result.verdict, result.advice, result.limit_text) == (Judgement.MISSED, "balance", "at most 10 um")
     with raises_naming(ValueError, "api_618", "api_617"):
         load_criteria(["api_618"])
+
+
+def test_the_page_lists_all_quantities_with_their_variables():
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "criteria_file.md").read_text(encoding="utf-8")
+    rows = [
+        line.split("|")[1:-1] for line in page.partition("| quantity | unit |")[2].splitlines() if line[:3] == "| `"
+    ]
+    listed = {
+        name: set(re.findall(r"`(\w+)`", further))
+        for names, _, further in rows
+        for name in re.findall(r"`(\w+)`", names)
+    }
+    assert listed == {name: set(variables) for name, variables in VARIABLES.items()}

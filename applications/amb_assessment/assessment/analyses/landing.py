@@ -113,7 +113,7 @@ def answer(subject: Subject) -> AnalysisResult:
         landing for landing in landings if not (by_chance and landing.whirls_backward)
     ]  # chance decides which whirl
     bearings = [(item, max((landing.forces.get(item.at, 0.0) for landing in judged), default=0.0)) for item in balls]
-    may_change = by_chance or not_ended
+    may_change, heat = by_chance or not_ended, max(landing.heat for landing in done)
     measured = (
         least,
         share("landing_failed", sum(bool(landing.failure or landing.stators) for landing in judged), may_change),
@@ -128,7 +128,7 @@ def answer(subject: Subject) -> AnalysisResult:
             "over the rotor's weight",
             upright(subject),
         ),
-        Quantity("landing_heat", f"largest within {followed:.3g} s", max(landing.heat for landing in done), "J"),
+        Quantity("landing_heat", f"largest within {followed:.3g} s", heat, "J", {"weight": weight}),
         *(
             Quantity(
                 "landing_ball_pressure",
