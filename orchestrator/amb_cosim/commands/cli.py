@@ -10,12 +10,18 @@ from amb_cosim.commands import cache, compare, controller, fmus, listing, plot, 
 from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
+from amb_cosim.presentation.printable import printable_streams
 
 FORMER = {"animate": "live SCENARIO", "modes": "study modes"}  # commands of 0.2.0
 
 
 class Commands(PackCommands):
     """Commands that end with a message and an exit code on Ctrl-C and SIGTERM."""
+
+    def main(self, *args: Any, **options: Any) -> Any:
+        """Run a command whose texts cannot control the terminal."""
+        with printable_streams():
+            return super().main(*args, **options)
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Refuse arguments that are not UTF-8: results, pages and figures contain file names as text."""

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from amb_cosim.cosim.run.recording import Outcome
 
 
+LONGEST_BEGIN, LONGEST_END = 1500, 500  # characters of a line that has an arbitrary name of a file in it
+LONGEST = LONGEST_BEGIN + LONGEST_END
+
+
 class Failed(click.ClickException):
     """A failure: one message and exit code 1."""
 
@@ -23,7 +27,9 @@ class Failed(click.ClickException):
 
     def show(self, file: IO[Any] | None = None) -> None:
         for line in self.message.splitlines():
-            click.echo(f"amb-cosim: {line}", err=True)
+            is_long = len(line) > LONGEST
+            shown = f"{line[:LONGEST_BEGIN]} ... {line[-LONGEST_END:]}" if is_long else line
+            click.echo(f"amb-cosim: {shown}", err=True)
 
 
 class Interrupted(Failed):

@@ -2,11 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable
+from typing import IO, Any
 
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
+
+from amb_cosim.presentation.printable import printable
+
+
+class PrintableConsole(Console):
+    """A console that sends no control character but its own."""
+
+    @property
+    def file(self) -> IO[str]:
+        """The stream behind a `PrintableStream`, also where a bar of rich has put its own stream before that."""
+        stream = super().file
+        inner: IO[str] = getattr(stream, "rich_proxied_file", stream)
+        return inner
+
+    @file.setter
+    def file(self, stream: IO[str]) -> None:
+        Console.file.fset(self, stream)  # type: ignore[attr-defined]
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        """Yield the parts of a text or table with control characters shown."""
+        for part in super().render(renderable, options):
+            yield part if part.control else Segment(printable(part.text), part.style)
 
 
 def plain_console(**options: Any) -> Console:
     """Return a console that prints every text as it is: brackets and colons in names of users are no markup."""
-    return Console(markup=False, emoji=False, **options)
+    return PrintableConsole(markup=False, emoji=False, **options)

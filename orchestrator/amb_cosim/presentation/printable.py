@@ -1,0 +1,60 @@
+"""Text from elsewhere for a terminal: control characters are shown, and signs that it lacks are replaced.
+
+A name in a file may have escape sequences, which change the terminal or the text before them. Everything that commands
+print passes `PrintableStream`, or `plain_console`, whose own sequences for colours and bars go past the stream.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import IO, Any
+
+# Control characters except tab and line feed; marks that turn the direction of text; halves of surrogate pairs.
+UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    """Return a text with its control characters as Python writes them, such as `\\x1b`."""
+    return UNPRINTABLE.sub(lambda sign: sign[0].encode("unicode_escape").decode("ascii"), text)
+
+
+class PrintableStream:
+    """A text stream that writes only printable text to another one; rich writes to that one directly."""
+
+    def __init__(self, stream: IO[str]) -> None:
+        self.rich_proxied_file = stream
+
+    def write(self, text: str) -> int:
+        """Write a text, and return its length."""
+        self.rich_proxied_file.write(printable(text))
+        return len(text)
+
+    def writelines(self, lines: Any) -> None:
+        """Write texts one after the other."""
+        for line in lines:
+            self.write(line)
+
+    @property
+    def buffer(self) -> Any:
+        """Not there, because bytes would go past this stream."""
+        raise AttributeError("buffer")
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.rich_proxied_file, name)
+
+
+@contextmanager
+def printable_streams() -> Iterator[None]:
+    """Print only printable text to standard output and standard error; unencodable signs become question marks."""
+    streams = sys.stdout, sys.stderr
+    for stream in streams:
+        with suppress(AttributeError, ValueError):  # not a stream of the system
+            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+    sys.stdout, sys.stderr = map(PrintableStream, streams)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = streams
