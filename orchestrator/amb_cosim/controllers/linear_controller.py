@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 SLOW_TIME = 0.1  # s
 STABLE = 1.0 + 1e-9  # largest pole magnitude of a law that counts as stable: integrators are at 1
+PARAMETERS = {"gains": ("gain",), "offsets": ("offset",), "limits": ("lower", "upper"), "delay": ("delay",)}
 WEIGHTS = (0.25, 0.5, 0.75)  # of the second of two speeds, for interpolated matrices whose poles are checked
 
 
@@ -135,19 +136,19 @@ def linear_controller(
     outputs: Sequence[str] | None = None,
     sample_time: float | None = None,
     *,
-    method: str = "tustin",
+    method: str | None = None,
     prewarp: float | None = None,
-    sampled_arrays: bool = False,
-    gains: float | Sequence[float] = 1.0,
-    offsets: float | Sequence[float] = 0.0,
+    sampled_arrays: bool | None = None,
+    gains: float | Sequence[float] | None = None,
+    offsets: float | Sequence[float] | None = None,
     limits: tuple[float, float] | Sequence[tuple[float, float]] | None = None,
-    delay: float = 0.0,
-    slow_time: float = SLOW_TIME,
-    allow_unstable: bool = False,
+    delay: float | None = None,
+    slow_time: float | None = None,
+    allow_unstable: bool | None = None,
 ) -> LinearController:
     """Return a sampled controller u = K y, a component for scenarios and FMUs.
 
-    For a K designed for negative feedback, u = -K y, pass `-K`.
+    For a K designed for negative feedback, u = -K y, pass `-K`. For a file, the other arguments replace its values.
 
     Parameters
     ----------
@@ -161,16 +162,16 @@ def linear_controller(
     sample_time
         Time between samples (s); by default that of a sampled K.
     method, prewarp
-        Discretisation of a continuous K: `tustin`, exact at the frequency `prewarp` (rad/s) if given, `zoh`, `foh`,
-        `euler`, `backward_diff`, `matched`, `impulse`.
+        Discretisation of a continuous K: `tustin` (default), exact at the frequency `prewarp` (rad/s) if given, `zoh`,
+        `foh`, `euler`, `backward_diff`, `matched`, `impulse`. A sampled K has none.
     sampled_arrays
-        Whether arrays, which do not state it, are those of a sampled law.
+        Whether arrays, which do not state it, are those of a sampled law; those in a file state it.
     gains, offsets, limits
-        Factor, added value (A), and smallest and largest value (A) of each demand, or of all.
+        Factor (1), added value (0 A), and smallest and largest value (A) of each demand, or of all.
     delay
-        Delay of the demands in samples, integer or fractional.
+        Delay of the demands in samples (0), integer or fractional.
     slow_time
-        Modes with a longer time constant (s) track the limited demand (anti-windup).
+        Modes with a longer time constant (0.1 s) track the limited demand (anti-windup).
     allow_unstable
         Whether the controller itself may have poles outside the unit circle.
 
@@ -190,15 +191,21 @@ def linear_controller(
     -20000
     """
     if isinstance(K, str | Path):
-        overrides = {"inputs": inputs, "outputs": outputs, "sample_time": sample_time}
-        return _from_file(Path(K), {name: value for name, value in overrides.items() if value is not None})
-    by_speed = _laws(K, sampled_arrays)
+        given = {
+            **{"inputs": inputs, "outputs": outputs, "sample_time": sample_time, "method": method, "prewarp": prewarp},
+            **{"sampled_arrays": sampled_arrays, "gains": gains, "offsets": offsets, "limits": limits, "delay": delay},
+            **{"slow_time": slow_time, "allow_unstable": allow_unstable},
+        }
+        return _from_file(Path(K), {name: value for name, value in given.items() if value is not None})
+    slow_time = SLOW_TIME if slow_time is None else slow_time
+    by_speed = _laws(K, bool(sampled_arrays))
+    _check_method(by_speed, {"method": method, "prewarp": prewarp})
     first = next(iter(by_speed.values()))
     time = check_sample_time(_sample_time(first) if sample_time is None else sample_time)
     laws = {}
     for speed, law in by_speed.items():
         with errors_in(f"at {speed:g} rad/s" if len(by_speed) > 1 else ""):
-            laws[speed] = sampled(law, time, method, prewarp)
+            laws[speed] = sampled(law, time, "tustin" if method is None else method, prewarp)
     _check_alike(laws)
     if not 1e-6 <= slow_time <= 1e6:
         raise ValueError(f"slow_time = {slow_time:g} s is not allowed; it must be >= 1e-06 and <= 1e+06 s")
@@ -210,8 +217,8 @@ def linear_controller(
         _labels(K, "output_labels", outputs, p, "outputs", "demands"),
     )
     ports = Ports(*names, len(next(iter(laws.values())).A))
-    starts = _starts(ports, gains, offsets, limits, delay)
-    controller = LinearController(laws, ports, time, slow_time, starts, allow_unstable)
+    starts = _starts(ports, 1.0 if gains is None else gains, 0.0 if offsets is None else offsets, limits, delay or 0.0)
+    controller = LinearController(laws, ports, time, slow_time, starts, bool(allow_unstable))
     _ = controller.model_and_constants  # raises errors of these arguments
     return controller
 
@@ -227,15 +234,29 @@ def _from_file(path: Path, options: Mapping[str, Any]) -> LinearController:
     if path.suffix not in (*SUFFIXES, ".toml"):
         raise ValueError(f"no controller file {str(path)!r}: its name must end with .toml or {' or '.join(SUFFIXES)}")
     try:
-        arguments = (read_blocks(path) if path.suffix == ".toml" else read_arrays(path)) | dict(options)
-        starts = arguments.pop("starts", {})
-        controller = linear_controller(**arguments)
+        if "sampled_arrays" in options:
+            raise ValueError("sampled_arrays is not allowed; the sample time in the file states it")
+        content = read_blocks(path) if path.suffix == ".toml" else read_arrays(path)
+        starts, stored = content.pop("starts", {}), content.get("outputs", [])
+        controller = linear_controller(**content | dict(options))
         if starts:
-            controller = replace(controller, starts=starts)
+            new = dict(zip(stored, controller.ports.demands, strict=False))
+            parts = {name: name.rpartition(".") for name in starts}
+            starts = {f"{new.get(d, d)}{dot}{last}": starts[name] for name, (d, dot, last) in parts.items()}
+            replaced = {parameter for option in options for parameter in PARAMETERS.get(option, ())}
+            ours = {name: v for name, v in controller.starts.items() if name.rpartition(".")[2] in replaced}
+            controller = replace(controller, starts=starts | ours)
             _ = controller.model_and_constants
     except ValueError as error:
         raise ValueError("\n".join(f"{path}: {line}" for line in str(error).splitlines())) from error
     return controller
+
+
+def _check_method(laws: Mapping[float, Law], given: Mapping[str, object]) -> None:
+    """Raise ValueError if a discretisation is given for laws that are sampled already, which would ignore it."""
+    for name, value in given.items():
+        if value is not None and all(law.sample_time is not None for law in laws.values()):
+            raise ValueError(f"{name} = {value} is not allowed; the law is sampled already")
 
 
 def _laws(K: Any, sampled_arrays: bool) -> dict[float, Law]:
