@@ -5,7 +5,7 @@
     zoh, foh         the response to a signal that is held or linear between samples
     euler            s -> (z - 1)/T
     backward_diff    s -> (z - 1)/(T z)
-    matched          poles and zeros by z = exp(s T); for a signal and one demand
+    matched          poles and zeros by z = exp(s T), equal as s -> 0, see `_matched`; for a signal and one demand
     impulse          the impulse response
 
 Balancing scales the states by powers of two until the rows and columns of A have similar norms. Rounding errors, mainly
@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from amb_cosim.controllers.laws import Law, balancing_factors, law_of
 from amb_files.suggestions import suggest
 
 METHODS = ("tustin", "zoh", "foh", "euler", "backward_diff", "matched", "impulse")
+AT_REST = 1e-12  # s T of a pole or zero at s = 0, up to rounding
 SAMPLE_TIMES = (1e-6, 0.1)  # s
 
 
@@ -85,14 +87,37 @@ def _sampled(law: Law, sample_time: float, method: str, prewarp: float | None) -
     balanced = control.ss(
         law.A * scale[None, :] / scale[:, None], law.B / scale[:, None], law.C * scale[None, :], law.D
     )
-    system = control.ss2tf(balanced) if method == "matched" else balanced
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         try:
-            result = system.sample(sample_time, method, prewarp_frequency=prewarp)
+            if method == "matched":
+                return replace(law_of(_matched(control.ss2tf(balanced), sample_time)), sample_time=sample_time)
+            result = balanced.sample(sample_time, method, prewarp_frequency=prewarp)
         except (ValueError, ArithmeticError, RuntimeWarning, np.linalg.LinAlgError) as error:
             raise ValueError(f"the law cannot be sampled by {method}: {error}") from error
-    if method == "matched":
-        return replace(law_of(result), sample_time=sample_time)
     A = result.A * scale[:, None] / scale[None, :]
     return Law(A, result.B * scale[:, None], result.C / scale[None, :], result.D, sample_time)
+
+
+def _matched(system: Any, sample_time: float) -> Any:
+    """Return the matched law of a transfer function; python-control divides by zero if it has a pole or zero at s = 0.
+
+    With zeros z_i and poles p_i, n zeros less poles at s = 0, and primes for products over all others,
+
+        K(s) = k prod (s - z_i)/prod (s - p_i),    K_d(z) = k_d prod (z - exp(z_i T))/prod (z - exp(p_i T))    (1)
+        k_d T^n prod' (1 - exp(z_i T))/prod' (1 - exp(p_i T)) = k prod' (-z_i)/prod' (-p_i)                    (2)
+
+    since z - 1 -> s T: the static gain, or the rate of integration, stays.
+    """
+    import control
+    from scipy.signal import tf2zpk
+
+    zeros, poles, gain = tf2zpk(system.num[0][0], system.den[0][0])
+    for roots in (zeros, poles):
+        roots[np.abs(roots) * sample_time < AT_REST] = 0.0
+    order = np.sum(zeros == 0.0) - np.sum(poles == 0.0)
+    others = [roots[roots != 0.0] for roots in (zeros, poles)]
+    slow = np.prod(-others[0]) / np.prod(-others[1])
+    fast = np.prod(-np.expm1(others[0] * sample_time)) / np.prod(-np.expm1(others[1] * sample_time))
+    factor = gain * np.real(slow / fast) / sample_time**order
+    return control.zpk(np.exp(zeros * sample_time), np.exp(poles * sample_time), factor, sample_time)
