@@ -15,6 +15,7 @@ CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
 def main() -> None:
     """Import and run the command line."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: threads would wait for each other
+    os.environ["MPLBACKEND"] = "agg"  # commands draw files; that of a notebook may not be installed here
     for number in CODES:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _end)

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from io import BytesIO
 from typing import Any
 
+import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from amb_assessment.reporting.panels import Panel
-from amb_cosim.presentation.style import COLOURS, DASHED, GREY, StyledFigure
+from amb_cosim.presentation.style import COLOURS, DASHED, GREY, STYLE, StyledFigure
 
 RESOLUTION = 80  # dots per inch
 WIDTH, HEIGHT = 4.4, 3.3  # inches, of a plot
@@ -22,7 +23,8 @@ def picture_of(panels: Sequence[Panel]) -> bytes:
     """Return a PNG of the plots; empty without plots."""
     picture = BytesIO()
     if panels:
-        figure_of(panels).savefig(picture, format="png", dpi=RESOLUTION)
+        with mpl.rc_context(STYLE):
+            figure_of(panels).savefig(picture, format="png", dpi=RESOLUTION)
     return picture.getvalue()
 
 

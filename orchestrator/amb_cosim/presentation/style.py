@@ -37,7 +37,9 @@ RING = 0.06  # width of a retainer's ring over its clearance
 RETAINER: dict[str, Any] = {"facecolor": "0.85", "edgecolor": "0.45", "lw": 0.5, "zorder": 0.5}
 OF_SAMPLES: dict[Any, HandlerBase] = {tuple: HandlerTuple(ndivide=None, pad=0.0)}  # `handler_map` for `samples`
 
-STYLE: dict[Any, Any] = {
+OF_SESSION = ("backend", "interactive", "toolbar", "webagg", "savefig.directory", "date.epoch", "tk.")  # no style
+STYLE: dict[Any, Any] = {  # with the defaults of matplotlib: a user's matplotlibrc, such as text.usetex, does not apply
+    **{name: value for name, value in mpl.rcParamsDefault.items() if not name.startswith(OF_SESSION)},
     "font.size": 9.0,
     "axes.titlesize": 9.5,
     "axes.labelsize": 9.0,
@@ -122,15 +124,18 @@ def spread(places: ArrayLike, gap: float, lowest: float = -np.inf, highest: floa
 def png(figure: Figure) -> bytes:
     """Return a figure as PNG, at the resolution of a screen."""
     picture = BytesIO()
-    figure.savefig(picture, format="png")
+    with mpl.rc_context(STYLE):
+        figure.savefig(picture, format="png")
     return picture.getvalue()
 
 
 def write_png(figure: Figure, path: Path) -> None:
     """Write a figure as PNG atomically."""
-    write_atomically(path, partial(figure.savefig, dpi=RESOLUTION, format="png"))
+    with mpl.rc_context(STYLE):
+        write_atomically(path, partial(figure.savefig, dpi=RESOLUTION, format="png"))
 
 
 def write_figure(figure: Figure, path: Path) -> None:
     """Write a figure in the format of the file's suffix, `.png`, `.pdf` or `.svg`; complete or not at all."""
-    write_atomically(path, partial(figure.savefig, dpi=RESOLUTION, format=path.suffix.lower()[1:]))
+    with mpl.rc_context(STYLE):
+        write_atomically(path, partial(figure.savefig, dpi=RESOLUTION, format=path.suffix.lower()[1:]))
