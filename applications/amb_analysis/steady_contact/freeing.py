@@ -7,13 +7,19 @@ exists only if |r| is at least (`synchronous_states`, the discriminant of its qu
 
 so |r_k + S_k I| <= s b_k at all sites, with s = 1, excludes these. States of several sites are computed, and s is
 lowered until none exists; then only the contact-free orbit remains. Of all such currents, those with the smallest
-maximum are returned, a convex problem:
+maximum are the solution of a convex problem:
 
     minimise t,  |I_b| <= t,  |r_k + S_k I| <= s b_k                                                  (2)
+
+It excludes more than it must: a state of one site does not exist, either, where another site would be passed, and the
+orbits need not shrink alike. The currents that leave no state are no convex set. From the solution of (2), which is
+one of them, all directions I/t in which such currents may be smaller are searched, first everywhere and then closer
+and closer about the best. The result leaves no state in contact, and is the smallest that the search finds.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -24,10 +30,15 @@ from scipy.sparse import csc_matrix
 from amb_analysis.steady_contact.forward_loop import Complex
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
-from array_types import Array
+from array_types import Array, Bools
 
 HALVINGS = 8  # width of the interval of s
 MARGIN = 1e-6  # relative margin of orbits to the limit
+ABOUT = 1000  # points about the smallest orbits that are tried
+DIRECTIONS = 150  # of a search, at a width
+LEVELS = np.array([0.5, 0.8, 0.95, 0.99, 0.999])  # sizes that are tried, over the best
+WIDTHS = tuple(0.5 ** np.arange(1, 12))  # of directions about the best
+STEPS = 6  # in which the size shrinks, at a width
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,13 +49,10 @@ class Freeing:
         Complex current added at each bearing, in the rotating frame (A).
     demanded
         Total demanded current there, feedback included, during contact-free rotation (A).
-    share
-        s of (2): reduction of the orbits that excludes states of several sites.
     """
 
     injected: dict[str, complex]
     demanded: dict[str, complex]
-    share: float
 
     @property
     def largest(self) -> Annotated[float, "A"]:
@@ -59,7 +67,7 @@ def smallest_freeing(rotor: RubbingRotor, Omega: float) -> Freeing | None:
     """
     n = len(rotor.loop(Omega).currents)
     if _is_free(rotor, Omega, np.zeros(n, dtype=complex)):
-        return _freeing(rotor, Omega, np.zeros(n, dtype=complex), 1.0)
+        return _freeing(rotor, Omega, np.zeros(n, dtype=complex))
     return _smallest(rotor, Omega, np.eye(n, dtype=complex), np.zeros(n, dtype=complex)) if n else None
 
 
@@ -77,44 +85,116 @@ def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freein
 
 
 def _smallest(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex) -> Freeing | None:
-    """Return the freeing currents I = basis J + offset with the smallest maximum component of J (2)."""
+    """Return the freeing currents I = basis J + offset with the smallest maximum component of J, by search from (2)."""
+
+    def are_free(J: Complex) -> Bools:
+        return _are_free(rotor, Omega, J @ basis.T + offset)
+
+    start = _sufficient(rotor, Omega, basis, offset)
+    if start is None:
+        start = _any_free(rotor, Omega, basis, offset, are_free)
+    if start is None:
+        return None
+    best = _searched(start, are_free)
+    return _freeing(rotor, Omega, basis @ best + offset)
+
+
+def _any_free(
+    rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex, are_free: Callable[[Complex], Bools]
+) -> Complex | None:
+    """Return a free J about that of the smallest orbits, or None; with more sites than magnets (2) may have none."""
+    at = rotor.receptances(Omega)
+    r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
+    centre = np.linalg.lstsq(at.S @ basis / rotor.c[:, None], -r / rotor.c, rcond=None)[0]
+    random = np.random.default_rng(0)
+    spread = random.normal(size=(ABOUT, len(centre))) + 1j * random.normal(size=(ABOUT, len(centre)))
+    tried = np.concatenate([centre[None], centre + np.abs(centre).max() * spread * random.random((ABOUT, 1))])
+    free = tried[are_free(tried)]
+    return np.asarray(free[np.abs(free).max(axis=1).argmin()]) if len(free) else None
+
+
+def _sufficient(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex) -> Complex | None:
+    """Return J of the freeing currents of (2) with the largest s; None if the orbits cannot be that small."""
     at, mu = rotor.receptances(Omega), rotor.mu(Omega)
     r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
     limits = trap_limits(at.R, mu, rotor.c) * (1.0 - MARGIN)
 
     def with_share(share: float) -> Complex | None:
-        result = _smallest_currents(r, at.S @ basis, share * limits)
-        return None if result is None else basis @ result + offset
+        return _smallest_currents(r, at.S @ basis, share * limits)
 
     best = with_share(1.0)
-    if best is not None and _is_free(rotor, Omega, best):
-        return _freeing(rotor, Omega, best, 1.0)
+    if best is not None and _is_free(rotor, Omega, basis @ best + offset):
+        return best
     low, high, result = 0.0, 1.0, None
     for _ in range(HALVINGS):
         share = 0.5 * (low + high)
-        currents = with_share(share)
-        if currents is not None and not _is_free(rotor, Omega, currents):
+        found = with_share(share)
+        if found is not None and not _is_free(rotor, Omega, basis @ found + offset):
             high = share
         else:
-            low = share
-            result = result if currents is None else _freeing(rotor, Omega, currents, share)
+            low, result = share, result if found is None else found
     return result
+
+
+def _searched(start: Complex, are_free: Callable[[Complex], Bools]) -> Complex:
+    """Return the point with the smallest maximum component that a search finds among the free ones.
+
+    Parameters
+    ----------
+    start
+        A free point, shape (n,).
+    are_free
+        Returns which of some points are free, shape (k, n).
+    """
+    if not start.any():
+        return start
+    n, best, random = len(start), start, np.random.default_rng(0)
+    for width in (np.inf, *WIDTHS):
+        directions = random.normal(size=(DIRECTIONS, n)) + 1j * random.normal(size=(DIRECTIONS, n))
+        if np.isfinite(width):
+            directions = best / np.abs(best).max() + width * directions
+        alike = random.random((DIRECTIONS, 1)) < 0.5  # the maximum component is often that of all
+        directions = np.where(alike, directions / np.abs(directions), directions)
+        directions /= np.abs(directions).max(axis=1, keepdims=True)
+        for _ in range(STEPS):
+            size, shorter = float(np.abs(best).max()), None
+            for level in LEVELS:
+                free = are_free(level * size * directions)
+                if free.any():
+                    shorter = level * size * directions[int(np.argmax(free))]
+                    break
+            if shorter is None:
+                break
+            best = shorter
+    return np.asarray(best)
 
 
 def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
     """Return whether, with injected currents, the contact-free orbit is the only state."""
-    at, mu = rotor.receptances(Omega), rotor.mu(Omega)
-    r = (at.P @ rotor.unbalance * Omega**2 + at.S @ added)[None]
-    sets = all_sets(len(rotor.sites))
-    free = len(states_of((), at.R, mu, rotor.c, r).points) > 0
-    return free and not any(len(states_of(s, at.R, mu, rotor.c, r).points) for s in sets[1:])
+    return bool(_are_free(rotor, Omega, added[None])[0])
 
 
-def _freeing(rotor: RubbingRotor, Omega: float, added: Complex, share: float) -> Freeing:
+def _are_free(rotor: RubbingRotor, Omega: float, added: Complex) -> Bools:
+    """Return for each of some injected currents, shape (n, bearings), whether the contact-free orbit is the only state.
+
+    Sets of more sites, whose states take longer to compute, are asked last and only for what is left.
+    """
+    at, mu, c = rotor.receptances(Omega), rotor.mu(Omega), rotor.c
+    r = at.P @ rotor.unbalance * Omega**2 + added @ at.S.T
+    left = np.flatnonzero((np.abs(r) < c).all(axis=1))
+    for contact in all_sets(len(rotor.sites))[1:]:
+        occupied = states_of(contact, at.R, mu, c, r[left]).points
+        left = np.delete(left, np.unique(occupied))
+    result = np.zeros(len(added), dtype=bool)
+    result[left] = True
+    return result
+
+
+def _freeing(rotor: RubbingRotor, Omega: float, added: Complex) -> Freeing:
     at, names = rotor.receptances(Omega), rotor.loop(Omega).currents
     demanded = at.currents[1] @ rotor.unbalance * Omega**2 + at.currents[2] @ added
     injected, total = (dict(zip(names, map(complex, values), strict=True)) for values in (added, demanded))
-    return Freeing(injected, total, share)
+    return Freeing(injected, total)
 
 
 def trap_limits(R: Complex, mu: Array, c: Array) -> Array:

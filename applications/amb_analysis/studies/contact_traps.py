@@ -201,10 +201,10 @@ class Traps(MachineResult):
         if self.loop_growth > 0.0:
             return lines
         if self.smallest_force is None:
-            lines.append("no synchronous currents of these bearings exclude all states in contact")
+            lines.append("no synchronous currents of these bearings were found that exclude all states in contact")
         elif any(current.amplitude for current in self.smallest_force.values()):
             added = ", ".join(f"{b} {i.amplitude:.3g} A at {i.phase:z.0f} deg" for b, i in self.smallest_force.items())
-            lines.append(f"the smallest additional currents that exclude all states in contact: {added}")
+            lines.append(f"the smallest additional currents found that exclude all states in contact: {added}")
         return [*lines, *(f"{name}: {freed.words}" for name, freed in self.control.items())]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from amb_analysis.steady_contact.freeing import _smallest_currents
+from amb_analysis.steady_contact.freeing import _searched, _smallest_currents
 
 DIRECTIONS = 720
 
@@ -60,3 +60,22 @@ def test_the_order_of_magnets_and_sites_does_not_matter():
     found = _smallest_currents(r, S, limits)
     reverse = _smallest_currents(r[::-1], S[::-1, ::-1], limits[::-1])
     assert np.abs(reverse).max() == pytest.approx(np.abs(found).max(), rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("are_free", "start", "expected"),
+    [
+        (lambda J: np.abs(1.0 + J.sum(axis=1)) <= 0.2, [-0.8, 0.0], 0.4),  # both halves of what one gives
+        (lambda J: np.abs(J).prod(axis=1) >= 0.04, [1.0, 1.0j], 0.2),  # whose set is not convex
+        (lambda J: np.abs(J[:, 0] + 0.3) <= 0.1, [-0.25, 0.9], 0.2),  # the second does nothing
+        (lambda J: np.abs(J[:, 0] - 0.5j) + np.abs(J[:, 1] + 0.5) <= 0.2, [0.5j, -0.5], 0.4),
+    ],
+)
+def test_the_search_finds_the_smallest_free_point(are_free, start, expected):
+    found = _searched(np.array(start, dtype=complex), are_free)
+    assert are_free(found[None])[0]
+    assert np.abs(found).max() == pytest.approx(expected, rel=5e-3)
+
+
+def test_the_search_keeps_a_free_rotor_as_it_is():
+    assert not _searched(np.zeros(2, dtype=complex), lambda J: np.ones(len(J), dtype=bool)).any()
