@@ -31,6 +31,10 @@ from array_types import Array, Complex, Indices
 PROMINENCE = 0.6  # decades of power by which a peak rises above its surroundings: 6 dB
 ITERATIONS = 30
 LEAST_LINES = 7  # frequencies of a fit
+BETTER = 6.0  # ratio of the squares of rests, above which a peak is one of two modes
+LEAST_FREEDOM = 6  # of the rests of two modes
+LEAST_PART = 0.1  # of the smaller of two modes in their peak
+LEAST_APART = 0.5  # of the sum of half widths of two modes
 WIDTHS = 4.0  # half-power widths on each side of the peak
 RESOLVED = 4.5  # of (2)
 CLEAR = 30.0  # power of a peak over the median, which noise does not reach in 1e8 lines
@@ -86,10 +90,11 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
     least = RESOLVED if any(item.resolution is not None for item in responses) else 1.0
     result = []
     for k, peak in enumerate(peaks):
-        lines = _near(power, frequencies, peaks, k)
-        mode = _fit(frequencies[lines], H[:, lines])
-        if mode is not None:
-            width = 2.0 * mode.damping_ratio * mode.frequency / float(np.gradient(frequencies)[peak])
+        spacing = float(np.gradient(frequencies)[peak])
+        regions = [_near(power, frequencies, peaks, k, reach) for reach in (WIDTHS, 2.0 * WIDTHS)]
+        found = [_fits(frequencies[lines], H[:, lines], least * spacing) for lines in regions]
+        for mode in next((modes for modes in found if len(modes) == 2), found[0]):
+            width = 2.0 * mode.damping_ratio * mode.frequency / spacing
             result.append(replace(mode, lines=width, is_resolved=width >= least, height=float(power[peak])))
     return tuple(result)
 
@@ -129,7 +134,7 @@ def _peaks(responses: Sequence[FrequencyResponse]) -> tuple[Array, Complex, Arra
     return frequencies, H, power, peaks
 
 
-def _near(power: Array, frequencies: Array, peaks: Indices, k: int) -> slice:
+def _near(power: Array, frequencies: Array, peaks: Indices, k: int, reach: float) -> slice:
     """Return the lines within some half-power widths of a peak, and between its neighbours."""
     peak = int(peaks[k])
     first = 0 if k == 0 else (peaks[k - 1] + peak + 1) // 2
@@ -139,43 +144,68 @@ def _near(power: Array, frequencies: Array, peaks: Indices, k: int) -> slice:
         below -= 1
     while above < last - 1 and power[above] > 0.5 * power[peak]:
         above += 1
-    width = WIDTHS * 0.5 * (frequencies[above] - frequencies[below])
+    width = reach * 0.5 * (frequencies[above] - frequencies[below])
     ends = np.searchsorted(frequencies, [frequencies[peak] - width, frequencies[peak] + width])
-    reach = LEAST_LINES // 2
-    return slice(max(first, min(int(ends[0]), peak - reach)), min(last, max(int(ends[1]) + 1, peak + reach + 1)))
+    least = LEAST_LINES // 2
+    return slice(max(first, min(int(ends[0]), peak - least)), min(last, max(int(ends[1]) + 1, peak + least + 1)))
 
 
-def _fit(frequencies: Array, H: Complex) -> FittedMode | None:
-    """Return the mode by (1) from H, shape (responses, lines); None if the pole does not decay or lies outside."""
-    n = len(frequencies)
-    if n < 5:
-        return None
+def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
+    """Return the modes near a peak from H, shape (responses, lines): one, two if they fit much better, or none.
+
+    With p poles, (1) has the denominator prod(s - lambda_j) and polynomials N_c of degree p + 1. By the squares of the
+    rests and their degrees of freedom d, two poles are better if (e_1^2/d_1)/(e_2^2/d_2) > 6. Both must decay, lie
+    within the lines, add to the peak, and have a half-power width that the lines resolve, `narrowest` (Hz) or more: the
+    window of an estimate has a shape that two poles fit better than one.
+    """
+    one, two = (_fit(frequencies, H, p) for p in (1, 2))
+    count, n = H.shape
+    freedom_1, freedom_2 = count * (n - 3) - 1, count * (n - 4) - 2
+    if len(two) == 2 and freedom_2 >= LEAST_FREEDOM:
+        before = min((mode.error for mode in one), default=1.0) ** 2 / freedom_1
+        sizes = [float(np.linalg.norm(m.shape)) / (m.damping_ratio * m.frequency) for m in two]
+        apart = abs(two[0].frequency - two[1].frequency)
+        widths = sum(mode.damping_ratio * mode.frequency for mode in two)
+        is_pair = min(2.0 * m.damping_ratio * m.frequency for m in two) >= narrowest
+        is_pair &= min(sizes) > LEAST_PART * max(sizes) and apart > LEAST_APART * widths
+        if is_pair and before > BETTER * two[0].error ** 2 / freedom_2:
+            return two
+    return one
+
+
+def _fit(frequencies: Array, H: Complex, order: int) -> list[FittedMode]:
+    """Return modes by (1) with some poles; those that do not decay or lie outside are left out."""
+    n = H.shape[1]
+    if n < 4 + order:
+        return []
     middle, half = 0.5 * (frequencies[0] + frequencies[-1]), 0.5 * (frequencies[-1] - frequencies[0])
     s = 1j * (frequencies - middle) / half
     sizes = np.linalg.norm(H, axis=1)
     H = H / sizes[:, None]
-    basis = np.stack([np.ones(n), s, s**2], axis=1)
+    basis = np.stack([s**k for k in range(order + 2)], axis=1)
     weight = np.ones(n)
-    pole = 0.0j
+    poles: Complex = np.zeros(order, np.complex128)
     for _ in range(ITERATIONS):
-        # N_c + pole H_c = s H_c, with each N_c eliminated by projection
+        # N_c - (a_0 + ... a_p-1 s^(p-1)) H_c = s^p H_c, with each N_c eliminated by projection
         Q = np.linalg.qr(basis * weight[:, None])[0]
-        left, right = weight * H, weight * s * H
-        left, right = (v - (v @ Q.conj()) @ Q.T for v in (left, right))
-        new = np.vdot(left, right) / np.vdot(left, left).real
-        weight = 1.0 / np.maximum(np.abs(s - new), 1e-9)
-        if abs(new - pole) < 1e-12:
+        columns = [weight * s**k * H for k in range(order + 1)]
+        left = [(v - (v @ Q.conj()) @ Q.T).ravel() for v in columns]
+        factors = np.linalg.lstsq(np.stack(left[:-1], axis=1), -left[-1], rcond=None)[0]
+        new = np.asarray(np.roots([1.0, *factors[::-1]]), np.complex128)
+        weight = 1.0 / np.maximum(np.abs(np.prod(s[:, None] - new, axis=1)), 1e-9)
+        if len(new) == len(poles) and np.abs(np.sort_complex(new) - np.sort_complex(poles)).max() < 1e-12:
             break
-        pole = new
-    value = 2.0 * np.pi * (half * new + 1j * middle)
-    inside = frequencies[0] <= value.imag / (2.0 * np.pi) <= frequencies[-1]
-    if not inside or not value.real < 0.0:
-        return None
-    numerators = np.linalg.lstsq(basis * weight[:, None], (weight * (s - new) * H).T, rcond=None)[0]
-    rest = weight * ((s - new) * H - (basis @ numerators).T)
-    return FittedMode(
-        float(value.imag / (2.0 * np.pi)),
-        float(-value.real / abs(value)),
-        np.asarray(sizes * (np.array([1.0, new, new**2]) @ numerators)),
-        error=float(np.linalg.norm(rest) / np.linalg.norm(weight * np.abs(s - new) * np.abs(H))),
-    )
+        poles = new
+    denominator = np.prod(s[:, None] - new, axis=1)
+    numerators = np.linalg.lstsq(basis * weight[:, None], (weight * denominator * H).T, rcond=None)[0]
+    rest = weight * (denominator * H - (basis @ numerators).T)
+    error = float(np.linalg.norm(rest) / np.linalg.norm(weight * np.abs(denominator) * np.abs(H)))
+    modes = []
+    for j in np.argsort(new.imag):
+        value = 2.0 * np.pi * (half * new[j] + 1j * middle)
+        if frequencies[0] <= value.imag / (2.0 * np.pi) <= frequencies[-1] and value.real < 0.0:
+            others = np.prod(new[j] - np.delete(new, j))
+            shape = sizes * (new[j] ** np.arange(order + 2) @ numerators) / others * half
+            hertz, ratio = float(value.imag / (2.0 * np.pi)), float(-value.real / abs(value))
+            modes.append(FittedMode(hertz, ratio, np.asarray(shape), error=error))
+    return modes

@@ -76,3 +76,36 @@ def test_a_mode_without_counterpart_stays_unpaired():
     alone, pair = mode_deviations(measured, [FittedMode(101.0, 0.02, np.ones(1, complex))])
     assert (alone.computed, alone.percent, alone.measured_damping) == (None, None, 0.01)
     assert (pair.computed, pair.measured_damping, pair.mac) == (101.0, None, None)
+
+
+NEAR = np.arange(50.0, 200.0, 0.25)
+
+
+def near_modes(poles, shapes, noise=0.0, seed=0):
+    """Accelerances with the input at the first place."""
+    rng, s = np.random.default_rng(seed), 2j * np.pi * NEAR
+    result = []
+    for k, shape in enumerate(shapes):
+        terms = zip(poles, shape, shapes[0], strict=True)
+        H = s**2 * sum(
+            a * b / (s**2 + 2 * zeta * 2 * np.pi * f * s + (2 * np.pi * f) ** 2) for (f, zeta), a, b in terms
+        )
+        H = H + noise * np.abs(H) * (rng.standard_normal(len(H)) + 1j * rng.standard_normal(len(H)))
+        result.append(FrequencyResponse(Channel(f"p{k}.x", "m/s2"), FORCE, NEAR, H))
+    return result
+
+
+@pytest.mark.parametrize("zeta", [0.001, 0.003, 0.005, 0.01, 0.015])
+@pytest.mark.parametrize("shapes", [((1.0, 0.8), (0.7, -0.9)), ((1.0, 0.3), (0.5, -0.5), (0.2, 1.0))])
+def test_two_modes_2_percent_apart_are_two(zeta, shapes):
+    """They were one, between both and with the damping of both, unless their dip was 6 dB deep."""
+    modes = fitted_modes(near_modes(((100.0, zeta), (102.0, zeta)), shapes, noise=0.01))
+    assert [mode.frequency for mode in modes] == pytest.approx([100.0, 102.0], rel=5e-4)
+    assert [mode.damping_ratio for mode in modes] == pytest.approx([zeta, zeta], rel=0.1)
+
+
+@pytest.mark.parametrize("zeta", [0.001, 0.004, 0.02])
+@pytest.mark.parametrize("noise", [0.01, 0.05])
+def test_one_mode_with_noise_is_one(zeta, noise):
+    counts = [len(fitted_modes(near_modes(((100.0, zeta),), ((1.0,), (0.7,)), noise, seed))) for seed in range(15)]
+    assert set(counts) == {1}
