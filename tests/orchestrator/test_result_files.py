@@ -55,3 +55,17 @@ def test_the_signal_file_equals_that_of_xarray(synthetic, tmp_path, samples):
     assert list(result.variables) == list(expected.variables)
     assert {n: v.dtype for n, v in result.variables.items()} == {n: v.dtype for n, v in expected.variables.items()}
     assert [(n, type(v)) for n, v in result.attrs.items()] == [(n, type(v)) for n, v in expected.attrs.items()]
+
+
+@pytest.mark.parametrize(
+    "unit", ["hours", "days", "seconds", "ms", "seconds since 2000-01-01", "days since 1900-01-01"]
+)
+def test_numbers_with_a_unit_of_time_stay_numbers(tmp_path, unit):
+    time = Samples(np.array([0.0, 1.0, 2.0]), {"units": unit if unit == "seconds" else "s"})
+    table = SignalTable({"one.t": Samples(np.array([1.0, 2.0, 0.5]), {"units": unit})}, {"time": time}, {})
+    save(table, tmp_path / "result.nc")
+    loaded = load(tmp_path / "result.nc")
+    for name, values in (("one.t", [1.0, 2.0, 0.5]), ("time", [0.0, 1.0, 2.0])):
+        assert loaded[name].dtype == np.float64
+        np.testing.assert_array_equal(loaded[name].values, values)
+    assert loaded["one.t"].attrs["units"] == unit

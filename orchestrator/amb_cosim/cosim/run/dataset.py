@@ -211,7 +211,8 @@ def load(path: Path) -> xr.Dataset:
 
     check(path)
     check_content(path)  # before h5netcdf, which prints a traceback for a file that is not HDF5
-    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+    plain = {"decode_times": False, "decode_timedelta": False}  # the unit `hours` of an FMU makes no times of numbers
+    with xr.open_dataset(path, engine="h5netcdf", **plain) as dataset:
         result = dataset.load()
     _check_form(result)
     return result
