@@ -69,3 +69,20 @@ def test_numbers_with_a_unit_of_time_stay_numbers(tmp_path, unit):
         assert loaded[name].dtype == np.float64
         np.testing.assert_array_equal(loaded[name].values, values)
     assert loaded["one.t"].attrs["units"] == unit
+
+
+NAMES = ["one.p/q", "one./lead", "one.load/", "one.a/b/c", "one.p\N{DIVISION SLASH}q", "one.z"]
+
+
+@pytest.mark.parametrize("of", ["signals", "dataset"])
+def test_names_with_slashes_are_read_back(tmp_path, of):
+    """A slash is a path of HDF5: `p/q` became a group with q, which readers do not see, and `load/` an error."""
+    samples = {name: Samples(np.arange(3.0) + k, {"units": "1"}) for k, name in enumerate(NAMES)}
+    table = SignalTable(samples, {"time": Samples(np.arange(3.0), {"units": "s"})}, {"system": "a/b"})
+    save(table if of == "signals" else table.to_dataset(), tmp_path / "result.nc")
+    loaded = load(tmp_path / "result.nc")
+    assert set(loaded.data_vars) == set(NAMES)
+    for name, expected in samples.items():
+        np.testing.assert_array_equal(loaded[name].values, expected.values)
+        assert loaded[name].attrs["units"] == "1"
+    xr.testing.assert_identical(loaded[NAMES], table.to_dataset()[NAMES])

@@ -4,11 +4,14 @@ A NetCDF-4 file is an HDF5 file in which dimensions are dimension scales, and na
 Files are created in memory, because HDF5 ends the process if a disk is full. All content has a checksum, so a flipped
 bit is an error on reading. HDF5 has none for the lists of chunks; from a damaged list it reads zeros, or never returns.
 Four bytes after the end, which HDF5 ignores, are a CRC-32 of the file.
+
+A slash in a name would be a path of HDF5, so `one.p/q` is stored under another sign, with its name as an attribute.
 """
 
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
 
 CHECKED = {"fletcher32": True}
 COMPRESSION = {"compression": "gzip", "compression_opts": 4, "shuffle": True, **CHECKED}
+NAME, DIVISION = "original_name", "\N{DIVISION SLASH}"  # attribute of a variable, and the sign in place of a slash
 BLOCK = 1 << 24  # bytes that are read at once
 WITH_CHECKSUMS = ("v108", "v108")  # the format of HDF5 1.8, whose descriptions have checksums too
 
@@ -32,6 +36,27 @@ def netcdf(signals: SignalTable | xr.Dataset) -> bytes:
     with undivided():
         content = _of_table(signals) if isinstance(signals, SignalTable) else _of_dataset(signals)
     return content + zlib.crc32(content).to_bytes(4, "little")
+
+
+def stored_names(names: Iterable[str]) -> dict[str, str]:
+    """Return the name in the file of each name with a slash."""
+    taken, result = set(names), {}
+    for name in sorted(taken):
+        if "/" in name:
+            place = name.replace("/", DIVISION)
+            while place in taken:
+                place += "_"
+            taken.add(place)
+            result[name] = place
+    return result
+
+
+def with_own_names(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a data set from a file with the names of its variables; raises ValueError if two have the same."""
+    names = {name: str(variable.attrs[NAME]) for name, variable in dataset.data_vars.items() if NAME in variable.attrs}
+    for name in names:
+        del dataset[name].attrs[NAME]
+    return dataset.rename(names)
 
 
 def check(path: Path) -> None:
@@ -60,14 +85,16 @@ def _of_table(table: SignalTable) -> bytes:
             scale = file.create_dataset(name, data=times, track_order=True, **(CHECKED if len(times) else {}))
             scale.make_scale(name)
             scale.attrs.update(table[name].attrs)
+        stored = stored_names(table.variables)
         for name, variable in {**table.variables, **table.coordinates}.items():
             if name in scales:
                 continue
             is_data = name in table.variables
             filters = (COMPRESSION if is_data else CHECKED) if len(variable.values) else {}
-            variable_data = file.create_dataset(name, data=variable.values, track_order=True, **filters)
+            place = stored.get(name, name)
+            variable_data = file.create_dataset(place, data=variable.values, track_order=True, **filters)
             variable_data.dims[0].attach_scale(file[variable.over])
-            variable_data.attrs.update(variable.attrs)
+            variable_data.attrs.update(variable.attrs if place == name else {**variable.attrs, NAME: name})
             if is_data and others and variable.over == "time":
                 variable_data.attrs["coordinates"] = others
         file.flush()
@@ -78,6 +105,8 @@ def _of_dataset(dataset: xr.Dataset) -> bytes:
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
+    stored = stored_names(map(str, dataset.variables))
+    dataset = dataset.assign({name: dataset[name].assign_attrs({NAME: name}) for name in stored}).rename(stored)
     filters = {"zlib": True, "complevel": 4, "shuffle": True}
     checked = {name: CHECKED for name, variable in dataset.variables.items() if variable.size}
     encoding = checked | {name: {**filters, **checked.get(name, {})} for name in dataset.data_vars}

@@ -17,7 +17,7 @@ import numpy as np
 from amb_cosim.cosim.basics.time_grid import nearest_point
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.record import warnings
-from amb_cosim.cosim.record.netcdf import check, netcdf
+from amb_cosim.cosim.record.netcdf import check, netcdf, with_own_names
 from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals, SignalTable
 from amb_cosim.cosim.record.untrusted_netcdf import check_content
 from amb_cosim.cosim.run.checkpoint import Checkpoint
@@ -211,9 +211,10 @@ def load(path: Path) -> xr.Dataset:
 
     check(path)
     check_content(path)  # before h5netcdf, which prints a traceback for a file that is not HDF5
-    plain = {"decode_times": False, "decode_timedelta": False}  # the unit `hours` of an FMU makes no times of numbers
+    # The unit `hours` of an FMU makes no times of its numbers.
+    plain: Any = {"decode_times": False, "decode_timedelta": False}
     with xr.open_dataset(path, engine="h5netcdf", **plain) as dataset:
-        result = dataset.load()
+        result = with_own_names(dataset.load())
     _check_form(result)
     return result
 
