@@ -27,6 +27,13 @@ def installed() -> set[str]:
     return within(extra)
 
 
+def test_a_build_takes_the_compilers_that_the_extra_takes():
+    """Machine code in a wheel and a user's own come from the same versions of ziglang."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    of_build = [item for item in project["build-system"]["requires"] if item.startswith("ziglang")]
+    assert of_build == [item for item in EXTRAS["native"] if item.startswith("ziglang")]
+
+
 def test_the_readme_installs_every_extra_that_a_command_requires():
     folders = ("orchestrator", "applications", "libraries", "fmus", "packs")
     required = named(
