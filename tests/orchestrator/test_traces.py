@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import csv
+import re
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.io import loadmat
 
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.results.plots.turns import whirl_direction
 from amb_cosim.results.result import Result
+from amb_cosim.results.selection import mat_name, select, to_mat
 from tests.support.messages import raises_naming
 
 
@@ -69,6 +72,28 @@ def test_mat_has_variables_units_and_time(result, tmp_path):
     np.testing.assert_array_equal(content["rotor_contact_mb1_x"], result.dataset["rotor_contact.mb1.x"].values)
     np.testing.assert_array_equal(content["time"], result.dataset["time"].values)
     assert content["units"]["rotor_contact_mb1_y"] == "m"
+
+
+NAMES = ["1motor.x", "_a.b", "µ.x", "end", "é", "a.b"]
+
+
+def test_any_name_becomes_one_that_matlab_allows():
+    names = [mat_name(name) for name in NAMES]
+    assert names == ["x_1motor_x", "x__a_b", "x___x", "x_end", "x__", "a_b"]
+    assert all(re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name) for name in names)
+
+
+def test_no_variable_is_lost_in_a_mat_file(tmp_path):
+    """SciPy left out names that begin with an underscore or a digit, and `units` was lost to the table of units."""
+    table = {name: ("time", np.arange(3.0), {"units": "m"}) for name in NAMES}
+    dataset = xr.Dataset(table, {"time": ("time", np.arange(3.0), {"units": "s"})})
+    to_mat(select(dataset), tmp_path / "run.mat")
+    content = loadmat(tmp_path / "run.mat", simplify_cells=True)
+    assert {name for name in content if name[:2] != "__"} == {"time", "units", *map(mat_name, NAMES)}
+    assert set(content["units"]) == {"time", *map(mat_name, NAMES)}
+    dataset["units"] = ("time", np.arange(3.0))
+    with raises_naming(ValueError, "units", "MAT"):
+        to_mat(select(dataset), tmp_path / "run.mat")
 
 
 def test_names_that_coincide_in_a_mat_file_are_refused(result, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -13,11 +14,16 @@ from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
 from amb_cosim.cosim.system.tables import moment_of
 from amb_cosim.cosim.system.values import Raw
 from amb_files.atomic import write_atomically
+from amb_files.checks import repeated
 from amb_files.suggestions import suggest
 from amb_files.wildcards import matching_names
 from array_types import Array, Bools
 
-MAT_NAME = 63  # characters that MATLAB allows
+MAT_NAME, UNITS = 63, "units"  # characters that MATLAB allows; the variable with all units
+KEYWORDS = (
+    *("break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global"),
+    *("if", "otherwise", "parfor", "persistent", "return", "spmd", "switch", "try", "while"),
+)
 
 
 @dataclass(frozen=True)
@@ -93,8 +99,14 @@ def to_csv(selection: Selection, path: Path) -> None:
     write_atomically(path, partial(np.savetxt, X=rows, fmt="%.17g", delimiter=",", header=heading, comments=""))
 
 
+def mat_name(name: str) -> str:
+    """Return a name that MATLAB allows: underscores for all but ASCII letters and digits, after a letter."""
+    short = re.sub("[^A-Za-z0-9]", "_", name)
+    return short if short[:1].isalpha() and short not in KEYWORDS else f"x_{short}"
+
+
 def to_mat(selection: Selection, path: Path) -> None:
-    """Write a MAT file of version 5: `time`, each variable with underscores for its dots, and `units`.
+    """Write a MAT file of version 5: `time`, each variable by its `mat_name`, and `units`.
 
     Raises
     ------
@@ -103,18 +115,19 @@ def to_mat(selection: Selection, path: Path) -> None:
     """
     from scipy.io import savemat
 
-    names = {name: "".join(sign if sign.isalnum() else "_" for sign in name) for name in ("time", *selection.names)}
+    names = {name: mat_name(name) for name in ("time", *selection.names)}
     for name, short in names.items():
         if len(short) > MAT_NAME:
             raise ValueError(
                 f"{name} cannot be written to a MAT file: its name must have at most {MAT_NAME} characters"
             )
-    if len(set(names.values())) < len(names):
-        duplicate = next(name for name in names if list(names.values()).count(names[name]) > 1)
+    if duplicates := repeated([*names.values(), UNITS]):
+        two = " and ".join([name for name, short in names.items() if short == duplicates[0]])
         raise ValueError(
-            f"{duplicate} cannot be written to a MAT file: another variable is called {names[duplicate]} there, too"
+            f"{two} cannot be written to a MAT file: {duplicates[0]} would be the name of two variables there; choose "
+            f"others by name"
         )
     content: dict[str, object] = {short: selection.values(name) for name, short in names.items()}
-    content["units"] = {short: selection.unit(name) for name, short in names.items()}
+    content[UNITS] = {short: selection.unit(name) for name, short in names.items()}
     options = {"appendmat": False, "long_field_names": True, "oned_as": "column"}
     write_atomically(path, lambda file: savemat(str(file), content, **options))
