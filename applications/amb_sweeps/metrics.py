@@ -14,7 +14,7 @@ from amb_cosim.results.places import RotorPlaces, places
 
 KEY_VALUES = {  # unit and, unless the name says it, description
     "contact": ("1", "1 if the rotor touched from cycle 0 on"),
-    "recovered": ("1", "1 if the rotor is stable and stays free of contact"),
+    "recovered": ("1", "1 if the rotor is stable and free of contact for the last five cycles"),
     "rolling": ("1", "1 if the rotor rolled on a site through a full whirl revolution or more"),
     "contact_share": ("1", "Fraction of the time between disturbance and relief in contact"),
     "averaged_contact_force": ("N", ""),
@@ -69,7 +69,8 @@ def evaluate(signals: Signals) -> tuple[Recovery | None, dict[str, float]]:
 def outcome_of(outcome: Outcome, recovery: Recovery | None) -> tuple[str, str]:
     """Return the outcome of a run, and the reason if it ended early.
 
-    With a step in the scenario: `prevented` or `recovered`. In any scenario: `trapped`, `landed`, `unstable`, `stator`.
+    With a step in the scenario: `prevented` or `recovered`. In any scenario: `trapped`, `undecided`, `landed`,
+    `unstable`, `stator`.
     Otherwise: `completed`, `stopped` or `failed`.
     """
     if outcome.failure is not None:

@@ -12,6 +12,7 @@ COLOURS = {  # of all outcomes, worst first; empty: not run yet
     "stator": "#661100",
     "unstable": "#882255",
     "trapped": ORANGE,
+    "undecided": "#f2d8a0",
     "landed": "#b8a878",
     "stopped": YELLOW,
     "completed": SKY_BLUE,

@@ -28,6 +28,7 @@ from amb_sweeps.variations import Variation, identification_speeds, variations
 from amb_sweeps.worker import PointResult, Runner, Task
 
 AS_IT_IS = "as it is"
+UNDECIDED = "undecided"  # first word of such an outcome
 PEAK, IMPULSE, ORBIT = "peak_contact_force.", "peak_impulse.", "orbit_largest."  # metrics of a place
 
 
@@ -85,13 +86,21 @@ class Robustness(WarnedResult, DrawnResult):
 
     @property
     def flips(self) -> dict[str, str]:
-        """The outcomes that differ from the scenario's, by change."""
-        return {row.changed: row.outcome for row in self.rows if row.outcome != self.outcome}
+        """The decided outcomes that differ from the scenario's, by change; none if that is undecided itself."""
+        if AS_IT_IS in self.undecided:
+            return {}
+        differing = (row for row in self.rows if row.outcome != self.outcome and row.changed not in self.undecided)
+        return {row.changed: row.outcome for row in differing}
+
+    @property
+    def undecided(self) -> list[str]:
+        """Changes whose run ends too early for an outcome."""
+        return [row.changed for row in self.rows if row.outcome.startswith(UNDECIDED)]
 
     @property
     def verdict(self) -> str:
-        """`robust`, or `fragile` if a variation flips the outcome."""
-        return "fragile" if self.flips else "robust"
+        """`fragile` if a variation flips the outcome; `undecided` if a run ends too early to decide; else `robust`."""
+        return "fragile" if self.flips else UNDECIDED if self.undecided else "robust"
 
     def text(self) -> list[TextBlock]:
         """Return a table of the runs, the quantities not varied, and the verdict."""
@@ -106,7 +115,11 @@ class Robustness(WarnedResult, DrawnResult):
             table.add_row(row.changed, row.reason or row.outcome, last, *(number(value) for value in figures))
         not_varied = [f"not varied: {name}, {reason}" for name, reason in self.not_varied.items()]
         flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
-        verdict = f"fragile: {flips}" if flips else f"robust: every run is {self.outcome}"
+        verdict = {
+            "fragile": f"fragile: {flips}",
+            "undecided": f"undecided, so let the scenario end later: {', '.join(self.undecided)}",
+            "robust": f"robust: every run is {self.outcome}",
+        }[self.verdict]
         return [
             table,
             "peak force (N) of each site, largest orbit (mm) at each bearing and retainer",

@@ -30,14 +30,14 @@ class StoredOutcome(Table):
 
     @property
     def verdict(self) -> str:
-        """`robust`, or `fragile` if a variation flips the outcome."""
-        return "fragile" if self.flips else "robust"
+        """`fragile` if a variation flips the outcome; `undecided` if the run ends too early for one; else `robust`."""
+        return "fragile" if self.flips else "undecided" if self.outcome.startswith("undecided") else "robust"
 
     @property
     def text(self) -> str:
         """The verdict, and the changes that flip the outcome."""
         flips = "; ".join(f"{changed}: {outcome}" for changed, outcome in self.flips.items())
-        return f"fragile ({flips})" if flips else "robust"
+        return f"fragile ({flips})" if flips else self.verdict
 
 
 @cache

@@ -117,7 +117,7 @@ def states_seen(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
 
 
 def outcome(run: Signals) -> str | None:
-    """Return the outcome of the step: `prevented`, `recovered`, `landed`, `trapped` or `stator`."""
+    """Return the outcome of the step: `prevented`, `recovered`, `landed`, `trapped`, `undecided`, ...."""
     return contact_history.recovery(run)
 
 

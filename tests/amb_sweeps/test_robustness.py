@@ -11,8 +11,9 @@ from amb_cosim.design.receptance_file import ReceptanceTable
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from amb_sweeps.robustness import Robustness, RobustnessRow
+from amb_sweeps.stored_robustness import StoredOutcome
 from amb_sweeps.variations import identification_speeds, variations
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 TABLE = ReceptanceTable("rig", (), (), {})
 
@@ -34,6 +35,18 @@ def test_verdict_names_the_changes_that_flip_the_outcome():
     assert (fragile.verdict, fragile.flips) == ("fragile", {"K_b - 1 %": "trapped"})
     assert "fragile: K_b - 1 %: trapped" in str(fragile)
     assert "robust: every run is recovered" in str(robust)
+
+
+def test_verdict_needs_decided_outcomes():
+    """A run that ends too early for an outcome flips none, and leaves the others in doubt."""
+    base, late, other = row("as it is", "recovered"), row("K_b + 1 %", "undecided, touching rb1"), row("H", "trapped")
+    doubtful, fragile = (Robustness("mine", 0.01, some, {}) for some in ((base, late), (base, late, other)))
+    assert (doubtful.verdict, doubtful.flips) == ("undecided", {})
+    assert_names(str(doubtful), "undecided", "K_b + 1 %")
+    assert (fragile.verdict, fragile.flips) == ("fragile", {"H": "trapped"})
+    short = Robustness("mine", 0.01, (row("as it is", "undecided"), other), {})
+    assert (short.verdict, short.flips) == ("undecided", {})
+    assert StoredOutcome(outcome=short.outcome).verdict == "undecided"
 
 
 def test_machine_without_controller_varies_its_passive_bearings():

@@ -93,7 +93,7 @@ def test_a_point_has_the_key_values_of_the_summary():
     runner = Runner(Task(SCENARIO, until=UNTIL))
     point = runner.run(7, HIT)
     summary = run_planned(plan_run(SCENARIO, HIT, UNTIL)).summary
-    assert (point.point, point.outcome) == (7, "trapped")
+    assert (point.point, point.outcome) == (7, "undecided")
     assert point.metrics["contact"] == 1.0
     for site, force in summary.peak_contact_force.items():
         assert point.metrics[f"peak_contact_force.{site}"] == force > 0.0
@@ -110,7 +110,7 @@ def test_an_fmu_that_is_a_file_runs_in_the_process_of_the_sweep(monkeypatch):
     monkeypatch.setattr("amb_cosim.cosim.run.run_plan.run_isolated", None)
     runner = Runner(Task(SCENARIO, until=UNTIL))
     points = [runner.run(0, {**HIT, **fmu}) for fmu in ({}, {"fmu.rolac_controller": file})]
-    assert [point.outcome for point in points] == ["trapped", "trapped"]
+    assert [point.outcome for point in points] == ["undecided", "undecided"]
     assert str(points[0].metrics) == str(points[1].metrics)
     runner.close()
 
@@ -220,7 +220,7 @@ def test_a_value_that_is_not_allowed_is_an_invalid_point():
 @pytest.mark.slow
 def test_a_record_is_kept_if_its_outcome_is_selected():
     assert Runner(Task(SCENARIO, until=UNTIL, keep=("completed",))).run(0, {}).record
-    assert Runner(Task(SCENARIO, until=UNTIL, keep=("trapped",))).run(0, {}).record is None
+    assert Runner(Task(SCENARIO, until=UNTIL, keep=("undecided",))).run(0, {}).record is None
 
 
 def test_a_table_made_in_python_can_be_varied():

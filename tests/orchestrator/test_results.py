@@ -105,8 +105,8 @@ def without_amplifiers(dataset, axes, begin, end=np.inf):
     ("axes", "end", "outcome"),
     [
         (("mb1.x", "mb1.y", "mb2.x", "mb2.y"), np.inf, "landed"),
-        (("mb1.x", "mb1.y", "mb2.x", "mb2.y"), 12.0, "trapped"),
-        (("mb1.x", "mb1.y", "mb2.x"), np.inf, "trapped"),
+        (("mb1.x", "mb1.y", "mb2.x", "mb2.y"), 12.0, "undecided"),
+        (("mb1.x", "mb1.y", "mb2.x"), np.inf, "undecided"),
     ],
     ids=["power gone", "power back", "one axis left"],
 )
@@ -115,13 +115,13 @@ def test_a_rotor_that_nothing_can_lift_has_landed(synthetic, axes, end, outcome)
     assert contact_history.recovery(dataset) == outcome
     assert contact_history.recovered(dataset) is False
     unrecorded = dataset.drop_vars("amb_actuator.mb2.amplifier_off_y")
-    assert contact_history.recovery(unrecorded) == "trapped"
+    assert contact_history.recovery(unrecorded) == "undecided"
 
 
 def test_a_run_without_a_step_has_an_outcome_if_it_ends_in_contact(synthetic, without):
     """The rotor touches until cycle 12: five cycles later it is free."""
     assert contact_history.recovery(without(synthetic(), "disturbance_cycle")) is None
-    assert contact_history.recovery(without(synthetic(16.0), "disturbance_cycle")) == "trapped"
+    assert contact_history.recovery(without(synthetic(16.0), "disturbance_cycle")) == "undecided"
     fallen = without_amplifiers(synthetic(16), ("mb1.x", "mb1.y", "mb2.x", "mb2.y"), 5.0)
     assert contact_history.recovery(without(fallen, "disturbance_cycle")) == "landed"
     assert contact_history.recovery(synthetic().drop_vars("rotor_contact.contact_state")) is None
@@ -130,7 +130,47 @@ def test_a_run_without_a_step_has_an_outcome_if_it_ends_in_contact(synthetic, wi
 @pytest.mark.parametrize("end", [5.5, 6.5, 9.0, 12.0, 16.0, 17.0, 20.0])
 def test_outcome_and_recovery_agree(synthetic, end):
     for dataset in (synthetic(end), free_of_contact(synthetic(end), begin=5.0), free_of_contact(synthetic(end))):
-        assert (contact_history.recovery(dataset) != "trapped") is contact_history.recovered(dataset)
+        assert (contact_history.recovery(dataset) != "undecided") is contact_history.recovered(dataset)
+
+
+@pytest.mark.parametrize(
+    ("last", "end", "outcome"),
+    [
+        (12.4, 12.41, "undecided"),  # the end of `fig4_9 --until 0.3`
+        (19.93, 19.94, "undecided"),
+        (19.95, 19.96, "trapped"),  # ten turns after the relief, within a communication step
+        (20.4, 22.0, "undecided"),  # free for more than a cycle
+        (21.1, 22.0, "trapped"),
+        (17.0, 22.1, "recovered"),
+    ],
+)
+def test_a_rotor_is_trapped_if_contact_outlasts_its_cause_by_ten_turns(synthetic, last, end, outcome):
+    """The unbalance is removed in cycle 10; the rotor then touches until `last`, and the run ends at `end`."""
+    dataset = set_within(synthetic(end), "contact_state", (10.0, last), 1)
+    assert contact_history.recovery(dataset) == outcome
+    assert contact_history.recovered(dataset) is (outcome == "recovered")
+
+
+def test_any_event_and_point_of_the_speed_begins_the_ten_turns_anew(synthetic):
+    dataset = set_within(synthetic(22), "contact_state", (10.0, 22.1), 1)
+    assert contact_history.recovery(dataset.assign_attrs(last_change_cycle=11.0)) == "trapped"
+    assert contact_history.recovery(dataset.assign_attrs(last_change_cycle=13.0)) == "undecided"
+    assert contact_history.recovery(dataset.assign_attrs(last_change_cycle=23.0)) == "trapped", "after the end"
+
+
+@pytest.mark.parametrize(("factor", "outcome"), [(4.0, "trapped"), (0.5, "undecided"), (0.0, "trapped")])
+def test_turns_are_those_of_the_rotor_unless_it_stands(synthetic, without, factor, outcome):
+    """The speed changes from cycle 9 to 10 by a factor and stays for ten cycles of the first speed, or for four."""
+    first, end = 2.0 * np.pi / 0.02, 14.0 if factor > 1.0 else 20.0
+    profile = json.dumps([(0.0, first), (0.18, first), (0.2, factor * first)])
+    dataset = without(synthetic(end, speed_profile=profile, last_change_cycle=10.0), "relief_cycle")
+    assert contact_history.recovery(set_within(dataset, "contact_state", (10.0, end + 1.0), 1)) == outcome
+
+
+def test_a_rotor_that_rolls_at_the_end_is_trapped_at_once(synthetic):
+    """Five turns of whirl a turn of the rotor, from cycle 11 to the end in cycle 11.5."""
+    whirling = rolling(synthetic(11.5), "rb2", (11.0, 12.0), turns=2.5)
+    assert contact_history.recovery(whirling) == "trapped"
 
 
 def test_an_impact_between_samples_counts_as_contact(synthetic):

@@ -23,6 +23,14 @@ def free_of_contact(dataset):
     return dataset
 
 
+def touching(dataset, site, cycles):
+    """Contact at a retainer within cycles [begin, end)."""
+    within = (dataset["cycle"].values >= cycles[0]) & (dataset["cycle"].values < cycles[1])
+    dataset[f"rotor_contact.{site}.mode"].values[within] = 1
+    dataset["rotor_contact.contact_state"].values[within] = 1
+    return dataset
+
+
 def rolling(dataset):
     """Rolling backward on RB1 from cycle 14 on, five turns of whirl a turn of the rotor."""
     late = dataset["cycle"].values >= 14.0
@@ -59,8 +67,12 @@ def printed(dataset, *, whole=False, width=None):
 CASES = {
     "recovered": (lambda run: run(), "the rotor touched and has been free of contact since cycle 11.99 (0.24 s)"),
     "trapped": (
+        lambda run: touching(run(22), "rb2", (12.0, 21.5)),
+        "still in contact with RB2 at the end of the run in cycle 22 (0.44 s), 12 turns after the last change",
+    ),
+    "undecided": (
         lambda run: run(16),
-        "the rotor touched RB2 until cycle 11.99 (0.24 s); the run ends 4.01 cycles later, and",
+        "free of contact for 4.01 cycles at the end of the run in cycle 16 (0.32 s), 6 turns after the last change",
     ),
     "landed": (lambda run: without_power(run(16)), "no magnet has power, and the rotor still moves on RB2"),
     "levitated": (lambda run: free_of_contact(run()), "the rotor does not touch after the step"),

@@ -58,7 +58,7 @@ def test_expander_falls_onto_both_retainers_and_stays(touchdown):
 def test_expander_without_power_in_both_magnets_has_landed(lost, outcome):
     off = {f"{magnet}.amplifier_off_?": True for magnet in lost}
     event = {"label": "step", "role": "disturbance", "cycle": 2, "set": {"amb_actuator": off}}
-    result = amb_cosim.run(Scenario.load(TOUCHDOWN).changed(end_cycle=8, event=[event]))
+    result = amb_cosim.run(Scenario.load(TOUCHDOWN).changed(end_cycle=14, event=[event]))
     assert result.summary.recovery == outcome
 
 

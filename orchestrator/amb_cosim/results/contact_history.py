@@ -15,15 +15,18 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import largest, peak_force, touches
 from amb_cosim.results.places import places
 from amb_cosim.results.power import power_lost_at
-from amb_cosim.results.series import at_every_step, cycles, signal
-from amb_cosim.results.stability import is_unstable
+from amb_cosim.results.series import at_every_step, cycles, signal, speed, turns
+from amb_cosim.results.stability import is_unstable, last_change
 from amb_cosim.results.stators import stator_touches
 from array_types import Bools
 
 RECOVERY_CYCLES = 5.0
+TRAPPED_TURNS = 10.0  # from the last change to the end; the slowest packaged recovery, of `fig5_6`, takes 9.5
+ON_THE_GRID = 0.05  # turns by which this may be missed, since changes and ends are rounded to communication steps
+STANDING = 1e-3  # share of the first speed below which the rotor makes no more turns
 FREE, ROLLING = 0, 2  # values of a site's mode
 
-Recovery = Literal["prevented", "recovered", "landed", "trapped", "unstable", "stator"]
+Recovery = Literal["prevented", "recovered", "landed", "trapped", "undecided", "unstable", "stator"]
 
 
 def peak(dataset: Signals, name: str) -> float | None:
@@ -93,8 +96,8 @@ def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:
 def recovered(dataset: Signals) -> bool | None:
     """Return whether the rotor stays free of contact: five cycles follow the last contact, and it is stable.
 
-    A rotor that never touched has recovered. One that touched after all magnets lost their power has not, since nothing
-    keeps it from its retainers.
+    False also if the run ends too early to decide, see `recovery`. A rotor that never touched has recovered. One that
+    touched after all magnets lost their power has not, since nothing keeps it from its retainers.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[0]
 
@@ -104,9 +107,15 @@ def recovery(dataset: Signals) -> Recovery | None:
 
     `stator` is a rotor that has touched the stator of a magnetic bearing, whatever follows, and `unstable` one that
     diverges without contact under power, see `stability`. Of the others that have not `recovered`, one whose magnets
-    have no power at the end has `landed` on its retainers, even if it bounces or floats between them, and any other is
-    `trapped`. All of these are with a disturbance or without. Otherwise, `prevented` means no contact after the
-    disturbance.
+    have no power at the end has `landed` on its retainers, even if it bounces or floats between them. One with power is
+    `trapped` if contact outlasts what excites it:
+
+        C > E - 1 cycle,    N(E) - N(L) >= 10 turns
+
+    C is the last contact, E the end, N the number of turns, L the last event or point of the speed, or cycle 0 if that
+    is later. One that rolls at the end through a turn of whirl is trapped at once, since the whirl feeds on the spin.
+    Any other is `undecided`: the run ends too early. All of these are with a disturbance or without. Otherwise,
+    `prevented` means no contact after the disturbance.
     """
     return freed_after(dataset, contact_cycles(dataset)[1])[1]
 
@@ -122,11 +131,33 @@ def freed_after(dataset: Signals, last: float | None) -> tuple[bool | None, Reco
     if power_lost is None and is_unstable(dataset, last):
         return False, "unstable"
     free = free and (last is None or power_lost is None or last < power_lost)
+    if not free and power_lost is None:
+        assert last is not None
+        return free, "trapped" if _stays(dataset, last) else "undecided"
     if not free:
-        return free, "trapped" if power_lost is None else "landed"
+        return free, "landed"
     if disturbance is None:
         return free, None
     return free, "prevented" if last is None or last <= disturbance else "recovered"
+
+
+def touches_at_the_end(dataset: Signals, last: float) -> bool:
+    """Return whether the last contact, in cycle `last`, is within the last cycle of the run."""
+    return bool(cycles(dataset)[-1] - last < 1.0)
+
+
+def turns_since_change(dataset: Signals) -> float:
+    """Return the turns from the last event, point of the speed or cycle 0 to the end; cycles for one that stands."""
+    cycle, Omega = cycles(dataset), speed(dataset)
+    stands = abs(Omega[-1]) < STANDING * np.abs(Omega).max()
+    turned = cycle if stands else turns(dataset)
+    return float(turned[-1] - np.interp(last_change(dataset), cycle, turned))
+
+
+def _stays(dataset: Signals, last: float) -> bool:
+    """Return whether a rotor under power whose last contact is in cycle `last` is trapped, see `recovery`."""
+    lasts = turns_since_change(dataset) >= TRAPPED_TURNS - ON_THE_GRID
+    return (touches_at_the_end(dataset, last) and lasts) or bool(rolls_at_the_end(dataset))
 
 
 def whirl_at_the_end(dataset: Signals, site: str) -> float | None:

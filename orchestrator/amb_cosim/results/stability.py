@@ -37,8 +37,7 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
     """Return whether the rotor diverges at the end of a run; `last_contact` is a cycle, or None."""
     cycle = cycles(dataset)
     end = float(cycle.max(initial=0.0))
-    events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, *(f"{role}_cycle" for role in ROLES)))
-    begin = max(0.0, last_contact or 0.0, *(event for event in events if event <= end))
+    begin = max(last_contact or 0.0, last_change(dataset))
     if end - begin < MIN_CYCLES:
         return False
     since = _since(cycle, begin)
@@ -46,6 +45,13 @@ def is_unstable(dataset: Signals, last_contact: float | None = None) -> bool:
     undisturbed = max(begin, _last_change_outside(dataset))
     may_grow = end - undisturbed >= MIN_CYCLES and orbit_grows(dataset, _since(cycle, undisturbed))
     return may_grow or is_limited(dataset, last) or is_self_excited(dataset, since)
+
+
+def last_change(dataset: Signals) -> float:
+    """Return the cycle of the last event or point of the speed within the run; 0 without any from cycle 0 on."""
+    end = float(cycles(dataset).max(initial=0.0))
+    events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, *(f"{role}_cycle" for role in ROLES)))
+    return max(0.0, *(event for event in events if event <= end))
 
 
 def _since(cycle: Array, begin: float) -> slice:

@@ -70,13 +70,14 @@ class Summary:
     first_contact, last_contact
         Cycles of the first and last sample in contact.
     recovered
-        Whether the rotor is stable and stays free of contact; None for a run that ended early, and without disturbance
-        and contact.
+        Whether the rotor is stable and free of contact for the last five cycles; None for a run that ended early, and
+        without disturbance and contact.
     recovery
         What the disturbance led to: contact `prevented`, or `recovered` from. With a disturbance or without: the rotor
-        is `trapped` in contact, or `landed` where no magnet has power at the end; `unstable` where its orbit grows, or
-        its amplifiers stay at their limits or bound a vibration of its own, see `stability`, and `stator` where it
-        touched the stator. None of a run that ends free without a disturbance, or that broke off.
+        is `trapped` in contact, or `landed` where no magnet has power at the end; `undecided` where the run ends too
+        early to decide, see `contact_history.recovery`; `unstable` where its orbit grows, or its amplifiers stay at
+        their limits or bound a vibration of its own, see `stability`, and `stator` where it touched the stator. None of
+        a run that ends free without a disturbance, or that broke off.
     rolling_from
         Cycle from which the rotor rolls on a site through a turn of its whirl or more, net of what it goes back.
     rolling_on_race_from

@@ -25,6 +25,7 @@ from amb_cosim.results.touchdown import Touchdown
 Word = Literal[
     "recovered",
     "trapped",
+    "undecided",
     "landed",
     "stator",
     "levitated",
@@ -47,8 +48,9 @@ class Verdict:
     Attributes
     ----------
     word
-        `recovered`: the rotor touched, and has been free of contact for five cycles. `trapped`: it touched in the last
-        five cycles.
+        `recovered`: the rotor touched, and has been free of contact for five cycles. `trapped`: it touches in the
+        last cycle, ten turns or more after the last change of what excites it, see `contact_history.recovery`.
+        `undecided`: the run ends too early for either.
         `rolled`: it rolls on a site at the end. `landed`: it touched after all magnets lost their power, which is
         still off. `stator`: it touched the stator of a magnetic bearing, whatever followed. `levitated`: it never
         touched, or not after the disturbance; `free` is that of a rotor without magnets, or without power at the end.
@@ -125,11 +127,19 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         moves = "still moves" if rocks is None else f"rocks within {rocks:.0f} deg"
         lies = f"the rotor {moves} on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
         return "landed", f"no magnet has power, and {lies} {where}"
-    cycles_free = cycles(dataset)[-1] - last
-    return "trapped", (
-        f"the rotor touched {where} until {_moment(dataset, last)}; the run ends {cycles_free:.3g} cycles later, and "
-        f"recovery requires {contact_history.RECOVERY_CYCLES:g} cycles without contact"
-    )
+    return recovery if recovery == "trapped" else "undecided", _at_the_end(dataset, last)
+
+
+def _at_the_end(dataset: Signals, last: float) -> str:
+    """Return whether a rotor with the last contact in cycle `last` touches at the end, and how long after a change."""
+    end = cycles(dataset)[-1]
+    when = f"at the end of the run in {_moment(dataset, end)}"
+    turned = f"{contact_history.turns_since_change(dataset):.3g} turns after the last change"
+    if contact_history.touches_at_the_end(dataset, last):
+        where = _listed(_touched_at_the_end(dataset, 1.0)) or "its retainers"
+        return f"still in contact with {where} {when}, {turned}"
+    needed = f"recovery takes {contact_history.RECOVERY_CYCLES:g}"
+    return f"free of contact for {end - last:.3g} cycles {when}, {turned}; {needed}"
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -149,10 +159,10 @@ def _moment(dataset: Signals, cycle: float) -> str:
     return f"cycle {cycle:.4g} ({time:.3g} s)"
 
 
-def _touched_at_the_end(dataset: Signals) -> list[str]:
-    """Return the sites that were in contact within the last cycles, in which a free rotor does not touch."""
+def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVERY_CYCLES) -> list[str]:
+    """Return the sites that were in contact within the last cycles, by default those of a recovery."""
     steps = at_every_step(dataset)
-    end = cycles(steps) > cycles(steps)[-1] - contact_history.RECOVERY_CYCLES
+    end = cycles(steps) > cycles(steps)[-1] - within
     return [site.upper() for site in places(dataset).sites if touches(steps, site)[end].any()]
 
 

@@ -105,3 +105,11 @@ test("a scenario that switches magnets off suits the landing, and is announced",
   assert.deepEqual(suiting(at(0, {}, off(1))), ["Land"]);
   assert.deepEqual(suiting(at(0)), []);
 });
+
+test("a rotor is trapped after ten turns in contact, whatever they take", () => {
+  const trap = experimentsOf(at(0)).find((one) => one.title === "Trap and free"), columns = new Map([["rotor_contact.speed", 0]]);
+  const after = (time, speed) => follow(trap.steps[0], newNotes(0), at(time, {}, { contacts: [contact(0, 1)], columns, values: Float64Array.of(speed) }));
+  assert.ok(!after(0.99, 20 * Math.PI));
+  assert.ok(after(1.01, 20 * Math.PI));
+  assert.ok(!after(1.01, 2 * Math.PI));
+});

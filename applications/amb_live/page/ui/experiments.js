@@ -36,6 +36,14 @@ function isPushed(session) {
   return session.rig.geometry.discs.some(({ name }) => ["x", "y"].some((axis) => Math.abs(valueOf(session, `rotor_contact.${name}.f_${axis}`)) > 0));
 }
 
+const TRAPPED = 10; // turns in contact, as in the verdict on a run
+
+/** @param {Session} session */
+function isTrapped(session) {
+  const turns = contactTime(session) * Math.abs(valueOf(session, "rotor_contact.speed")) / (2 * Math.PI);
+  return turns >= TRAPPED && !isOff(session);
+}
+
 /** @param {number} now s @returns {Notes} */
 export function newNotes(now) {
   return { began: now, reach: 0, force: 0, touched: false, since: NaN };
@@ -113,7 +121,7 @@ function trap({ rig, variables }) {
     steps: [
       {
         instruction: (now) => (isOff(now) ? "No magnet has power: a rotor on its retainers is landed, not trapped. Choose Controller, PID first. " : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
-        isMet: (session) => contactTime(session) > 0.3 && !isOff(session), hold: 0,
+        isMet: isTrapped, hold: 0,
         remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
       },
       {
