@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -24,6 +24,9 @@ from amb_cosim.commands.options import (
     output,
 )
 from amb_files.atomic import check_writable
+
+if TYPE_CHECKING:
+    from amb_sweeps.ready import NamedSweep
 
 
 @click.command()
@@ -106,12 +109,28 @@ def _request(name: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]
     file = files_of("sweeps").get(name)
     ready = None if file is None else read_sweep(name, file)
     merged = {} if ready is None else ready.options
+    if ready is not None:
+        merged["vary"] = _kept(ready, options)
     for key, value in options.items():
         if isinstance(value, Mapping):
             merged[key] = {**merged.get(key, {}), **value}
         elif value is not None:
             merged[key] = value
     return (name if ready is None else ready.scenario), merged
+
+
+def _kept(ready: NamedSweep, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the variations of a ready sweep whose variables `options` do not vary."""
+    from amb_cosim.cosim.run.options import RunOptions
+    from amb_cosim.scenario.plan_run import assemble_scenario
+    from amb_cosim.scenario.scenario import as_scenario
+    from amb_sweeps.overlaps import not_replaced
+
+    if not options["vary"]:
+        return ready.vary
+    scenario = as_scenario(ready.scenario, options["rotor"], options["receptances"])
+    assembly = assemble_scenario(scenario, options["set"], RunOptions(flavour=options["flavour"]))
+    return not_replaced(ready.vary, options["vary"], scenario.labels, assembly.assignments())
 
 
 def _function(text: str) -> Callable[..., Any]:
