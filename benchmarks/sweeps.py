@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from distributed import LocalCluster
 
 SCENARIO = "fig4_9"
-VARY = {"Omega": "250:270", "step.rotor_contact.d1.u": "20 g.m:30 g.m"}
+VARY = {"Omega": "250:270 rad/s", "step.rotor_contact.d1.u": "20 g.m:30 g.m"}
 LABELS = {
     "two": "sweep, two processes",
     "one": "sweep, one process",

@@ -1,9 +1,9 @@
 """Variations of a sweep: axes with labelled values, each of which sets variables of a scenario.
 
-    Omega=60:300:60                                   sixty speeds, in the unit of the variable
+    Omega=60:300 rad/s:60                             sixty speeds, which need a unit
     rotor_contact.impeller.u=1 g.m:60 g.m:40          with a unit
     trip.rotor_contact.impeller.u=10 g.m,20 g.m       a list; set by the event labelled `trip`
-    Omega=60:300:3 & rotor_contact.impeller.u=3 g.m,2 g.m,1 g.m    varied together
+    Omega=60:300 rad/s:3 & rotor_contact.impeller.u=3 g.m,2 g.m,1 g.m    varied together
     trip.cycle=5:6:16                                 when the event happens
     unbalance_factor=1,1.25                           a field of the scenario
     fmu.rolac_controller=first.fmu,second.fmu         another FMU for a component
@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.scenario.scenario import SPEED
 from amb_files.checks import repeated
 from fmi_export.building.units import to_unit
 
@@ -185,7 +186,9 @@ def _table(path: str) -> dict[str, Any]:
 
 def _values(name: str, values: Any) -> Column | Range:
     if isinstance(values, str):
-        return _range(name, values) if ":" in values and "/" not in values else _list(name, values.split(","))
+        first, colon, _ = values.partition(":")
+        is_range = bool(colon) and ("/" not in values or _quantity(first) is not None)  # texts with a slash are paths
+        return _range(name, values) if is_range else _list(name, values.split(","))
     if isinstance(values, bool | int | float):
         values = [values]
     return _list(name, [v.item() if isinstance(v, np.generic) else v for v in values])
@@ -200,6 +203,8 @@ def _range(name: str, text: str) -> Column | Range:
     unit = last or first
     if first != last and first and last:
         start = to_unit(f"{start!r} {first}", unit, name)
+    if not unit and (start or stop):
+        _require_speed_unit(name, text)
     if not (math.isfinite(start) and math.isfinite(stop)):
         raise ValueError(f"{name} = {text} is not allowed; its ends must be finite numbers")
     if len(parts) == 2:
@@ -223,9 +228,17 @@ def _list(name: str, values: Sequence[Any]) -> Column:
     if len(numbers) == len(items):
         units = [unit for _, unit in numbers if unit]
         unit = units[0] if units else ""
+        if not unit and any(v for v, _ in numbers) and any(isinstance(item, str) for item in items):
+            _require_speed_unit(name, ",".join(map(str, items)))
         converted = (v if u in ("", unit) else to_unit(f"{v!r} {u}", unit, name) for v, u in numbers)
         return Column(name, tuple(converted), unit)
     return Column(name, tuple(items))
+
+
+def _require_speed_unit(name: str, text: str) -> None:
+    """Refuse values of the speed that are texts without a unit; numbers of Python are in rad/s."""
+    if name.rpartition(".")[2] == SPEED:
+        raise ValueError(f"{name} = {text} has no unit; write it after a value, such as 60 rpm or 60 rad/s")
 
 
 def _quantity(text: str) -> tuple[float, str] | None:

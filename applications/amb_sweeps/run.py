@@ -117,10 +117,10 @@ def sweep(
     scenario, set, until, rotor, receptances, flavour
         As for `amb_cosim.run`.
     vary
-        Values by name: `{"Omega": "60:300:60"}`, `{"Omega": [90, 120]}`; for alternatives, a table of settings for each
-        label; for names joined by `&`, the values of each. A name is a `component.variable`, a shared signal, the label
-        of an event with an input, `cycle` or `time` of that event, a field such as `unbalance_factor`, `fmu.COMPONENT`,
-        or `scenario`.
+        Values by name: `{"Omega": "60:300 rpm:60"}`, `{"Omega": [90, 120]}`; for alternatives, a table of settings for
+        each label; for names joined by `&`, the values of each. A name is a `component.variable`, a shared signal, the
+        label of an event with an input, `cycle` or `time` of that event, a field such as `unbalance_factor`,
+        `fmu.COMPONENT`, or `scenario`.
     output
         Folder of the sweep, with `sweep.zarr`.
     sample, seed

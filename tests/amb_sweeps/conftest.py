@@ -19,7 +19,7 @@ from tests.orchestrator.conftest import runner
 
 __all__ = ("runner",)
 
-VARY = {"Omega": "200:260:3", "rotor_contact.d1.u": "5 g.m:60 g.m:3"}
+VARY = {"Omega": "200:260 rad/s:3", "rotor_contact.d1.u": "5 g.m:60 g.m:3"}
 UNTIL = 0.06
 
 

@@ -36,7 +36,7 @@ def command(runner, small, tmp_path, cluster):
 
 def test_the_command_maps_a_scenario_and_resumes(command, tmp_path):
     (tmp_path / "own.py").write_text(METRIC)
-    options = ["--vary", "Omega=200:220:2", "--vary", "rotor_contact.d1.u=5 g.m,60 g.m"]
+    options = ["--vary", "Omega=200:220 rad/s:2", "--vary", "rotor_contact.d1.u=5 g.m,60 g.m"]
     options += ["--metric", f"{tmp_path / 'own.py'}:turns"]
     for _ in range(2):
         result = command(*options)

@@ -17,7 +17,7 @@ from rotor_analysis.packaged_rotors import rotor_path
 
 ROSS = Path(__file__).parents[1] / "reference" / "ross"
 
-FMU = "description = 'd'\nOmega = 100\nend_cycle = 1\nfmu.amb_actuator = '{}'\n"
+FMU = "description = 'd'\nOmega = '100 rad/s'\nend_cycle = 1\nfmu.amb_actuator = '{}'\n"
 
 FILES = {
     "shaft.toml": SHAFT,
@@ -50,7 +50,7 @@ def folder(tmp_path: Path, saved: Path) -> Path:
 
 MANY = "1" * 400
 CLEARANCE = "run fig4_9 --set rotor_contact.rb1.clearance="
-SWEEP = "sweep fig4_9 --vary Omega=200,220"
+SWEEP = "sweep fig4_9 --vary Omega=200,220rad/s"
 
 RUN = {
     "run fig4_8": "no scenario 'fig4_8'; did you mean fig4_",
@@ -70,7 +70,7 @@ RUN = {
     f"{CLEARANCE}{MANY}": "rotor_contact.rb1.clearance = 1111111111",
     f"{CLEARANCE}'1 {'m.' * 3000}m'": "unknown unit 'm.m.m.m.",
     f"{CLEARANCE}'1 m**9**9**9**9'": "unknown unit 'm**9**9**9**9'",
-    "run fig4_9 --set Omega=1e-99": " s is not allowed; it must be within 2.5e+08 s",
+    "run fig4_9 --set Omega=1e-99rad/s": " s is not allowed; it must be within 2.5e+08 s",
     "build -o fmus --rotor long.toml": "bodies[3].node (d4) = 40 is not allowed; it must be a node number from 1 to 13",
     "build -o fmus --flavour python --platform darwin64": "PythonFMU has no library for darwin64",
 }
@@ -112,7 +112,7 @@ CONTROL = {
     f"study convergence --starts {MANY}": "it must be from 0 to 1000",
     "identify --speeds 0": "speeds = 0 rad/s is not allowed; it must be >= 31.4159 rad/s, rolac.min_speed",
     "identify --speeds '5e-324 rad/s'": "speeds = 5e-324 rad/s is not allowed; it must be from 1e-100",
-    "identify --set Omega=90": "Omega cannot be set here; speeds sets it",
+    "identify --set Omega=90rad/s": "Omega cannot be set here; speeds sets it",
     "identify -o no/t.toml": "no/t.toml cannot be written to; there is no folder no",
 }
 
@@ -134,7 +134,7 @@ RESULTS = {
     "compare run run --set 3:a.b=1": "there is no run 3; it must be from 1 to 2",
     "compare fig4_9 fig4_9 --flavour 2:java": "flavour = 'java' is not allowed",
     "sweep fig4_9": "nothing is varied",
-    "sweep fig4_9 --vary Omega=1:2": "Omega has no count",
+    "sweep fig4_9 --vary Omega=1:2Hz": "Omega has no count",
     f"{SWEEP} --sample boundary:contact --certainty 3": "--certainty 3 is not allowed; it must be",
     f"{SWEEP} --sample boundary:shape": "--sample boundary:shape is not allowed",
     f"{SWEEP} --boundary shape": "--boundary shape is not allowed",

@@ -40,7 +40,7 @@ NATIVE = "it needs ziglang"
     ("command", "needs", "extra"),
     [
         ("report", "a report needs plotly", "report"),
-        ("sweep fig4_9 --vary Omega=200:260:2", "distributed, zarr, SALib", "sweep"),
+        ("sweep fig4_9 --vary Omega=200:260rad/s:2", "distributed, zarr, SALib", "sweep"),
         pytest.param("build --platform aarch64-linux", NATIVE, "native", marks=pytest.mark.slow),
         pytest.param("build --flavour python --platform win64", NATIVE, "native", marks=pytest.mark.slow),
     ],

@@ -233,7 +233,7 @@ def test_a_new_initial_speed_moves_the_points_stated_in_cycles():
 
 
 def test_points_of_a_profile_must_be_a_step_apart():
-    points = "[[speed]]\ntime = 0.2\nOmega = 90\n[[speed]]\ntime = 0.2001\nOmega = 80\n"
+    points = "[[speed]]\ntime = 0.2\nOmega = '90 rad/s'\n[[speed]]\ntime = 0.2001\nOmega = '80 rad/s'\n"
     with raises_naming(ValueError, "Omega", "0.2001 s", "0.00025 s"):
         changing(points)
 

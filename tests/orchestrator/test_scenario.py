@@ -115,14 +115,17 @@ def with_points(*points: str) -> str:
         (MINIMAL + "[plot]\nfigures = ['orbit']", ("plot.figures[0]", "'orbit'", "'orbits'")),
         (MINIMAL + "coupling = 'magic'", ("coupling", "'magic'", "'gauss_seidel'", "'jacobi'", "'iterative'")),
         (MINIMAL + "inputs.a.b = [1, 2]", ("inputs.a.b", "[1, 2]", "number", "true", "false")),
-        (with_points("time = 1\nOmega = -3"), ("Omega", "-3 rad/s", ">= 0 rad/s")),
+        (with_points("time = 1\nOmega = '-3 rad/s'"), ("Omega", "-3 rad/s", ">= 0 rad/s")),
+        (MINIMAL.replace('"100 rad/s"', "960"), ("Omega = 960", "unit", "'960 rpm'", "'960 rad/s'")),
+        (MINIMAL.replace('"100 rad/s"', "'960'"), ("Omega = 960", "unit", "'960 rpm'", "'960 rad/s'")),
+        (with_points("time = 1\nOmega = 960"), ("Omega = 960", "unit", "'960 rpm'", "'960 rad/s'")),
         (with_points("time = 1\nOmega = '-9 rpm'"), ("Omega", "-0.942478 rad/s", "-9 rpm", ">= 0 rad/s")),
         (MINIMAL.replace("end_cycle = 10", "end_time = '-2 min'"), ("end_time", "-120 s", "-2 min", "> 0 s")),
-        (with_points("Omega = 3"), ("speed point", "cycle", "time")),
-        (with_points("time = 1\ncycle = 1\nOmega = 3"), ("speed point", "cycle", "time")),
-        (with_points("time = '1 V'\nOmega = 3"), ("time", "speed point", "'1 V'", "unit V")),
-        (with_points("time = 0\nOmega = 3"), ("speed point", "0 s", "> 0 s")),
-        (with_points("time = 2\nOmega = 3", "time = 1\nOmega = 4"), ("speed point", "1 s", "> 2 s")),
+        (with_points("Omega = '3 rad/s'"), ("speed point", "cycle", "time")),
+        (with_points("time = 1\ncycle = 1\nOmega = '3 rad/s'"), ("speed point", "cycle", "time")),
+        (with_points("time = '1 V'\nOmega = '3 rad/s'"), ("time", "speed point", "'1 V'", "unit V")),
+        (with_points("time = 0\nOmega = '3 rad/s'"), ("speed point", "0 s", "> 0 s")),
+        (with_points("time = 2\nOmega = '3 rad/s'", "time = 1\nOmega = '4 rad/s'"), ("speed point", "1 s", "> 2 s")),
         (STOP, ("rotor.x", "above", "below")),
         (STOP + "above = 1\nbelow = 2", ("rotor.x", "above", "below")),
         (STOP + "above = 1\nhold_cycles = 2\nhold_time = '1 s'", ("hold_cycles", "hold_time")),
@@ -136,7 +139,7 @@ def test_errors_explain_the_fault(text, facts):
 
 
 def test_speed_points_are_at_a_time_or_at_a_cycle_of_the_initial_speed():
-    scenario = parse_scenario(with_points("cycle = 3\nOmega = '16 Hz'", "time = '500 ms'\nOmega = 90"), "mine")
+    scenario = parse_scenario(with_points("cycle = 3\nOmega = '16 Hz'", "time = '500 ms'\nOmega = '90 rad/s'"), "mine")
     moments = [point.moment(scenario.period) for point in scenario.speed]
     assert moments == pytest.approx([3 * 2.0 * math.pi / 100.0, 0.5])
 
@@ -275,7 +278,7 @@ def test_a_scenario_removes_settings_of_its_base(tmp_path):
         ('base = "fig4_9"\nremove = ["rotor_contact.d1.v"]', ("'rotor_contact.d1.v'",)),
         ('base = "fig4_9"\nremove = ["gravity"]', ("'gravity'",)),
         ('base = "fig4_9"\nremove = "event"', ("remove", "'event'", "list")),
-        ('remove = ["event"]\nOmega = 90\nend_cycle = 1', ("remove", "base")),
+        ('remove = ["event"]\nOmega = "90 rad/s"\nend_cycle = 1', ("remove", "base")),
     ],
 )
 def test_error_of_remove_lists_the_settings_of_the_base(tmp_path, text, facts):
@@ -327,3 +330,20 @@ def test_a_missing_file_is_refused_with_the_scenario_that_asks_for_it(asked, tmp
     key, file = asked.replace('"', "").split(" = ")
     with raises_naming(ValueError, "scenario", "mine", key, str(tmp_path / file)):
         plan_run(load_scenario(str(tmp_path / "mine.toml")))
+
+
+def test_speeds_of_a_scenario_made_of_numbers_are_saved_with_their_unit(tmp_path):
+    """In Python a number is in rad/s; the file that says so can be read again."""
+    points = [{"time": "1 s", "Omega": 90.5}, {"time": "2 s", "Omega": "16 Hz"}]
+    scenario = load_scenario("fig4_9").changed(Omega=260.1, speed=points)
+    again = load_scenario(str(scenario.save(tmp_path / "mine.toml")))
+    assert (again.Omega, again.initial_speed) == ("260.1 rad/s", 260.1)
+    assert [point.Omega for point in again.speed] == ["90.5 rad/s", "16 Hz"]
+
+
+@pytest.mark.parametrize("name", ["Omega", "rotor_contact.Omega"])
+def test_a_speed_that_is_set_as_a_text_needs_a_unit(name):
+    with raises_naming(ValueError, "Omega = 200", "'200 rpm'", "'200 rad/s'"):
+        plan_run(load_scenario("fig4_9"), {name: "200"})
+    assert plan_run(load_scenario("fig4_9"), {name: 200.0}).speed == 200.0
+    assert plan_run(load_scenario("fig4_9"), {name: "0"}).speed == 0.0

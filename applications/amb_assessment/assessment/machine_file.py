@@ -19,7 +19,7 @@ from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
 from amb_cosim.cosim.system.values import RPM, quantity, stated
 from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.file import overlaid, read_scenario, with_paths
+from amb_cosim.scenario.file import overlaid, read_scenario, require_speed_unit, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_files.checks import require
 from amb_files.packs import files_of
@@ -48,6 +48,8 @@ class Speeds(Table):
 
     @model_validator(mode="after")
     def _ascend(self) -> Speeds:
+        for name, raw in {"minimum": self.minimum, "maximum": self.maximum, "trip": self.trip}.items():
+            require_speed_unit(None if raw is None else str(raw), f"speed.{name}")
         trip = f"1.05 x {self.maximum}" if self.trip is None else self.trip
         written = {"minimum": self.minimum, "maximum": self.maximum, "trip": trip}
         before, reason = 0.0, ""

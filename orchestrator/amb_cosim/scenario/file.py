@@ -16,6 +16,7 @@ from typing import Any
 from amb_cosim.cosim.fmu.fmus import models
 from amb_cosim.cosim.system.system_file import packaged_systems
 from amb_cosim.cosim.system.tables import check_bases
+from amb_cosim.cosim.system.values import plain_number
 from amb_files.checks import errors_in
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
@@ -62,6 +63,8 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         raise ValueError(f"no scenario {name!r}; {suggest(name, packaged_scenarios())}")
     check_bases(f"scenario {name}", derived)
     data = read_toml(source, f"scenario {name}")
+    with errors_in(f"scenario {name}"):
+        check_speed_units(data)
     data = with_paths(data, lambda path: str(source.parent / path))
     base, remove = data.pop("base", None), data.pop("remove", [])
     if not isinstance(remove, list) or not all(isinstance(entry, str) for entry in remove):
@@ -83,6 +86,36 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         with errors_in(f"scenario {name}"):
             below = _without(below, entry)
     return overlaid(below, data)
+
+
+def check_speed_units(data: dict[str, Any]) -> None:
+    """Raise a ValueError if a speed of a scenario file is a number without a unit, which may be meant in rpm; 0 is not.
+
+    In Python a number is in rad/s.
+    """
+    points = data.get("speed", [])
+    tables = [data, *points] if isinstance(points, list) else [data]
+    for table in tables:
+        Omega = table.get("Omega") if isinstance(table, dict) else None
+        if isinstance(Omega, int | float) and not isinstance(Omega, bool):
+            require_speed_unit(str(Omega))
+
+
+def require_speed_unit(written: object, name: str = "Omega") -> None:
+    """Raise a ValueError if a text is a speed without a unit, other than 0."""
+    if isinstance(written, str) and plain_number(written):
+        value = written.strip()
+        raise ValueError(f"{name} = {value} has no unit; write for example '{value} rpm' or '{value} rad/s'")
+
+
+def with_speed_units(data: dict[str, Any]) -> dict[str, Any]:
+    """Return a scenario's data with the unit of speeds that are numbers in rad/s."""
+
+    def stated(table: dict[str, Any]) -> dict[str, Any]:
+        Omega = table.get("Omega")
+        return table | {"Omega": f"{Omega!r} rad/s"} if isinstance(Omega, int | float) else table
+
+    return stated(data) | ({"speed": [stated(point) for point in data["speed"]]} if "speed" in data else {})
 
 
 def with_paths(data: dict[str, Any], place: Callable[[str], str]) -> dict[str, Any]:

@@ -272,5 +272,7 @@ def _speed_profile(scenario: Scenario, values: Assignments, period: float) -> tu
             f"{', '.join(signals)}"
         )
     points: list[tuple[float, Any]] = [(0.0, values.inputs[SPEED])]
-    points += [(p.moment(period), checked_speed(values.read(SPEED, p.Omega, "input")[1])) for p in scenario.speed]
+    points += [
+        (p.moment(period), checked_speed(values.read(SPEED, p.Omega, "input")[1], p.Omega)) for p in scenario.speed
+    ]
     return (Profile(SPEED, tuple(points), ACCELERATION),)

@@ -18,7 +18,16 @@ from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
-from amb_cosim.scenario.file import overlaid, packaged_scenarios, read_scenario, relative_to, with_paths
+from amb_cosim.scenario.file import (
+    check_speed_units,
+    overlaid,
+    packaged_scenarios,
+    read_scenario,
+    relative_to,
+    require_speed_unit,
+    with_paths,
+    with_speed_units,
+)
 from amb_cosim.scenario.rotors import (
     FmuField,
     RotorField,
@@ -87,7 +96,7 @@ class Scenario(Table):
     """Step after which values are exchanged: 250 us by default, in Jacobi order 25 us, where a controller with the
     parameter `prediction_time` predicts by two steps unless it is set."""
     Omega: Value
-    """Speed up to cycle 0, and afterwards unless `speed` has points."""
+    """Speed up to cycle 0, and afterwards unless `speed` has points. A file states its unit; a number is in rad/s."""
     gravity: Value | None = None
     """Acceleration that pulls on the rotor. The static currents of magnetic bearings carry the weight, and the rotor
     levitates at its setpoint; parameters set in the scenario keep their values. A vertical shaft has 0. Without the
@@ -173,7 +182,8 @@ class Scenario(Table):
         if made := self._made() | controllers:
             what = " and ".join(f"{kind} {named(value)!r}" for kind, value in made.items())
             raise ValueError(f"scenario {self.name} has {what} made in Python; a scenario file must name files")
-        write_file(Path(path), tomli_w.dumps(with_paths(self._data(), relative_to(Path(path).parent))))
+        data = with_speed_units(with_paths(self._data(), relative_to(Path(path).parent)))
+        write_file(Path(path), tomli_w.dumps(data))
         return Path(path)
 
     def _data(self) -> dict[str, Any]:
@@ -222,7 +232,14 @@ class Scenario(Table):
 
 
 def checked_speed(speed: float, written: Raw = 0.0) -> float:
-    """Return the speed (rad/s), if a rotor can turn at it; raise ValueError, with the speed as `written`, otherwise."""
+    """Return the speed (rad/s), if a rotor can turn at it.
+
+    Raises
+    ------
+    ValueError
+        With the speed as `written`, if it is negative or not finite, or if that is a text without a unit.
+    """
+    require_speed_unit(written)
     shown = stated(f"{speed:g} rad/s", written)
     require(0.0 <= speed < math.inf, "Omega", shown, ">= 0 rad/s, since cycles count its turns")
     return speed
@@ -280,7 +297,10 @@ def as_scenario(
 
 def parse_scenario(text: str, name: str) -> Scenario:
     """Return a scenario from TOML text; `name` is used in messages. Raises ValueError as `load_scenario` does."""
-    return make_scenario(parse_toml(text, f"scenario {name}"), name)
+    data = parse_toml(text, f"scenario {name}")
+    with errors_in(f"scenario {name}"):
+        check_speed_units(data)
+    return make_scenario(data, name)
 
 
 def make_scenario(data: dict[str, Any], name: str) -> Scenario:

@@ -101,8 +101,15 @@ def test_a_balancing_grade_is_written_as_the_standard_or_with_its_unit(grade):
             {"speed": {"minimum": "7 krpm", "maximum": "9 krpm", "trip": "8 krpm"}},
             ("speed.trip", "837.758 rad/s (8 krpm)", ">= 942.478 rad/s, the maximum"),
         ),
-        ({"speed": {"minimum": 1.0, "maximum": 1e4}}, ("speed.trip", "1.05 x 10000.0", "<= 10000 rad/s (95493 rpm)")),
-        ({"speed": {"minimum": 9000, "maximum": 12000}}, ("speed.maximum", "12000 rad/s", "<= 10000 rad/s")),
+        (
+            {"speed": {"minimum": "1 Hz", "maximum": "1e4 rad/s"}},
+            ("speed.trip", "1.05 x 1e4", "<= 10000 rad/s (95493 rpm)"),
+        ),
+        ({"speed": {"minimum": 900, "maximum": "9 krpm"}}, ("speed.minimum", "900 rpm", "900 rad/s")),
+        (
+            {"speed": {"minimum": "9 krpm", "maximum": "12000 rad/s"}},
+            ("speed.maximum", "12000 rad/s", "<= 10000 rad/s"),
+        ),
         ({"balancing": {"grade": "-1 mm/s"}}, ("balancing.grade", "-0.001 m/s")),
         ({"balancing": {"grade": "2.5 kg"}}, ("balancing.grade",)),
         ({"balancing": {"grade": 2.5}}, ("balancing.grade", "2.5 m/s", "'G 2.5'")),
@@ -222,7 +229,7 @@ def test_packaged_magnets_have_about_the_inductance_of_their_gap(name):
 def test_damping_is_judged_up_to_the_trip_speed_at_least():
     """Below it no mode might be excited, so that the least decrement would be met."""
     with raises_naming(ValueError, "up_to", "1", "rad/s", "trip"):
-        MachineFile(rotor="compressor", speed={"minimum": 100.0, "maximum": 200.0}, up_to="1 rad/s")
+        MachineFile(rotor="compressor", speed={"minimum": "100 rad/s", "maximum": "200 rad/s"}, up_to="1 rad/s")
 
 
 def test_a_name_with_slashes_is_one_folder(tmp_path, monkeypatch):

@@ -21,7 +21,7 @@ const RIG = {
 
 test("values stand in it as their variables take them", () => {
   const toml = scenarioToml(RIG, { settings: { values: { "a.on": 0, "a.off": 1, "a.u": 3 } }, changes: [] }, [], 8);
-  for (const line of ['"k" = 1e+21', '"law" = 2', '"on" = false', '"off" = true', '"u" = 3.0', `Omega = ${Math.PI}`, "end_time = 4.0"]) {
+  for (const line of ['"k" = 1e+21', '"law" = 2', '"on" = false', '"off" = true', '"u" = 3.0', `Omega = "${Math.PI} rad/s"`, "end_time = 4.0"]) {
     assert.ok(toml.split("\n").includes(line), line);
   }
   assert.ok(toml.includes('description = "a \\"quoted\\" one"'));
@@ -43,5 +43,5 @@ test("events of scenario and user come in order, each label once, none after the
 test("without the scenario's events there are those of the user alone, and speeds have their points", () => {
   const toml = scenarioToml(RIG, { settings: { events: false }, changes: [] }, [[0, 3], [2, 3], [6, 4.5]], 8);
   assert.ok(!toml.includes("[[event]]") && !toml.includes("[[stop]]"));
-  assert.ok(toml.endsWith("[[speed]]\ntime = 1.0\nOmega = 3.0\n\n[[speed]]\ntime = 3.0\nOmega = 4.5\n"));
+  assert.ok(toml.endsWith("[[speed]]\ntime = 1.0\nOmega = \"3.0 rad/s\"\n\n[[speed]]\ntime = 3.0\nOmega = \"4.5 rad/s\"\n"));
 });

@@ -26,7 +26,7 @@ export function scenarioToml(rig, { settings, changes }, speeds, end, descriptio
     receptances: rig.receptances ?? undefined,
     gradient: rig.gradient ? undefined : false,
     communication_step: stepSize,
-    Omega: speed,
+    Omega: `${floatText(speed)} rad/s`,
     settle_cycles: (0 - first) * stepSize / period,
     end_time: Math.max(end, 1) * stepSize,
   };
@@ -52,7 +52,7 @@ export function scenarioToml(rig, { settings, changes }, speeds, end, descriptio
       }),
     ]),
     ...speeds.filter(([point]) => point > 0).flatMap(([point, value]) =>
-      ["", "[[speed]]", `time = ${floatText(point * stepSize)}`, `Omega = ${floatText(value)}`]),
+      ["", "[[speed]]", `time = ${floatText(point * stepSize)}`, `Omega = "${floatText(value)} rad/s"`]),
     ...(planned ? rig.stops : []).flatMap(({ signal, above, limit, first: from, hold }) => [
       "", "[[stop]]", `variable = ${JSON.stringify(signal)}`, `${above ? "above" : "below"} = ${floatText(limit)}`,
       `hold_time = ${floatText(hold * stepSize)}`, `from_time = ${floatText(from * stepSize)}`,
