@@ -44,7 +44,7 @@ def test_critical_speeds_beyond_a_table_are_marked(study):
     result = study(SHORT, up_to="700 rad/s")
     assert result.critical_speeds
     assert all(row.extrapolated == (row.speed > 300.0) for row in result.critical_speeds)
-    assert_names(str(result), "left, right", "100 to 300 rad/s", "extrapolated")
+    assert_names(str(result), "left, right", "954.9 to 2865 rpm", "extrapolated")
     assert marked_axes(result) == 2
 
 

@@ -16,6 +16,8 @@ from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, LeastDamped,
 from amb_analysis.studies.coefficient_limits import limits_of
 from amb_analysis.studies.figures import figure
 from amb_analysis.studies.figures.over_speed import damping_ratio
+from amb_cosim import studies
+from amb_cosim.presentation.units import units
 from rotor_analysis.parts import AtSpeed, Bearing
 from tests.support.messages import assert_names
 
@@ -84,6 +86,31 @@ def test_vibration_frequency_at_a_critical_speed_is_that_of_rotation():
 def test_critical_speeds_beyond_the_table_of_a_seal_are_marked():
     rows = tuple(AtSpeed(speed, ((1e5, 0.0), (0.0, 1e5))) for speed in (0.0, 50.0))
     result = replace(crossing_poles(), limits=limits_of((Bearing("labyrinth", 1, at_speed=rows),)))
-    assert_names(str(result), "labyrinth", "0 to 50 rad/s", "100.5 rad/s (mode 1, decrement 0.15, extrapolated)")
+    assert_names(str(result), "labyrinth", "0 to 477.5 rpm", "959.7 rpm (mode 1, decrement 0.15, extrapolated)")
     assert [any(patch.get_hatch() for patch in axes.patches) for axes in figure(result).axes] == [True, True, False]
     assert "extrapolated" not in str(crossing_poles())
+
+
+def heads_of(result):
+    """Heads of the first table of a result, and the first cell of each column."""
+    table = result.text()[0]
+    return {str(column.header): next(iter(column.cells)) for column in table.columns}
+
+
+def test_tables_of_studies_are_in_rpm_and_hz_or_in_chosen_units():
+    """900 rad/s are 8594 rpm and 143.2 Hz."""
+    modes = studies.modes("compressor", speeds="900 rad/s", count=2)
+    assert heads_of(modes)["speed (rpm)"] == "8594.37"
+    omega = modes.frequencies.speeds[900.0].frequencies[0]
+    assert float(heads_of(modes)["frequency (Hz)"]) == pytest.approx(omega / (2.0 * np.pi), rel=1e-5)
+    critical = studies.campbell("compressor", up_to="900 rad/s")
+    response = studies.unbalance_response(scenario="compressor_levitated", up_to="9000 rpm")
+    unit_of = {"rpm": 30.0 / np.pi, "rad/s": 1.0}
+    for name, factor in unit_of.items():
+        with units(name, "um"):
+            shown = heads_of(critical)[f"speed ({name})"]
+            assert float(shown) == pytest.approx(factor * critical.critical_speeds[0].speed, rel=1e-5)
+            at_peak, place = heads_of(response), next(iter(response.places.values()))
+            assert float(at_peak["amplitude (\N{MICRO SIGN}m)"]) == pytest.approx(1e6 * place.amplitude.max(), rel=1e-3)
+            peak = response.speeds[place.amplitude.argmax()]
+            assert float(at_peak[f"speed ({name})"]) == pytest.approx(factor * peak, rel=1e-3)

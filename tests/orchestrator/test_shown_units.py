@@ -14,6 +14,7 @@ from amb_assessment.reporting.panels import Panel, curve, panel_of
 from amb_cosim.presentation.style import spread
 from amb_cosim.presentation.units import (
     force_unit,
+    frequency_unit,
     length_unit,
     parse_units,
     relabelled,
@@ -33,7 +34,7 @@ def test_chosen_display_units_apply_until_the_block_ends():
         assert speed_unit().of(2.0 * math.pi) == pytest.approx(60.0)
         assert length_unit(1e-6).name == "mm"
         assert spin_text(10.0 * math.pi) == "$n$ = 300 rpm"
-    assert speed_unit().name == "rad/s"
+    assert (speed_unit().name, frequency_unit().name) == ("rpm", "Hz")
     assert length_unit(1e-6).name == "um"
 
 

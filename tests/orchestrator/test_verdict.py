@@ -8,6 +8,7 @@ import pytest
 from rich.console import Console
 from threadpoolctl import threadpool_info, threadpool_limits
 
+from amb_cosim.presentation.units import units
 from amb_cosim.results.growth import grows
 from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.summary import summarise
@@ -76,7 +77,7 @@ CASES = {
     ),
     "landed": (lambda run: without_power(run(16)), "no magnet has power, and the rotor still moves on RB2"),
     "levitated": (lambda run: free_of_contact(run()), "the rotor does not touch after the step"),
-    "rolled": (lambda run: rolling(run()), "the rotor rolls on RB1 (backward whirl, 1571 rad/s) at the end"),
+    "rolled": (lambda run: rolling(run()), "the rotor rolls on RB1 (backward whirl, 15000 rpm) at the end"),
     "unstable": (lambda run: growing(free_of_contact(run())), "its orbit grows, or its amplifiers stay"),
     "failed": (lambda run: with_outcome(run(), "failed", 0.31, "west", "no bits"), "west at t = 0.31 s: no bits"),
     "interrupted": (lambda run: with_outcome(run(), "interrupted", 0.31), "by the user at t = 0.31 s"),
@@ -175,8 +176,25 @@ def facts(dataset):
 def test_margin_of_a_levitated_rotor_is_that_of_its_largest_orbit(synthetic):
     """0.6 mm of 0.75 mm at the second bearing, after the step; its retainers never carry a force."""
     assert facts(free_of_contact(synthetic())) == {
-        "margin to the clearance": "20 % at RB2; largest orbit 0.6 mm in 0.75 mm"
+        "speed": "3000 rpm",
+        "margin to the clearance": "20 % at RB2; largest orbit 0.6 mm in 0.75 mm",
     }
+
+
+@pytest.mark.parametrize(
+    ("speeds", "text"),
+    [
+        ((180.0, 180.0, 1800.0), "180 to 1800 rpm"),
+        ((1800.0, 180.0, 180.0), "1800 to 180 rpm"),
+        ((180.0, 1800.0, 180.0), "180 to 1800 rpm"),
+        ((1800.0, 1800.0, 1800.0), "1800 rpm"),
+    ],
+)
+def test_speed_is_printed_whether_it_changes_or_not(synthetic, speeds, text):
+    points = [(at, n * np.pi / 30.0) for at, n in zip((0.0, 0.2, 0.4), speeds, strict=True)]
+    assert facts(synthetic(speed_profile=json.dumps(points)))["speed"] == text
+    with units("Hz"):
+        assert facts(synthetic())["speed"] == "50 Hz"
 
 
 def test_margin_of_a_rotor_that_recovered_is_that_of_its_last_cycle(synthetic):

@@ -186,7 +186,7 @@ def test_a_map_without_traps_ends_at_ten_times_the_grade(expander, few_points, m
     monkeypatch.setattr(contact_traps, "least_touching", lambda *_: (0.1 * limit, Omega))
     assert contact_traps._largest(expander, few_points.speeds, limit) == pytest.approx(max(10.0 * limit, 2.0))
     ended = replace(few_points, trapping=None, unbalances=np.array([limit, 8.0 * limit]))
-    assert_names(ended._reach(), "8 times", f"{Omega:.4g} rad/s", "none traps")
+    assert_names(ended._reach(), "8 times", f"{30.0 / np.pi * Omega:.4g} rpm", "none traps")
 
 
 @pytest.mark.slow

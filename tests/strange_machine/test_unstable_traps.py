@@ -37,7 +37,9 @@ def test_unstable_loop_is_reported_first_with_growth_and_frequency(unstable: con
     """The free orbit of 0.5 g mm misses all sites, so the study does not state that every orbit touches."""
     free = next(state for state in unstable.states if not state.contact)
     assert free.growth > 0.0
-    assert_names(unstable.text()[0], "unstable", f"{free.whirl_frequency:.4g} rad/s", f"{free.growth:.3g} 1/s")
+    assert_names(
+        unstable.text()[0], "unstable", f"{30.0 / np.pi * free.whirl_frequency:.4g} rpm", f"{free.growth:.3g} 1/s"
+    )
     false = ("no orbit misses", "nothing traps", "no synchronous currents", "frees it", "free it")
     assert not [line for line in lines_of(unstable) if any(reason in line for reason in false)]
 

@@ -24,6 +24,7 @@ from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.synchronous_states import all_sets
 from amb_cosim.presentation.json_data import JsonKey
+from amb_cosim.presentation.units import speed_unit
 from rotor_contact.friction import friction_excess
 
 SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
@@ -54,8 +55,9 @@ class Rolling:
     def __str__(self) -> str:
         forces = ", ".join(f"{site} {force:.4g} N" for site, force in self.N.items())
         beyond = "" if self.accurate else "; the reduced rotor is not accurate there"
+        at = speed_unit().text(self.frequency)
         return (
-            f"{'+'.join(self.contact)} may roll at {self.frequency:.4g} rad/s ({forces}), which requires a friction "
+            f"{'+'.join(self.contact)} may roll at {at} ({forces}), which requires a friction "
             f"coefficient of {self.friction:.2g}{beyond}"
         )
 

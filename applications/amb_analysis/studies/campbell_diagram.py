@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-import numpy as np
-
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.damping_zones import damping_cells
-from amb_analysis.studies.inputs import Number, speed_range, spin_speed
+from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, speed_range, spin_speed
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.presentation.units import speed_unit
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.analysis_model import ACCURACY, analysis_model
@@ -94,12 +93,14 @@ class CampbellDiagram(WarnedResult, DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return the table of critical speeds and their accuracy."""
-        table = text_table("Critical speeds", ("(rad/s)", "(Hz)", "mode", "damping ratio", "whirl"), left=("whirl",))
+        unit = speed_unit()
+        table = text_table(
+            "Critical speeds", (f"speed ({unit.label})", "mode", "damping ratio", "whirl"), left=("whirl",)
+        )
         for row in self.critical_speeds:
-            hertz = f"{row.speed / (2 * np.pi):.3f}"
             mark = f", {EXTRAPOLATED}" if row.extrapolated else ""
             ratio, whirl = damping_cells(row.damping_ratio, row.speed, row.whirl)
-            table.add_row(f"{row.speed:.3f}", hertz, str(row.mode), ratio, whirl + mark)
+            table.add_row(unit.number(row.speed, 6), str(row.mode), ratio, whirl + mark)
         notes = [*limit_notes(self.limits, self.speeds), *self.warning_lines()]
         if self.coordinates == self.of:
             return [table, *notes]
@@ -113,7 +114,7 @@ def campbell(
     rotor: RotorSource = None,
     *,
     mass: MassModel | None = None,
-    up_to: Number = "628 rad/s",
+    up_to: Number = DEFAULT_RANGE,
     count: int = 8,
     speed: Number | None = None,
     full: bool = False,

@@ -31,7 +31,7 @@ from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.presentation.units import speed_unit
+from amb_cosim.presentation.units import frequency_unit, speed_unit
 from amb_cosim.scenario.plan_run import plan_run
 from amb_files.checks import require
 from array_types import Array
@@ -124,18 +124,22 @@ class ClosedLoopPoles(MachineResult):
 
     def text(self) -> list[TextBlock]:
         """Return tables of the poles at the lowest and highest speed, critical speeds, and unstable speeds."""
+        unit, cycles = speed_unit(), frequency_unit()
         table = text_table(
             f"{self.rotor}: poles under control",
-            ("(rad/s)", "frequency (Hz)", "damping ratio", "logarithmic decrement", "whirl"),
+            (f"speed ({unit.label})", f"frequency ({cycles.label})", "damping ratio", "logarithmic decrement", "whirl"),
             left=("whirl",),
         )
         for k in (0, -1):
             for pole in self.poles:
                 if pole.whirl[k] is not None:
-                    hertz = f"{pole.frequencies[k] / (2.0 * math.pi):.2f}"
+                    frequency = cycles.number(pole.frequencies[k], 5)
                     shares = (number(pole.damping_ratios[k]), number(pole.decrements[k]))
                     table.add_row(
-                        f"{self.speeds[k]:.4g}", hertz, *shares, (pole.whirl[k] or "") + self._mark(self.speeds[k])
+                        unit.number(self.speeds[k], 5),
+                        frequency,
+                        *shares,
+                        (pole.whirl[k] or "") + self._mark(self.speeds[k]),
                     )
         criticals = ", ".join(
             f"{speed_unit().text(c.speed)} (mode {c.mode}, decrement {c.decrement:.3g}{self._mark(c.speed)})"
@@ -163,7 +167,8 @@ class ClosedLoopPoles(MachineResult):
             notes.insert(0, f"least damped: at {speed_unit().text(self.least_damped.speed)} {self.least_damped}")
         if not self.unstable:
             return ["stable at all of these speeds", f"least stable: {at}", *notes]
-        ranges = [f"from {a:.4g} to {b:.4g} rad/s" if a < b else f"at {a:.4g} rad/s" for a, b in self.unstable_ranges]
+        unit, pieces = speed_unit(), self.unstable_ranges
+        ranges = [f"from {unit.number(a)} to {unit.text(b)}" if a < b else f"at {unit.text(a)}" for a, b in pieces]
         return [f"not stable {', '.join(ranges)}: {at}", *notes]
 
 

@@ -46,6 +46,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.presentation.units import frequency_unit, speed_unit
 from amb_cosim.scenario.plan_run import plan_run
 from amb_files.checks import require
 from array_types import Array
@@ -135,9 +136,18 @@ class Traps(MachineResult):
 
     def text(self) -> list[TextBlock]:
         """Return the states of the machine, what frees it, and the approximations."""
+        unit, cycles = speed_unit(), frequency_unit()
         table = text_table(
-            f"{self.rotor}: states at {self.speed:.5g} rad/s with {_grams(self.unbalance)}",
-            ("contact", "normal forces (N)", "current (A)", "allowed (A)", "growth (1/s)", "whirl (rad/s)", "it"),
+            f"{self.rotor}: states at {unit.text(self.speed, 5)} with {_grams(self.unbalance)}",
+            (
+                "contact",
+                "normal forces (N)",
+                "current (A)",
+                "allowed (A)",
+                "growth (1/s)",
+                f"whirl ({unit.label})",
+                "it",
+            ),
             left=("contact", "it"),
         )
         for state in self.states:
@@ -145,29 +155,29 @@ class Traps(MachineResult):
             worst = max(state.currents.values(), key=lambda i: i.amplitude / max(i.allowed, 1e-12), default=None)
             currents = ("-", "-") if worst is None else (number(worst.amplitude), number(worst.allowed))
             place = "+".join(state.contact) or "free"
-            motion = f"{state.growth:.3g}", f"{state.whirl_frequency:.4g}"
+            motion = f"{state.growth:.3g}", unit.number(state.whirl_frequency)
             table.add_row(place, forces, *currents, *motion, state.beyond(self.speed))
         lines: list[TextBlock] = [*self._instability(), table, f"{self.kind}", self._reach(), *self._freeing()]
         for state in (state for state in self.states if state.contact):
             whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:MOST_LISTED]
-            frequencies = ", ".join(f"{v.frequency:.4g} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
+            frequencies = ", ".join(f"{cycles.number(v.frequency)} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
             where = "+".join(f"{site} with {force:.4g} N" for site, force in state.normal_forces.items())
-            lines.append(f"in contact at {where} it vibrates at {frequencies} rad/s (damping ratio)")
+            lines.append(f"in contact at {where} it vibrates at {frequencies} {cycles.label} (damping ratio)")
         for lasting in self.own:
             slow, fast = (", ".join(f"{site} {_newtons(N[k])}" for site, N in lasting.N.items()) for k in (0, 1))
             opposite = " on opposite sides" if -1 in lasting.signs else ""
             lines.append(
                 f"with large forces at {'+'.join(lasting.contact)}{opposite} it may whirl long at a natural frequency, "
-                f"{lasting.frequencies[0]:.4g} rad/s ({slow}) to {lasting.frequencies[1]:.4g} rad/s ({fast})"
+                f"{unit.text(lasting.frequencies[0])} ({slow}) to {unit.text(lasting.frequencies[1])} ({fast})"
             )
         stable = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
         for whirl in sorted(stable, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
             forces = ", ".join(f"{name} {force:.4g} N" for name, force in whirl.N.items())
             rolls = "" if whirl.slips else "; it rolls before"
-            lines.append(f"a whirl at {whirl.frequency:.4g} rad/s needs no unbalance, and lasts ({forces}{rolls})")
+            lines.append(f"a whirl at {unit.text(whirl.frequency)} needs no unbalance, and lasts ({forces}{rolls})")
         for contact in {whirl.frequency: whirl for whirl in self.rolling if whirl.possible}.values():  # the most sites
             slower = [w.frequency for w in self.sustained if w.grows_backward and {*w.contact} <= {*contact.contact}]
-            onset = f"; a backward whirl grows from {max(slower):.4g} rad/s on" if slower else ""
+            onset = f"; a backward whirl grows from {unit.text(max(slower))} on" if slower else ""
             lines.append(f"{contact}{onset}")
         return [*lines, *(f"notice: {note}" for note in self.notes), *self.warning_lines()]
 
@@ -175,20 +185,21 @@ class Traps(MachineResult):
         if self.loop_growth <= 0.0:
             return []
         return [
-            f"the loop is unstable at this speed: without contact a whirl at {self.loop_frequency:.4g} rad/s "
+            f"the loop is unstable at this speed: without contact a whirl at {speed_unit().text(self.loop_frequency)} "
             f"grows at {self.loop_growth:.3g} 1/s, until the rotor touches"
         ]
 
     def _reach(self) -> str:
         """Return the smallest unbalances that touch and trap at any speed of the map, or the largest without a trap."""
+        unit = speed_unit()
         highest, largest, (touching, at) = self.speeds[-1], self.unbalances[-1], self.touching
-        touches = f"{_grams(touching)} at {at:.4g} rad/s touches" if touching <= largest else "nothing touches"
+        touches = f"{_grams(touching)} at {unit.text(at)} touches" if touching <= largest else "nothing touches"
         if self.trapping is not None:
-            traps = f"{_grams(self.trapping[0])} at {self.trapping[1]:.4g} rad/s can trap"
+            traps = f"{_grams(self.trapping[0])} at {unit.text(self.trapping[1])} can trap"
         else:
-            times = f"{largest / self.grade_limit_at_speed:.3g} times the limit of G 2.5 at {self.speed:.4g} rad/s"
+            times = f"{largest / self.grade_limit_at_speed:.3g} times the limit of G 2.5 at {unit.text(self.speed)}"
             traps = f"up to {_grams(largest)}, {times}, none traps"
-        return f"at any speed up to {highest:.4g} rad/s the least unbalance: {touches}; {traps}"
+        return f"at any speed up to {unit.text(highest)} the least unbalance: {touches}; {traps}"
 
     def _freeing(self) -> list[str]:
         lines = []

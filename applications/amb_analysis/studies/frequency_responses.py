@@ -27,6 +27,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.plan_run import plan_run
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
@@ -93,7 +94,7 @@ class FrequencyResponses(WarnedResult, DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return tables of the modes and of the deviations, or of the largest values without a measurement."""
-        title = f"{self.rotor}, {self.loop}, {self.speed:g} rad/s: "
+        title = f"{self.rotor}, {self.loop}, {speed_unit().text(self.speed)}: "
         if all(item.measured is None for item in self.responses.values()):
             table = text_table(f"{title}largest values", ("response", "", "at (Hz)", "phase (deg)"), left=("response",))
             for name, item in self.responses.items():

@@ -18,7 +18,7 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, numbered_positions
 
 LEAST, MOST = 1e-12, 1e12  # of a positive number, in any unit
-DEFAULT_RANGE = "628 rad/s"  # highest speed of diagrams of a rotor alone, and of a machine at rest
+DEFAULT_RANGE = "6000 rpm"  # highest speed of diagrams of a rotor alone, and of a machine at rest
 GRADE = 2.5e-3  # m/s: balancing grade G 2.5, if the machine states none
 HIGHEST = 1e5  # rad/s; dentists' drills turn at a third of it
 

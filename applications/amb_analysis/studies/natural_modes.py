@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
@@ -15,6 +14,7 @@ from amb_analysis.studies.inputs import Number, spin_speeds
 from amb_analysis.studies.result import DrawnResult, StudyResult, WarnedResult
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
+from amb_cosim.presentation.units import frequency_unit, speed_unit
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
@@ -27,8 +27,6 @@ from rotor_analysis.rotor_file import RotorSource, load_rotor
 from rotor_analysis.shaft import MassModel
 from rotor_analysis.supported_rotor import supported_rotor
 from rotor_analysis.tracking import RESONANT
-
-HEADINGS = ("speed", "mode", "frequency (rad/s)", "(Hz)", "damping ratio", "whirl")
 
 
 @dataclass(frozen=True)
@@ -73,18 +71,20 @@ class NaturalFrequencies(StudyResult):
 
     def text(self) -> list[TextBlock]:
         """Return a table of all modes, and a line for each speed with aperiodic motion."""
-        table = text_table(f"{self.rotor}, {self.mass} mass; speed in rad/s", HEADINGS, left=("whirl",))
+        unit, cycles = speed_unit(), frequency_unit()
+        heads = (f"speed ({unit.label})", "mode", f"frequency ({cycles.label})", "damping ratio", "whirl")
+        table = text_table(f"{self.rotor}, {self.mass} mass", heads, left=("whirl",))
         remarks: list[TextBlock] = []
         for speed, result in self.speeds.items():
             mark = f", {EXTRAPOLATED}" if result.extrapolated else ""
             modes = zip(result.frequencies, result.damping_ratios, result.whirl, strict=True)
             for number, (frequency, ratio, whirl) in enumerate(modes, start=1):
-                hertz = f"{frequency / (2.0 * math.pi):.3f}"
                 ratio_text, direction = damping_cells(ratio, frequency, whirl)
-                table.add_row(f"{speed:g}", str(number), f"{frequency:.3f}", hertz, ratio_text, direction + mark)
+                shown = unit.number(speed, 6), str(number), cycles.number(frequency, 6)
+                table.add_row(*shown, ratio_text, direction + mark)
             if result.real_eigenvalues:
                 real = ", ".join(f"{value:.4g}" for value in result.real_eigenvalues)
-                remarks.append(f"at {speed:g} rad/s also aperiodic motion, exp(s t) with s = {real} 1/s")
+                remarks.append(f"at {unit.text(speed, 6)} also aperiodic motion, exp(s t) with s = {real} 1/s")
         return [table, *remarks, *limit_notes(self.limits, self.speeds)]
 
 

@@ -26,6 +26,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario
@@ -167,7 +168,7 @@ class StabilityMargin(MachineResult):
     def text(self) -> list[TextBlock]:
         """Return tables of the peaks and the disk margins, and the zone of the largest peak."""
         headings = ("peak of |S|", "at (Hz)", "zone", "measured differs below 500 Hz (%)", "anywhere (%)")
-        table = labelled_table(f"{self.rotor}: sensitivity at {self.speed:g} rad/s", "axis", *headings)
+        table = labelled_table(f"{self.rotor}: sensitivity at {speed_unit().text(self.speed)}", "axis", *headings)
         for name, axis in self.axes.items():
             differences = (100.0 * axis.largest_difference_below_500_hz, 100.0 * axis.largest_difference)
             table.add_row(

@@ -10,7 +10,7 @@ import numpy as np
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
-from amb_cosim.presentation.units import speed_unit
+from amb_cosim.presentation.units import length_unit, speed_unit
 from array_types import Array
 from rotor_analysis.peaks import UNDAMPED
 from rotor_analysis.shaft import MassModel
@@ -147,30 +147,32 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
     def text(self) -> list[TextBlock]:
         """Return tables of the largest amplitudes and of the critical speeds."""
         name = self.scenario or self.rotor
-        table = labelled_table(
-            f"{name}: largest amplitude, {self.load}", "place", "(mm)", "of the clearance", "at (rad/s)"
-        )
+        unit = speed_unit()
+        peaks = [place.amplitude.max() for place in self.places.values()] + [c.amplitude for c in self.critical_speeds]
+        length = length_unit(max((float(peak) for peak in peaks if np.isfinite(peak)), default=0.0))
+        heads: tuple[str, ...] = (f"amplitude ({length.label})", "of the clearance", f"speed ({unit.label})")
+        table = labelled_table(f"{name}: largest amplitude, {self.load}", "place", *heads)
         for name, place in self.places.items():
             top = int(np.argmax(place.amplitude))
             peak = place.amplitude[top]
             mark = f" {EXTRAPOLATED}" if is_extrapolated(self.limits, self.speeds[top]) else ""
             if any(abs(item.speed / self.speeds[top] - 1.0) < 1.0 / UNDAMPED for item in self._unbounded):
-                table.add_row(name, "no bound", "-", f"{self.speeds[top]:.1f}{mark}")
+                table.add_row(name, "no bound", "-", f"{unit.number(self.speeds[top])}{mark}")
                 continue
             share = "-" if place.clearance is None else number(peak / place.clearance)
-            table.add_row(name, number(1e3 * peak), share, f"{self.speeds[top]:.1f}{mark}")
-        unit, notes = speed_unit(), list[TextBlock](limit_notes(self.limits, self.speeds))
+            table.add_row(name, number(peak / length.size), share, f"{unit.number(self.speeds[top])}{mark}")
+        notes = list[TextBlock](limit_notes(self.limits, self.speeds))
         if self.stable_up_to is not None:
             notes = [f"the loop is not stable above {unit.text(self.stable_up_to, 5)}", *notes]
         notes = [*self._floating_note(), *self._backward_notes(), *notes, *self.warning_lines()]
         if not self.critical_speeds:
             return [table, "no critical speed in this range", *notes]
-        heads: tuple[str, ...] = (f"({unit.label})", "highest at", "(mm)", "amplification")
+        heads = (f"speed ({unit.label})", "highest at", f"amplitude ({length.label})", "amplification")
         heads += () if self.operating_speed is None else (f"margin to {unit.text(self.operating_speed, 5)} (%)",)
         criticals = labelled_table("Critical speeds", *heads)
         for item in self.critical_speeds:
             speed = unit.number(item.speed) + (f" {EXTRAPOLATED}" if item.extrapolated else "")
-            amplitude = number(1e3 * item.amplitude) if item.is_bounded else "no bound"
+            amplitude = number(item.amplitude / length.size) if item.is_bounded else "no bound"
             row = (speed, item.place, amplitude, amplification_text(item))
             criticals.add_row(*row, *(() if item.margin is None else (f"{item.margin:.1f}",)))
         undamped = ", ".join(unit.text(item.speed) for item in self._unbounded)

@@ -77,8 +77,8 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     if subject.file.thrust_bearing is not None:
         axial.add_row(subject.file.thrust_bearing.at, *subject.file.thrust_bearing.data(along * rotor.mass))
     facts = (
-        f"{subject.file.name}: {rotor.mass:.4g} kg, {rpm(speed.lowest):.0f} to {rpm(speed.highest):.0f} 1/min, trip at "
-        f"{rpm(speed.tripping):.0f} 1/min, G {1e3 * subject.file.balancing.speed:g}, "
+        f"{subject.file.name}: {rotor.mass:.4g} kg, {rpm(speed.lowest):.0f} to {rpm(speed.highest):.0f} rpm, trip at "
+        f"{rpm(speed.tripping):.0f} rpm, G {1e3 * subject.file.balancing.speed:g}, "
         f"sampled every {subject.loop.sample_time:g} s"
     )
     unread = sum(item.known != "read" and item.known != "own" for item in criteria)

@@ -30,7 +30,7 @@ def spectral_radius(quantity: str, stability: LoopStability, name: str = "") -> 
 
 def motion_and_speed(stability: LoopStability) -> str:
     """Return the motion of the pole that decides, and its speed."""
-    return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} 1/min"
+    return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} rpm"
 
 
 def instability(subject: Subject) -> str:

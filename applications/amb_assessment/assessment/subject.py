@@ -38,7 +38,7 @@ class Subject(Machine):
 
     @cached_property
     def facts(self) -> Mapping[str, float]:
-        """Variables for formulas of criteria: speeds (1/min), mass (kg), balancing grade (mm/s)."""
+        """Variables for formulas of criteria: speeds (rpm), mass (kg), balancing grade (mm/s)."""
         speed = self.file.speed
         return {
             "N_min": speed.lowest * RPM,
@@ -113,7 +113,7 @@ def subject_of(file: MachineFile, flavour: Flavour = "native", modes: int | None
 
 
 def rpm(Omega: Any) -> Any:
-    """Convert a speed from rad/s to 1/min."""
+    """Convert a speed from rad/s to rpm."""
     return Omega * RPM
 
 

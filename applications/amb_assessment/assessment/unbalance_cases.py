@@ -68,7 +68,7 @@ def _along(subject: Subject, direction: str, stiffness: dict[str, float]) -> lis
         shares = {at + 1: sign * m / mass for at, m, sign in lobes}
         ends = tuple((span.start + 1, span.stop) for _, span in antinodes(shape))
         places = ", ".join(f"z = {significant(1e3 * subject.z[node - 1])} mm" for node in shares)
-        name = f"mode {k}{direction} ({rpm(float(Omega)):.0f} 1/min), at {places}"
+        name = f"mode {k}{direction} ({rpm(float(Omega)):.0f} rpm), at {places}"
         cases.append(UnbalanceCase(name, shape, shares, ends))
     return cases
 

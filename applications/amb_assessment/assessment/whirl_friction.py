@@ -69,7 +69,7 @@ def _least_friction(subject: Subject) -> Quantity:
         "weight"
     )
     note = f"no whirl up to {MOST:g}" if value >= MOST else usual
-    return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} 1/min", value, "1", note=note)
+    return Quantity("whirl_friction", f"{where}, {rpm(speeds[n]):.0f} rpm", value, "1", note=note)
 
 
 def chance(least: Quantity) -> str:

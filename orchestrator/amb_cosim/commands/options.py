@@ -109,7 +109,7 @@ UNITS: Option = click.option(
     callback=_choose_units,
     envvar="AMB_COSIM_UNITS",
     metavar="UNIT,...",
-    help="Units of figures: rpm, Hz, rad/s; mm, um, m; N, kN.",
+    help="Units of tables and figures: rpm, Hz, rad/s; mm, um, m; N, kN.",
 )
 ALL = click.option("--all", "show_all", is_flag=True, help="Print all values, and warnings whole.")
 UNTIL = click.option("--until", metavar="TIME", help="End time after cycle 0 begins, 0.3 (s) or 300ms.")

@@ -1,6 +1,6 @@
-"""Units of figures and pages: for speeds as chosen, for lengths and forces as chosen or by their size.
+"""Units of figures, tables and pages: rpm for speeds, Hz for frequencies, others by the size of values; or as chosen.
 
-All figures use this module, so one choice holds for a whole command or notebook.
+All of them use this module, so one choice holds for a whole command or notebook.
 """
 
 from __future__ import annotations
@@ -58,13 +58,13 @@ class ShownUnit:
 
 
 class units:  # used as a function, and in `with`
-    """Choose the units of figures from now on, or within `with`: `units("rpm", "um")`, `units("rpm,um,kN")`.
+    """Choose the units of figures and tables from now on, or within `with`: `units("rpm", "um")`, `units("rpm,um,kN")`.
 
     Parameters
     ----------
     names
         `rad/s`, `Hz` or `rpm` for speeds and frequencies, `mm`, `um` or `m` for lengths, `N` or `kN` for forces. A
-        quantity without a unit keeps the default: rad/s, and lengths and forces by their size.
+        quantity without a unit keeps the default: rpm for speeds, Hz for frequencies, lengths and forces by their size.
 
     Raises
     ------
@@ -73,11 +73,11 @@ class units:  # used as a function, and in `with`
 
     Examples
     --------
-    >>> with units("rpm"):
+    >>> with units("rad/s"):
     ...     speed_unit().name
-    'rpm'
-    >>> speed_unit().name
     'rad/s'
+    >>> speed_unit().name
+    'rpm'
     """
 
     def __init__(self, *names: str) -> None:
@@ -115,9 +115,14 @@ def parse_units(text: str) -> dict[str, str]:
     return result
 
 
-def speed_unit(usual: str = "rad/s") -> ShownUnit:
-    """Return the unit of spin speeds and frequencies: the usual one unless another was chosen."""
+def speed_unit(usual: str = "rpm") -> ShownUnit:
+    """Return the unit of speeds, and of frequencies drawn against them: the usual one unless another was chosen."""
     return _unit("speed", usual)
+
+
+def frequency_unit() -> ShownUnit:
+    """Return the unit of frequencies: Hz unless a unit of speeds was chosen."""
+    return speed_unit("Hz")
 
 
 def length_unit(largest: float) -> ShownUnit:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.presentation.text_tables import number
+from amb_cosim.presentation.units import frequency_unit
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.places import places
 from amb_cosim.results.series import at_every_step, cycles, signal
@@ -39,9 +39,9 @@ def warnings_beyond_reduction(dataset: Signals) -> list[str]:
     warned = [f"{site.upper()} {100.0 * share:.3g} %" for site, share in shares.items() if share > WARNED_SHARE]
     if not warned:
         return []
-    limit, allowed = number(places(dataset).valid_to), f"{100.0 * WARNED_SHARE:.3g} %"
+    limit, allowed = frequency_unit().text(places(dataset).valid_to or 0.0), f"{100.0 * WARNED_SHARE:.3g} %"
     return [
-        f"much of the contact force's power is above {limit} rad/s, where the reduced rotor is no longer accurate: "
+        f"much of the contact force's power is above {limit}, where the reduced rotor is no longer accurate: "
         f"{', '.join(warned)}, where {allowed} is allowed; a reduction with more modes reaches further"
     ]
 

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.presentation.text_tables import number, print_parts, show_warnings
-from amb_cosim.presentation.units import force_unit, length_unit
+from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit, speed_unit
 from amb_cosim.results import energies
 from amb_cosim.results.summary import AtPlaces, Summary
 from amb_cosim.results.touchdown import Retainer, Touchdown
@@ -50,7 +50,9 @@ def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
     if texts and texts != ["none 100.0 %"]:
         yield f"contact{_interval(summary.events)}", ", ".join(texts)
     if summary.rolling_from is not None:
-        whirls = ", ".join(f"{at.upper()} {number(w)} rad/s" for at, w in summary.whirl_speed.items())
+        whirls = ", ".join(
+            f"{at.upper()} {'-' if w is None else speed_unit().text(w)}" for at, w in summary.whirl_speed.items()
+        )
         yield "rolling", f"from cycle {summary.rolling_from:.4g}; mean whirl in the last cycle {whirls}"
     if summary.rolling_on_race_from is not None:
         yield "rolling on a turning race", f"from cycle {summary.rolling_on_race_from:.4g}"
@@ -68,7 +70,7 @@ def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
 def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
     """Return forces and orbits that are not zero at all places, each with a unit that suits its size."""
     sampled = ", of the samples" if any(summary.peak_is_sampled.values()) else ""
-    band = "" if summary.peak_band is None else f",\nmodes to {number(summary.peak_band)} rad/s"
+    band = "" if summary.peak_band is None else f",\nmodes to {frequency_unit().text(summary.peak_band)}"
     for label, values in (
         ("contact force averaged over 1 ms", summary.averaged_contact_force),
         (f"peak contact force without impacts{band}{sampled}", summary.peak_contact_force),
@@ -138,7 +140,7 @@ def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
 
 def _of_retainer(retainer: Retainer) -> str:
     """Return a few lines on the loads of a retainer."""
-    whirl = "" if retainer.whirl_speed is None else f" whirl at {number(abs(retainer.whirl_speed))} rad/s"
+    whirl = "" if retainer.whirl_speed is None else f" whirl at {speed_unit().text(abs(retainer.whirl_speed))}"
     lines = [
         f"free {number(retainer.free)} s, sliding {number(retainer.sliding)} s, rolling {number(retainer.rolling)} s",
         f"{'no whirl' if retainer.whirl in (None, 'none') else retainer.whirl}{whirl}",

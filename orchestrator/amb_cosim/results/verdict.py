@@ -12,13 +12,13 @@ import numpy as np
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import sentences, warnings_of
 from amb_cosim.cosim.run.recording import Outcome
-from amb_cosim.presentation.units import force_unit, length_unit, speed_unit
+from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit, speed_unit
 from amb_cosim.results import contact_history
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, touches
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power
-from amb_cosim.results.series import at_every_step, cycles, event_name, parameters, signal, thinning
+from amb_cosim.results.series import at_every_step, cycles, event_name, parameters, signal, speed, thinning
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown
 
@@ -89,7 +89,7 @@ def verdict(dataset: Signals, fall: Touchdown | None = None) -> Verdict:
     if touches and word not in BROKEN_OFF:
         where = _listed([touch.bearing.upper() for touch in touches.values()])
         word, sentence = "stator", f"the rotor touched the stator at {where}; {sentence}"
-    facts = [_margin(dataset, word), _force(dataset), _time_in_contact(dataset), _stators(touches)]
+    facts = [_speed(dataset), _margin(dataset, word), _force(dataset), _time_in_contact(dataset), _stators(touches)]
     if dataset.attrs.get("stopped"):
         facts.append(("stopped", str(dataset.attrs["stopped"])))
     warned = [w for w in warnings_of(dataset) if w.variable.rpartition(".")[2] in QUESTIONING]
@@ -166,6 +166,16 @@ def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVE
     return [site.upper() for site in places(dataset).sites if touches(steps, site)[end].any()]
 
 
+def _speed(dataset: Signals) -> tuple[str, str] | None:
+    """Return the spin speed; of one that changes the first and the last, or else the lowest and the highest."""
+    unit, Omega = speed_unit(), speed(dataset)[cycles(dataset) >= 0.0]
+    if not len(Omega):
+        return None
+    ends, bounds = ([unit.number(value) for value in pair] for pair in (Omega[[0, -1]], (Omega.min(), Omega.max())))
+    shown = ends if {*ends} == {*bounds} else bounds
+    return "speed", f"{' to '.join(dict.fromkeys(shown))} {unit.label}"
+
+
 def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
     """Return the least distance of the orbit to the clearance of a site, over the run or in its last cycle.
 
@@ -202,7 +212,7 @@ def _force(dataset: Signals) -> tuple[str, str] | None:
         return None
     site = max(averaged, key=lambda name: averaged[name])
     limit = places(dataset).valid_to
-    band = "" if limit is None else f"; the model's modes reach to {speed_unit('Hz').text(limit)}"
+    band = "" if limit is None else f"; the model's modes reach to {frequency_unit().text(limit)}"
     return (
         "largest contact force",
         f"{force_unit(averaged[site]).text(averaged[site], 3)} at {site.upper()} ({meaning}{band})",

@@ -87,7 +87,7 @@ def test_vibration_is_the_orbit_over_the_air_gap_that_is_nearer(tmp_path):
     settled = np.asarray(signals["time"].values) >= 0.0
     for bearing in subject.magnets:
         x, y = (np.asarray(signals[f"{PLANT}.{bearing}.{axis}"].values)[settled] for axis in "xy")
-        item = items[f"air gap of {bearing} at 24000 1/min"]
+        item = items[f"air gap of {bearing} at 24000 rpm"]
         assert item.value == pytest.approx(100.0 * np.hypot(x, y).max() / GAP, rel=0.15)
         assert_names(item.note, "0.4 mm")
 

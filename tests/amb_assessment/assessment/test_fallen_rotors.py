@@ -74,7 +74,7 @@ def test_a_rotor_that_does_not_levitate_meets_no_criterion_of_its_loop(machine, 
     assert expected <= found.unevaluated.keys()
     assert set(found.unanswered) == {name for name in OF_LEVITATION if name != "axial_margins"}
     for reason in (*found.unevaluated.values(), *found.unanswered.values()):
-        assert_names(reason, "loop is not stable", "1/min")
+        assert_names(reason, "loop is not stable", "rpm")
 
 
 def test_unanswered_criteria_of_a_fallen_rotor_end_with_exit_code_1(tmp_path):
@@ -91,6 +91,6 @@ def test_unanswered_criteria_of_a_fallen_rotor_end_with_exit_code_1(tmp_path):
 def test_a_loop_unstable_at_another_speed_meets_no_criterion(quantity):
     """A damped range of speeds, above or below the speed at which the rotor falls."""
     quantity_value = Quantity(quantity, "here", 9.0, "1", levitated=True)
-    for reason, verdict in (("", Judgement.MET), ("it falls at 5000 1/min", Judgement.UNANSWERED)):
+    for reason, verdict in (("", Judgement.MET), ("it falls at 5000 rpm", Judgement.UNANSWERED)):
         (finding,) = judge([quantity_value], load_criteria(), {}, lambda reason=reason: reason)
         assert (finding.verdict, finding.reason) == (verdict, reason)

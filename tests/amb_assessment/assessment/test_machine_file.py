@@ -27,7 +27,7 @@ def machine(**changes):
 
 
 def test_cross_coupling_of_a_stage_matches_a_hand_calculation():
-    Omega = 942.477796076938  # 9000 1/min
+    Omega = 942.477796076938  # 9000 rpm
     by_hand = 500e3 * 3.0 * 9.55 * 1.2 / (0.5 * 0.02 * 9000.0)
     assert CompressorStage(at="wheel", density_ratio=1.2, **DATA).anticipated(Omega) == pytest.approx(by_hand)
     axial = CompressorStage(at="wheel", kind="axial", **DATA).anticipated(Omega)

@@ -209,7 +209,7 @@ def test_twice_the_samples_change_no_margin(machine, margins, monkeypatch):
 
 @pytest.fixture(scope="module")
 def runs_of(machine):
-    """Return the parts with runs that a machine can compute in seconds: landings at 40,000 1/min take half a minute."""
+    """Return the parts with runs that a machine can compute in seconds: landings at 40,000 rpm take half a minute."""
     return tuple(part for part in RUNS if part != "landing" or machine.name.startswith("blower"))
 
 
@@ -307,7 +307,7 @@ def test_twice_the_unbalance_doubles_the_motion_without_contact(course, machine)
 
 
 def test_a_resonance_within_the_range_is_missed():
-    """The blower's response has a peak at about 33,000 1/min, far above its operating speeds."""
+    """The blower's response has a peak at about 33,000 rpm, far above its operating speeds."""
     file = load_machine(BLOWER / "machine.toml")
     within = {"minimum": "30000 rpm", "maximum": "34000 rpm", "trip": "35700 rpm"}
     faster = file.model_copy(update={"speed": file.speed.model_copy(update=within)})

@@ -24,7 +24,7 @@ CLEARANCE = 0.2e-3
 
 
 def expander(**speed):
-    """The packaged turbo-expander at G 2.5, with a resonance at 35,713 1/min within its speeds."""
+    """The packaged turbo-expander at G 2.5, with a resonance at 35,713 rpm within its speeds."""
     file = load_machine("turbo_expander")
     speeds = file.speed.model_copy(update=speed)
     return subject_of(file.model_copy(update={"balancing": type(file.balancing)(grade="G 2.5"), "speed": speeds}))

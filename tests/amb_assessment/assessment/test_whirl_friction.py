@@ -96,7 +96,7 @@ def test_whirl_friction_on_rigid_retainers_is_near_that_of_a_rigid_rotor():
     without = least(file.model_copy(update={"stages": ()}))
     assert without.value == pytest.approx(RIGID, rel=0.02)
     assert least(file).value > 1.02 * without.value
-    assert_names(without.where, "td_a", "td_b", "1/min")
+    assert_names(without.where, "td_a", "td_b", "rpm")
 
 
 def test_a_retainer_that_a_fallen_rotor_does_not_reach_counts_for_nothing(tmp_path):
@@ -204,10 +204,10 @@ def test_whirling_landings_are_judged_only_below_the_whirl_friction(friction, wh
 
 
 def test_whirl_friction_just_below_the_coefficient_leaves_it_to_chance():
-    item = Quantity("whirl_friction", "td_a, 0 1/min", 0.24, "1", {"friction": FRICTION})
+    item = Quantity("whirl_friction", "td_a, 0 rpm", 0.24, "1", {"friction": FRICTION})
     assert_names(chance(item), "0.15", "0.24", "chance")
     assert verdict_on(item) is Judgement.MISSED
-    assert not chance(Quantity("whirl_friction", "td_a, 0 1/min", 0.31, "1", {"friction": FRICTION}))
+    assert not chance(Quantity("whirl_friction", "td_a, 0 rpm", 0.31, "1", {"friction": FRICTION}))
 
 
 @pytest.mark.parametrize(
@@ -229,7 +229,7 @@ def test_contact_in_whirling_landings_counts_unless_left_to_chance(friction, whi
         touched = ("seal",) if whirls else ()
         return landing.Landing(mu, phase, {}, whirls, not whirls, None, touched, touched)
 
-    item = Quantity("whirl_friction", "td_a, 0 1/min", friction, "1", {"friction": FRICTION})
+    item = Quantity("whirl_friction", "td_a, 0 rpm", friction, "1", {"friction": FRICTION})
     monkeypatch.setattr(landing, "whirl_friction", lambda *_: item)
     monkeypatch.setattr(landing, "worst_inputs", lambda _: {})
     monkeypatch.setattr(landing, "_landed", land)

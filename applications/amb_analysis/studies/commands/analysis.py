@@ -55,7 +55,7 @@ MASS = click.option(
 )
 SCENARIO = click.argument("scenario", required=False)
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, lowest first.")
-UP_TO = click.option("--up-to", type=SPEED, default="628 rad/s", show_default=True, help="Highest spin speed.")
+UP_TO = click.option("--up-to", type=SPEED, default="6000 rpm", show_default=True, help="Highest spin speed.")
 UP_TO_50_HZ = click.option("--up-to", type=SPEED, default="50 Hz", show_default=True, help="Highest speed.")
 CONTROLLER = click.option(
     "--controller", metavar="FILE", help="Controller file (TOML, .npz, .mat) or FMU to use instead."
@@ -171,7 +171,7 @@ add_study(
     "unbalance_response",
     *MACHINE,
     MASS,
-    click.option("--up-to", type=SPEED, help="Highest speed; default: twice the scenario's, or 628 rad/s."),
+    click.option("--up-to", type=SPEED, help="Highest speed; default: twice the scenario's, or 6000 rpm."),
     click.option("--unbalance", type=UNBALANCE, help="Unbalance; default: the scenario's, or 10 g.m."),
     click.option("--place", metavar="PART", help="Place of the unbalance; default: the first disc."),
     click.option("--node", type=int, help="Node of the unbalance, instead of --place."),

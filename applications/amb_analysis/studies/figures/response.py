@@ -9,6 +9,7 @@ from matplotlib.ticker import MultipleLocator
 
 from amb_analysis.studies.frequency_responses import ComputedResponse, FrequencyResponses
 from amb_cosim.presentation.style import BLUE, GREY, ORANGE, TITLE_SIZE, StyledFigure, fitted
+from amb_cosim.presentation.units import speed_unit
 from array_types import Array, Complex
 
 MOST = 6  # responses that are drawn
@@ -32,7 +33,7 @@ def draw(result: FrequencyResponses) -> Figure:
         panels = part.subplots(len(heights), 1, sharex=True, height_ratios=heights)
         _draw_response(panels, name, item)
     more = f", {len(drawn)} of {len(result.responses)} responses" if len(result.responses) > MOST else ""
-    title = f"{result.rotor}: {result.loop}, {result.speed:.4g} rad/s{more}"
+    title = f"{result.rotor}: {result.loop}, {speed_unit().text(result.speed)}{more}"
     figure.suptitle(fitted(title, width), fontsize=TITLE_SIZE)
     return figure
 

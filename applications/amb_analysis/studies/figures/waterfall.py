@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from amb_analysis.studies.run_spectra import Waterfall
 from amb_cosim.presentation.style import BLUE, DASHED, TITLE_SIZE, StyledFigure
-from amb_cosim.presentation.units import SIZES, length_unit, speed_unit
+from amb_cosim.presentation.units import SIZES, frequency_unit, length_unit
 
 HEIGHT = 0.22  # height of the largest stacked amplitude, over the axis
 FLOOR = 1e-4  # smallest amplitude with a colour, over the largest
@@ -21,7 +21,7 @@ def draw(result: Waterfall) -> Figure:
     """Draw for each bearing the stacked spectra, a colour map, and the peak hold."""
     figure = StyledFigure(figsize=(11.0, 3.6 * len(result.bearings) + 0.4), layout="constrained")
     rows = figure.subplots(len(result.bearings), 3, squeeze=False, sharex=True)
-    spin, hertz = speed_unit("Hz"), SIZES["speed"]["Hz"]
+    spin, hertz = frequency_unit(), SIZES["speed"]["Hz"]
     spins = spin.of(hertz * result.speeds)
     place, label = (spins, f"spin speed ({spin.label})") if result.changing_speed else (result.times, "time (s)")
     # A speed that rises and falls does not order the windows: then time is the axis.

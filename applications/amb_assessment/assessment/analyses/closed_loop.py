@@ -46,7 +46,7 @@ def answer(subject: Subject) -> AnalysisResult:
         (f"{hertz(s.imag):.1f}", f"{rpm(s.imag):.0f}", f"{decrement:.3f}", whirl_of(sense))
         for s, decrement, sense in zip(result[at].poles, result[at].decrements(), result[at].senses, strict=True)
     )
-    table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} 1/min", ("Hz", "1/min", "decrement", "whirl"), rows)
+    table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} rpm", ("Hz", "rpm", "decrement", "whirl"), rows)
     notes = table_notes(subject, speed.tripping)
     notes += [f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T)."]
     if hertz(limit) > 0.5 / loop.sample_time:
@@ -56,7 +56,7 @@ def answer(subject: Subject) -> AnalysisResult:
         )
     notes += [
         f"Stability: all poles, including drifts without vibration, at all speeds from 0 to {rpm(speed.tripping):.0f} "
-        "1/min, with the stages' coefficients of the largest speed where they have no table over speed."
+        "rpm, with the stages' coefficients of the largest speed where they have no table over speed."
     ]
     if subject.file.has_synchronous_control:
         notes.append("The scenario's synchronous control (rolac_enable) is off in all parts of this assessment.")
@@ -102,7 +102,7 @@ def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]
         return Quantity(quantity, motion_and_speed(worst), worst.decrement, "1", facts, note, levitated=True)
     if not candidates:
         return Quantity(quantity, "nothing vibrates", LARGEST, "1", levitated=True)
-    where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} 1/min, {whirl_of(sense)}"
+    where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} rpm, {whirl_of(sense)}"
     facts = {"frequency": hertz(omega), "N": float(rpm(Omega))}
     return Quantity(quantity, where, least, "1", facts, levitated=True)
 
@@ -143,12 +143,12 @@ def _panels(
     frequency.append(curve("1x", ends, ends / 60.0, "dashed"))
     for limit in (subject.file.speed.lowest, subject.file.speed.highest):
         at = rpm(np.array([limit, limit]))
-        frequency.append(curve(f"{at[0]:.0f} 1/min", at, [0.0, hertz(subject.file.highest_frequency)], "dashed"))
-        damping.append(curve(f"{at[0]:.0f} 1/min", at, [lowest, MAX_DECREMENT], "dashed"))
+        frequency.append(curve(f"{at[0]:.0f} rpm", at, [0.0, hertz(subject.file.highest_frequency)], "dashed"))
+        damping.append(curve(f"{at[0]:.0f} rpm", at, [lowest, MAX_DECREMENT], "dashed"))
     title = f"Logarithmic decrements, up to {MAX_DECREMENT:g}"
     if lowest <= MIN_DECREMENT:
         title += f"; {MIN_DECREMENT:g} stands for less, down to unstable"
     return (
-        Panel("Damped frequencies", "speed (1/min)", "Hz", tuple(frequency)),
-        Panel(title, "speed (1/min)", "decrement", tuple(damping), log="y", zones=ZONES[1:]),
+        Panel("Damped frequencies", "speed (rpm)", "Hz", tuple(frequency)),
+        Panel(title, "speed (rpm)", "decrement", tuple(damping), log="y", zones=ZONES[1:]),
     )

@@ -34,7 +34,7 @@ def answer(subject: Subject) -> AnalysisResult:
         lines[: len(speeds), k] = speeds
     dynamic = {f"{name}{direction}": k for direction, at in directions.items() for name, k in at.items()}
     measured = tuple(
-        Quantity("undamped_critical_speed", f"number {number}{direction}", float(rpm(Omega)), "1/min")
+        Quantity("undamped_critical_speed", f"number {number}{direction}", float(rpm(Omega)), "rpm")
         for direction, bearings in directions.items()
         for number, Omega in bearing_critical_speeds(subject, swept, {name: k.real for name, k in bearings.items()})
     )
@@ -48,7 +48,7 @@ def answer(subject: Subject) -> AnalysisResult:
         )
         for name, k in dynamic.items()
     )
-    heads = ("bearing", *(f"{rpm(at):.0f} 1/min" for at in (subject.file.speed.lowest, subject.file.speed.highest)))
+    heads = ("bearing", *(f"{rpm(at):.0f} rpm" for at in (subject.file.speed.lowest, subject.file.speed.highest)))
     table = ResultTable(
         "Dynamic stiffness (N/um) and damping (kN s/m) of the bearings at synchronous frequency", heads, rows
     )
@@ -102,4 +102,4 @@ def _panel(subject: Subject, stiffnesses: Array, lines: Array, swept: Array, dyn
         curves.append(curve(f"bearing {name}", k.real[positive], rpm(swept[positive]), "dots"))
     for what, speed in (("minimum", subject.file.speed.lowest), ("maximum", subject.file.speed.highest)):
         curves.append(curve(f"{what} speed", stiffnesses[[0, -1]], rpm(np.array([speed, speed])), "dashed"))
-    return Panel("Undamped critical speed map", "support stiffness (N/m)", "speed (1/min)", tuple(curves), log="xy")
+    return Panel("Undamped critical speed map", "support stiffness (N/m)", "speed (rpm)", tuple(curves), log="xy")

@@ -56,7 +56,7 @@ def answer(subject: Subject) -> AnalysisResult:
     total = sum(stage.anticipated(speed) for stage in subject.file.stages)
     measured = (
         least_decrement("decrement_anticipated", [(speed, coupled(1.0))]),
-        Quantity("cross_coupling_ratio", f"{rpm(speed):.0f} 1/min", ratio, "1", {"Q_a": total}, note, levitated=True),
+        Quantity("cross_coupling_ratio", f"{rpm(speed):.0f} rpm", ratio, "1", {"Q_a": total}, note, levitated=True),
     )
     rows = tuple(
         (s.at, s.kind, f"{s.anticipated(speed) * 1e-6:.4g}", f"{s.level_two(speed) * 1e-6:.4g}")

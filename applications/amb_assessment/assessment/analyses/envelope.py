@@ -46,7 +46,7 @@ def answer(subject: Subject) -> AnalysisResult:
         allowed = control_amplitude(subject, bearing, axis, hertz(speeds))
         for what, share in (("current_demand", shares[:, k]), ("slew_demand", slews[:, k])):
             at = int(share.argmax())
-            measured.append(Quantity(what, f"{name} at {rpm(speeds[at]):.0f} 1/min", float(share[at]), "%"))
+            measured.append(Quantity(what, f"{name} at {rpm(speeds[at]):.0f} rpm", float(share[at]), "%"))
         top, most_used, available = int(force.argmax()), int(shares[:, k].argmax()), _slew_limit(p)
         rows.append(
             (
@@ -60,10 +60,10 @@ def answer(subject: Subject) -> AnalysisResult:
         force_curves.append(curve(name, rpm(speeds), force))
         current_curves.append(curve(f"{name} needs", rpm(speeds), current))
         current_curves += _limit(subject, bearing, axis, speeds)
-    heads = ("axis", "force (N), at 1/min", "current (A)", "voltage (V)", "slew rate (N/s)")
+    heads = ("axis", "force (N), at (rpm)", "current (A)", "voltage (V)", "slew rate (N/s)")
     panels = (
-        Panel("Amplitude of the bearing forces", "speed (1/min)", "N", tuple(force_curves)),
-        Panel("Amplitude of the control currents", "speed (1/min)", "A", tuple(current_curves)),
+        Panel("Amplitude of the bearing forces", "speed (rpm)", "N", tuple(force_curves)),
+        Panel("Amplitude of the control currents", "speed (rpm)", "A", tuple(current_curves)),
     )
     grade = 1e3 * subject.file.balancing.speed
     notes = (

@@ -39,10 +39,10 @@ def answer(subject: Subject) -> AnalysisResult:
     running = [_running(subject, name, time, passed) for name, time in _durations(subject).items()]
     faults, rows = _faults(subject)
     notes = (
-        f"Run-up and run-down between {rpm(SLOW * speed.highest):.0f} 1/min and the trip speed, with the unbalance of "
+        f"Run-up and run-down between {rpm(SLOW * speed.highest):.0f} rpm and the trip speed, with the unbalance of "
         f"the mode that moves the rotor most between them: {passed.unbalance.note}. A run that takes more than "
         f"{LONGEST:g} s, or an unknown time, is judged by steady motion at the worst speed, {rpm(passed.Omega):.0f} "
-        "1/min: a slow run reaches this motion, a fast run stays below. The keys `run_up` and `run_down` state times; "
+        "rpm: a slow run reaches this motion, a fast run stays below. The keys `run_up` and `run_down` state times; "
         "without them, a machine runs down as `spin.drag` brakes it.",
         "Faults are at the largest speed, one at a time; the worst of each kind is judged. A rotor on its retainers, "
         "or across the air gap of a magnet, is at 100 %. The run ends if the rotor reaches a magnet with power.",
@@ -71,7 +71,7 @@ def _running(subject: Subject, name: str, time: float, passed: WorstResponse) ->
         used = steady_vibration(subject, passed)
         value, note = passed.with_run(passed.site, max(float(shares.max()) for shares in used.values()))
         duration = len(used[passed.site]) * float(subject.planned.plan.step_size)
-        where = f"{name}, {passed.site} at {rpm(passed.Omega):.0f} 1/min"
+        where = f"{name}, {passed.site} at {rpm(passed.Omega):.0f} rpm"
         length = f"takes {time:.4g} s" if math.isfinite(time) else "takes an unknown time"
         line = curve(f"{name}, steady", np.linspace(0.0, duration, len(used[passed.site])), 100.0 * used[passed.site])
         return Quantity("clearance_used_running", where, value, "%", {}, f"{length}: {note}"), line

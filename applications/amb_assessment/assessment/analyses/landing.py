@@ -147,7 +147,7 @@ def answer(subject: Subject) -> AnalysisResult:
     )
     heads = ("friction", "phase (deg)", "force (N)", "end", "touches elsewhere", "heat (J)")
     notes = (
-        f"All amplifiers lose power at {rpm(Omega):.0f} 1/min. A landing is simulated until it whirls backward or "
+        f"All amplifiers lose power at {rpm(Omega):.0f} rpm. A landing is simulated until it whirls backward or "
         f"lies at rest, for at most {followed:.3g} s, with only the modes of the rotor file's reduction. It has ended, "
         "too, if the rotor then rocks steadily: in the last quarter of the time it swings to and fro by less than "
         "90 deg, and would still do so if the swing grew for twice the time. Forces are averaged over 1 ms, which "

@@ -91,14 +91,12 @@ def answer(subject: Subject) -> AnalysisResult:
     )
     panels = (
         Panel("Displacement over clearance without power", "time (s)", "%", curves),
-        Panel(
-            "Speed without power", "time (s)", "1/min", (curve("spin", times[after_start], rpm(speeds[after_start])),)
-        ),
+        Panel("Speed without power", "time (s)", "rpm", (curve("spin", times[after_start], rpm(speeds[after_start])),)),
     )
     heads = ("place", "free (s)", "sliding (s)", "rolling (s)", "whirl", "heat (J)", "temperature (K)")
     rows = tuple((site, *_texts(result)) for site, result in touchdown.retainers.items())
     notes = (
-        f"From {rpm(Omega):.0f} 1/min with friction {FRICTION:g}, drive off and free spin. At rest: the rotor "
+        f"From {rpm(Omega):.0f} rpm with friction {FRICTION:g}, drive off and free spin. At rest: the rotor "
         f"stays in its retainers within 5 % of the clearance until the run ends; it may rotate. The run ends at "
         f"{100.0 * STOPPED:g} % of its speed, at the latest after {longest(subject, LONGEST, MOST_STEPS):.4g} s. It "
         f"ends earlier if the rotor would turn for longer than that, and the run of half the time predicted the "

@@ -103,4 +103,4 @@ def largest_over(loop: Loop, by_speed: Mapping[float, Sequence[AxisPeaks]]) -> t
         for name, axis in zip(loop.axis_names, axes, strict=True)
     )
     peak, hz, name, Omega = max(peaks)
-    return peak, f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} 1/min"
+    return peak, f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} rpm"

@@ -32,7 +32,7 @@ def answer(subject: Subject) -> AnalysisResult:
             peaks = [(axes[k].peaks[band], Omega) for Omega, axes in by_speed.items() if band < len(axes[k].peaks)]
             if peaks:
                 (peak, hz), Omega = max(peaks)
-                where = f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} 1/min"
+                where = f"{name}, {hz:.1f} Hz at {rpm(Omega):.0f} rpm"
                 measured.append(Quantity(quantity, where, peak, "1", {"frequency": hz}))
     curves = {
         name: (axis.frequencies, axis.values)
@@ -41,7 +41,7 @@ def answer(subject: Subject) -> AnalysisResult:
     study = sensitivity(co_simulated(subject, speed.highest), flavour=subject.flavour)
     for name, axis in study.axes.items():
         hz = axis.peak_frequency
-        where = f"{name}, {hz:.1f} Hz at {rpm(speed.highest):.0f} 1/min"
+        where = f"{name}, {hz:.1f} Hz at {rpm(speed.highest):.0f} rpm"
         note = f"{100.0 * axis.largest_difference:.2g} % largest deviation from the curve of the co-simulated system"
         measured.append(Quantity("sensitivity_measured", where, axis.measured_peak, "1", {"frequency": hz}, note))
     note = (
@@ -97,7 +97,7 @@ def _panel(subject: Subject, curves: dict[str, tuple[Array, Array]], study: Stab
         drawn.append(curve(f"{name} measured", axis.measured_frequencies, axis.measured, "dots"))
     ends = next(iter(curves.values()))[0][[0, -1]]
     drawn += zone_limits(ends)
-    title = f"|S| at {rpm(subject.file.speed.highest):.0f} 1/min"
+    title = f"|S| at {rpm(subject.file.speed.highest):.0f} rpm"
     return Panel(title, "Hz", "|S|", tuple(drawn), log="x")
 
 

@@ -56,7 +56,7 @@ def answer(subject: Subject) -> AnalysisResult:
                 Quantity("clearance_share", f"{name}, {case.name}", shares[name], "%", {"S_cc": scale}, note)
             )
         panels.append(_panel(subject, case, speeds, at_probes))
-    heads = ("case", "probe", "critical speed (1/min)", "amplification", "margin (%)")
+    heads = ("case", "probe", "critical speed (rpm)", "amplification", "margin (%)")
     placed = ResultTable(
         "Unbalance of each mode", ("case", "g mm, with its sign, at z (mm)"), _placed(subject, cases, total)
     )
@@ -97,7 +97,7 @@ def _critical(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> 
     note = f"amplification {AF:.3g}" + (", from one side of the peak" if peak.from_single_side else "")
     if AF < 2.5:
         note += ": critically damped, no margin required"
-    where, facts = f"{Omega:.0f} 1/min, {case.name}, {probe}", {"AF": AF, "N_c": float(Omega)}
+    where, facts = f"{Omega:.0f} rpm, {case.name}, {probe}", {"AF": AF, "N_c": float(Omega)}
     row = (case.name, probe, f"{Omega:.0f}", f"{AF:.3g}", f"{margin:.1f}")
     return Quantity("separation_margin", where, margin, "%", facts, note), row
 
@@ -114,5 +114,5 @@ def _panel(subject: Subject, case: UnbalanceCase, speeds: Array, at_probes: dict
     limit = _probe_limit(subject)
     curves.append(curve("probe limit", rpm(np.array([speed.lowest, speed.tripping])), [limit, limit], "dashed"))
     for at in (speed.lowest, speed.highest):
-        curves.append(curve(f"{rpm(at):.0f} 1/min", rpm(np.array([at, at])), [0.0, max(top, limit)], "dashed"))
-    return Panel(f"Unbalance for {case.name.split(',')[0]}", "speed (1/min)", "peak to peak (um)", tuple(curves))
+        curves.append(curve(f"{rpm(at):.0f} rpm", rpm(np.array([at, at])), [0.0, max(top, limit)], "dashed"))
+    return Panel(f"Unbalance for {case.name.split(',')[0]}", "speed (rpm)", "peak to peak (um)", tuple(curves))

@@ -27,15 +27,15 @@ def answer(subject: Subject) -> AnalysisResult:
         deciding = subject.nearest({place: value for place, (value, _) in by_place.items()})
         for place in deciding:
             value, note = by_place[place]
-            where, note = f"{place} at {rpm(Omega):.0f} 1/min", f"of {subject.clearance_text(place)}: {note}"
+            where, note = f"{place} at {rpm(Omega):.0f} rpm", f"of {subject.clearance_text(place)}: {note}"
             measured.append(Quantity("clearance_used", where, value, "%", {}, note))
         name = deciding[0]
         cycles = np.linspace(0.0, CYCLES, len(used[name]))
-        curves.append(curve(f"{name}, {rpm(Omega):.0f} 1/min", cycles, 100.0 * used[name]))
-        placed.append(f"{response.unbalance.note} at {rpm(Omega):.0f} 1/min")
+        curves.append(curve(f"{name}, {rpm(Omega):.0f} rpm", cycles, 100.0 * used[name]))
+        placed.append(f"{response.unbalance.note} at {rpm(Omega):.0f} rpm")
     notes = (
         f"Unbalance of the balancing grade, all of it at the rotor's planes, for the worst mode: {'; '.join(placed)}. "
-        f"The largest steady response between the least and the largest speed is at {rpm(worst.Omega):.0f} 1/min, "
+        f"The largest steady response between the least and the largest speed is at {rpm(worst.Omega):.0f} rpm, "
         f"{100.0 * worst.share:.3g} % of the clearance at {worst.site}.",
         NEARER,
         "Sensor noise and converter resolution are the start values of the controller, unless the machine defines its "
