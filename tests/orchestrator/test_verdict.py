@@ -69,11 +69,11 @@ CASES = {
     "recovered": (lambda run: run(), "the rotor touched and has been free of contact since cycle 11.99 (0.24 s)"),
     "trapped": (
         lambda run: touching(run(22), "rb2", (12.0, 21.5)),
-        "still in contact with RB2 at the end of the run in cycle 22 (0.44 s), 12 turns after the last change",
+        "still in contact with RB2 when the run ends (cycle 22, 0.44 s), 12 turns after the last change",
     ),
     "undecided": (
         lambda run: run(16),
-        "free of contact for 4.01 cycles at the end of the run in cycle 16 (0.32 s), 6 turns after the last change",
+        "free of contact for 4.01 cycles when the run ends (cycle 16, 0.32 s), 6 turns after the last change",
     ),
     "landed": (lambda run: without_power(run(16)), "no magnet has power, and the rotor still moves on RB2"),
     "levitated": (lambda run: free_of_contact(run()), "the rotor does not touch after the step"),
@@ -195,6 +195,22 @@ def test_speed_is_printed_whether_it_changes_or_not(synthetic, speeds, text):
     assert facts(synthetic(speed_profile=json.dumps(points)))["speed"] == text
     with units("Hz"):
         assert facts(synthetic())["speed"] == "50 Hz"
+
+
+def test_a_run_whose_speed_changes_is_told_in_seconds_and_speeds(synthetic):
+    """From 3000 to 6000 rpm in 0.4 s; the last contact at 0.2398 s is at 4798 rpm, in cycle 11.99 of 20 ms."""
+    points = [(0.0, 100.0 * np.pi), (0.4, 200.0 * np.pi)]
+    summary = summarise(rolling(synthetic(speed_profile=json.dumps(points))))
+    assert "cycle" not in " ".join([summary.verdict.sentence, *dict(summary.verdict.facts).values()])
+    assert_names(dict(summary.verdict.facts)["time in contact"], "0.12 s (3900 rpm)")
+    assert (summary.cycle_duration, summary.speed_changes) == (0.02, True)
+    recovered = summarise(synthetic(speed_profile=json.dumps(points)))
+    assert_names(recovered.verdict.sentence, "0.2398 s (4798 rpm)")
+    text = printed(rolling(synthetic(speed_profile=json.dumps(points))), whole=True)
+    assert_names(text, "rolling", "from 0.28 s")
+    undecided = summarise(synthetic(16, speed_profile=json.dumps(points))).verdict
+    assert undecided.word == "undecided"
+    assert_names(undecided.sentence, "0.0802 s", "5400 rpm")
 
 
 def test_margin_of_a_rotor_that_recovered_is_that_of_its_last_cycle(synthetic):

@@ -21,7 +21,7 @@ from amb_cosim.results.orbits import (
     settled_amplitudes,
 )
 from amb_cosim.results.places import places
-from amb_cosim.results.series import event_name, shares_of_steps
+from amb_cosim.results.series import event_name, shares_of_steps, speed_changes
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown, touchdown
 from amb_cosim.results.verdict import Verdict, verdict
@@ -67,6 +67,8 @@ class Summary:
         Share of the same time that the rotor is in contact at each site.
     contact_states
         Names of these states: for two bearings none, the first, the second, both.
+    cycle_duration, speed_changes
+        Duration of a cycle, a turn at the first speed (s), and whether the speed changes, so that cycles are no turns.
     first_contact, last_contact
         Cycles of the first and last sample in contact.
     recovered
@@ -132,6 +134,8 @@ class Summary:
     contact_share: Annotated[AtPlaces, "1"]
     contact_states: list[str]
     site_share: Annotated[AtPlaces, "1"]
+    cycle_duration: Annotated[float, "s"]
+    speed_changes: bool
     first_contact: Annotated[float | None, "cycle"]
     last_contact: Annotated[float | None, "cycle"]
     recovered: bool | None
@@ -191,6 +195,8 @@ def summarise(dataset: Signals) -> Summary:
         contact_share=contact_history.contact_share(dataset),
         contact_states=list(places(dataset).contact_states),
         site_share=contact_history.site_share(dataset),
+        cycle_duration=float(dataset.attrs["period_s"]),
+        speed_changes=speed_changes(dataset),
         first_contact=first,
         last_contact=last,
         recovered=recovered,

@@ -53,9 +53,9 @@ def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
         whirls = ", ".join(
             f"{at.upper()} {'-' if w is None else speed_unit().text(w)}" for at, w in summary.whirl_speed.items()
         )
-        yield "rolling", f"from cycle {summary.rolling_from:.4g}; mean whirl in the last cycle {whirls}"
+        yield "rolling", f"from {_cycle(summary, summary.rolling_from)}; mean whirl in the last cycle {whirls}"
     if summary.rolling_on_race_from is not None:
-        yield "rolling on a turning race", f"from cycle {summary.rolling_on_race_from:.4g}"
+        yield "rolling on a turning race", f"from {_cycle(summary, summary.rolling_on_race_from)}"
     yield from _touchdown_rows(summary.touchdown) if summary.touchdown is not None else ()
     if summary.energy is not None and summary.energy_balance_of_heat is not None:
         heat, share = energies.heat_of(summary.energy), summary.energy_balance_of_heat
@@ -89,6 +89,11 @@ def _rows_at_places(summary: Summary) -> Iterator[tuple[str, str]]:
         if any(values.values()):
             unit = length_unit(1e-3 * _largest(values))
             yield label, _at_places(values, unit.label, 1e-3 / unit.size)
+
+
+def _cycle(summary: Summary, cycle: float) -> str:
+    """Return a cycle in words, as a time where the speed changes."""
+    return f"{cycle * summary.cycle_duration:.4g} s" if summary.speed_changes else f"cycle {cycle:.4g}"
 
 
 def _interval(events: Mapping[str, str]) -> str:

@@ -18,7 +18,16 @@ from amb_cosim.results.contact_forces import largest_averaged_force, peak_force,
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power
-from amb_cosim.results.series import at_every_step, cycles, event_name, parameters, signal, speed, thinning
+from amb_cosim.results.series import (
+    at_every_step,
+    cycles,
+    event_name,
+    parameters,
+    signal,
+    speed,
+    speed_changes,
+    thinning,
+)
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown
 
@@ -133,13 +142,14 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
 def _at_the_end(dataset: Signals, last: float) -> str:
     """Return whether a rotor with the last contact in cycle `last` touches at the end, and how long after a change."""
     end = cycles(dataset)[-1]
-    when = f"at the end of the run in {_moment(dataset, end)}"
     turned = f"{contact_history.turns_since_change(dataset):.3g} turns after the last change"
+    ends = f"when the run ends ({', '.join(_at(dataset, end))}), {turned}"
     if contact_history.touches_at_the_end(dataset, last):
         where = _listed(_touched_at_the_end(dataset, 1.0)) or "its retainers"
-        return f"still in contact with {where} {when}, {turned}"
-    needed = f"recovery takes {contact_history.RECOVERY_CYCLES:g}"
-    return f"free of contact for {end - last:.3g} cycles {when}, {turned}; {needed}"
+        return f"still in contact with {where} {ends}"
+    unit, size = ("s", float(dataset.attrs["period_s"])) if speed_changes(dataset) else ("cycles", 1.0)
+    needed = f"recovery takes {contact_history.RECOVERY_CYCLES * size:.3g} {unit}"
+    return f"free of contact for {(end - last) * size:.3g} {unit} {ends}; {needed}"
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -154,9 +164,17 @@ def _whirl(dataset: Signals, site: str) -> str:
 
 
 def _moment(dataset: Signals, cycle: float) -> str:
-    """Return a cycle and its time in words."""
+    """Return a cycle in words."""
+    return "{} ({})".format(*_at(dataset, cycle))
+
+
+def _at(dataset: Signals, cycle: float) -> tuple[str, str]:
+    """Return a cycle and its time; where the speed changes, a time and its speed, since cycles count no turns then."""
     time = float(np.interp(cycle, cycles(dataset), dataset["time"].values))
-    return f"cycle {cycle:.4g} ({time:.3g} s)"
+    if not speed_changes(dataset):
+        return f"cycle {cycle:.4g}", f"{time:.3g} s"
+    Omega = float(np.interp(time, dataset["time"].values, speed(dataset)))
+    return f"{time:.4g} s", speed_unit().text(Omega)
 
 
 def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVERY_CYCLES) -> list[str]:
