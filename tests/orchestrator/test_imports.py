@@ -1,6 +1,7 @@
 """The files of the packages import each other without a circle."""
 
 import re
+import subprocess
 import tomllib
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -44,3 +45,18 @@ def test_files_to_start_reading_at_exist():
     files = re.findall(r"\]\(([^)#]+)\)", table)
     assert len(files) > 15
     assert [file for file in files if not (ROOT / file).is_file()] == []
+
+
+TOP = """
+.ci .clang-format .gitignore .pre-commit-config.yaml CHANGELOG.md CITATION.cff CONTRIBUTING.md LICENSE README.md
+SECURITY.md applications benchmarks constraints.txt docs examples fmus hatch_build.py libraries mkdocs.yml orchestrator
+packs pyproject.toml tests tools
+"""
+
+
+def test_repository_has_only_its_known_files_and_folders_at_the_top():
+    """A folder of somebody's trial, `pasg`, was once committed."""
+    if not (ROOT / ".git").exists():
+        pytest.skip("needs a clone")
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert {path.partition("/")[0] for path in listed.splitlines()} == {*TOP.split()}
