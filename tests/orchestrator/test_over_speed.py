@@ -114,3 +114,21 @@ def test_tables_of_studies_are_in_rpm_and_hz_or_in_chosen_units():
             assert float(at_peak["amplitude (\N{MICRO SIGN}m)"]) == pytest.approx(1e6 * place.amplitude.max(), rel=1e-3)
             peak = response.speeds[place.amplitude.argmax()]
             assert float(at_peak[f"speed ({name})"]) == pytest.approx(factor * peak, rel=1e-3)
+
+
+def test_least_damped_vibration_is_marked_even_beyond_the_axes():
+    """2276 Hz with a decrement of 0.0026 at 150 rad/s, where the figure follows vibrations up to 143 Hz."""
+    decrement = 0.0026
+    ratio = decrement / np.hypot(2.0 * np.pi, decrement)
+    least = LeastDamped(ratio, 150.0, 2.0 * np.pi * 2276.0)
+    picture = figure(replace(crossing_poles(), least_damped=least))
+    frequency, damping, plane = picture.axes
+    marks = [[line for line in axes.lines if line.get_marker() in "^vD"] for axes in picture.axes]
+    assert [[mark.get_marker() for mark in of_axes] for of_axes in marks] == [["^"], ["D"], ["^"]]
+    assert [of_axes[0].get_ydata()[0] for of_axes in marks[::2]] == [frequency.get_ylim()[1], plane.get_ylim()[1]]
+    assert marks[1][0].get_ydata()[0] == pytest.approx(decrement, rel=1e-6)
+    assert damping.get_ylim()[0] < decrement
+    labels = " ".join(text.get_text() for part in picture.subfigs for entry in part.legends for text in entry.texts)
+    assert_names(labels, "2276 Hz", "0.0026")
+    seen = figure(crossing_poles()).axes
+    assert [[line.get_marker() for line in axes.lines if line.get_marker() in "^vD"] for axes in seen] == [["D"]] * 3

@@ -10,8 +10,10 @@ from slow import slow_but_first
 
 from amb_cosim.results import plots
 from amb_cosim.results.plots import motion
+from amb_cosim.results.plots.joined import joined
 from tests.support.messages import raises_naming
 
+RPM = 30.0 / np.pi  # 1/min per rad/s
 USUAL = ["orbits", "displacement", "contact"]
 
 
@@ -48,7 +50,7 @@ def test_a_changing_speed_is_drawn_over_time(synthetic, tmp_path):
     (line,) = below.lines[:1]
     assert below.get_xlabel() == "time (s)"
     assert below.get_xlim() == pytest.approx((0.0, 0.4))
-    assert np.interp([0.05, 0.2, 0.35], *line.get_data()) == pytest.approx([20.0, 40.0, 60.0])
+    assert np.interp([0.05, 0.2, 0.35], *line.get_data()) == pytest.approx([20.0 * RPM, 40.0 * RPM, 60.0 * RPM])
 
 
 def test_figure_of_a_touchdown_shows_races_and_temperatures(tmp_path):
@@ -62,8 +64,8 @@ def test_figure_of_a_touchdown_shows_races_and_temperatures(tmp_path):
     assert np.interp(LANDED, *fallen.get_data()) == pytest.approx(-1e3 * CLEARANCE)
     assert temperatures.get_ylabel() == "temperature (°C)"
     spin, race, _ = speeds.lines
-    assert np.interp([1.1, 2.9], *spin.get_data()) == pytest.approx([0.5 * OMEGA, 0.0], abs=1.0)
-    assert race.get_ydata().max() == 100.0
+    assert np.interp([1.1, 2.9], *spin.get_data()) == pytest.approx([0.5 * OMEGA * RPM, 0.0], abs=10.0)
+    assert race.get_ydata().max() == pytest.approx(100.0 * RPM)
 
 
 @pytest.mark.parametrize("gravity", [9.81, 0.0])
@@ -130,3 +132,87 @@ def test_vertical_is_vertical_in_orbits(synthetic):
 
 
 GRAVITY = '{"rotor_contact": {"gravity": 9.81, "gravity_angle": 3.9269908169872414, '
+
+
+def lines_of(axes):
+    """Values of the lines of some axes, by label."""
+    return {line.get_label(): np.asarray(line.get_ydata(), float) for line in axes.lines}
+
+
+def test_contact_between_samples_is_an_arc():
+    """Samples 100 degrees apart, backward, all in contact: a chord would pass at 0.64 of the clearance."""
+    angles = np.radians(-100.0) * np.arange(40)
+    path = 0.75e-3 * np.array([np.cos(angles), np.sin(angles)])
+    line, sample = joined(path, np.ones(40, bool), 0.75e-3)
+    np.testing.assert_allclose(np.hypot(*line), 0.75e-3, rtol=1e-12)
+    np.testing.assert_allclose(line[:, np.flatnonzero(np.diff(sample, prepend=-1))], path, atol=1e-12)
+    turned = np.unwrap(np.arctan2(line[1], line[0]))
+    assert np.all(np.diff(turned) < 0.0)
+    assert turned[-1] - turned[0] == pytest.approx(angles[-1])
+
+
+@pytest.mark.parametrize(("turned", "covered"), [(90.0, 90.0), (-270.0, -270.0), (450.0, 450.0)])
+def test_arc_of_contact_follows_the_whirl_where_it_is_known(turned, covered):
+    """A quarter turn forward may be three quarters backward."""
+    path = np.array([[1.0, 0.0], [0.0, 1.0]])
+    line, _ = joined(path, np.ones(2, bool), 1.0, np.radians([turned]))
+    angle = np.unwrap(np.arctan2(line[1], line[0]))
+    assert np.degrees(angle[-1] - angle[0]) == pytest.approx(covered)
+
+
+def test_samples_without_contact_are_joined_unless_they_are_far_apart():
+    """At 0.9 of the clearance 60 degrees apart nobody knows the path; through the centre it is straight."""
+    far = 0.9 * np.array([[1.0, 0.5], [0.0, 0.75**0.5]])
+    line, sample = joined(far, np.array([True, False]), 1.0)
+    assert np.isnan(line[:, 1]).all()
+    assert sample.tolist() == [0, 0, 1]
+    for near in (0.3 * far, np.array([[0.9, -0.3], [0.0, 0.0]]), 0.9 * np.array([[1.0, 0.8], [0.0, 0.6]])):
+        assert np.array_equal(joined(near, np.zeros(2, bool), 1.0)[0], near)
+
+
+def test_orbit_is_drawn_along_the_clearance_in_contact(synthetic):
+    """Thinned to 30 samples a turn of the rotor, which whirls 3 times as fast in contact."""
+    dataset = synthetic()
+    cycle = dataset["cycle"].values
+    dataset["rotor_contact.mb1.x"] = ("time", 0.75e-3 * np.cos(6.0 * np.pi * cycle))
+    dataset["rotor_contact.mb1.y"] = ("time", 0.75e-3 * np.sin(6.0 * np.pi * cycle))
+    dataset["rotor_contact.rb1.mode"] = ("time", np.ones(len(cycle), np.int32))
+    dataset["rotor_contact.rb1.whirl_speed"] = ("time", np.full(len(cycle), 6.0 * np.pi / 0.02))
+    drawn_orbit = motion.orbits(dataset.isel(time=slice(None, None, 9))).axes[0]
+    for line in drawn_orbit.lines:
+        r = np.hypot(*np.asarray(line.get_data(), float))
+        if len(r) > 100:
+            assert r[np.isfinite(r)] == pytest.approx(0.75, rel=1e-6)
+
+
+def test_no_current_is_drawn_while_the_amplifier_is_off(synthetic):
+    """From cycle 5 to 10 the controller demands a current that does not flow."""
+    dataset = synthetic()
+    off = (dataset["cycle"].values >= 5.0) & (dataset["cycle"].values < 10.0)
+    for bearing, axis in ((b, a) for b in ("mb1", "mb2") for a in "xy"):
+        dataset[f"rolac_controller.{bearing}.i_{axis}"] = ("time", np.full(len(off), 3.0))
+        dataset[f"amb_actuator.{bearing}.f_{axis}"] = ("time", np.where(off, 0.0, 30.0))
+        dataset[f"amb_actuator.{bearing}.amplifier_off_{axis}"] = ("time", off & (bearing == "mb1"))
+    axes = plots.Plots(dataset).magnets().axes
+    for panel, expected in ((axes[0], np.where(off, np.nan, 3.0)), (axes[2], np.full(len(off), 3.0))):
+        for line in panel.lines[:2]:
+            np.testing.assert_array_equal(line.get_ydata(), expected)
+    first, last = axes[0].collections[0].get_paths()[0].get_extents().intervalx
+    assert (first, last) == pytest.approx((5.0, 9.99))
+
+
+@pytest.mark.parametrize(
+    ("free", "expected"), [(1.0, {"spin": 13520.0, "lateral kinetic": 10.0}), (0.0, {"kinetic": 13530.0})]
+)
+def test_energy_of_a_free_spin_is_not_drawn_as_that_of_the_lateral_motion(synthetic, free, expected):
+    """1/2 I_p Omega^2 of 0.4 kg m2 at 260 rad/s are 13.52 kJ, of 13.53 kJ of kinetic energy."""
+    dataset = synthetic()
+    count = dataset.sizes["time"]
+    dataset["rotor_contact.speed"] = ("time", np.full(count, 260.0))
+    dataset["rotor_contact.energy.kinetic"] = ("time", np.full(count, 13530.0))
+    values = json.loads(dataset.attrs["parameters"])["rotor_contact"]
+    plant = values | {"spin.free": free, "spin.inertia": 0.4}
+    stored = plots.Plots(dataset.assign_attrs(parameters=json.dumps({"rotor_contact": plant}))).energy().axes[0]
+    lines = lines_of(stored)
+    assert {name: lines[name][5] for name in expected} == pytest.approx(expected)
+    assert ("spin" in stored.get_title(loc="left")) is bool(free)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.series import at_every_step, cycles, signal
+from amb_cosim.results.series import at_every_step, cycles, parameters, signal
 from array_types import Array
 
 HEAT = ("damping", "friction", "impact")
@@ -22,6 +22,17 @@ def energies(dataset: Signals) -> dict[str, Array] | None:
         return None
     stored = ("kinetic", "strain")
     return {name: v if name in stored else v - v[begin] for name, v in values.items() if v is not None}
+
+
+def spin_energy(dataset: Signals) -> Array | None:
+    """Return the energy (J) of a free spin at each sample, which `energy.kinetic` includes; None of a driven spin.
+
+    1/2 I_p Omega^2
+    """
+    measured, inertia = signal(dataset, "speed"), parameters(dataset).get("spin.inertia")
+    if measured is None or inertia is None or not parameters(dataset).get("spin.free"):
+        return None
+    return np.asarray(0.5 * float(inertia) * measured**2, np.float64)
 
 
 def energy_balance(dataset: Signals) -> tuple[dict[str, float] | None, float | None, float | None]:

@@ -9,15 +9,27 @@ import numpy as np
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.results.series import parameters
-from array_types import Array
+from array_types import Array, Bools
 
 MU_0 = 4e-7 * math.pi  # H/m
 Limits = tuple[float, float]
 
 
 def control_current(dataset: Signals, axis: str) -> Array | None:
-    """Return the control current (A) of an axis, `BEARING.x`, at each sample; None if it was not recorded."""
+    """Return the demanded control current (A) of an axis, `BEARING.x`, at each sample; None if it was not recorded."""
     return _recorded(dataset, axis, f"{CONTROLLER}.{{}}.i_{{}}")
+
+
+def amplifier_off(dataset: Signals, axis: str) -> Bools:
+    """Return at which samples the amplifier of an axis is off; never if that was not recorded."""
+    off = _recorded(dataset, axis, f"{ACTUATOR}.{{}}.amplifier_off_{{}}")
+    return np.zeros(dataset.sizes["time"], bool) if off is None else np.asarray(off, bool)
+
+
+def flowing_current(dataset: Signals, axis: str) -> Array | None:
+    """Return the control current (A) of an axis, NaN while its amplifier is off and the demand has no effect."""
+    demand = control_current(dataset, axis)
+    return None if demand is None else np.where(amplifier_off(dataset, axis), np.nan, demand)
 
 
 def magnet_force(dataset: Signals, axis: str) -> Array | None:

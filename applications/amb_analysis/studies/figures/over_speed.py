@@ -66,9 +66,12 @@ def draw_over_speed(
     return top, bottom
 
 
-def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool) -> None:
-    """Set a logarithmic scale of damping, through zero if anything is unstable, and shade its zones."""
-    finite = np.concatenate([np.ravel(values) for values in damping]) if damping else np.empty(0)
+def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also: Sequence[float] = ()) -> None:
+    """Set a logarithmic scale of damping, through zero if anything is unstable, and shade its zones.
+
+    The scale also shows the values `also`, which have no curve.
+    """
+    finite = np.concatenate([*map(np.ravel, damping), np.asarray(also, np.float64)])
     finite = finite[np.isfinite(finite)]
     positive = finite[finite > 0.0]
     low = max(DECADES[0], 10.0 ** math.floor(math.log10(positive.min(initial=0.01))))

@@ -25,8 +25,9 @@ from amb_analysis.studies.figures.over_speed import (
     label_points,
     with_frozen,
 )
+from amb_analysis.studies.loop_vibrations import LeastDamped
 from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
-from amb_cosim.presentation.units import speed_unit
+from amb_cosim.presentation.units import frequency_unit, speed_unit
 
 UNSTABLE = "#882255"  # colour of speeds and of the pole where the loop is not stable
 PLANE = 4.6  # inches, width of the s-plane
@@ -40,13 +41,18 @@ def draw(result: ClosedLoopPoles) -> Figure:
     top, bottom = draw_over_speed(left, result.speeds, vibrations, result.operating_speed)
     _mark_criticals(top, result)
     bottom.set_ylabel("logarithmic decrement")
-    draw_zones(bottom, [pole.decrements for pole in result.poles], is_decrement=True)
+    least = _least_decrement(result)
+    draw_zones(bottom, [pole.decrements for pole in result.poles], is_decrement=True, also=least)
     critical = Line2D([], [], color="0.3", ls="", marker="o", ms=3.5, label="mode: critical speed")
     marks: list[Artist] = [critical] if result.critical_speeds else []
     marks += _mark_unstable((top, bottom), result)
     marks += hatch_extrapolated((top, bottom), result.speeds, result.limits)
     add_legend(left, vibrations, result.operating_speed, *marks)
-    _draw_plane(right.subplots(), result)
+    plane = right.subplots()
+    _draw_plane(plane, result)
+    if result.least_damped is not None and least:
+        mark = _mark_least_damped((top, bottom, plane), result.least_damped, least[0])
+        right.legend(handles=[mark], loc="outside lower center")
     title = f"{result.scenario}: vibrations of the sampled loop over speed"
     figure.suptitle(with_frozen(title, result.limits), fontsize=TITLE_SIZE)
     return figure
@@ -73,6 +79,31 @@ def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line
     return [Line2D([], [], **style, label="not stable")] if result.unstable else []
 
 
+def _least_decrement(result: ClosedLoopPoles) -> list[float]:
+    """Return the logarithmic decrement of the least damped vibration, of all and not only of those drawn, if any."""
+    ratio = 0.0 if result.least_damped is None else result.least_damped.damping_ratio
+    return [2.0 * math.pi * ratio / math.sqrt(1.0 - ratio**2)] if 0.0 < ratio < 1.0 else []
+
+
+def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: float) -> Line2D:
+    """Mark the least damped vibration in frequency, decrement and s-plane, at the edge if it is beyond one."""
+    unit, plane = speed_unit(), speed_unit("rad/s")
+    style: dict[str, Any] = {"color": "black", "mfc": "none", "ls": "", "ms": 7.0, "clip_on": False, "zorder": 5}
+    places = (
+        (unit.of(least.speed), unit.of(least.frequency)),
+        (unit.of(least.speed), decrement),
+        (plane.of(-decrement / (2.0 * math.pi) * least.frequency), plane.of(least.frequency)),
+    )
+    for axes, (x, y) in zip(panels, places, strict=True):
+        low, high = axes.get_ylim()
+        left, right = axes.get_xlim()
+        marker = "^" if y > high else "v" if y < low else "D"
+        axes.plot(min(max(x, left), right), min(max(y, low), high), marker, **style)
+    of_least = f"{frequency_unit().text(least.frequency)}, decrement {decrement:.2g}"
+    text = f"least damped: {of_least} (triangle: beyond the axis)"
+    return Line2D([], [], marker="D", color="black", mfc="none", ls="", ms=7.0, label=text)
+
+
 def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
     """Draw each pole over the speeds, with a dot at the operating speed, and the damping ratios that bound the zones.
 
@@ -80,7 +111,7 @@ def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
 
     s = omega_d (j - delta / 2 pi), with the decrement delta; damping ratios are rays from the origin.
     """
-    unit = speed_unit()
+    unit = speed_unit("rad/s")
     highest, leftmost = 0.0, 0.0
     for pole in result.poles:
         imaginary = unit.of(pole.frequencies)
@@ -117,4 +148,4 @@ def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
             ha="right",
         )
     axes.set(xlabel=f"Re $s$ ({unit.label})", ylabel=f"Im $s$ ({unit.label})")
-    axes.set_title(f"Poles; dots at {unit.text(result.operating_speed, 5)}", loc="left")
+    axes.set_title(f"Poles; dots at {speed_unit().text(result.operating_speed, 5)}", loc="left")

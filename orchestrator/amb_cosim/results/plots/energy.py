@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, StyledFigure
-from amb_cosim.results.energies import energies
+from amb_cosim.results.energies import energies, spin_energy
 from amb_cosim.results.plots.axes import (
     add_title,
     label_time_axis,
@@ -28,12 +28,21 @@ LABELS = {
 
 
 def energy(dataset: Signals) -> Figure:
-    """Draw the energy of the lateral motion; below it, since cycle 0, work, heat and the error of the balance."""
+    """Draw the stored energy; below it, since cycle 0, work, heat and the error of the balance.
+
+    The energy of a free spin is a curve of its own, beside that of the lateral motion.
+    """
     figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")
     lateral, transferred = figure.subplots(2, 1, sharex=True)
+    spin = spin_energy(dataset)
     for name, colour in LATERAL.items():
-        lateral.plot(time_values(dataset), plant_signal(dataset, f"energy.{name}"), color=colour, label=name)
-    lateral.set_title("Stored in the lateral motion", loc="left", pad=title_padding(dataset, True))
+        values, label = plant_signal(dataset, f"energy.{name}"), name
+        if spin is not None and name == "kinetic":
+            lateral.plot(time_values(dataset), spin, color=GREEN, label="spin")
+            values, label = values - spin, "lateral kinetic"
+        lateral.plot(time_values(dataset), values, color=colour, label=label)
+    where = "the lateral motion" if spin is None else "spin and lateral motion"
+    lateral.set_title(f"Stored in {where}", loc="left", pad=title_padding(dataset, True))
     for name, values in (energies(dataset) or {}).items():
         if name in TRANSFERRED:
             transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=LABELS.get(name, name))

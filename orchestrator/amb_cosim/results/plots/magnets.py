@@ -8,14 +8,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure, write_in_corner
 from amb_cosim.presentation.units import force_unit
 from amb_cosim.results.magnet_limits import (
     Limits,
-    control_current,
+    amplifier_off,
     current_limits,
+    flowing_current,
     force_limits,
     is_magnetic,
     magnet_force,
@@ -26,11 +28,16 @@ from array_types import Array
 
 AXES = {"x": BLUE, "y": ORANGE}
 LIMIT = "limit; of a force: with the rotor in the centre"
+UNPOWERED = "0.9"
 NEAR = 0.4  # fraction of a limit above which it is drawn; otherwise it is written
 
 
 def magnets(dataset: Signals) -> Figure:
-    """Draw control current and force of both axes of each magnetic bearing, and their limits."""
+    """Draw control current and force of both axes of each magnetic bearing, and their limits.
+
+    While the amplifier of an axis is off, no current flows, and none is drawn, whatever the controller demands. Times
+    at which no amplifier of a bearing has power are shaded.
+    """
     bearings = [bearing for bearing in places(dataset).bearings if is_magnetic(dataset, bearing)]
     figure = StyledFigure(figsize=(9.0, 1.9 * len(bearings) + 0.9), layout="constrained")
     panels = figure.subplots(len(bearings), 2, sharex=True, squeeze=False)
@@ -38,7 +45,7 @@ def magnets(dataset: Signals) -> Figure:
     unit = force_unit(max((float(np.nanmax(np.abs(f), initial=0.0)) for f in forces if f is not None), default=0.0))
     for row, bearing in zip(panels, bearings, strict=True):
         for panel, what, of, limits, size, label in (
-            (row[0], "control current", control_current, current_limits, 1.0, "A"),
+            (row[0], "control current", flowing_current, current_limits, 1.0, "A"),
             (row[1], "force", magnet_force, force_limits, unit.size, unit.label),
         ):
             values = {axis: of(dataset, f"{bearing}.{axis}") for axis in AXES}
@@ -48,15 +55,26 @@ def magnets(dataset: Signals) -> Figure:
             bounds = [limits(dataset, f"{bearing}.{axis}") for axis in AXES]
             _draw_limits(panel, [b for b in bounds if b is not None], values.values(), size, label)
             panel.set_ylabel(f"{what} ({label})")
+            if of is flowing_current:
+                _shade(panel, dataset, bearing)
             panel.set_title(bearing.upper(), loc="left", pad=title_padding(dataset, bearing == bearings[0]))
             mark_events(panel, dataset, named=bearing == bearings[0])
     for panel in panels[-1]:
         label_time_axis(panel, dataset)
     handles = [Line2D([], [], color=colour, label=axis) for axis, colour in AXES.items()]
     handles.append(Line2D([], [], color="black", ls=DASHED, label=LIMIT))
-    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    if any(amplifier_off(dataset, f"{bearing}.{axis}").any() for bearing in bearings for axis in AXES):
+        handles.append(Patch(color=UNPOWERED, label="amplifiers off"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
     add_title(figure, dataset)
     return figure
+
+
+def _shade(panel: Axes, dataset: Signals, bearing: str) -> None:
+    """Shade the times at which no amplifier of a bearing has power."""
+    off = np.all([amplifier_off(dataset, f"{bearing}.{axis}") for axis in AXES], axis=0)
+    to_axes = panel.get_xaxis_transform()
+    panel.fill_between(time_values(dataset), 0.0, 1.0, where=off, transform=to_axes, color=UNPOWERED, lw=0.0, zorder=-2)
 
 
 def _draw_limits(panel: Axes, bounds: list[Limits], values: Iterable[Array | None], size: float, unit: str) -> None:

@@ -7,6 +7,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import (
@@ -22,7 +23,9 @@ from amb_cosim.presentation.style import (
     write_in_corner,
 )
 from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
+from amb_cosim.results.contact_history import FREE
 from amb_cosim.results.plots.axes import (
+    Station,
     add_title,
     clearance,
     colour_of,
@@ -35,8 +38,9 @@ from amb_cosim.results.plots.axes import (
     time_values,
     title_padding,
 )
-from amb_cosim.results.series import cycles, event_name, speed, switched_on
-from array_types import Bools
+from amb_cosim.results.plots.joined import joined
+from amb_cosim.results.series import cycles, event_name, signal, speed, switched_on
+from array_types import Array, Bools
 
 SMALL_MOTION = 0.25  # fraction of the clearance; smaller motion is drawn with its own scale
 MOST_COLUMNS = 4  # of orbits side by side
@@ -60,13 +64,15 @@ def orbits(dataset: Signals) -> Figure:
     figure = StyledFigure(figsize=(max(3.5 * columns, 4.5), 3.4 * rows + 0.5), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for panel, station, c in zip(panels.flat, drawn, gaps, strict=False):
-        x, y = unit.of(station.seen(dataset))
+        line, sample = _line(dataset, station, c)
+        x, y = unit.of(line)
         if station.site and small:
             write_in_corner(panel, f"clearance {unit.text(c)}")
         elif station.site:
             draw_retainer(panel, c / unit.size)
         for _, colour, within in run_parts(dataset):
-            panel.plot(np.where(within, x, np.nan), np.where(within, y, np.nan), color=colour, lw=0.7)
+            shown = within[sample]
+            panel.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), color=colour, lw=0.7)
         set_orbit_axes(panel, fitted(station.title, 3.3), limit / unit.size, orbit_labels(dataset, unit.label)[0])
         mark_axes(panel, dataset)
     for first in panels[:, 0]:
@@ -79,6 +85,18 @@ def orbits(dataset: Signals) -> Figure:
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     add_title(figure, dataset)
     return figure
+
+
+def _line(dataset: Signals, station: Station, clearance: float) -> tuple[Array, NDArray[np.int64]]:
+    """Return the line that joins the samples of an orbit, as `Station.seen`, and the sample that each point follows."""
+    path = station.seen(dataset)
+    if not station.site:
+        return path, np.arange(path.shape[1])
+    touching = signal(dataset, f"{station.site}.mode")
+    whirl = signal(dataset, f"{station.site}.whirl_speed")
+    turned = None if whirl is None else 0.5 * (whirl[1:] + whirl[:-1]) * np.diff(dataset["time"].values)
+    closed = np.zeros(path.shape[1], bool) if touching is None else touching != FREE
+    return joined(path, closed, clearance, turned)
 
 
 def displacement(dataset: Signals) -> Figure:

@@ -1,0 +1,64 @@
+"""The line that joins the samples of an orbit: an arc in contact, none where samples are too far apart to know it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from array_types import Array, Bools
+
+ARC = math.radians(5.0)  # between the points of an arc
+APART = math.radians(45.0)  # between samples without contact, from which on nothing joins them
+OUTSIDE = 0.5  # of the clearance; within it a path may pass the centre, so that angles mean nothing
+
+
+def joined(
+    path: Array, touching: Bools, clearance: float, turned: Array | None = None
+) -> tuple[Array, NDArray[np.int64]]:
+    """Return a path with points between its samples, and the sample that each point follows.
+
+    A rotor that touches at two successive samples stays on its retainer between them, so that an arc joins them, of the
+    angle that is nearest to `turned`. A chord would show it in the middle of the clearance, where it never was. Other
+    samples beyond `OUTSIDE` that are `APART` are separated by NaN, since their path is unknown.
+
+    Parameters
+    ----------
+    path
+        Displacement x and y from the centre of the retainer, shape (2, n).
+    touching
+        Whether each sample is in contact, shape (n,).
+    clearance
+        In the unit of the path.
+    turned
+        Angle (rad) of whirl from each sample to the next, if known, shape (n - 1,); without it, arcs are the shorter.
+
+    Returns
+    -------
+    path, sample
+        Shapes (2, m) and (m,), m >= n.
+    """
+    if path.shape[1] < 2:
+        return path, np.arange(path.shape[1])
+    r, phi = np.hypot(*path), np.arctan2(path[1], path[0])
+    step = (np.diff(phi) + np.pi) % (2.0 * np.pi) - np.pi
+    in_contact = touching[:-1] & touching[1:]
+    if turned is not None:
+        known = np.where(in_contact & np.isfinite(turned), turned, step)
+        step = step + 2.0 * np.pi * np.round((known - step) / (2.0 * np.pi))
+    outside = (r[:-1] > OUTSIDE * clearance) & (r[1:] > OUTSIDE * clearance)
+    is_gap = ~in_contact & outside & (np.abs(step) > APART)
+    finite = np.nan_to_num(np.minimum(np.abs(step), 2.0 * np.pi))  # a whole turn covers its circle
+    parts = np.where(in_contact, np.maximum(np.ceil(finite / ARC), 1.0), np.where(is_gap, 2.0, 1.0)).astype(np.int64)
+    sample = np.append(np.repeat(np.arange(len(parts)), parts), len(parts))
+    number = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    number = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
+    share = np.append(number / np.repeat(parts, parts), 0.0)
+    following = np.minimum(sample + 1, len(parts))
+    radius = r[sample] + share * (r[following] - r[sample])
+    angle = phi[sample] + share * np.append(step, 0.0)[sample]
+    between = share > 0.0
+    result = np.where(between, [radius * np.cos(angle), radius * np.sin(angle)], path[:, sample])
+    result[:, between & np.append(is_gap, False)[sample]] = np.nan
+    return result, sample
