@@ -156,6 +156,11 @@ def packaged_criteria() -> dict[str, Path]:
     return files_of("criteria", amb_cosim=Path(__file__).parent)
 
 
+def unread(criteria: Sequence[Criterion]) -> int:
+    """Return how many of some criteria were written without access to the text of their standard."""
+    return sum(item.known not in ("read", "own") for item in criteria)
+
+
 def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
     """Return criteria of files, each a name or a path; by default those of the package and of packs.
 

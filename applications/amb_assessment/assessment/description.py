@@ -8,7 +8,7 @@ import numpy as np
 from scipy.constants import mu_0
 
 from amb_actuator.force import static_pull
-from amb_assessment.assessment.criteria import Criterion
+from amb_assessment.assessment.criteria import Criterion, unread
 from amb_assessment.assessment.lying_rotor import carried_masses as lain_on
 from amb_assessment.assessment.retainer_bearings import DATA_HEADS, TITLE, check_sites
 from amb_assessment.assessment.subject import Subject, rpm
@@ -81,8 +81,7 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
         f"{rpm(speed.tripping):.0f} rpm, G {1e3 * subject.file.balancing.speed:g}, "
         f"sampled every {subject.loop.sample_time:g} s"
     )
-    unread = sum(item.known != "read" and item.known != "own" for item in criteria)
-    criteria_line = f"{len(criteria)} criteria, {unread} of them written without access to the standard"
+    criteria_line = f"{len(criteria)} criteria, {unread(criteria)} of them written without access to the standard"
     if not across and not along:
         criteria_line += "; the machine has no gravity, so nothing lands"
     if along:

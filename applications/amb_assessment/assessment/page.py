@@ -12,7 +12,7 @@ from pathlib import Path
 from markupsafe import Markup, escape
 
 from amb_assessment.assessment.assess import Assessment
-from amb_assessment.assessment.criteria import READINGS
+from amb_assessment.assessment.criteria import READINGS, unread
 from amb_assessment.assessment.findings import Judgement
 from amb_assessment.reporting.page_parts import asset, in_script, number_text, picture_url, plotly_script
 from amb_assessment.reporting.panels import Panel
@@ -42,6 +42,8 @@ def page(assessment: Assessment) -> str:
     return environment.get_template("assessment.html.j2").render(
         assessment=assessment,
         machine=assessment.machine,
+        criteria=assessment.criteria,
+        unread=unread(assessment.criteria),
         verdicts=list(Judgement),
         counts=assessment.counts(),
         pictures={key: _picture(drawn) for key, drawn in panels.items()},

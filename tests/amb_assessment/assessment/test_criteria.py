@@ -5,13 +5,15 @@ import re
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from amb_assessment.assessment.assess import Analysis, Assessment
-from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria
+from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria, unread
 from amb_assessment.assessment.expressions import evaluate, names_in
 from amb_assessment.assessment.findings import AnalysisResult, Judgement, Quantity, judge
 from amb_assessment.assessment.quantities import VARIABLES
-from tests.support.messages import raises_naming
+from amb_cosim.commands.cli import main
+from tests.support.messages import assert_names, raises_naming
 
 ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}
 MACHINE = {"N_min": 7000.0, "N_mc": 9000.0, "N_trip": 9900.0}
@@ -221,3 +223,22 @@ def test_the_page_lists_all_quantities_with_their_variables():
         for name in re.findall(r"`(\w+)`", names)
     }
     assert listed == {name: set(variables) for name, variables in VARIABLES.items()}
+
+
+def test_readme_help_and_page_state_how_many_criteria_nobody_could_check():
+    """As `assess --check` prints it; a criterion of our own has no standard."""
+    criteria, root = load_criteria(), Path(__file__).parents[3]
+    counts = str(len(criteria)), str(unread(criteria))
+    sentence = "written without access to the text of their standard"
+    texts = {
+        "README": (root / "README.md").read_text(encoding="utf-8"),
+        "assess.md": (root / "docs" / "how-to" / "assess.md").read_text(encoding="utf-8"),
+        "help": CliRunner().invoke(main, ["assess", "--help"]).output,
+    }
+    for text in texts.values():
+        words = " ".join(text.split()).replace("*", "")
+        before, found, _ = words.partition(sentence)
+        assert found
+        assert_names(before[-200:], *counts)
+    own = [Criterion(**ABOUT, limit="1").model_copy(update={"known": k}) for k in ("own", "read", "recalled")]
+    assert unread(own) == 1
