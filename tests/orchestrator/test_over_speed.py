@@ -19,6 +19,7 @@ from amb_analysis.studies.figures.over_speed import damping_ratio
 from amb_cosim import studies
 from amb_cosim.presentation.units import units
 from rotor_analysis.parts import AtSpeed, Bearing
+from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names
 
 
@@ -132,3 +133,23 @@ def test_least_damped_vibration_is_marked_even_beyond_the_axes():
     assert_names(labels, "2276 Hz", "0.0026")
     seen = figure(crossing_poles()).axes
     assert [[line.get_marker() for line in axes.lines if line.get_marker() in "^vD"] for axes in seen] == [["D"]] * 3
+
+
+def test_diagrams_of_a_rotor_reach_beyond_the_speed_at_which_it_runs():
+    """The compressor runs at 9000 rpm and trips at 9900 rpm, as its rotor file says; the rig's file says nothing."""
+    rpm = np.pi / 30.0
+    trips = studies.campbell("compressor", count=2)
+    assert trips.speeds[-1] == load_rotor("compressor").reduction.speed == pytest.approx(9900.0 * rpm, rel=1e-3)
+    assert studies.campbell("compressor", speed="9000 rpm", count=2).speeds[-1] == pytest.approx(11250.0 * rpm)
+    assert studies.campbell("bath_rig_thesis", count=2).speeds[-1] == pytest.approx(6000.0 * rpm)
+    response = studies.unbalance_response("compressor", unbalance="1 g.m", place="impeller1")
+    assert response.speeds[-1] == trips.speeds[-1]
+    assert_names(str(trips), "up to 9903 rpm")
+
+
+def test_critical_speeds_name_their_unbalance():
+    response = studies.unbalance_response(scenario="compressor_levitated", up_to="12000 rpm")
+    titles = [str(block.title) for block in response.text() if getattr(block, "title", None)]
+    for title in titles:
+        assert_names(title, "650 g mm", "impeller3")
+    assert any("ritical" in title for title in titles)

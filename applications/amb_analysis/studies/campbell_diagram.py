@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.damping_zones import damping_cells
-from amb_analysis.studies.inputs import DEFAULT_RANGE, Number, speed_range, spin_speed
+from amb_analysis.studies.inputs import Number, reach_of, speed_range, spin_speed
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_cosim.presentation.units import speed_unit
@@ -95,7 +95,9 @@ class CampbellDiagram(WarnedResult, DrawnResult):
         """Return the table of critical speeds and their accuracy."""
         unit = speed_unit()
         table = text_table(
-            "Critical speeds", (f"speed ({unit.label})", "mode", "damping ratio", "whirl"), left=("whirl",)
+            f"Critical speeds up to {unit.text(self.speeds[-1])}",
+            (f"speed ({unit.label})", "mode", "damping ratio", "whirl"),
+            left=("whirl",),
         )
         for row in self.critical_speeds:
             mark = f", {EXTRAPOLATED}" if row.extrapolated else ""
@@ -114,7 +116,7 @@ def campbell(
     rotor: RotorSource = None,
     *,
     mass: MassModel | None = None,
-    up_to: Number = DEFAULT_RANGE,
+    up_to: Number | None = None,
     count: int = 8,
     speed: Number | None = None,
     full: bool = False,
@@ -130,7 +132,8 @@ def campbell(
     mass
         Mass matrix, `diagonal` or `consistent`; by default that of the rotor file.
     up_to
-        Highest spin speed (rad/s), or a string with its unit.
+        Highest spin speed (rad/s), or a string with its unit; by default 1.25 times `speed` or, without it, the highest
+        speed of the rotor file, `[reduction] speed`, or else 6000 rpm.
     count
         Number of modes, the lowest first.
     speed
@@ -151,7 +154,9 @@ def campbell(
     """
     description = load_rotor(rotor)
     mass = mass or description.shaft.mass_matrix
-    speeds = with_samples(speed_range(up_to, POINTS), table_speeds((*description.bearings, *description.seals)))
+    operating = None if speed is None else spin_speed(speed)
+    highest = reach_of(description, operating) if up_to is None else up_to
+    speeds = with_samples(speed_range(highest, POINTS), table_speeds((*description.bearings, *description.seals)))
     require(count >= 1, "count", count, "1 or more")
     analysed = analysis_model(description, mass, speeds, count, 0.0 if full else ACCURACY)
     model = analysed.supported.model
@@ -166,7 +171,6 @@ def campbell(
         for c in diagram.critical_speeds
     )
     sizes = model.size, analysed.supported.full.size
-    operating = None if speed is None else spin_speed(speed)
     return CampbellDiagram(
         description.name,
         mass,

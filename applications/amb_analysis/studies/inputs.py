@@ -20,6 +20,7 @@ from rotor_analysis.rotor_file import RotorSource, numbered_positions
 LEAST, MOST = 1e-12, 1e12  # of a positive number, in any unit
 DEFAULT_RANGE = "6000 rpm"  # highest speed of diagrams of a rotor alone, and of a machine at rest
 GRADE = 2.5e-3  # m/s: balancing grade G 2.5, if the machine states none
+BEYOND = 1.25  # highest speed of diagrams of a rotor, over the operating speed
 HIGHEST = 1e5  # rad/s; dentists' drills turn at a third of it
 
 Number = float | str
@@ -61,6 +62,14 @@ def spin_speeds(raw: Number | Sequence[Number]) -> list[float]:
     if isinstance(raw, int | float):
         return [spin_speed(raw, "speeds")]
     return [spin_speed(part, "speeds") for part in (raw.split(",") if isinstance(raw, str) else raw)]
+
+
+def reach_of(rotor: Rotor, speed: float | None = None) -> Number:
+    """Return the highest speed of a diagram of a rotor: 1.25 times the operating speed (rad/s), if it is known.
+
+    Otherwise the highest speed that the rotor file states (`[reduction] speed`), or else 6000 rpm.
+    """
+    return BEYOND * speed if speed else rotor.reduction.speed or DEFAULT_RANGE
 
 
 def speed_range(up_to: Number, points: int, lowest: float = 0.0) -> Array:

@@ -17,7 +17,16 @@ import numpy as np
 from amb_analysis.machine.machine import Machine, machine_of
 from amb_analysis.machine.response import refined_response
 from amb_analysis.studies.coefficient_limits import Limits, is_extrapolated, limits_of
-from amb_analysis.studies.inputs import DEFAULT_RANGE, GRADE, Number, controlled, node_numbers, positive, speed_range
+from amb_analysis.studies.inputs import (
+    DEFAULT_RANGE,
+    GRADE,
+    Number,
+    controlled,
+    node_numbers,
+    positive,
+    reach_of,
+    speed_range,
+)
 from amb_analysis.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
@@ -78,8 +87,9 @@ def unbalance_response(
     mass
         Mass matrix of a rotor alone, `diagonal` or `consistent`; by default that of the rotor file.
     up_to
-        Highest spin speed (rad/s), or a string with its unit. By default 628 rad/s for a rotor alone or a scenario at
-        rest, and for a machine twice the scenario's speed, or less if the loop becomes unstable below.
+        Highest spin speed (rad/s), or a string with its unit. By default the highest speed of a rotor's file,
+        `[reduction] speed`, or else 6000 rpm, also of a scenario at rest; for a machine twice the scenario's speed, or
+        less if the loop becomes unstable below.
     unbalance
         Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or that of
         grade G 2.5 if it has none; 10 g m for a rotor alone.
@@ -121,7 +131,7 @@ def unbalance_response(
     loaded = _first_disc(description) if unplaced else _node(description, rotor, place, node)
     places = _places(description)
     speeds_of_tables = table_speeds((*description.bearings, *description.seals))
-    speeds = with_samples(speed_range(up_to or DEFAULT_RANGE, POINTS)[1:], speeds_of_tables)
+    speeds = with_samples(speed_range(up_to or reach_of(description), POINTS)[1:], speeds_of_tables)
     load = {loaded: complex(1e-2 if amount is None else amount)}
     coarse = np.unique([*speeds[::COARSE], speeds[-1]])
     rotor_model, nodes = supported_rotor(description, mass), tuple(places.values())

@@ -169,7 +169,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
             return [table, "no critical speed in this range", *notes]
         heads = (f"speed ({unit.label})", "highest at", f"amplitude ({length.label})", "amplification")
         heads += () if self.operating_speed is None else (f"margin to {unit.text(self.operating_speed, 5)} (%)",)
-        criticals = labelled_table("Critical speeds", *heads)
+        criticals = labelled_table(f"Critical speeds with {self.load}", *heads)
         for item in self.critical_speeds:
             speed = unit.number(item.speed) + (f" {EXTRAPOLATED}" if item.extrapolated else "")
             amplitude = number(item.amplitude / length.size) if item.is_bounded else "no bound"

@@ -8,6 +8,7 @@ import pytest
 
 from amb_assessment.assessment import assess as room
 from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.criteria import unread
 from amb_assessment.assessment.findings import TITLES
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.page import write_assessment
@@ -43,8 +44,20 @@ def test_unbalance_of_each_mode_has_its_place_and_sums_to_the_whole(compressor):
     (table,) = (table for table in part.answer.tables if table.title == "Unbalance of each mode")
     whole = 2.0 * 6350.0 * compressor.facts["mass"] / compressor.facts["N_mc"]
     for _, places in table.rows:
-        amounts = [float(place.split(" at ")[0]) for place in places.split(", ")]
+        amounts = [float(place.split(" g mm at ")[0]) for place in places.split(", ")]
         assert sum(map(abs, amounts)) == pytest.approx(whole, rel=0.01)
+
+
+def test_separation_margins_name_the_unbalance_they_belong_to(compressor):
+    """The note of each margin has the amounts and places of its case in the table of placed unbalances."""
+    (part,) = (part for part in compressor.parts if part.key == "unbalance")
+    (table,) = (table for table in part.answer.tables if table.title == "Unbalance of each mode")
+    placed = dict(table.rows)
+    margins = [f.measured for f in part.findings if f.measured.quantity == "separation_margin"]
+    assert margins
+    for measured in margins:
+        case = measured.where.split(", ")[1]
+        assert placed[case] in measured.note
 
 
 def test_curves_of_decrement_and_frequency_of_a_mode_share_a_label(compressor):
@@ -65,6 +78,7 @@ def test_page_and_data_hold_every_verdict(compressor, tmp_path):
     pytest.importorskip("plotly")
     page = write_assessment(compressor, tmp_path).read_text(encoding="utf-8")
     assert "was not read" in page
+    assert f"Of the {len(compressor.criteria)} criteria, {unread(compressor.criteria)} were written without" in page
     data = json.loads((tmp_path / "assessment.json").read_text(encoding="utf-8"))
     assert list(data["parts"]) == [part.key for part in compressor.parts]
     unjudged = [item.measured for part in compressor.parts for item in part.findings if item.criterion is None]

@@ -89,11 +89,8 @@ def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: fl
     """Mark the least damped vibration in frequency, decrement and s-plane, at the edge if it is beyond one."""
     unit, plane = speed_unit(), speed_unit("rad/s")
     style: dict[str, Any] = {"color": "black", "mfc": "none", "ls": "", "ms": 7.0, "clip_on": False, "zorder": 5}
-    places = (
-        (unit.of(least.speed), unit.of(least.frequency)),
-        (unit.of(least.speed), decrement),
-        (plane.of(-decrement / (2.0 * math.pi) * least.frequency), plane.of(least.frequency)),
-    )
+    at, real = least.speed / unit.size, -decrement / (2.0 * math.pi) * least.frequency
+    places = ((at, least.frequency / unit.size), (at, decrement), (real / plane.size, least.frequency / plane.size))
     for axes, (x, y) in zip(panels, places, strict=True):
         low, high = axes.get_ylim()
         left, right = axes.get_xlim()

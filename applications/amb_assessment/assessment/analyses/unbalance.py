@@ -37,7 +37,7 @@ def answer(subject: Subject) -> AnalysisResult:
     for k, case in enumerate(cases):
         at_probes = {name: 2e6 * amplitudes[:, k, node - 1] for name, node in subject.probes.items()}
         for probe, peak in highest_peaks(speeds, at_probes):
-            margin, row = _critical(subject, case, probe, peak)
+            margin, row = _critical(subject, case, probe, peak, total)
             measured.append(margin)
             rows.append(row)
         largest = max(float(values[operating].max()) for values in at_probes.values())
@@ -57,13 +57,13 @@ def answer(subject: Subject) -> AnalysisResult:
             )
         panels.append(_panel(subject, case, speeds, at_probes))
     heads = ("case", "probe", "critical speed (rpm)", "amplification", "margin (%)")
-    placed = ResultTable(
-        "Unbalance of each mode", ("case", "g mm, with its sign, at z (mm)"), _placed(subject, cases, total)
-    )
+    placed = ResultTable("Unbalance of each mode", ("case", "unbalance, with its sign"), _placed(subject, cases, total))
     notes = (
         f"Unbalance: {FACTOR:g} U_r = {1e6 * total:.4g} g mm in total, U_r = 6350 m/N g mm with the mass m in kg; "
         f"each lobe of a mode's shape has its share by mass times shape, at its antinode. Shapes are undamped, without "
         "seals and stages; the response includes both. Speeds up to 1.5 times the largest.",
+        "Critical speeds are peaks of this response. Unbalance at other places has its peaks at other speeds, also in "
+        "`amb-cosim study unbalance_response`, which takes the unbalances of a scenario.",
         "Displacements are peak to peak, along the major axis of the orbit. Shares of clearances are scaled by S_cc = "
         "A_vl/A_max, probe limit over largest displacement at the probes in operation, from 1 to 6. The published text "
         "states only the 6; the scale represents vibration that rises to the limit, so it never reduces a share. "
@@ -81,22 +81,31 @@ def _placed(subject: Subject, cases: list[UnbalanceCase], total: float) -> tuple
     return tuple(
         (
             case.name.split(",")[0],
-            ", ".join(
-                f"{1e6 * share * total:+.3g} at {significant(1e3 * subject.z[node - 1])}"
-                for node, share in case.shares.items()
-            ),
+            _amounts(subject, case, total),
         )
         for case in cases
     )
 
 
-def _critical(subject: Subject, case: UnbalanceCase, probe: str, peak: Peak) -> tuple[Quantity, tuple[str, ...]]:
-    """Return the separation margin of a peak, and its row of the table."""
+def _amounts(subject: Subject, case: UnbalanceCase, total: float) -> str:
+    """Return the unbalance at each position of a case with a total (kg m)."""
+    placed = (
+        f"{1e6 * share * total:+.3g} g mm at z = {significant(1e3 * subject.z[node - 1])} mm"
+        for node, share in case.shares.items()
+    )
+    return ", ".join(placed)
+
+
+def _critical(
+    subject: Subject, case: UnbalanceCase, probe: str, peak: Peak, total: float
+) -> tuple[Quantity, tuple[str, ...]]:
+    """Return the separation margin of a peak under a total unbalance (kg m), and its row of the table."""
     speed, Omega, AF = subject.file.speed, rpm(peak.Omega), peak.amplification
     margin = separation_margin(peak.Omega, speed.lowest, speed.highest)
     note = f"amplification {AF:.3g}" + (", from one side of the peak" if peak.from_single_side else "")
     if AF < 2.5:
         note += ": critically damped, no margin required"
+    note += f"; with {_amounts(subject, case, total)}"
     where, facts = f"{Omega:.0f} rpm, {case.name}, {probe}", {"AF": AF, "N_c": float(Omega)}
     row = (case.name, probe, f"{Omega:.0f}", f"{AF:.3g}", f"{margin:.1f}")
     return Quantity("separation_margin", where, margin, "%", facts, note), row

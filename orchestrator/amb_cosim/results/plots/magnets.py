@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -61,7 +62,7 @@ def magnets(dataset: Signals) -> Figure:
             mark_events(panel, dataset, named=bearing == bearings[0])
     for panel in panels[-1]:
         label_time_axis(panel, dataset)
-    handles = [Line2D([], [], color=colour, label=axis) for axis, colour in AXES.items()]
+    handles: list[Artist] = [Line2D([], [], color=colour, label=axis) for axis, colour in AXES.items()]
     handles.append(Line2D([], [], color="black", ls=DASHED, label=LIMIT))
     if any(amplifier_off(dataset, f"{bearing}.{axis}").any() for bearing in bearings for axis in AXES):
         handles.append(Patch(color=UNPOWERED, label="amplifiers off"))
