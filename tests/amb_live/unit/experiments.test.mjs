@@ -3,6 +3,7 @@ import { test } from "node:test";
 import { advice, contactTime } from "../../../applications/amb_live/page/ui/advice.js";
 import { narrate, newNarrator } from "../../../applications/amb_live/page/ui/events.js";
 import { experimentsOf, follow, newNotes } from "../../../applications/amb_live/page/ui/experiments.js";
+import { Traces } from "../../../applications/amb_live/page/ui/traces.js";
 import { slowness } from "../../../applications/amb_live/page/ui/transport.js";
 
 // A machine with one retainer and one disc, whose names have no numbers.
@@ -14,7 +15,7 @@ const OFF = "amb_actuator.north.amplifier_off_x";
 const variables = new Map([["rotor_contact.wheel.u", { unit: "kg.m", start: 0 }], ["rotor_contact.catch.clearance", { unit: "m", start: CLEARANCE }], [OFF, { unit: "", start: 0 }]]);
 const at = (time, values = {}, more = {}) => ({
   rig: { geometry, events, stepSize: 1e-3, inputs: {}, components: [] }, variables, columns: new Map(names.map((name, k) => [name, k])),
-  values: Float64Array.from(names, (name) => values[name.split(".").slice(1).join(".")] ?? 0), contacts: [], userChanges: { settings: {}, changes: [] },
+  values: Float64Array.from(names, (name) => values[name.split(".").slice(1).join(".")] ?? 0), contacts: [], traces: new Traces([], 1), userChanges: { settings: {}, changes: [] },
   status: "playing", time, speed: 2, ...more,
 });
 const contact = (time, mode) => ({ time, mode, site: "catch", point: Math.round(time * 1000) });
@@ -68,7 +69,7 @@ test("the push waits until it is let go, and says whether the rotor touched", ()
   assert.ok(follow(letGo, after, at(0.6)));
   assert.match(letGo.remark(at(0.6), after), /without contact, from 80 %/);
   follow(letGo, after, at(0.7, { "catch.mode": 1, "catch.f_n_peak": 40 }));
-  assert.match(letGo.remark(at(0.8), after), /touched with 40\.0 N, and is free again/);
+  assert.match(letGo.remark(at(0.8), after), /touched with a peak force of 40\.0 N, and is free again/);
 });
 
 test("a landing counts from the moment at which no magnet pulls", () => {
@@ -78,7 +79,7 @@ test("a landing counts from the moment at which no magnet pulls", () => {
   const notes = newNotes(0.1);
   follow(watch, notes, at(0.15, { "catch.mode": 1, "catch.f_n_peak": 900 }, off(1)));
   assert.ok(follow(watch, notes, at(0.3, { "catch.mode": 1 }, off(1))));
-  assert.match(watch.remark(at(0.3, { "catch.mode": 1 }, off(1)), notes), /landed 50\.0 ms after, and pressed with up to 900 N; it slides/);
+  assert.match(watch.remark(at(0.3, { "catch.mode": 1 }, off(1)), notes), /landed 50\.0 ms after, and pressed with a peak force of 900 N; it slides/);
   assert.ok(!follow(lift, newNotes(0.3), at(0.7, {}, off(1))));
   const late = newNotes(0.3);
   follow(watch, late, at(0.3, { "catch.mode": 1 }, off(1)));
@@ -112,4 +113,29 @@ test("a rotor is trapped after ten turns in contact, whatever they take", () => 
   assert.ok(!after(0.99, 20 * Math.PI));
   assert.ok(after(1.01, 20 * Math.PI));
   assert.ok(!after(1.01, 2 * Math.PI));
+});
+
+test("a remark has the largest of all samples, however many of them a frame shows", () => {
+  const watch = experimentsOf(at(0)).find((one) => one.title === "Land").steps[1];
+  const samples = [[0.101, 0, 0], [0.102, 1, 23100], [0.103, 1, 700], [0.104, 0, 0], [0.105, 1, 1100]];
+  const told = [1, 2, 5].map((inFrame) => {
+    const traces = new Traces(["rotor_contact.catch.f_n_peak"], 100), notes = newNotes(0.1);
+    const contacts = [contact(0.102, 1), contact(0.104, 0), contact(0.105, 1)];
+    samples.forEach(([time, mode, force], k) => {
+      traces.append(Float64Array.of(time, force));
+      if ((k + 1) % inFrame === 0 || k === samples.length - 1) {
+        follow(watch, notes, at(time, { "catch.mode": mode, "catch.f_n_peak": force }, { ...off(1), traces, contacts: contacts.filter((one) => one.time <= time) }));
+      }
+    });
+    return watch.remark(at(0.105, { "catch.mode": 1 }, off(1)), notes);
+  });
+  assert.match(told[0], /landed 2\.00 ms after, and pressed with a peak force of 23\.1 kN; it slides/);
+  assert.deepEqual(told, [told[0], told[0], told[0]]);
+});
+
+test("samples before an experiment begins are not part of it", () => {
+  const [push] = experimentsOf(at(0)), traces = new Traces(["rotor_contact.catch.f_n_peak"], 10), notes = newNotes(0.2);
+  traces.append(Float64Array.of(0.1, 5000, 0.25, 40));
+  follow(push.steps[2], notes, at(0.3, {}, { traces, contacts: [contact(0.1, 1), contact(0.11, 0), contact(0.25, 1), contact(0.26, 0)] }));
+  assert.deepEqual([notes.force, notes.touched, notes.touchedAt], [40, true, 0.25]);
 });

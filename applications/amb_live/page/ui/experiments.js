@@ -11,9 +11,11 @@ import { matching, settingOf, valueOf } from "./session.js";
  * Observations since the step of an experiment began.
  * @typedef {object} Notes
  * @property {number} began s
+ * @property {number} seen time up to which the samples were observed (s)
  * @property {number} reach largest displacement over clearance
- * @property {number} force largest contact force (N)
+ * @property {number} force largest contact force within a step, without impacts (N)
  * @property {boolean} touched
+ * @property {number} touchedAt time of the first contact (s); NaN without any
  * @property {number} since time since which the condition holds without a break (s); NaN while it does not
  */
 
@@ -46,11 +48,23 @@ function isTrapped(session) {
 
 /** @param {number} now s @returns {Notes} */
 export function newNotes(now) {
-  return { began: now, reach: 0, force: 0, touched: false, since: NaN };
+  return { began: now, seen: now, reach: 0, force: 0, touched: false, touchedAt: NaN, since: NaN };
 }
 
 /**
- * Update the observations, and return whether a step is done.
+ * Return the samples of a signal since the last observation, and its newest value.
+ * @param {Session} session
+ * @param {Notes} notes
+ * @param {string} name
+ */
+function observed(session, notes, name) {
+  return [...session.traces.between(name, notes.seen, session.time), valueOf(session, name)];
+}
+
+/**
+ * Update the observations by every computed sample since the last ones, and return whether a step is done.
+ *
+ * Frames show one sample of many: how many depends on the computer.
  * @param {Step} step
  * @param {Notes} notes
  * @param {Session} session
@@ -59,11 +73,15 @@ export function follow(step, notes, session) {
   if (session.time < notes.began) { Object.assign(notes, newNotes(session.time)); }
   if (session.status === "loading" || session.status === "settling") { return false; }
   for (const site of shownSites(session)) {
-    const clearance = settingOf(session, `rotor_contact.${site.name}.clearance`), r = Math.hypot(valueOf(session, site.x), valueOf(session, site.y));
-    notes.reach = Math.max(notes.reach, r / clearance || 0);
-    notes.force = Math.max(notes.force, valueOf(session, `rotor_contact.${site.name}.f_n_peak`) || 0);
+    const clearance = settingOf(session, `rotor_contact.${site.name}.clearance`), y = observed(session, notes, site.y);
+    observed(session, notes, site.x).forEach((x, k) => { notes.reach = Math.max(notes.reach, Math.hypot(x, y[k]) / clearance || 0); });
+    for (const force of observed(session, notes, `rotor_contact.${site.name}.f_n_peak`)) { notes.force = Math.max(notes.force, force || 0); }
   }
-  notes.touched ||= touched(session).length > 0;
+  const first = session.contacts.find((item) => item.mode > 0 && item.time >= notes.began && item.time <= session.time);
+  if (!notes.touched && (first !== undefined || touched(session).length > 0)) {
+    Object.assign(notes, { touched: true, touchedAt: first?.time ?? session.time });
+  }
+  notes.seen = session.time;
   if (!step.isMet(session, notes)) {
     notes.since = NaN;
     return false;
@@ -104,7 +122,7 @@ function push() {
           const sites = touched(session);
           if (isOff(session)) { return sites.length > 0 ? `It lies on ${places(sites)}: without power nothing lifts it.` : "It moves freely until it falls: without power nothing holds it."; }
           if (sites.length > 0) { return `It stays in contact at ${places(sites)}: that is the next experiment.`; }
-          return notes.touched ? `It touched with ${quantityText(notes.force, "N")}, and is free again.` : `It came back without contact, from ${percent(notes.reach)} of the clearance. Push harder?`;
+          return notes.touched ? `It touched with a peak force of ${quantityText(notes.force, "N")}, and is free again.` : `It came back without contact, from ${percent(notes.reach)} of the clearance. Push harder?`;
         },
       },
     ],
@@ -122,7 +140,7 @@ function trap({ rig, variables }) {
       {
         instruction: (now) => (isOff(now) ? "No magnet has power: a rotor on its retainers is landed, not trapped. Choose Controller, PID first. " : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
         isMet: isTrapped, hold: 0,
-        remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
+        remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with a peak force of up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
       },
       {
         instruction: () => `Free it: ${has ? "choose another controller, or " : ""}reduce the unbalance, or change a gain.`,
@@ -149,7 +167,7 @@ function land(session) {
       {
         instruction: () => "Watch it land.",
         isMet: (_, notes) => notes.touched, hold: 0.1,
-        remark: (now, notes) => `${notes.since > notes.began ? `It landed ${quantityText(notes.since - notes.began, "s")} after` : "It has landed"}, and pressed with up to ${quantityText(notes.force, "N")}; ${landed(now)}.`,
+        remark: (now, notes) => `${notes.touchedAt > notes.began ? `It landed ${quantityText(notes.touchedAt - notes.began, "s")} after` : "It has landed"}, and pressed with a peak force of ${quantityText(notes.force, "N")}; ${landed(now)}.`,
       },
       {
         instruction: () => "Lift it again: Controller, PID.",
