@@ -155,7 +155,7 @@ def test_another_scenario_can_be_chosen(open_rig):
 
 def test_speed_is_reached_at_the_chosen_rate(open_rig):
     rig = open_rig()
-    rig.page.fill("#speed-field", "110")
+    rig.page.fill("#speed-field", "1050.4226")
     rig.page.press("#speed-field", "Enter")
     rig.go(0.1)
     assert "100.5\u00a0rad/s" not in rig.page.inner_text("#control-state")

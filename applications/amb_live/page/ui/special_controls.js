@@ -9,7 +9,8 @@ import { settingOf, valueOf } from "./session.js";
 /** @typedef {import("./changes.js").Changes} Changes */
 /** @typedef {import("./changes.js").Control} Control */
 
-const USUAL_MAX_SPEED = 400; // rad/s, on the slider
+const USUAL_MAX_SPEED = 4000; // rpm, on the slider
+const RPM = 30 / Math.PI; // rpm per rad/s
 
 /**
  * Return the control of the speed.
@@ -18,27 +19,27 @@ const USUAL_MAX_SPEED = 400; // rad/s, on the slider
  * @returns {Control}
  */
 export function makeSpeedControl(session, changes) {
-  const highest = Math.max(USUAL_MAX_SPEED, Math.ceil((1.5 * 2 * Math.PI) / session.rig.period / 50) * 50);
-  const range = make("input", { type: "range", min: "0", max: String(highest), step: "0.5", "aria-label": "Speed" });
-  const field = make("input", { type: "number", step: "any", id: "speed-field", "aria-label": "Speed, rad/s" });
-  const rate = make("input", { type: "number", step: "any", value: "50", "aria-label": "Rate of change of the speed, rad/s²" });
+  const highest = Math.max(USUAL_MAX_SPEED, Math.ceil((1.5 * 60) / session.rig.period / 500) * 500);
+  const range = make("input", { type: "range", min: "0", max: String(highest), step: "5", "aria-label": "Speed" });
+  const field = make("input", { type: "number", step: "any", id: "speed-field", "aria-label": "Speed, rpm" });
+  const rate = make("input", { type: "number", step: "any", value: "500", "aria-label": "Rate of change of the speed, rpm/s" });
   const hertz = make("span", { class: "unit" });
   const send = (/** @type {number} */ speed) => {
-    if (Number.isFinite(speed) && rate.valueAsNumber > 0) { changes.speed(speed, rate.valueAsNumber); }
+    if (Number.isFinite(speed) && rate.valueAsNumber > 0) { changes.speed(speed / RPM, rate.valueAsNumber / RPM); }
   };
   range.addEventListener("change", () => send(Number(range.value)));
   range.addEventListener("input", () => { field.value = range.value; });
   field.addEventListener("change", () => send(field.valueAsNumber));
   const badge = make("span", { class: "badge live", title: "continuous input", text: "now" });
-  const top = make("div", { class: "control" }, [make("span", { text: "Speed" }), make("span", { class: "field" }, [field, make("span", { class: "unit", text: "rad/s" })]), badge, range]);
-  const below = make("div", { class: "control" }, [make("span", { text: "rate" }), make("span", { class: "field" }, [rate, make("span", { class: "unit", text: "rad/s²" })]), hertz]);
+  const top = make("div", { class: "control" }, [make("span", { text: "Speed" }), make("span", { class: "field" }, [field, make("span", { class: "unit", text: "rpm" })]), badge, range]);
+  const below = make("div", { class: "control" }, [make("span", { text: "rate" }), make("span", { class: "field" }, [rate, make("span", { class: "unit", text: "rpm/s" })]), hertz]);
   return {
     element: make("div", {}, [top, below]),
     update: (now) => {
       const demanded = valueOf(now, "Omega"), speed = Number.isFinite(demanded) ? demanded : valueOf(now, "rotor_contact.speed");
-      setText(hertz, `${numberText(speed * 30 / Math.PI, 4)} rpm`);
+      setText(hertz, `${numberText(speed / (2 * Math.PI), 4)} Hz`);
       if (document.activeElement !== field && !range.matches(":active")) {
-        field.value = Number.isFinite(speed) ? String(Number(speed.toPrecision(6))) : "";
+        field.value = Number.isFinite(speed) ? String(Number((speed * RPM).toPrecision(6))) : "";
         range.value = field.value;
       }
     },
