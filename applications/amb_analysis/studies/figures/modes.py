@@ -13,7 +13,7 @@ from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, is_extrapolate
 from amb_analysis.studies.figures.over_speed import WHIRL_STYLES, with_frozen
 from amb_analysis.studies.natural_modes import ModeShapes
 from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
-from amb_cosim.presentation.units import speed_unit, spin_text
+from amb_cosim.presentation.units import frequency_unit, spin_text
 from rotor_analysis.modes import Mode
 from rotor_analysis.rotor import Rotor
 
@@ -43,7 +43,7 @@ def draw(result: ModeShapes) -> Figure:
         at = "" if len(speeds) == 1 else f"at {spin_text(speed)}, "
         axes.set_title(
             f"{at}{k + 1}: {kind}, {mode.whirl}\n"
-            f"{speed_unit().text(mode.frequency)}, $\\zeta$ = {mode.damping_ratio:z.3f}",
+            f"{frequency_unit().text(mode.frequency)}, $\\zeta$ = {mode.damping_ratio:z.3f}",
             y=0.86,
         )
     handles = [
