@@ -43,6 +43,17 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
             temporary.replace(path)
 
 
+def own_file(folder: Path, name: str) -> Path:
+    """Return the path of a file that a program writes into a folder under a name of its own.
+
+    A link of this name is removed, so that its target, which the user has not named, stays as it is.
+    """
+    path = folder / name
+    if path.is_symlink():
+        path.unlink()
+    return path
+
+
 def write_file(path: Path, content: str | bytes) -> None:
     """Write text as UTF-8, or bytes, to a file atomically; see `write_atomically`."""
     if isinstance(content, str):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from amb_files.atomic import check_writable, create_atomically, write_atomically, write_file
+from amb_files.atomic import check_writable, create_atomically, own_file, write_atomically, write_file
 from amb_files.temporary_folders import temporary_folder
 from tests.support.messages import raises_naming
 
@@ -150,3 +150,16 @@ def test_a_device_is_writable_although_its_folder_is_not(tmp_path):
     with raises_naming(ValueError, str(tmp_path / "no")):
         check_writable(tmp_path / "no" / "file", is_folder=False)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_file_of_a_program_replaces_a_link_and_keeps_its_target(tmp_path):
+    """Whoever gave the folder may have put the link there; the user named the folder alone."""
+    (tmp_path / "target").write_text("mine")
+    (tmp_path / "folder").mkdir()
+    for name in ("result.nc", "dangling"):
+        (tmp_path / "folder" / name).symlink_to(tmp_path / ("target" if name == "result.nc" else "nothing"))
+        write_file(own_file(tmp_path / "folder", name), "new")
+        assert not (tmp_path / "folder" / name).is_symlink()
+        assert (tmp_path / "folder" / name).read_text() == "new"
+    assert (tmp_path / "target").read_text() == "mine"
+    assert not (tmp_path / "nothing").exists()

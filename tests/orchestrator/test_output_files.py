@@ -6,6 +6,8 @@ import os
 import pytest
 
 from amb_cosim.cosim.run.dataset import load
+from amb_cosim.cosim.run.recording import Outcome
+from amb_cosim.results.result import Result
 from fmi_export.building.native import engines
 
 SHORT = ("run", "fig4_9", "--until", "0.02", "--no-plots")
@@ -45,3 +47,16 @@ def test_a_full_cache_is_named(runner, small_disk, monkeypatch, cache):
     (line,) = result.stderr.splitlines()
     assert line.startswith(f"amb-cosim: {disk}/amb-cosim/")
     assert line.endswith("No space left on device")
+
+
+def test_a_result_follows_no_links_in_its_folder(synthetic, tmp_path):
+    (tmp_path / "target").write_text("mine")
+    (tmp_path / "out").mkdir()
+    names = ("result.nc", "summary.json", "orbits.png")
+    for name in names:
+        (tmp_path / "out" / name).symlink_to(tmp_path / "target")
+    outcome = Outcome("completed", 0.4)
+    Result(synthetic(outcome='["completed", 0.4, null, ""]', plot_figures='["orbits"]'), outcome).save(tmp_path / "out")
+    assert (tmp_path / "target").read_text() == "mine"
+    assert not any((tmp_path / "out" / name).is_symlink() for name in names)
+    assert load(tmp_path / "out" / "result.nc").sizes["time"] == 2001
