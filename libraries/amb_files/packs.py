@@ -16,7 +16,7 @@ studies and commands as packs do, and its module `listing` adds to what `amb-cos
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
@@ -24,6 +24,7 @@ from importlib.metadata import EntryPoint, distributions, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 GROUP = "amb_cosim.packs"
 APPLICATIONS = "amb_cosim.applications"
@@ -84,7 +85,36 @@ def applications() -> dict[str, Path]:
     return {point.value: folder for point, folder in _folders(APPLICATIONS)}
 
 
-def files_of(kind: str, **general: Path) -> dict[str, Path]:
+class PackFiles(dict[str, Path]):
+    """Files of packs by name; a name that two packs have is not listed, and refused with ValueError when it is used.
+
+    clashes
+        The sentence about each name that two packs have.
+    """
+
+    def __init__(self, files: Mapping[str, Path], clashes: Mapping[str, str]) -> None:
+        super().__init__(files)
+        self.clashes = dict(clashes)
+
+    def __contains__(self, name: object) -> bool:
+        self._check(name)
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> Path:
+        self._check(name)
+        return super().__getitem__(name)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return the file of a name, or the default without one."""
+        self._check(name)
+        return super().get(name, default)
+
+    def _check(self, name: object) -> None:
+        if name in self.clashes:
+            raise ValueError(self.clashes[str(name)])
+
+
+def files_of(kind: str, **general: Path) -> PackFiles:
     """Return the TOML files of the same kind in all packs, by their names without suffix, pack after pack.
 
     Parameters
@@ -93,21 +123,18 @@ def files_of(kind: str, **general: Path) -> dict[str, Path]:
         Folder of the packs, such as `rotors`.
     general
         Folders of other packages to search like packs, by name.
-
-    Raises
-    ------
-    ValueError
-        If two packs have files of the same name.
     """
     result: dict[str, Path] = {}
     owners: dict[str, str] = {}
+    clashes: dict[str, str] = {}
     for pack, folder in (general | packs()).items():
         for file in sorted((folder / kind).glob("*.toml")):
             other = owners.setdefault(file.stem, pack)
             if other != pack:
-                raise ValueError(f"packs {other} and {pack} both have {kind}/{file.name}; one of them must rename it")
+                rename = f"packs {other} and {pack} both have {kind}/{file.name}; one of them must rename it"
+                clashes.setdefault(file.stem, rename)
             result[file.stem] = file
-    return result
+    return PackFiles({name: file for name, file in result.items() if name not in clashes}, clashes)
 
 
 @cache

@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 from amb_cosim.commands.cli import main
 from amb_files import packs
-from tests.support.messages import assert_names
+from tests.support.messages import assert_names, raises_naming
 
 
 @pytest.fixture
@@ -53,3 +53,21 @@ def test_a_module_that_fails_stops_only_its_own_commands(code, installed, monkey
     (warning,) = (line for line in done.output.splitlines() if line.startswith("warning"))
     assert_names(warning, "pack 'bad'", "commands", "import")
     assert [*packs.modules_of("commands")] == ["good"]
+
+
+def test_a_name_of_two_packs_is_refused_when_used_and_others_are_not(installed, monkeypatch, tmp_path):
+    for package, names in (("one_pack", ("drop", "fall")), ("other_pack", ("drop", "rub"))):
+        (tmp_path / package / "scenarios").mkdir(parents=True)
+        (tmp_path / package / "__init__.py").touch()
+        for name in names:
+            (tmp_path / package / "scenarios" / f"{name}.toml").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    installed({"one": "one_pack", "other": "other_pack"})
+    files = packs.files_of("scenarios")
+    assert sorted(files) == ["fall", "rub"]
+    assert files["rub"] == tmp_path / "other_pack" / "scenarios" / "rub.toml"
+    assert "missing" not in files
+    for use in (files.get, files.__getitem__, files.__contains__):
+        with raises_naming(ValueError, "one", "other", "scenarios/drop.toml"):
+            use("drop")
+    assert len(files.clashes) == 1

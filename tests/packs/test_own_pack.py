@@ -67,12 +67,12 @@ def test_the_commands_of_the_page_run(amb_cosim, project):
 
 # File of a pack, its text, a command, and what this says.
 MISTAKES = [
-    ("rotors/bath_rig.toml", "", "rotor show pump", "packs bath_thesis and my_pump both have rotors/bath_rig.toml"),
+    ("rotors/bath_rig.toml", "", "rotor show bath_rig", "packs bath_thesis and my_pump both have rotors/bath_rig.toml"),
     ("pack.toml", 'life = ["x"]', "study modes", "pack.toml of pack my_pump: unknown key life; did you mean live?"),
 ]
 SLOW = [
     ("scenarios/drop.toml", "", "run drop", "packs bath_thesis and my_pump both have scenarios/drop.toml"),
-    ("systems/passive.toml", "", "run drop", "packs amb_cosim and my_pump both have systems/passive.toml"),
+    ("systems/levitated_free_spin.toml", "", "run drop", "both have systems/levitated_free_spin.toml"),
     ("pack.toml", 'rotor = "pump"', "study modes", "packs bath_thesis and my_pump both define a default rotor"),
     ("statements.toml", "", "report --pack my_pump", "statements.toml of pack my_pump: title is missing"),
 ]

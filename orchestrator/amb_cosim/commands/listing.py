@@ -85,6 +85,8 @@ def _entries() -> Iterator[ListedItem]:
     from amb_files.packs import files_of, modules_of
 
     applications, files = modules_of("listing").values(), files_of("scenarios")
+    for sentence in files.clashes.values():
+        click.echo(f"warning: {sentence}", err=True)
     outcomes = {name: text for listing in applications for name, text in listing.outcomes().items()}
     for name in packaged_scenarios():
         if (read := readable(files[name], load_scenario, name)) is not None:
