@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from amb_analysis.studies.commands.analysis import CLOSED_BEARINGS, UP_TO, UP_TO_50_HZ, add_study
+from amb_analysis.studies.commands.analysis import CLOSED_BEARINGS, UP_TO_50_HZ, add_study
 from amb_cosim.commands.cli import main
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SPEED, STIFFNESS, UNBALANCE, WithUnit
 from source_check.report_command import report
@@ -18,7 +18,7 @@ MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 add_study(
     "tables",
     ROTOR,
-    UP_TO,
+    click.option("--up-to", type=SPEED, default="628 rad/s", show_default=True, help="Highest spin speed."),
     click.option("--planes", help="Nodes to keep (1,4,11,13); default: the master planes."),
 )
 add_study(

@@ -20,7 +20,7 @@ from tests.amb_sweeps.conftest import same
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="processes are killed by SIGKILL")]
 
 POINTS = 120
-VARY = {"Omega": f"180:280:{POINTS}"}
+VARY = {"Omega": f"180:280 rad/s:{POINTS}"}
 UNTIL = 0.5  # s; the points take some seconds together
 KILLED_CLIENT = """
 import os, sys

@@ -113,7 +113,7 @@ def crash_at_220(result):
 @pytest.mark.slow
 def test_a_crash_loses_its_point_alone(sweep, tmp_path):
     metrics = [crash_at_220]
-    swept = sweep(tmp_path, vary={"Omega": "200:240:5"}, metrics=metrics)
+    swept = sweep(tmp_path, vary={"Omega": "200:240 rad/s:5"}, metrics=metrics)
     outcomes = dict(zip(swept.dataset["Omega"].values, swept.dataset["outcome"].values, strict=True))
     assert outcomes.pop(220.0) == "crashed"
     assert set(outcomes.values()) == {"completed"}

@@ -94,7 +94,7 @@ def test_a_sampled_phase_is_drawn_and_a_sweep_without_one_is_not(tmp_path):
 
 def test_maps_describe_their_axes_and_count_failed_runs(tmp_path):
     """A name without a description stays; the largest unbalance failed."""
-    vary = {"Omega": "200:260:3", "step.rotor_contact.turbine.u": "5 g.mm:60 g.mm:3", "a.aware": ["true"]}
+    vary = {"Omega": "200:260 rad/s:3", "step.rotor_contact.turbine.u": "5 g.mm:60 g.mm:3", "a.aware": ["true"]}
     design = sample_plan(vary).with_units({"Omega": "rad/s"})
     unbalance = {"step.rotor_contact.turbine.u": "Unbalance of turbine, from the step on (3.20); a fixed one"}
     words = {"descriptions": unbalance | {"a.aware": "Adapts to contact; else to orbits"}}

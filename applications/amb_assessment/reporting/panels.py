@@ -21,7 +21,7 @@ from amb_cosim.results.series import cycles, parameters, signal, speed, speed_ch
 from array_types import Array, Bools, Indices
 
 MOST_POINTS = 2400  # of a curve, at most
-HERTZ = 2.0 * np.pi  # rad/s
+RPM = 30.0 / np.pi  # 1/min per rad/s
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def horizontal_axis(run: Signals) -> tuple[Array, str, Bools]:
     """Return cycles, or spin speeds if these change, from cycle 0 on, their label, and the mask of these samples."""
     from_cycle_0 = np.asarray(cycles(run) >= 0.0)
     if speed_changes(run):
-        return speed(run)[from_cycle_0] / HERTZ, "spin speed (Hz)", from_cycle_0
+        return RPM * speed(run)[from_cycle_0], "spin speed (rpm)", from_cycle_0
     return cycles(run)[from_cycle_0], "cycle", from_cycle_0
 
 
@@ -129,8 +129,8 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
     modes = [signal(run, f"{site}.mode") for site in forces]
     if any(mode is not None and (mode == ROLLING).any() for mode in modes):
         whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[from_cycle_0] for site in forces}
-        curves = tuple(curve(site.upper(), axis, whirl) for site, whirl in whirls.items())
-        yield Panel("Whirl speed", label, "whirl (rad/s)", curves)
+        curves = tuple(curve(site.upper(), axis, whirl * RPM) for site, whirl in whirls.items())
+        yield Panel("Whirl speed", label, "whirl (rpm)", curves)
     for draw in others:
         yield from draw(run)
     if not speed_changes(run):

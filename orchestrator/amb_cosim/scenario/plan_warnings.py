@@ -7,6 +7,7 @@ from collections.abc import Collection
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Plan, port_of
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import SPEED, UNBALANCE
 
@@ -81,8 +82,9 @@ def implausible_unbalances(plan: Plan, assembly: Assembly) -> list[str]:
         mass = 0.0 if fmu is None else (fmu.layout or {}).get("mass", 0.0)
         if u * fastest > LARGEST_GRADE * mass > 0.0:
             sentences.append(
-                f"{name} = {u:.4g} kg m is implausible for {mass:.4g} kg at {fastest:.4g} rad/s: an eccentricity of "
-                f"{1e3 * u / mass:.3g} mm, G {1e3 * u / mass * fastest:.4g} (plausible: <= G {1e3 * LARGEST_GRADE:g}; "
+                f"{name} = {u:.4g} kg m is implausible for {mass:.4g} kg at "
+                f"{speed_unit().text(fastest)}: an eccentricity of {1e3 * u / mass:.3g} mm, "
+                f"G {1e3 * u / mass * fastest:.4g} (plausible: <= G {1e3 * LARGEST_GRADE:g}; "
                 "residual unbalance: G 2.5); is it in g m or g mm?"
             )
     return sentences

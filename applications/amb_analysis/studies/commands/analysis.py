@@ -55,7 +55,6 @@ MASS = click.option(
 )
 SCENARIO = click.argument("scenario", required=False)
 COUNT = click.option("--count", type=int, default=8, show_default=True, help="Number of modes, lowest first.")
-UP_TO = click.option("--up-to", type=SPEED, default="6000 rpm", show_default=True, help="Highest spin speed.")
 UP_TO_50_HZ = click.option("--up-to", type=SPEED, default="50 Hz", show_default=True, help="Highest speed.")
 CONTROLLER = click.option(
     "--controller", metavar="FILE", help="Controller file (TOML, .npz, .mat) or FMU to use instead."
