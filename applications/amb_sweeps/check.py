@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from amb_cosim.cosim.system.values import plain_number
 from amb_cosim.scenario.far_values import StatedValues
-from amb_sweeps.overlaps import refuse_overlaps
+from amb_sweeps.overlaps import refuse_idle_settings, refuse_overlaps
 from amb_sweeps.panels import common_words, first_words
 from amb_sweeps.sampling import SamplePlan
 from amb_sweeps.worker import Runner, Task, event_of
@@ -18,8 +18,8 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
     Raises
     ------
     ValueError
-        If a name or a value is invalid, two names vary the same variable, or a number without a unit is far from the
-        scenario's.
+        If a name or a value is invalid, two names vary the same variable, a setting has no effect, or a number without
+        a unit is far from the scenario's.
     """
     runner, labels = Runner(task), task.scenario.labels
     guids: dict[str, str] = {}
@@ -31,6 +31,7 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
         planned = runner.plan(settings)
         variables = planned.assembly.assignments()
         refuse_overlaps(design.axes, planned.scenario.labels, variables)
+        refuse_idle_settings(task.settings, design.axes, planned.scenario.labels, variables)
         if not set(guids) >= {fmu.path.stem for fmu in planned.fmus.values()}:
             guids |= {planned.fmus[c].path.stem: interface.guid for c, interface in planned.interfaces.items()}
         stated = StatedValues(task.scenario, task.settings, variables)

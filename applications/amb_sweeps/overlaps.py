@@ -47,6 +47,25 @@ def refuse_overlaps(axes: Iterable[Axis], labels: Sequence[str], variables: Assi
             raise ValueError(f"{first} and {second} both vary {', '.join(shared[:MOST_NAMED])}{more}; vary each once")
 
 
+def refuse_idle_settings(
+    settings: Iterable[str], axes: Iterable[Axis], labels: Sequence[str], variables: Assignments
+) -> None:
+    """Refuse a setting all of whose variables are varied, so that it has no effect; a table may vary them or not.
+
+    Raises
+    ------
+    ValueError
+        With the names of the setting and of what varies it.
+    """
+    columns = [column.name for axis in axes if not axis.alternatives for column in axis.columns]
+    varied = {name: varied_variables(name, labels, variables) for name in columns}
+    every: set[str] = set().union(*varied.values())
+    for setting in settings:
+        if (meant := varied_variables(setting, labels, variables)) <= every:
+            names = ", ".join(name for name, found in varied.items() if found & meant)
+            raise ValueError(f"{setting} is set, and {names} varies it; the setting has no effect")
+
+
 def not_replaced(ready: Vary, own: Vary, labels: Sequence[str], variables: Assignments) -> dict[str, object]:
     """Return the variations of a ready sweep without those whose variables the user varies."""
     if not own:

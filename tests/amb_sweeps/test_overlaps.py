@@ -55,3 +55,15 @@ def test_axis_of_a_ready_sweep_stays_where_another_variable_is_varied():
     ready = {"Omega": "60:240:10", RB: "0.1:2:20"}
     assert not_replaced(ready, {"rotor_contact.rb1.mu": [1]}, scenario.labels, variables) == ready
     assert not_replaced(ready, {"rotor_contact.Omega": [90]}, scenario.labels, variables) == {RB: "0.1:2:20"}
+
+
+@pytest.mark.parametrize(("name", "value"), [("rotor_contact.rb1.mu", 1.0), ("Omega", "90 Hz")])
+def test_a_setting_that_is_varied_has_no_effect_and_is_refused(name, value):
+    design = sample_plan({RB: [0.2, 2], "rotor_contact.Omega": [240, 260]})
+    with raises_naming(ValueError, name, "no effect"):
+        check_points(Task(load_scenario("fig4_9"), {name: value}), design)
+
+
+def test_a_setting_of_more_than_is_varied_is_a_base():
+    task = Task(load_scenario("fig4_9"), {ALL: 0.3})
+    check_points(task, sample_plan({"rotor_contact.rb1.mu": [0.2, 2]}))
