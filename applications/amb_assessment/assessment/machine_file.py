@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,7 +22,7 @@ from amb_cosim.cosim.system.values import RPM, quantity, stated
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, require_speed_unit, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario
-from amb_files.checks import require
+from amb_files.checks import errors_in, require
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
@@ -49,7 +50,7 @@ class Speeds(Table):
     @model_validator(mode="after")
     def _ascend(self) -> Speeds:
         for name, raw in {"minimum": self.minimum, "maximum": self.maximum, "trip": self.trip}.items():
-            require_speed_unit(None if raw is None else str(raw), f"speed.{name}")
+            require_speed_unit(raw, f"speed.{name}")
         trip = f"1.05 x {self.maximum}" if self.trip is None else self.trip
         written = {"minimum": self.minimum, "maximum": self.maximum, "trip": trip}
         before, reason = 0.0, ""
@@ -314,6 +315,14 @@ def packaged_machines() -> dict[str, Path]:
     return files_of("machines")
 
 
+def _check_speed_units(data: Mapping[str, Any]) -> None:
+    """Refuse speeds of a machine file that are numbers without a unit; in Python these are in rad/s."""
+    speeds = data.get("speed")
+    for key in ("minimum", "maximum", "trip") if isinstance(speeds, dict) else ():
+        if isinstance(speeds.get(key), int | float):
+            require_speed_unit(str(speeds[key]), f"speed.{key}")
+
+
 def load_machine(source: str | Path) -> MachineFile:
     """Read a machine, by the name of a packaged machine or from a file. Paths in a file are relative to it.
 
@@ -328,7 +337,10 @@ def load_machine(source: str | Path) -> MachineFile:
         kind = "file" if str(source).endswith(".toml") else "machine"
         raise ValueError(f"no {kind} {str(source)!r}; {suggest(str(source), packaged)}")
     name = f"machine file {path}"
-    data = with_paths(read_toml(path, name), lambda file: str(path.parent / file))
+    read = read_toml(path, name)
+    with errors_in(name):
+        _check_speed_units(read)
+    data = with_paths(read, lambda file: str(path.parent / file))
     for key in ("controller", "scenario"):
         if isinstance(data.get(key), str) and data[key] not in (files_of("scenarios") if key == "scenario" else ()):
             data[key] = str(path.parent / data[key])

@@ -105,7 +105,7 @@ def test_a_balancing_grade_is_written_as_the_standard_or_with_its_unit(grade):
             {"speed": {"minimum": "1 Hz", "maximum": "1e4 rad/s"}},
             ("speed.trip", "1.05 x 1e4", "<= 10000 rad/s (95493 rpm)"),
         ),
-        ({"speed": {"minimum": 900, "maximum": "9 krpm"}}, ("speed.minimum", "900 rpm", "900 rad/s")),
+        ({"speed": {"minimum": "900", "maximum": "9 krpm"}}, ("speed.minimum", "900 rpm", "900 rad/s")),
         (
             {"speed": {"minimum": "9 krpm", "maximum": "12000 rad/s"}},
             ("speed.maximum", "12000 rad/s", "<= 10000 rad/s"),
@@ -230,6 +230,17 @@ def test_damping_is_judged_up_to_the_trip_speed_at_least():
     """Below it no mode might be excited, so that the least decrement would be met."""
     with raises_naming(ValueError, "up_to", "1", "rad/s", "trip"):
         MachineFile(rotor="compressor", speed={"minimum": "100 rad/s", "maximum": "200 rad/s"}, up_to="1 rad/s")
+
+
+@pytest.mark.parametrize("key", ["minimum", "maximum", "trip"])
+def test_speeds_of_a_machine_file_need_a_unit(tmp_path, key):
+    """9000 was 9000 rad/s, or 85,944 rpm; in Python numbers are in rad/s."""
+    speeds = {"minimum": "'7000 rpm'", "maximum": "'9000 rpm'", "trip": "'9900 rpm'"} | {key: "9000"}
+    text = "".join(f"{name} = {value}\n" for name, value in speeds.items())
+    (tmp_path / "machine.toml").write_text(f'rotor = "compressor"\n[speed]\n{text}')
+    with raises_naming(ValueError, "machine.toml", f"speed.{key} = 9000", "9000 rpm", "9000 rad/s"):
+        load_machine(tmp_path / "machine.toml")
+    assert machine(speed={"minimum": 100.0, "maximum": 200.0}).speed.lowest == 100.0
 
 
 def test_a_name_with_slashes_is_one_folder(tmp_path, monkeypatch):
