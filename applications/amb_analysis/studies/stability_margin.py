@@ -206,7 +206,7 @@ def zone(peak: float) -> str:
 def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex, measured: Complex) -> None:
     """Raise a ValueError if measured and computed S differ by more than `CONTRADICTION`: one of them is wrong."""
     difference = np.abs(measured / computed - 1.0)
-    k, line = np.unravel_index(int(difference.argmax()), difference.shape)
+    k, line = divmod(int(difference.argmax()), difference.shape[1])
     if difference[k, line] > CONTRADICTION:
         values = f"{abs(measured[k, line]):.3g} in the co-simulation and {abs(computed[k, line]):.3g} computed"
         raise ValueError(

@@ -318,7 +318,9 @@ def packaged_machines() -> dict[str, Path]:
 def _check_speed_units(data: Mapping[str, Any]) -> None:
     """Refuse speeds of a machine file that are numbers without a unit; in Python these are in rad/s."""
     speeds = data.get("speed")
-    for key in ("minimum", "maximum", "trip") if isinstance(speeds, dict) else ():
+    if not isinstance(speeds, dict):
+        return
+    for key in ("minimum", "maximum", "trip"):
         if isinstance(speeds.get(key), int | float):
             require_speed_unit(str(speeds[key]), f"speed.{key}")
 
