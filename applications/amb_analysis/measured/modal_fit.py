@@ -31,6 +31,9 @@ from array_types import Array, Complex, Indices
 PROMINENCE = 0.6  # decades of power by which a peak rises above its surroundings: 6 dB
 ITERATIONS = 30
 LEAST_LINES = 7  # frequencies of a fit
+HEAVY = (0.05, 0.7)  # damping ratios of a mode without a peak of 6 dB
+SMOOTH = 0.1  # relative error of a polynomial, below which a curve has no mode
+LEAST_HEAVY = 30  # lines of its fit
 BETTER = 6.0  # ratio of the squares of rests, above which a peak is one of two modes
 LEAST_FREEDOM = 6  # of the rests of two modes
 LEAST_PART = 0.1  # of the smaller of two modes in their peak
@@ -96,7 +99,28 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
         for mode in next((modes for modes in found if len(modes) == 2), found[0]):
             width = 2.0 * mode.damping_ratio * mode.frequency / spacing
             result.append(replace(mode, lines=width, is_resolved=width >= least, height=float(power[peak])))
-    return tuple(result)
+    return tuple(result) if len(peaks) else _heavily_damped(responses, frequencies, H)
+
+
+def _heavily_damped(responses: Sequence[FrequencyResponse], frequencies: Array, H: Complex) -> tuple[FittedMode, ...]:
+    """Return the mode of responses without a peak of 6 dB, if one with a large damping ratio fits all of them.
+
+    Both of its poles, lambda and its conjugate, are within reach of all lines, and (1) with two poles is exact. Curves
+    that polynomials of degree 3 fit have no mode.
+    """
+    known = [float(item.coherence.mean()) for item in responses if item.coherence is not None]
+    if len(frequencies) < LEAST_HEAVY or (known and np.mean(known) < LEAST_COHERENCE):
+        return ()
+    s = (frequencies - np.mean(frequencies)) / np.ptp(frequencies)
+    basis = np.stack([s**k for k in range(4)], axis=1)
+    scaled = (H / np.linalg.norm(H, axis=1)[:, None]).T
+    rest = scaled - basis @ np.linalg.lstsq(basis, scaled, rcond=None)[0]
+    polynomial = float(np.linalg.norm(rest)) / float(np.sqrt(len(H)))
+    modes = [mode for mode in _fit(frequencies, H, 2) if HEAVY[0] <= mode.damping_ratio <= HEAVY[1]]
+    if len(modes) != 1 or polynomial < SMOOTH or modes[0].error > min(WELL, polynomial / float(np.sqrt(BETTER))):
+        return ()
+    width = 2.0 * modes[0].damping_ratio * modes[0].frequency
+    return (replace(modes[0], lines=width / float(np.diff(frequencies).max())),)
 
 
 def peak_frequencies(responses: Sequence[FrequencyResponse]) -> Array:

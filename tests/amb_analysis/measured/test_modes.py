@@ -109,3 +109,27 @@ def test_two_modes_2_percent_apart_are_two(zeta, shapes):
 def test_one_mode_with_noise_is_one(zeta, noise):
     counts = [len(fitted_modes(near_modes(((100.0, zeta),), ((1.0,), (0.7,)), noise, seed))) for seed in range(15)]
     assert set(counts) == {1}
+
+
+@pytest.mark.parametrize("zeta", [0.15, 0.2, 0.3])
+@pytest.mark.parametrize("unit", ["m", "m/s2"])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_a_mode_with_a_damping_ratio_of_30_percent_is_found(zeta, unit, noise):
+    """It has no peak of 6 dB."""
+    f, rng = np.arange(2.0, 400.0, 2.0), np.random.default_rng(1)
+    s, omega = 2j * np.pi * f, 2 * np.pi * 120.0
+    values = (s**2 if unit == "m/s2" else 1.0) / (s**2 + 2 * zeta * omega * s + omega**2)
+    values = values * (1 + noise * (rng.standard_normal(len(f)) + 1j * rng.standard_normal(len(f))))
+    (mode,) = fitted_modes([FrequencyResponse(Channel("fan.x", unit), FORCE, f, values)])
+    assert mode.frequency == pytest.approx(120.0 * np.sqrt(1 - zeta**2), rel=0.03)
+    assert mode.damping_ratio == pytest.approx(zeta, rel=0.12)
+
+
+def test_curves_without_a_resonance_have_no_mode():
+    f, rng = np.arange(2.0, 400.0, 2.0), np.random.default_rng(1)
+    s = 2j * np.pi * f
+    noise = 1 + 0.02 * (rng.standard_normal(len(f)) + 1j * rng.standard_normal(len(f)))
+    for values in (np.ones(len(f)), 1 / (1 + s / 300.0), np.exp(-1e-3 * s), s**2 / (s + 200.0)):
+        for factor in (1.0, noise):
+            curve = FrequencyResponse(Channel("fan.x", "m"), FORCE, f, np.asarray(factor * values, complex))
+            assert fitted_modes([curve]) == ()
