@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from amb_cosim.cosim.fmu import binding2, component, fmus
 from amb_cosim.cosim.fmu.bindings import ERROR, INFORMATION, MOST_INFORMATION, MOST_WARNINGS, WARNING, Log
 from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from amb_cosim.cosim.master.responses import StateMap
 from amb_files.suggestions import suggest
 from rotor_analysis.packaged_rotors import rotor_path
@@ -89,6 +92,27 @@ def test_a_message_reaches_the_log_of_its_instance(monkeypatch, capsys, environm
     binding2._receive(environment, instance, ERROR, b"", text)
     assert log.messages == kept
     assert bool(capsys.readouterr().out) != bool(kept)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("#r1# is above #r2#", "speed is above #r2#"),  # no Real has the reference 2
+        ("#i1#, #b2# and #s3#", "count, on and file"),
+        ("##1: pump ##r1# #r12", "#1: pump #r1# #r12"),
+        ("#r1##r1#", "speedspeed"),
+    ],
+)
+def test_references_in_messages_of_fmi_2_are_names(monkeypatch, text, shown):
+    """FMI 2.0, 2.1.5: `#<type><value reference>#` stands for a variable, and `##` for one `#`."""
+    ports = [Port("speed", "Real", "output", 1), Port("alias", "Real", "output", 1)]
+    ports += [Port("count", "Integer", "output", 1), Port("on", "Boolean", "input", 2)]
+    texts = {"file": TextVariable("file", "String", "parameter", 3)}
+    interface = FmuInterface("pump", "{0}", "1", {port.name: port for port in ports}, texts=texts)
+    monkeypatch.setattr(binding2, "_logs", {"pump": (log := Log())})
+    log.in_words = partial(binding2._with_names, binding2._names(interface))
+    binding2._receive(None, b"pump", ERROR, b"", text.encode())
+    assert log.messages == [(ERROR, shown)]
 
 
 OK = INFORMATION[0]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from ctypes import byref, c_char, c_char_p, c_double, c_int, c_uint
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -30,6 +31,7 @@ from amb_cosim.cosim.fmu.exchange import Group, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable
 from array_types import Array
 
+REFERENCE = re.compile(r"##|#([ribs])(\d+)#")
 _logs: dict[str | int | None, Log] = {}  # of instances, by name and by the environment of their logger
 
 
@@ -42,6 +44,7 @@ class Binding2(Binding):
     def __init__(self, interface: FmuInterface, folder: Path, name: str, log: Log) -> None:
         self._log_keys, self._tolerance = (name, id(log)), interface.tolerance
         self.log = log
+        log.in_words = partial(_with_names, _names(interface))
         _logs.update(dict.fromkeys(self._log_keys, log))
         self._callbacks = fmi2CallbackFunctions(
             allocateMemory=_ALLOCATE, freeMemory=_FREE, componentEnvironment=id(log)
@@ -135,6 +138,18 @@ class Binding2(Binding):
         """Forget the instance without a call."""
         for name in self._log_keys:
             _logs.pop(name, None)
+
+
+def _names(interface: FmuInterface) -> dict[tuple[str, str], str]:
+    """Return the first variable of each type and value reference, by letter and digits."""
+    letters = {"Real": "r", "Integer": "i", "Boolean": "b", "String": "s"}
+    variables: list[Port | TextVariable] = [*interface.ports.values(), *interface.texts.values()]
+    return {(letters.get(v.type, ""), str(v.reference)): v.name for v in reversed(variables)}
+
+
+def _with_names(names: Mapping[tuple[str, str], str], text: str) -> str:
+    """Return a message with names of variables: FMI 2.0 writes `#r1#` for the Real of reference 1, and ## for #."""
+    return REFERENCE.sub(lambda found: names.get((found[1], found[2]), found[0]) if found[1] else "#", text)
 
 
 def _receive(environment: Any, instance: bytes | None, status: int, category: bytes, message: bytes | None) -> None:

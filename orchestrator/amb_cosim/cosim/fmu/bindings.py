@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from ctypes import c_void_p, cast
 from typing import Any
 
@@ -19,13 +19,15 @@ MOST_WARNINGS, MOST_INFORMATION = 100, 10  # stored per instance; of faults, as 
 
 class Log:
     """Messages of an instance, with their status: the first `MOST_WARNINGS` warnings, the last `MOST_INFORMATION`
-    messages without a fault, and as many of the first and the last faults.
+    messages without a fault, and as many of the first and the last faults. `in_words` replaces references in a text.
     """
 
     def __init__(self) -> None:
         self.messages: list[tuple[int, str]] = []
+        self.in_words: Callable[[str], str] = str
 
     def add(self, status: int, text: str) -> None:
+        text = self.in_words(text)
         if status == WARNING and len(self.warnings) == MOST_WARNINGS:
             return
         first = 0 if status in INFORMATION else MOST_WARNINGS
