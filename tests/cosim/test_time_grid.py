@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from amb_cosim.cosim.basics.time_grid import TimeGrid, whole_steps
+from amb_cosim.cosim.basics.time_grid import TimeGrid, in_steps, whole_steps
 from amb_cosim.cosim.system.values import quantity
 
 UNITS = {"s": 0, "ms": -3, "us": -6, "ns": -9}
@@ -33,3 +33,14 @@ def test_every_spelling_of_a_time_gives_the_same_grid_point(step):
                 assert TimeGrid(h).nearest("time", seconds) == round(time / exact), (step, text)
                 if part == 0:
                     assert whole_steps("time", seconds, h) == steps, (step, text)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.1, 1.7e9, 1.7e9 + 0.1, 1.7e9 + 0.3, -1.7e9 + 0.7])
+@pytest.mark.parametrize("h", [0.1, 1e-3, 1e-4])
+def test_whole_steps_from_any_start_time_are_whole(start, h):
+    """Seconds since 1970 are rounded to 2.4e-7 s, which made a last step of 2e-8 s."""
+    for n in (1, 6, 9, 1000):
+        assert in_steps(start + n * h, h, start) == n
+        assert TimeGrid(h, start).nearest("stop", start + n * h) == n
+        assert TimeGrid(h, start).is_at(n, round(start + n * h, 7))
+    assert in_steps(start + 6.4 * h, h, start) == pytest.approx(6.4, abs=0.01)

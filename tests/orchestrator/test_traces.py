@@ -135,3 +135,9 @@ def test_plot_writes_the_format_of_the_suffix(result, tmp_path, runner, suffix, 
     done = runner("plot", str(folder), "mb1.x", "-o", str(file))
     assert done.exit_code == 0, done.stderr
     assert file.read_bytes().startswith(begin)
+
+
+def test_a_range_of_times_since_1970_has_no_further_samples():
+    times = 1.7e9 + 1e-4 * np.arange(100)
+    dataset = xr.Dataset({"a.b": ("time", np.arange(100.0))}, {"time": ("time", times)})
+    assert select(dataset, begin=float(times[50]), until=float(times[60])).values("a.b").tolist() == [*range(50, 61)]

@@ -82,7 +82,8 @@ def select(
     time, period = np.asarray(dataset["time"].values, np.float64), dataset.attrs.get("period_s")
     first = -np.inf if begin is None else moment_of(begin, period)
     last = np.inf if until is None else moment_of(until, period)
-    within = (time >= first * (1.0 - 1e-12)) & (time <= last * (1.0 + 1e-12))
+    rounding = np.minimum(1e-12 * np.abs([first, last]), 0.25 * np.diff(time).min(initial=np.inf))  # inf stays
+    within = (time >= first - rounding[0]) & (time <= last + rounding[1])
     if not within.any():
         limits = f"{time[0]:.6g} s to {time[-1]:.6g} s" if len(time) else "nothing"
         raise ValueError(

@@ -16,17 +16,20 @@ NEAR_STEP = 1e-6  # of a step; times closer than this are the same
 EPSILON = sys.float_info.epsilon
 
 
-def in_steps(time: float, h: float) -> float:
-    """Return a time (s) in steps of h (s), without the rounding of times that are whole or half numbers of steps.
+def in_steps(time: float, h: float, origin: float = 0.0) -> float:
+    """Return the time from `origin` (s) in steps of h (s), without the rounding of whole or half numbers of steps.
 
     Round quotients of times with this function: 3 steps of 1e-4 s are 3.0000000000000004 steps otherwise, and the step
-    nearest to 3.5 depends on the last bit.
+    nearest to 3.5 depends on the last bit. Times of 1.7e9 s, seconds since 1970, are rounded to 2.4e-7 s, and so are
+    their differences.
     """
+    rounding = 4.0 * EPSILON * max(abs(time), abs(origin)) / h if origin else 0.0
+    time -= origin
     halves = 2.0 * time / h
     if not math.isfinite(halves):
         return halves
     whole = round(halves)
-    return 0.5 * (whole if abs(halves - whole) <= max(NEAR_STEP, 8.0 * EPSILON * abs(whole)) else halves)
+    return 0.5 * (whole if abs(halves - whole) <= max(NEAR_STEP, 8.0 * EPSILON * abs(whole), rounding) else halves)
 
 
 class TimeGrid(NamedTuple):
@@ -46,7 +49,7 @@ class TimeGrid(NamedTuple):
 
     def is_at(self, n: int, time: float) -> bool:
         """Return whether a time (s) is that of a point, within rounding."""
-        return abs(time - self.time(n)) <= NEAR_STEP * self.step_size
+        return abs(time - self.time(n)) <= max(NEAR_STEP * self.step_size, 4.0 * EPSILON * abs(time))
 
     def times(self, points: Indices) -> Array:
         """Return the times of points (s)."""
@@ -56,7 +59,7 @@ class TimeGrid(NamedTuple):
 
     def position(self, n: int) -> float:
         """Return the time of a point in steps after t_0: n, or less for a point after a shorter step."""
-        return in_steps(self.stop - self.start, self.step_size) if n == self.last else n
+        return in_steps(self.stop, self.step_size, self.start) if n == self.last else n
 
     def nearest(self, name: str, time: float) -> int:
         """Return the point nearest to a time (s); raises ValueError as `nearest_point`."""
@@ -77,7 +80,7 @@ def nearest_point(name: str, time: float, h: float, start: float = 0.0) -> int:
     if not abs((time - start) / h) <= MOST_STEPS:
         limit = f"{MOST_STEPS * h:g} s, {MOST_STEPS:.0e} steps of {h:g} s"
         raise ValueError(f"{name} = {time:g} s is not allowed; it must be within {limit}")
-    return round(in_steps(time - start, h))
+    return round(in_steps(time, h, start))
 
 
 def nearest_steps(name: str, time: float, h: float) -> int:

@@ -40,16 +40,16 @@ class Outcome:
     def failure(self) -> str | None:
         """A sentence on the cause of an unplanned early end; None without one."""
         if self.status == "failed":
-            return f"{self.component} failed at t = {self.time:.9g} s: {self.reason}"
-        return f"interrupted at t = {self.time:.9g} s" if self.status == "interrupted" else None
+            return f"{self.component} failed at t = {self.time:.12g} s: {self.reason}"
+        return f"interrupted at t = {self.time:.12g} s" if self.status == "interrupted" else None
 
     @property
     def stopped(self) -> str | None:
         """The condition that ended the run, and its time; None if there is none."""
-        return f"{self.reason}, at t = {self.time:.9g} s" if self.status == "stopped" else None
+        return f"{self.reason}, at t = {self.time:.12g} s" if self.status == "stopped" else None
 
     def __str__(self) -> str:
-        return self.failure or (f"stopped: {self.stopped}" if self.stopped else f"completed at t = {self.time:.9g} s")
+        return self.failure or (f"stopped: {self.stopped}" if self.stopped else f"completed at t = {self.time:.12g} s")
 
 
 @dataclass(frozen=True)

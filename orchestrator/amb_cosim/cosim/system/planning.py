@@ -122,7 +122,7 @@ def _end(experiment: Experiment, origin: float, system: System, values: Assignme
     if not stop > earliest:
         raise ValueError(f"stop_time = {stop:.12g} s is not allowed; it must be > {earliest:.12g} s, the start")
     nearest_point("stop_time", stop, h, origin)
-    steps = in_steps(stop - origin, h)
+    steps = in_steps(stop, h, origin)
     if steps == round(steps) and steps > 0:
         return round(steps), None
     rigid = [c.name for c in system.components if c.every == 1 and not values.interfaces[c.name].takes_any_step]
