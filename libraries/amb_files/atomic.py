@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -98,14 +98,18 @@ def create_atomically(
                 raise
 
 
-def check_writable(path: Path, is_folder: bool) -> None:
-    """Check that a file or a folder can be written, and leave nothing behind.
+def check_writable(path: Path, is_folder: bool, files: Iterable[str] = ()) -> None:
+    """Check that a file, or a folder with some files, can be written, and leave nothing behind.
 
     Raises
     ------
     ValueError
-        If it cannot.
+        If it cannot, or the place of one of the files is taken by a folder, a pipe or a device.
     """
+    for name in files:
+        own = path / name
+        if not own.is_symlink() and (own.is_dir() or is_special(own)):
+            raise ValueError(f"{own} cannot be written to; it is {'a folder' if own.is_dir() else 'no regular file'}")
     if is_folder and path.exists() and not path.is_dir():
         raise ValueError(f"{path} cannot be written to; it is a file, and the output must be a folder")
     if not is_folder and path.is_dir():

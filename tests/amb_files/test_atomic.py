@@ -152,6 +152,18 @@ def test_a_device_is_writable_although_its_folder_is_not(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no named pipes")
+def test_a_folder_where_a_folder_or_pipe_takes_the_place_of_a_file_is_refused(tmp_path):
+    (tmp_path / "result.nc").mkdir()
+    os.mkfifo(tmp_path / "summary.json")  # opening it would wait for a reader
+    (tmp_path / "link.json").symlink_to(tmp_path / "result.nc")  # is replaced
+    (tmp_path / "old.json").touch()
+    check_writable(tmp_path, is_folder=True, files=("old.json", "link.json", "new.json"))
+    for name in ("result.nc", "summary.json"):
+        with raises_naming(ValueError, name):
+            check_writable(tmp_path, is_folder=True, files=("old.json", name))
+
+
 def test_a_file_of_a_program_replaces_a_link_and_keeps_its_target(tmp_path):
     """Whoever gave the folder may have put the link there; the user named the folder alone."""
     (tmp_path / "target").write_text("mine")

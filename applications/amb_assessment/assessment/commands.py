@@ -53,8 +53,8 @@ def assess(
     from amb_assessment.assessment.assess import assess as answer
     from amb_assessment.assessment.findings import Judgement
     from amb_assessment.assessment.machine_file import load_machine
-    from amb_assessment.assessment.page import write_assessment
-    from amb_assessment.assessment.pdf import print_page
+    from amb_assessment.assessment.page import DATA, PAGE, write_assessment
+    from amb_assessment.assessment.pdf import PDF, print_page
     from amb_cosim.commands.cli_errors import Failed
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
@@ -64,7 +64,7 @@ def assess(
         require_extra("report", "an assessment", "plotly")
         machine = load_machine(file)
         folder = output or Path("results") / re.sub(r"[/\\]", "_", f"assess_{machine.name}")
-        check_writable(folder, is_folder=True)
+        check_writable(folder, is_folder=True, files=(PAGE, DATA, PDF))
         task = progress.add_task("preparing (a first run compiles the models)", total=None)
 
         def report(title: str, done: int, total: int) -> None:

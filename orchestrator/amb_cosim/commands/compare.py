@@ -52,7 +52,7 @@ def compare(
 
     folder = output or Path("results") / "comparison"
     with refusing():
-        check_writable(folder, is_folder=True)
+        check_writable(folder, is_folder=True, files=(comparison.FILE,))
         count = len(sources)
         flavour: Any = _last(flavours, count, "--flavour") or "native"
         settings_by_run = [parse_settings(texts) for texts in _by_run(settings, count, "--set")]

@@ -77,6 +77,8 @@ def run(
         return
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.text_tables import show_notices
+    from amb_cosim.results.plots import MODULES
+    from amb_cosim.results.result import RESULT, SUMMARY
     from amb_cosim.results.summary_table import print_summary
     from amb_cosim.scenario import simulation
 
@@ -85,7 +87,7 @@ def run(
     with refusing():
         if step is not None:
             raise ValueError("--step is for SSP archives; set communication_step in the scenario")
-        check_writable(folder, is_folder=True)
+        check_writable(folder, is_folder=True, files=(RESULT, SUMMARY, AUTOSAVED, *(f"{name}.png" for name in MODULES)))
         if summary_file is not None:
             check_writable(summary_file, is_folder=False)
         file = own_file(folder, AUTOSAVED)
@@ -156,7 +158,7 @@ def _simulate(
             raise ValueError("--step and --until are for SSP archives; set them in the system file's experiment")
         options["step_size"] = None if step is None else time_of(step, "--step")
         options["stop_time"] = None if until is None else quantity(until, "s", "--until")
-        check_writable(folder, is_folder=True)
+        check_writable(folder, is_folder=True, files=("result.nc",))
         with progress_bar() as report:
             result = simulation.simulate(system_file, progress=report, **options)
         refuse_empty_record(result.outcome)

@@ -131,7 +131,7 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
         if not shows_progress:
             status = plain_console(stderr=True).status("computing (a first run compiles the models)")
         with refusing():
-            check_writable(folder, is_folder=True)
+            check_writable(folder, is_folder=True, files=(f"{name}.json", f"{name}.png"))
             warned = warn_of_sizes(values.get("rotor"))
         with refusing(), status:
             compute: Callable[..., DrawnResult] = getattr(studies, name)
