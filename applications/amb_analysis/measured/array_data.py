@@ -91,6 +91,8 @@ def _record(content: dict[str, Any], stated: StatedUnits) -> TimeRecord:
     for name, value in content.items():
         if name not in ("time", "sample_time") and value.dtype.kind in "fiu" and np.size(value) == n:
             unit = _texts(content, f"units.{name}") if f"units.{name}" in content else [""]
+            if len(unit) != 1:
+                raise ValueError(f"units.{name} has {len(unit)} texts; it must have one")
             factor, channel = si_channel(name, stated.of(name, unit[0]))
             signals[channel] = factor * np.asarray(value, np.float64).ravel()
     if not signals:

@@ -217,6 +217,9 @@ def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> A
     lowest = 2.0 * np.pi * ELASTIC * float(measured.frequencies.min())
     computed = [mode for mode in modes_of(model, Omega) if mode.frequency > lowest]
     hertz = np.array([mode.frequency for mode in computed]) / (2.0 * np.pi)
+    if not computed:
+        least = lowest / (2.0 * np.pi)
+        raise ValueError(f"rotor {rotor.name} has no vibration above {least:.4g} Hz to compare with the measured modes")
     result = []
     for f, zeta in zip(measured.frequencies, measured.damping_ratios, strict=True):
         k = int(np.argmin(np.abs(np.log(hertz / f))))

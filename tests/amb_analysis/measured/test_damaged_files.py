@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 from amb_analysis.measured.files import read_measured
+from amb_analysis.measured.records import Modes
+from amb_analysis.studies.rotor_fit import mode_residuals
+from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
 
 pyuff = pytest.importorskip("pyuff")
@@ -149,3 +152,18 @@ def test_damaged_universal_files_are_read_or_refused(uff, binary):
     for _ in range(40):
         with suppress(ValueError):
             read_measured(uff(binary, damaged))
+
+
+@pytest.mark.parametrize("units", [[], ["m", "m"]])
+def test_a_channel_has_one_unit(tmp_path, units):
+    record = {"time": np.arange(8.0), "y": np.ones(8), "units.y": np.array(units, dtype="U1")}
+    np.savez(tmp_path / "r.npz", **record)
+    with raises_naming(ValueError, "r.npz", "units.y", str(len(units))):
+        read_measured(tmp_path / "r.npz", inputs=["y"])
+
+
+def test_modes_above_all_of_the_rotor_are_refused():
+    """The nearest of no modes has no number, which the message said alone."""
+    rotor = load_rotor("compressor")
+    with raises_naming(ValueError, "compressor", "Hz"):
+        mode_residuals(rotor, "free", 0.0, Modes(np.array([1e9]), np.array([0.01])))
