@@ -179,7 +179,7 @@ def modes(
     Examples
     --------
     >>> print(str(modes("compressor", speeds="0", count=1)).splitlines()[0].strip())
-    compressor, consistent mass; speed in rad/s
+    compressor, consistent mass
     """
     description = load_rotor(rotor)
     mass = mass or description.shaft.mass_matrix

@@ -111,7 +111,7 @@ def unbalance_response(
     --------
     >>> response = unbalance_response("compressor", unbalance="1 g.m", place="impeller1")
     >>> [(item.place, f"{item.speed:.0f} rad/s") for item in response.critical_speeds]
-    [('seal', '454 rad/s')]
+    [('seal', '454 rad/s'), ('end at z = 0 m', '970 rad/s')]
     """
     clearance_of_all = None if clearance is None else positive(clearance, "m", "clearance")
     amount = None if unbalance is None else positive(unbalance, "kg.m", "unbalance")
