@@ -21,7 +21,7 @@ from amb_cosim.results.stators import stator_touches
 from array_types import Bools
 
 RECOVERY_CYCLES = 5.0
-TRAPPED_TURNS = 10.0  # from the last change to the end; the slowest recovery of the packs takes 9.5
+TRAPPED_TURNS = 10.0  # from the last change to the end; most recoveries of the packs take less
 ON_THE_GRID = 0.05  # turns by which this may be missed, since changes and ends are rounded to communication steps
 STANDING = 1e-3  # share of the first speed below which the rotor makes no more turns
 FREE, ROLLING = 0, 2  # values of a site's mode
