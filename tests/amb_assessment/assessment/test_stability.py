@@ -216,7 +216,7 @@ def test_tables_that_end_before_the_trip_speed_are_named(tmp_path):
     changed = {"stages": (tabled,), "controller": str(tmp_path / "scheduled.toml")}
     first, second = table_notes(subject_of(file.model_copy(update=changed)), file.speed.tripping)
     assert_names(first, "impeller", "19099 rpm", "nearest speed")
-    assert_names(second, "controller", "2094", "nearest speed")
+    assert_names(second, "controller", "20000 rpm", "nearest speed")
     assert table_notes(subject_of(file), file.speed.tripping) == []
 
 
