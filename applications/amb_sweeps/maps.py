@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.presentation.style import BLUE, STYLE, TITLE_SIZE, StyledFigure, fitted, write_png
 from amb_cosim.presentation.units import force_unit, length_unit
-from amb_files.atomic import own_file
+from amb_files.atomic import plain_file
 from amb_sweeps.axes import is_moment
 from amb_sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_sweeps.panels import descriptions, numeric_axes, panels, words_of
@@ -69,7 +69,7 @@ def draw_maps(swept: Sweep) -> list[str]:
     for name in names:
         figure = draw_map(swept, dataset, name)
         files.append(f"{name}.png")
-        write_png(figure, own_file(swept.folder, files[-1]))
+        write_png(figure, plain_file(swept.folder, files[-1]))
     return files
 
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from amb_cosim.presentation.style import BLUE, ORANGE, STYLE, TITLE_SIZE, StyledFigure, fitted, write_png
-from amb_files.atomic import own_file
+from amb_files.atomic import plain_file
 from amb_sweeps.axes import is_phase
 from amb_sweeps.maps import MOST_PANELS, add_legend, failed_sample, in_display_unit, mark_failed
 from amb_sweeps.outcomes import BROKEN_OFF
@@ -35,7 +35,7 @@ def draw_phases(swept: Sweep) -> list[str]:
     varied = [str(name) for name in dataset.coords if is_phase(str(name))]
     if not varied or METRIC not in dataset or not dataset[METRIC].notnull().any():
         return []
-    write_png(draw_distribution(swept, dataset, varied[0]), own_file(swept.folder, FILE))
+    write_png(draw_distribution(swept, dataset, varied[0]), plain_file(swept.folder, FILE))
     return [FILE]
 
 

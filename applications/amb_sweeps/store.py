@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.basics.differences import list_differences
-from amb_files.atomic import own_file, write_file
+from amb_files.atomic import plain_file, write_file
 from amb_files.temporary_folders import temporary_folder
 from amb_sweeps.metrics import KEY_VALUES
 from amb_sweeps.outcomes import COLOURS
@@ -108,7 +108,7 @@ class SweepStore:
             if result.record is not None:
                 runs = self.folder / RUNS
                 runs.mkdir(exist_ok=True)
-                write_file(own_file(runs, f"{self.group or 'grid'}_{result.point}.nc"), result.record)
+                write_file(plain_file(runs, f"{self.group or 'grid'}_{result.point}.nc"), result.record)
             index = np.unravel_index(result.point, self.design.shape)
             for name, value in (*result.metrics.items(), ("seconds", result.seconds)):
                 self._values[name][index] = value

@@ -43,7 +43,7 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
             temporary.replace(path)
 
 
-def own_file(folder: Path, name: str) -> Path:
+def plain_file(folder: Path, name: str) -> Path:
     """Return the path of a file that a program writes into a folder under a name of its own.
 
     A link of this name is removed, so that its target, which the user has not named, stays as it is.

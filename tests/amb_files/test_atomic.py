@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from amb_files.atomic import check_writable, create_atomically, own_file, write_atomically, write_file
+from amb_files.atomic import check_writable, create_atomically, plain_file, write_atomically, write_file
 from amb_files.temporary_folders import temporary_folder
 from tests.support.messages import raises_naming
 
@@ -170,7 +170,7 @@ def test_a_file_of_a_program_replaces_a_link_and_keeps_its_target(tmp_path):
     (tmp_path / "folder").mkdir()
     for name in ("result.nc", "dangling"):
         (tmp_path / "folder" / name).symlink_to(tmp_path / ("target" if name == "result.nc" else "nothing"))
-        write_file(own_file(tmp_path / "folder", name), "new")
+        write_file(plain_file(tmp_path / "folder", name), "new")
         assert not (tmp_path / "folder" / name).is_symlink()
         assert (tmp_path / "folder" / name).read_text() == "new"
     assert (tmp_path / "target").read_text() == "mine"

@@ -108,7 +108,7 @@ CONTROL = {
     "study h_matrix --rotor blind.toml": "bearing 'right' has no sensors of its own",
     "study recovery --steps '8,0 g.m'": "steps = 0 kg m (0 g.m) is not allowed; it must be > 0 kg m",
     "study recovery --instants 0": "instants = 0 is not allowed; it must be from 1 to 1000",
-    "study recovery --alpha -1": "rolac.alpha = -1 1/s is not allowed; it must be >= 0 1/s",
+    "study recovery --alpha -1": "alpha = -1 1/s is not allowed; it must be >= 0 1/s",
     f"study convergence --starts {MANY}": "it must be from 0 to 1000",
     "identify --speeds 0": "speeds = 0 rad/s is not allowed; it must be >= 31.4159 rad/s, rolac.min_speed",
     "identify --speeds '5e-324 rad/s'": "speeds = 5e-324 rad/s is not allowed; it must be from 1e-100",

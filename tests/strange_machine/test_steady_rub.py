@@ -120,7 +120,7 @@ def test_runs_started_in_dry_backward_whirl_follow_its_eigenvalue():
 def test_faults_at_the_end_of_a_scenario_are_not_part_of_its_states(returns):
     """Without power there is no loop: the study names the amplifiers that are off at the end."""
     name = "*.amplifier_off_x"
-    events = [{"time": 0.1 * k, "set": {"amb_actuator": {name: k == 0}}} for k in range(1 + returns)]
+    events = [{"time": 0.01 * k, "set": {"amb_actuator": {name: k == 0}}} for k in range(1 + returns)]
     notes = rubbing_rotor(plan_run(STEADY.changed(event=events), HEAVY)).notes
     of_faults = [note for note in notes if "fault" in note]
     assert len(of_faults) == (0 if returns else 1)

@@ -11,6 +11,7 @@ import numpy as np
 from amb_analysis.machine.machine import Machine, machine_of
 from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop, forward_loop, mixing
 from amb_analysis.steady_contact.receptances import Receptances, receptances
+from amb_cosim.design.plant_data import stator_bores
 from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array
@@ -121,7 +122,8 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
     enabled = [site["name"] for site in source.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"]]
     if not enabled:
         raise ValueError(f"scenario {planned.name} has no enabled site; a rub needs one")
-    nodes = {site.name: site.node for site in machine.rotor.sites}
+    bores = stator_bores(machine.rotor, [bearing.name for bearing in machine.rotor.bearings])
+    nodes = {site.name: site.node for site in (*machine.rotor.sites, *bores)}
     narrowest: dict[int, str] = {}
     for site in sorted(enabled, key=lambda name: p[f"{name}.clearance"]):
         narrowest.setdefault(nodes[site], site)

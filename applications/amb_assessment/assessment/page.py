@@ -18,7 +18,7 @@ from amb_assessment.reporting.page_parts import asset, in_script, number_text, p
 from amb_assessment.reporting.panels import Panel
 from amb_assessment.reporting.pictures import picture_of
 from amb_cosim.presentation.templates import templates_of
-from amb_files.atomic import own_file, write_file
+from amb_files.atomic import plain_file, write_file
 
 PAGE, DATA = "assessment.html", "assessment.json"
 
@@ -27,8 +27,8 @@ def write_assessment(assessment: Assessment, folder: Path) -> Path:
     """Write data and page into a folder, each atomically, and return the path of the page."""
     text, data = page(assessment), json.dumps(assessment.as_dict(), indent=1, allow_nan=False) + "\n"
     folder.mkdir(parents=True, exist_ok=True)
-    write_file(own_file(folder, DATA), data)
-    write_file(own_file(folder, PAGE), text)
+    write_file(plain_file(folder, DATA), data)
+    write_file(plain_file(folder, PAGE), text)
     return folder / PAGE
 
 

@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from amb_files.atomic import own_file, write_atomically
+from amb_files.atomic import plain_file, write_atomically
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
 LONGEST = 120.0  # s
@@ -32,7 +32,7 @@ def print_page(page: Path) -> Path | None:
             raise OSError("the browser wrote no file")
 
     try:
-        write_atomically(own_file(page.parent, PDF), print_to)
+        write_atomically(plain_file(page.parent, PDF), print_to)
     except (OSError, subprocess.SubprocessError):
         return None
     return page.with_name(PDF)

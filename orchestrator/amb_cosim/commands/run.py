@@ -23,7 +23,7 @@ from amb_cosim.commands.options import (
     UNTIL,
     output,
 )
-from amb_files.atomic import check_writable, own_file, write_file
+from amb_files.atomic import check_writable, plain_file, write_file
 
 if TYPE_CHECKING:
     from amb_cosim.results.result import Result
@@ -90,7 +90,7 @@ def run(
         check_writable(folder, is_folder=True, files=(RESULT, SUMMARY, AUTOSAVED, *(f"{name}.png" for name in MODULES)))
         if summary_file is not None:
             check_writable(summary_file, is_folder=False)
-        file = own_file(folder, AUTOSAVED)
+        file = plain_file(folder, AUTOSAVED)
         options["autosave"] = file if autosave else None
         result = simulation.run(name, **options, autosave_every=autosave)
         refuse_empty_record(result.outcome)
@@ -116,7 +116,7 @@ def _save(result: Result, moment: str, folder: Path) -> str:
     """Write the state of a run at a moment into a folder; return where, or why it does not exist."""
     try:
         name = f"checkpoint_{re.sub('[^0-9A-Za-z.]+', '_', moment)}.npz"
-        file = result.checkpoint(moment).save(own_file(folder, name))
+        file = result.checkpoint(moment).save(plain_file(folder, name))
     except ValueError as error:
         return str(error)
     return f"state at {moment} in {file}"

@@ -20,7 +20,7 @@ from amb_cosim.results.result import Result
 from amb_cosim.scenario.rotors import RotorSource, named
 from amb_cosim.scenario.scenario import Scenario, load_scenario, scenarios
 from amb_cosim.scenario.simulation import run
-from amb_files.atomic import own_file, write_file
+from amb_files.atomic import plain_file, write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,12 +123,12 @@ class Comparison:
         folder = Path(folder)
         text = json.dumps(self.as_dict(), indent=2, allow_nan=False) + "\n"
         folder.mkdir(parents=True, exist_ok=True)
-        write_file(own_file(folder, FILE), text)
+        write_file(plain_file(folder, FILE), text)
         if plots:
             from amb_cosim.presentation.style import write_png
 
             for name, figure in self.figures().items():
-                write_png(figure, own_file(folder, f"{name}.png"))
+                write_png(figure, plain_file(folder, f"{name}.png"))
         return folder
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from amb_cosim.cosim.run.dataset import Run, load
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.cosim.system.values import Raw
-from amb_files.atomic import own_file, write_file
+from amb_files.atomic import plain_file, write_file
 
 if TYPE_CHECKING:
     from amb_cosim.results.plots import Plots
@@ -97,8 +97,8 @@ class Result(Run):
         """Write `result.nc`, `summary.json` and, if requested, the figures that suit the run; return the folder."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        self._save(own_file(folder, RESULT))
-        write_file(own_file(folder, SUMMARY), self.summary.to_json())
+        self._save(plain_file(folder, RESULT))
+        write_file(plain_file(folder, SUMMARY), self.summary.to_json())
         if plots:
             from amb_cosim.results.plots import draw_all
 

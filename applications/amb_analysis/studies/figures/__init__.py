@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from amb_files.atomic import own_file, write_file
+from amb_files.atomic import plain_file, write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -55,6 +55,6 @@ def save(result: DrawnResult, folder: Path | str) -> Path:
     texts, folder = result.data_files(), Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
-        write_file(own_file(folder, name), text)
-    write_png(figure(result), own_file(folder, f"{result.name}.png"))
+        write_file(plain_file(folder, name), text)
+    write_png(figure(result), plain_file(folder, f"{result.name}.png"))
     return folder

@@ -18,7 +18,7 @@ from amb_cosim.cosim.system.planning import plan_experiment
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
 from amb_cosim.cosim.system.values import Raw
-from amb_files.atomic import own_file
+from amb_files.atomic import plain_file
 
 
 class Simulation(Run):
@@ -28,7 +28,7 @@ class Simulation(Run):
         """Write `result.nc` into a folder, created if missing, and return the folder."""
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        self._save(own_file(folder, "result.nc"))
+        self._save(plain_file(folder, "result.nc"))
         return folder
 
 

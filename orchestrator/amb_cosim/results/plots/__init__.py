@@ -18,7 +18,7 @@ from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.series import speed_changes
 from amb_cosim.results.touchdown import touchdown
-from amb_files.atomic import own_file
+from amb_files.atomic import plain_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -149,7 +149,7 @@ def draw_all(dataset: Signals, folder: Path) -> list[Path]:
         return []
     from amb_cosim.presentation.style import write_png
 
-    paths = {name: own_file(folder, f"{name}.png") for name in chosen(dataset)}
+    paths = {name: plain_file(folder, f"{name}.png") for name in chosen(dataset)}
     for name, path in paths.items():
         write_png(figure(dataset, name), path)
     return list(paths.values())
