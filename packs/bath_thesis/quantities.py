@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Annotated
 
@@ -148,19 +148,20 @@ def measured_norm(result: SynchronousResponse, axis: int, frequency: float) -> A
 
 def critical_speed_shift(result: ModelReduction, model: str) -> Annotated[float, "1"]:
     """Return the largest change of a critical speed, of those of the full model, by another model (1)."""
-    exact, other = (np.array(result.models[name].critical_speeds) for name in (FULL, model))
-    count = min(len(exact), len(other))
-    return float(np.max(np.abs(other[:count] / exact[:count] - 1.0)))
+    return _largest_shift(result, result.models[model].critical_speeds)
 
 
 def critical_speed_shift_of_even_nodes(result: ModelReduction) -> Annotated[float, "1"]:
     """Return the largest change of a critical speed of the full model by six nodes equally apart, lumped masses (1)."""
     model = supported_rotor(even_nodes(load_rotor("bath_rig_thesis")), "diagonal").model
     crossings = campbell(model, result.speeds, COUNT).critical_speeds
-    exact = np.array(result.models[FULL].critical_speeds)
-    shifted = np.array([crossing.Omega for crossing in crossings])
-    count = min(len(exact), len(shifted))
-    return float(np.max(np.abs(shifted[:count] / exact[:count] - 1.0)))
+    return _largest_shift(result, [crossing.Omega for crossing in crossings])
+
+
+def _largest_shift(result: ModelReduction, others: Sequence[float]) -> float:
+    """Return the largest relative change of the full model's critical speeds to others (rad/s), in their order."""
+    exact = result.models[FULL].critical_speeds
+    return max(abs(other / full - 1.0) for full, other in zip(exact, others, strict=False))
 
 
 def response_error(result: ModelReduction, model: str) -> Annotated[float, "1"]:

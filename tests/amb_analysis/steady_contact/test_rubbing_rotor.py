@@ -35,7 +35,7 @@ def plane():
 
 @pytest.mark.parametrize(("ratio", "left_out"), [(1.3, "bush"), (1.0, "bush"), (0.7, "td1")])
 def test_only_the_narrowest_site_of_a_plane_is_touched(plane, ratio, left_out):
-    """Receptances of two sites in one plane are singular: nothing tells how they share a force."""
+    """Receptances of two sites in one plane are singular, so how they share a force is undetermined."""
     node, clearance = plane
     rotor = rubbing(Site("bush", node, ratio * clearance))
     assert set(rotor.sites) == {"td1", "td2", "seal", "bush"} - {left_out}
