@@ -260,6 +260,7 @@ def _ports(
         variability=variable.variability or "continuous",
         stored=variable.type,
         relative=bool(_inherited(variable, "relativeQuantity")),
+        initial=variable.initial or "",
     )
     if not variable.shape:
         yield first

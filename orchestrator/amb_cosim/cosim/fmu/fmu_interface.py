@@ -24,7 +24,8 @@ class Port:
     define the unit; `units` are all units that it defines, and the display units of this one. `depends_on` of an output
     lists the inputs that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are
     the names of the values of an Enumeration, whose type is Integer. A `relative` quantity is a difference, such as a
-    rise of temperature: between units it is converted without their offsets.
+    rise of temperature: between units it is converted without their offsets. `initial` is FMI's word for where the
+    value at the start comes from: exact, approx or calculated.
     """
 
     name: str
@@ -47,6 +48,19 @@ class Port:
     array: tuple[str | int, ...] = ()
     units: Mapping[str, UnitDefinition] = field(default_factory=dict, compare=False, repr=False)
     relative: bool = False
+    initial: str = ""
+
+    @property
+    def set_as(self) -> str:
+        """How a user sets it: `input`, `parameter`, or an empty text if the FMU alone computes it.
+
+        FMI allows a start value also for outputs and local variables that are `exact` or `approx` at the start, such as
+        the height of a ball that falls. Like a parameter, such a value is set before initialisation.
+        """
+        if self.causality in ("input", "parameter"):
+            return self.causality
+        has_start = self.causality in ("output", "local") and self.initial in ("exact", "approx")
+        return "parameter" if has_start and self.variability != "constant" else ""
 
     @property
     def position(self) -> int:

@@ -14,7 +14,7 @@ from amb_files.wildcards import is_pattern, matching_names
 
 
 class Assignments:
-    """Values of parameters, and initial values of inputs, of a system.
+    """Values of parameters and other start values, and initial values of inputs, of a system.
 
     A variable is called `component.variable`, a shared signal by its name or by one of the inputs that it feeds. `*`
     and `?` in the name of a variable match any characters and any one character.
@@ -22,7 +22,7 @@ class Assignments:
     Attributes
     ----------
     parameters
-        Values of parameters by component and name.
+        Values of parameters, and of other variables that FMI lets a user start, by component and name.
     inputs
         Values of signals and of other inputs, by name.
     written
@@ -81,7 +81,7 @@ class Assignments:
             target, value = self.read(matched, raw, only)
             component, variable = self.system.divide(target)
             is_signal = self.system.signal(target) is not None
-            if not is_signal and self.interfaces[component].ports[variable].causality == "parameter":
+            if not is_signal and self.interfaces[component].ports[variable].set_as == "parameter":
                 self.parameters[component][variable] = value
             else:
                 self.inputs[target], self.written[target] = value, raw
@@ -136,7 +136,7 @@ class Assignments:
     def _settable_names(self, component: str, only: str | None = None) -> list[str]:
         causalities = ("parameter", "input") if only is None else (only,)
         interface = self.interfaces[component]
-        ports = [port.name for port in interface.ports.values() if port.causality in causalities]
+        ports = [port.name for port in interface.ports.values() if port.set_as in causalities]
         return ports + [text.name for text in interface.texts.values() if text.causality in causalities]
 
     def set_defaults_of_signals(self) -> None:
@@ -184,7 +184,7 @@ class Assignments:
     def start_value(self, name: str) -> float:
         """Return the start value of an input or a signal, or the set value of a parameter."""
         port = self.port(name)
-        return self.parameter(name) if port.causality == "parameter" else port.start or 0.0
+        return self.parameter(name) if port.set_as == "parameter" else port.start or 0.0
 
     def parameter(self, name: str) -> float:
         """Return the value of a parameter, `component.variable`: the set value, or its start value."""
@@ -224,8 +224,8 @@ class Assignments:
     def _settable(self, end: str, causalities: tuple[str, ...]) -> Port:
         component, variable = self._split(end)
         port = self.interfaces[component].port(variable, component)
-        if port.causality not in causalities:
-            options = [p.name for kind in causalities for p in self.interfaces[component].of(kind)]
+        if port.set_as not in causalities:
+            options = [p.name for p in self.interfaces[component].ports.values() if p.set_as in causalities]
             raise ValueError(
                 f"{end} is {port.kind} and cannot be set here as {' or '.join(causalities)}; "
                 f"{suggest(variable, options)}"

@@ -1,0 +1,87 @@
+"""Start values of other tools' states: FMI lets a user set outputs and local variables that are exact or approx."""
+
+from __future__ import annotations
+
+import json
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from fmu_systems import system_text
+
+import amb_cosim
+from tests.support.c_fmus import OUTPUT, described
+from tests.support.messages import raises_naming
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
+
+SOURCE = Path(__file__).parent / "support" / "falling.c"
+VARIABLES = [
+    ("h", f'{OUTPUT} initial="exact"', 'Real start="1.0"'),
+    ("v", 'causality="local" initial="approx"', 'Real start="0.0"'),
+    ("e", OUTPUT, "Real"),
+    ("g", 'causality="local" variability="constant" initial="exact"', 'Real start="9.81"'),
+]
+
+
+@pytest.fixture(params=[2, 3])
+def fmu(fmu_from_c, request) -> Path:
+    return fmu_from_c(SOURCE, described("Falling", VARIABLES, request.param), request.param, "falling")
+
+
+def run(fmu: Path, folder: Path, event: str = "", more: str = "", **options: object) -> xr.Dataset:
+    """Run the mass alone."""
+    path = folder / "system.toml"
+    path.write_text(system_text({"mass": str(fmu)}, event, more=more), encoding="utf-8")
+    return amb_cosim.simulate(path, isolated=False, **options).dataset
+
+
+def test_a_state_starts_where_the_user_puts_it(fmu, tmp_path):
+    """h = h0 + v0 t - g t^2 / 2 for a local and an output state; both are recorded as the run's start values."""
+    data = run(fmu, tmp_path, set={"mass.h": 3.0, "mass.v": "2.0"})
+    t = data["time"].values
+    np.testing.assert_allclose(data["mass.h"], 3.0 + 2.0 * t - 0.5 * 9.81 * t**2, rtol=1e-12)
+    assert data["mass.e"].values == pytest.approx(9.81 * 3.0 + 2.0, rel=1e-12)
+    stored = json.loads(data.attrs["parameters"])["mass"]
+    assert (stored["h"], stored["v"]) == (3.0, 2.0)
+
+
+def test_a_system_file_holds_the_start_of_a_state(fmu, tmp_path):
+    result = run(fmu, tmp_path, more="[parameters.mass]\nh = 5.0\n")
+    assert result["mass.h"].values[0] == 5.0
+
+
+def test_a_parameter_set_of_an_archive_holds_the_start_of_a_state(fmu, tmp_path):
+    names = " ".join(
+        f'xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
+        for prefix, name in (("ssd", "Description"), ("ssv", "ParameterValues"))
+    )
+    text = f"""<ssd:SystemStructureDescription {names} version="1.0" name="s"><ssd:System name="root">
+<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" name="p">
+<ssv:Parameters><ssv:Parameter name="mass.h"><ssv:Real value="7.0"/></ssv:Parameter></ssv:Parameters>
+</ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>
+<ssd:Elements><ssd:Component name="mass" source="Falling.fmu"/></ssd:Elements></ssd:System>
+<ssd:DefaultExperiment stopTime="0.01"/></ssd:SystemStructureDescription>"""
+    with zipfile.ZipFile(tmp_path / "fall.ssp", "w") as archive:
+        archive.writestr("SystemStructure.ssd", text)
+        archive.write(fmu, "Falling.fmu")
+    result = amb_cosim.simulate(tmp_path / "fall.ssp", step_size=1e-3, isolated=False).dataset
+    assert result["mass.h"].values[0] == 7.0
+
+
+def test_states_without_a_value_start_as_their_fmu_says(fmu, tmp_path):
+    assert run(fmu, tmp_path)["mass.h"].values[0] == 1.0
+
+
+@pytest.mark.parametrize("name", ["mass.e", "mass.g"], ids=["calculated", "constant"])
+def test_a_value_that_the_fmu_alone_computes_cannot_be_set(fmu, tmp_path, name):
+    with raises_naming(ValueError, name, "cannot be set"):
+        run(fmu, tmp_path, set={name: 1.0})
+
+
+def test_a_state_cannot_be_set_during_the_run(fmu, tmp_path):
+    with raises_naming(ValueError, "mass.h", "cannot be set"):
+        run(fmu, tmp_path, event='"mass.h" = 2.0')
