@@ -172,7 +172,34 @@ def unit_that_is_a_number(file):
     file["one.x"].attrs["units"] = 3.0
 
 
-@pytest.mark.parametrize("forge", [rename_time, descending_time, unit_that_is_a_number])
+def longer_than_time(file):
+    attributes = dict(file["one.x"].attrs)
+    del file["one.x"]
+    array = file.create_dataset("one.x", data=np.zeros(N + 1))
+    array.attrs.update({name: attributes[name] for name in ("units", "component")})
+    array.dims[0].attach_scale(file["time"])
+
+
+def fewer_names_than_values(file):
+    file["one.x"].attrs["flag_values"] = np.array([0, 1, 2], np.int32)
+    file["one.x"].attrs["flag_meanings"] = "off on"
+
+
+def values_without_names(file):
+    file["one.x"].attrs["flag_values"] = np.array([0, 1, 2], np.int32)
+
+
+@pytest.mark.parametrize(
+    "forge",
+    [
+        rename_time,
+        descending_time,
+        unit_that_is_a_number,
+        longer_than_time,
+        fewer_names_than_values,
+        values_without_names,
+    ],
+)
 def test_a_result_without_labelled_variables_over_time_is_refused(result, forge):
     with h5py.File(result, "a") as file:
         forge(file)

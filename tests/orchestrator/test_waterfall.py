@@ -160,3 +160,14 @@ def test_run_without_samples_is_refused(make, samples):
     run = make(whirl(0.3e-3, 50.0))
     with raises_naming(ValueError, "equal steps"):
         studies.waterfall(Result(run.dataset.isel(time=slice(samples)), DONE))
+
+
+def test_a_run_of_few_samples_has_one_window_or_is_refused(make):
+    """A window has at least 16 steps; the message states the duration, not an empty range of windows."""
+    run = make(whirl(1e-4, 1.0 / PERIOD))
+    begin = int(np.searchsorted(run.dataset["cycle"].values, 0.0))
+    h = float(np.diff(run.dataset["time"].values[:2])[0])
+    spectra = studies.waterfall(Result(run.dataset.isel(time=slice(begin, begin + 18)), DONE))
+    assert spectra.window == pytest.approx(16 * h)
+    with raises_naming(ValueError, f"{9 * h:g} s", f"{h:g} s", f"{16 * h:g} s"):
+        studies.waterfall(Result(run.dataset.isel(time=slice(begin, begin + 10)), DONE))

@@ -1,19 +1,13 @@
-"""Files with random mistakes, and random command lines: exit code 0, 1 or 2, a message, nothing half-written, soon."""
-
-import random
-import shutil
+"""Files that users write, with random mistakes, and random command lines; `campaign` says what is allowed."""
 
 import pytest
 from click.testing import CliRunner
-from commands import TIME, run
+from commands import many
 from mutations import changed_archive, changed_toml, command_line
 
 from amb_cosim.cosim.system.system_file import packaged_systems
 from amb_files.packs import files_of
 from rotor_analysis.packaged_rotors import rotor_path
-
-# Cases of each kind, a few in every test run; command lines and six kinds of files make more than 5000 in a long one.
-FEW, MANY, LONG = 2, 10, 800
 
 SYSTEM = """
 base = "levitated"
@@ -35,21 +29,6 @@ force_law = 1
 communication_step = "1 ms"
 stop_time = "5 ms"
 """
-
-
-@pytest.fixture(scope="module")
-def loaded(tmp_path_factory):
-    """What commands need is built once and loaded into this process, whose forks they are."""
-    import h5py  # noqa: F401
-    import numba  # noqa: F401
-    import scipy.linalg  # noqa: F401
-    import xarray  # noqa: F401
-
-    from amb_cosim.commands.cli import main
-
-    arguments = ["run", "fig4_9", "--until", "0.001", "--no-plots", "-o", str(tmp_path_factory.mktemp("out"))]
-    done = CliRunner().invoke(main, arguments)
-    assert done.exit_code == 0, done.output
 
 
 @pytest.fixture(scope="module")
@@ -77,44 +56,6 @@ def prepared(loaded, tmp_path_factory):
     for fmi in (2, 3):
         BuildTarget("native", None, fmi).build(*model_source("amb_actuator"), folder / f"fmi{fmi}")
     return folder
-
-
-@pytest.fixture(params=[FEW, pytest.param(MANY, marks=pytest.mark.slow)], ids=["few", "many"])
-def n_cases(request, is_long):
-    return LONG if is_long and request.param == MANY else request.param
-
-
-def many(test):
-    """Mark a test that runs with many cases alone, and not in every test run."""
-    return pytest.mark.slow(pytest.mark.parametrize("n_cases", [MANY], indirect=True, ids=["many"])(test))
-
-
-@pytest.fixture
-def campaign(loaded, tmp_path, first_seed, n_cases):
-    """`campaign(case)`: run the command lines and files of `case(chance)`, which `case(None)` has whole."""
-
-    def go(case):
-        arguments, files = case(None)
-        ended = run(arguments, tmp_path / "whole", files, time_limit=60.0)
-        assert ended.code == 0, ended.errors
-        time_limit = max(TIME, 5.0 * ended.duration)
-        mistakes, codes = [], []
-        for k in range(n_cases):
-            seed = first_seed + k
-            arguments, files = case(random.Random(seed))
-            folder = tmp_path / str(k)
-            ended = run(arguments, folder, files, time_limit)
-            codes.append(ended.code)
-            mistake = ended.mistake()
-            if mistake:
-                mistakes.append(f"seed {seed}, {arguments}: {mistake}\n{ended.errors[-3000:]}")
-            else:
-                shutil.rmtree(folder)
-        print({code: codes.count(code) for code in sorted(set(codes))})
-        assert not mistakes, f"{len(mistakes)} of {len(codes)}:\n" + "\n".join(mistakes)
-        assert 2 in codes
-
-    return go
 
 
 def test_scenario_with_mistakes(campaign):

@@ -154,7 +154,8 @@ def waterfall(
     Raises
     ------
     ValueError
-        If the source is invalid, the run recorded no orbit or unequal steps, or a window does not fit into it.
+        If the source is invalid, the run recorded no orbit or unequal steps, or is too short, or a window does not fit
+        into it.
     KeyboardInterrupt
         If Ctrl-C interrupts the run.
 
@@ -188,7 +189,12 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
     if not len(steps) or not np.allclose(steps, steps[0], rtol=1e-6):
         raise ValueError("spectra require samples at equal steps, which the run does not have")
     h, duration = float(steps[0]), float(time[-1] - time[0])
-    length = min(LONGEST_WINDOW, duration / WINDOWS) if window is None else quantity(window, "s", "window")
+    if duration < FEWEST * h:
+        has = f"the run has {duration:.6g} s from cycle 0 on, in steps of {h:g} s"
+        raise ValueError(f"{has}; spectra require at least {FEWEST * h:g} s")
+    length = (
+        min(LONGEST_WINDOW, max(duration / WINDOWS, FEWEST * h)) if window is None else quantity(window, "s", "window")
+    )
     require(FEWEST * h <= length <= duration, "window", f"{length:g} s", f">= {FEWEST * h:g} s and <= {duration:.6g} s")
     size = round(in_steps(length, h))
     Omega, theta = speed(recorded)[after], 2.0 * np.pi * turns(recorded)[after]

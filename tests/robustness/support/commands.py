@@ -3,27 +3,41 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import pytest
+
+# Cases of each kind, a few in every test run; command lines and ten kinds of files make more than 8000 in a long one.
+FEW, MANY, LONG = 2, 60, 800
 
 TIME = 3.0  # s after which a command is stopped; a busy machine may need more
+MEMORY = 2e9  # bytes that a command may take
 GRACE = 60.0  # s that it then has: an FMU of flavour python compiles its kernels first, and cannot be stopped in that
+
+OF_LIBRARIES = re.compile(  # which name neither the file nor the cause
+    r"array element|inhomogeneous|arg(?:min|max)|zip\(\)|broadcast|NoneType|unhashable|index out of|not subscriptable"
+    r"|has no attribute|object is not|unexpected keyword|positional argument|too many values|to unpack"
+)
 
 
 @dataclass(frozen=True)
 class Ended:
     """How a command ended: exit code, or minus the number of a signal; `stopped`: it was sent a signal.
 
-    `duration` is in s.
+    `duration` is in s, `memory` in bytes.
     """
 
     code: int
     stopped: bool
     duration: float
+    memory: float
     output: str
     errors: str
     written: tuple[str, ...]
@@ -32,10 +46,14 @@ class Ended:
         """What is wrong with that, if anything is."""
         if self.code not in ((0, 1, 2, 130, 143) if self.stopped else (0, 1, 2)):
             return f"exit code {self.code}"
+        if self.memory > MEMORY:
+            return f"{self.memory / 1e9:.2g} GB of memory"
         if "Traceback" in self.errors or "Traceback" in self.output:
             return "a traceback"
         if self.code in (1, 2) and not self.errors.strip():
             return "no message"
+        if self.code == 2 and (words := OF_LIBRARIES.search(self.errors)):
+            return f"a message of a library: {words[0]!r}"
         if self.code == 2 and len(self.errors) > 20_000:
             return "an endless message"
         if self.code == 2 and self.written:
@@ -45,10 +63,25 @@ class Ended:
         return None
 
 
-def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes], time_limit: float = TIME) -> Ended:
-    """Run a command line in a new folder with these files, in a fork of this process; it may take `time_limit` (s)."""
+def many(test: Callable[..., None]) -> Any:
+    """Mark a test that runs with many cases alone, and not in every test run."""
+    return pytest.mark.slow(pytest.mark.parametrize("n_cases", [MANY], indirect=True, ids=["many"])(test))
+
+
+def run(
+    arguments: Sequence[str],
+    folder: Path,
+    files: Mapping[str, bytes],
+    time_limit: float = TIME,
+    before: Callable[[], None] | None = None,
+) -> Ended:
+    """Run a command line in a new folder with these files, in a fork of this process, after a call of `before`.
+
+    It may take `time_limit` (s).
+    """
     folder.mkdir()
     for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
     output, errors = folder.with_suffix(".out"), folder.with_suffix(".err")
     number = os.fork()
@@ -61,6 +94,8 @@ def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes], time
             sys.stdin = open(os.devnull)  # noqa: PTH123, SIM115
             sys.stdout = os.fdopen(1, "w", encoding="utf-8", errors="backslashreplace")
             sys.stderr = os.fdopen(2, "w", encoding="utf-8", errors="backslashreplace")
+            if before is not None:
+                before()
             code = _code_of(arguments)
         except BaseException:
             import traceback
@@ -74,7 +109,7 @@ def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes], time
     begin = time.monotonic()
     limits = [(begin + time_limit, signal.SIGTERM), (begin + time_limit + GRACE, signal.SIGKILL)]
     while status is None:
-        ended, result = os.waitpid(number, os.WNOHANG)
+        ended, result, used = os.wait4(number, os.WNOHANG)
         if ended:
             status = result
         elif limits and time.monotonic() > limits[0][0]:
@@ -86,7 +121,7 @@ def run(arguments: Sequence[str], folder: Path, files: Mapping[str, bytes], time
     written = sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
     texts = [path.read_text(encoding="utf-8", errors="replace") if path.is_file() else "" for path in (output, errors)]
     new = tuple(name for name in written if name not in files or (folder / name).read_bytes() != files[name])
-    return Ended(os.waitstatus_to_exitcode(status), stopped, duration, texts[0], texts[1], new)
+    return Ended(os.waitstatus_to_exitcode(status), stopped, duration, 1024.0 * used.ru_maxrss, texts[0], texts[1], new)
 
 
 def _code_of(arguments: Sequence[str]) -> int:

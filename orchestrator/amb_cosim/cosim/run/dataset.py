@@ -32,6 +32,7 @@ from array_types import Array
 if TYPE_CHECKING:
     import xarray as xr
 
+FLAGS, FLAG_NAMES = "flag_values", "flag_meanings"  # attributes of an enumeration, as CF calls them
 LABELS = ("units", "description", "causality", "component")  # attributes of a variable
 _PACKAGES = ("amb-cosim", "fmpy", "pythonfmu", "numba", "numpy", "xarray")
 _DTYPES = {"Real": np.float64, "Integer": np.int32, "Boolean": np.int8}
@@ -99,7 +100,8 @@ def _flags(port: Port) -> dict[str, Any]:
     """Return the names of an Enumeration's values in the form of the CF conventions."""
     if not port.items:
         return {}
-    return {"flag_values": np.array([*port.items.values()], np.int32), "flag_meanings": " ".join(port.items)}
+    names = ["_".join(name.split()) or "_" for name in port.items]  # which CF parts by blanks
+    return {FLAGS: np.array([*port.items.values()], np.int32), FLAG_NAMES: " ".join(names)}
 
 
 def to_signals(recording: Recording) -> SignalTable:
@@ -224,6 +226,10 @@ def _check_form(dataset: xr.Dataset) -> None:
     for name, variable in dataset.variables.items():
         if variable.dims not in (("time",), (EACH_STEP,)) or variable.dims[0] not in dataset.coords:
             raise ValueError(f"{name} must be over time or {EACH_STEP}, which must be there")
+        n, shape = dataset.sizes[variable.dims[0]], np.shape(variable.values)
+        if shape != (n,):  # h5netcdf does not compare them
+            raise ValueError(f"{name} has the shape {shape}, which is not allowed; it must be ({n},)")
+        _check_flags(str(name), variable.attrs)
         for label in set(LABELS) & variable.attrs.keys():
             if not isinstance(variable.attrs[label], str):
                 raise ValueError(f"{label} of {name} is not allowed; it must be a text")
@@ -233,6 +239,15 @@ def _check_form(dataset: xr.Dataset) -> None:
             raise ValueError(f"{name} must be finite, and must not descend")
     if "time" not in dataset.sizes:
         raise ValueError("it has no time")
+
+
+def _check_flags(name: str, attributes: Mapping[str, Any]) -> None:
+    """Raise ValueError unless each value of an enumeration has a name, if the variable is one."""
+    if FLAG_NAMES not in attributes and FLAGS not in attributes:
+        return
+    names, values = attributes.get(FLAG_NAMES), np.asarray(attributes.get(FLAGS, ()))
+    if not isinstance(names, str) or values.dtype.kind not in "iu" or len(names.split()) != values.size:
+        raise ValueError(f"{FLAGS} and {FLAG_NAMES} of {name} are not allowed; each whole number must have one name")
 
 
 @cache

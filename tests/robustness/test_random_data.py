@@ -1,0 +1,111 @@
+"""Results, checkpoints, criteria and packs from elsewhere, with random mistakes; `campaign` says what is allowed."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from commands import many
+from forged_data import changed_checkpoint, changed_result
+from mutations import changed_text, changed_toml
+
+from amb_files.packs import files_of, packs
+
+
+@pytest.fixture(scope="module")
+def stored(loaded, tmp_path_factory):
+    """A result, and a checkpoint of the same run."""
+    from click.testing import CliRunner
+
+    from amb_cosim.commands.cli import main
+
+    folder = tmp_path_factory.mktemp("stored")
+    for name, more in (("out", ()), ("saved", ("--save-at", "0.001"))):
+        line = ["run", "fig4_9", "--until", "0.002", "--no-plots", "-o", str(folder / name), *more]
+        done = CliRunner().invoke(main, line)
+        assert done.exit_code == 0, done.output
+    (point,) = folder.glob("saved/*.npz")
+    return (folder / "out" / "result.nc").read_bytes(), point.read_bytes()
+
+
+def test_result_with_mistakes(campaign, stored, tmp_path):
+    commands = (
+        ["plot", "mine.nc", "rb1.f_n", "mb1.x", "-o", "o.png"],
+        ["plot", "mine.nc", "mb1.*", "-o", "o.csv"],
+        ["plot", "mine.nc", "turns", "-o", "o.png"],
+        ["compare", "mine.nc", "whole.nc", "--no-plots"],
+        ["study", "waterfall", "mine.nc"],
+    )
+
+    def case(chance):
+        changed = changed_result(stored[0], chance, tmp_path) if chance else stored[0]
+        return chance.choice(commands) if chance else commands[0], {"mine.nc": changed, "whole.nc": stored[0]}
+
+    campaign(case)
+
+
+def test_checkpoint_with_mistakes(campaign, stored, tmp_path):
+    def case(chance):
+        changed = changed_checkpoint(stored[1], chance, tmp_path) if chance else stored[1]
+        return ["run", "fig4_9", "--until", "0.002", "--no-plots", "--from", "mine.npz"], {"mine.npz": changed}
+
+    campaign(case)
+
+
+@many
+def test_criteria_file_with_mistakes(campaign):
+    from strange_machine import FOLDER
+
+    import amb_assessment.assessment
+
+    folder = Path(amb_assessment.assessment.__file__).parent / "criteria"
+    texts = [path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.toml"))]
+    shared = {path.name: path.read_bytes() for path in FOLDER.glob("*.toml")}
+
+    def case(chance):
+        changed = changed_toml(chance.choice(texts), chance) if chance else texts[0].encode()
+        return ["assess", "--check", "machine.toml", "--criteria", "mine.toml"], shared | {"mine.toml": changed}
+
+    campaign(case)
+
+
+HELP, LIST, OTHERS, ITS_OWN = (
+    ["--help"],
+    ["list"],
+    ["run", "fig4_9", "--until", "0.001", "--no-plots"],
+    ["run", "mine", "--until", "0.001", "--no-plots"],
+)
+POINTS = "[amb_cosim.packs]\nother = other_pack\n"
+
+
+def installed() -> None:
+    """Let the working folder be one of the installed packages."""
+    from amb_files import packs
+
+    sys.path.insert(0, str(Path.cwd()))
+    for cached in (packs.packs, packs.applications, packs.modules_of):
+        cached.cache_clear()
+
+
+@many
+def test_pack_with_mistakes(campaign):
+    """A pack that is broken does not stop what does not use it."""
+    scenario = files_of("scenarios")["drop"]
+    files = {
+        "other-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: other\nVersion: 1.0\n",
+        "other-1.0.dist-info/entry_points.txt": POINTS,
+        "other_pack/__init__.py": "",
+        "other_pack/pack.toml": (packs()["rotor_literature"] / "pack.toml").read_text(encoding="utf-8"),
+        "other_pack/scenarios/mine.toml": scenario.read_text(encoding="utf-8"),
+        "other_pack/commands.py": "COMMANDS = ()\n",
+    }
+
+    def case(chance):
+        content = {name: text.encode() for name, text in files.items()}
+        if chance:
+            name = chance.choice(list(files))
+            change = changed_toml if name.endswith(".toml") else changed_text
+            changed = change(files[name], chance)
+            content[name] = changed if isinstance(changed, bytes) else changed.encode("utf-8", "surrogatepass")
+        return chance.choice((HELP, LIST, OTHERS, ITS_OWN)) if chance else ITS_OWN, content
+
+    campaign(case, before=installed, must_work=(HELP, LIST, OTHERS))
