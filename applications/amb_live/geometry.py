@@ -44,7 +44,7 @@ def geometry(
     return {
         "nodes": [{"z": z[k], "radius": radius} for k, radius in enumerate(_radii(rotor))],
         "discs": [
-            {"name": body.name, "z": z[body.node - 1], "unbalance": body.unbalance, **_cylinder(body)}
+            {"name": body.name, "z": z[body.node - 1] + body.offset, "unbalance": body.unbalance, **_cylinder(body)}
             for body in rotor.bodies
         ],
         "bearings": [

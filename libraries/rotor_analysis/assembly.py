@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from rotor_analysis.damping import damping_matrices
 from rotor_analysis.element import Element
 from rotor_analysis.hysteresis import Hysteresis
 from rotor_analysis.pairs import MINUS_I, turned
-from rotor_analysis.parts import Bearing
+from rotor_analysis.parts import Bearing, Point, seat
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.shaft import MassModel
 
@@ -68,6 +68,18 @@ class Matrices:
         """Return the rows of the translations at `nodes`: x and y of the first, x and y of the next, ..."""
         return [row for node in nodes for row in self.translations[node]]
 
+    def at_points(self, matrix: Array, points: Sequence[Point]) -> Array:
+        """Return x and y at points from a matrix with a row for each coordinate of this finite-element model.
+
+        x + d x' at a centre of mass at the distance d from its node. The transpose is the effect of a force there: the
+        force on the node, and the moment of d times the force.
+        """
+        rows = self.rows(tuple(seat(point) for point in points))
+        offsets = np.repeat([0.0 if isinstance(point, int) else point.offset for point in points], 2)
+        if not offsets.any():
+            return np.asarray(matrix[rows])
+        return np.asarray(matrix[rows] + offsets[:, None] * matrix[[row + 2 for row in rows]])
+
     @property
     def translations_first(self) -> list[int]:
         """All rows, those of the translations first."""
@@ -116,6 +128,18 @@ class Matrices:
 def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     """Assemble the free rotor, without its bearings (3.1 to 3.6).
 
+    The centre of mass of a rigid body lies at the distance d (m) along +z from its node, which moves by x and tilts by
+    the slope x' = dx/dz, in each of both planes:
+
+        x_c = x + d x',   T = m (dx_c/dt)^2/2 + I_d (dx'/dt)^2/2                                       (1)
+        M = [[m, m d], [m d, I_d + m d^2]]   over (x, x')                                             (2)
+        G = [[0, 0], [0, I_p]],   f = F [1, d]   for a force F at the centre of mass                   (3)
+
+    m is the mass (kg), I_d and I_p are the inertias (kg m^2) about the centre of mass, across and along the axis. Spin
+    adds I_p alone, since it turns the body about its axis and does not move the centre of mass. The forces of weight,
+    of motion of the base and of unbalance, m g, -m a and u Omega^2, act at the centre of mass: they load the node with
+    the moment m g d along x', and so on.
+
     Parameters
     ----------
     rotor
@@ -150,7 +174,9 @@ def assemble(rotor: Rotor, mass: MassModel | None = None) -> Matrices:
     for body in rotor.bodies:
         w = 2 * (body.node - 1)
         M[w, w] += body.mass
-        M[w + 1, w + 1] += body.diametral_inertia
+        M[w, w + 1] += body.mass * body.offset
+        M[w + 1, w] += body.mass * body.offset
+        M[w + 1, w + 1] += body.diametral_inertia + body.mass * body.offset**2
         G[w + 1, w + 1] += body.polar_inertia
     damping, both_planes = rotor.damping, np.eye(2)
     C, R = damping_matrices(damping, shaft_mass, M, K)

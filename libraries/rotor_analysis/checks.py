@@ -40,6 +40,7 @@ def _moderate(value: float) -> float:
 Moderate = AfterValidator(_moderate)
 Node = Annotated[StrictInt, Ge(1)]
 Position = Annotated[StrictFloat, Moderate, Unit("m")]
+Offset = Annotated[StrictFloat, Moderate, Unit("m")]
 Length = Annotated[StrictFloat, Gt(0.0), Moderate, Unit("m")]
 Size = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("m")]
 Mass = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("kg")]

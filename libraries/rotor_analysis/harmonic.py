@@ -3,8 +3,9 @@
     [-omega^2 M + i omega (C + Omega G) + K + D - L F(i omega) R] q = L f,   x = R q                  (1)
 
 M, C, G, K and D describe the rotor on its other bearings, reduced to its free modes up to some frequency and the
-residual shapes of the nodes where forces act (`free_rotor`). R maps the coordinates to the displacements of all nodes,
-L forces at the nodes to the coordinates. F(i omega) are forces of magnetic bearings over displacements.
+residual shapes of the nodes where forces act (`free_rotor`). R maps the coordinates to the displacements of all nodes
+and of the centres of mass off their nodes, L forces there to the coordinates. F(i omega) are forces of magnetic
+bearings over displacements.
 """
 
 from __future__ import annotations
@@ -19,8 +20,7 @@ from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, assemble, with_bearings
 from rotor_analysis.damping import free_modes
 from rotor_analysis.modal_reduction import reduce_to_modes
-from rotor_analysis.parts import Bearing
-from rotor_analysis.reduction import Reduction
+from rotor_analysis.parts import Bearing, Point
 from rotor_analysis.response import dynamic_stiffness
 from rotor_analysis.rotor import Rotor
 
@@ -38,7 +38,8 @@ class HarmonicModel:
     model
         The rotor on its bearings, without those of F.
     right, left
-        R and L of (1): x and y of each node in turn, shape (2 nodes, size) and its transpose.
+        R and L of (1): x and y of each point in turn, shape (2 points, size) and its transpose. The points are all
+        nodes, then the centres of mass that lie off their nodes, in the order of the bodies (`harmonic_points`).
     """
 
     model: Matrices
@@ -52,7 +53,10 @@ class HarmonicModel:
     def stiffness(self, omega: float, Omega: float, forces: Forces | None = None) -> Complex:
         """Return the matrix of (1) at a frequency and a spin speed (rad/s), with F of (1) unless it is None."""
         stiffness = dynamic_stiffness(self.model, Omega, omega)
-        return stiffness if forces is None else stiffness - self.left @ forces(omega) @ self.right
+        if forces is None:
+            return stiffness
+        F = forces(omega)
+        return np.asarray(stiffness - self.left[:, : len(F)] @ F @ self.right[: len(F)])
 
     def response(
         self, omegas: Array, Omega: float, inputs: Array | Complex, outputs: Array, forces: Forces | None
@@ -66,10 +70,10 @@ class HarmonicModel:
         Omega
             Spin speed (rad/s).
         inputs
-            Forces (N) at x and y of all nodes by unit inputs, shape (2 nodes, inputs), or at each frequency,
-            (n, 2 nodes, inputs).
+            Forces (N) at x and y of all points by unit inputs, shape (2 points, inputs), or at each frequency,
+            (n, 2 points, inputs).
         outputs
-            Outputs by unit displacements, shape (outputs, 2 nodes).
+            Outputs by unit displacements, shape (outputs, 2 points).
         forces
             F of (1); none by default.
 
@@ -109,10 +113,12 @@ def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings:
     force_nodes = tuple({*nodes, *(bearing.node for bearing in supports)}) or (1, len(rotor.shaft.nodes))
     count = int(np.searchsorted(free_modes(full.M[::2, ::2], full.K[::2, ::2])[0], BEYOND * highest))
     reduction = reduce_to_modes(full, max(count, LEAST_MODES, len(force_nodes)), force_nodes)
-    return HarmonicModel(with_bearings(reduction.model, supports), *_at_nodes(rotor, reduction))
+    points = harmonic_points(rotor)
+    right, left = full.at_points(reduction.right, points), full.at_points(reduction.left.T, points).T
+    return HarmonicModel(with_bearings(reduction.model, supports), right, left)
 
 
-def _at_nodes(rotor: Rotor, reduction: Reduction) -> tuple[Array, Array]:
-    """Return R and L of (1), with x and y of all nodes of the full model."""
-    rows = [4 * node + axis for node in range(len(rotor.shaft.nodes)) for axis in (0, 1)]
-    return reduction.right[rows], reduction.left[:, rows]
+def harmonic_points(rotor: Rotor) -> list[Point]:
+    """Return the points of a `HarmonicModel`: all nodes, then the centres of mass off their nodes."""
+    points = (rotor.point_of(body.name) for body in rotor.bodies)
+    return [*range(1, len(rotor.shaft.nodes) + 1), *(point for point in points if not isinstance(point, int))]

@@ -10,6 +10,7 @@ LONGEST, SHORTEST = 40.0, 3e-3  # m, of a shaft; a dental turbine has 10 to 20 m
 THICKEST = 3.0  # m, diameter of a shaft
 WIDEST = 4.0  # m, radius of a disc
 HEAVIEST = 3e5  # kg; the rotor of a nuclear power station's generator has 250 t
+LARGEST = 0.5  # m, distance of a centre of mass from its seat on a shaft that is shorter
 LOOSEST = 0.02  # m, radial clearance
 SOFTEST = 1e9  # Pa, Young's modulus of the stiffest material; a polyamide has 3e9 Pa
 LIGHTEST, MASSLESS = 100.0, 0.5  # kg/m3, of the densest material; less stands for a shaft without mass
@@ -32,6 +33,7 @@ def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
         _above("length of the shaft", length, LONGEST, "m"),
         _above("diameter of the shaft", thickest, THICKEST, "m"),
         *(_above(f"clearance of {site.name}", site.clearance, LOOSEST, "m") for site in rotor.sites),
+        *(_above(f"offset of {body.name}", abs(body.offset), max(length, LARGEST), "m") for body in rotor.bodies),
     ]
     masses = [_above("mass", rotor.mass, HEAVIEST, "kg")]
     inertias = []

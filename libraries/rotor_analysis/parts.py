@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from annotated_types import Ge
@@ -15,7 +15,7 @@ from amb_files.checks import require
 from amb_files.toml import table
 from amb_files.validation_errors import Unit
 from array_types import Array
-from rotor_analysis.checks import Inertia, Length, Mass, Moderate, Name, Node, Position, Size, Variable
+from rotor_analysis.checks import Inertia, Length, Mass, Moderate, Name, Node, Offset, Position, Size, Variable
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
@@ -49,6 +49,26 @@ AT_Z = 0  # in place of the node of a part that is placed by z
 NodeUnlessZ = Annotated[Node, Field(default=AT_Z)]  # `= AT_Z` in a class would require defaults of all fields after it
 
 
+class CentreOfMass(NamedTuple):
+    """A centre of mass that lies off its node: a point that moves with the node as a rigid body, by x + offset x'.
+
+    node, offset
+        Node number, and distance (m) from it, positive along +z.
+    """
+
+    node: int
+    offset: float
+
+
+Point = int | CentreOfMass
+"""A node number, or a centre of mass off its node."""
+
+
+def seat(point: Point) -> int:
+    """Return the node with which a point moves."""
+    return point if isinstance(point, int) else point.node
+
+
 class _Placed:
     """A part at `node`, or at `z` until its rotor assigns the node there."""
 
@@ -71,7 +91,7 @@ class Body(_Placed):
     mass: Mass
     """Mass."""
     diametral_inertia: Inertia
-    """Moment of inertia about a diameter."""
+    """Moment of inertia about a diameter through the centre of mass."""
     polar_inertia: Inertia
     """Moment of inertia about the axis."""
     unbalance: StrictBool = False
@@ -79,6 +99,9 @@ class Body(_Placed):
     and NAME.f_y."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft then has a node there."""
+    offset: Offset = 0.0
+    """Distance of the centre of mass from the position of the part, positive along +z. The body is rigid and tilts with
+    the shaft there; its inertias are about the centre of mass, at which unbalance and external force act."""
 
 
 @table
@@ -100,6 +123,9 @@ class Disc(_Placed):
     and NAME.f_y."""
     z: Position | None = None
     """Position along the shaft, instead of `node`; the shaft then has a node there."""
+    offset: Offset = 0.0
+    """Distance of the centre of mass from the position of the part, positive along +z. The disc is rigid and tilts with
+    the shaft there; its inertias are about the centre of mass, at which unbalance and external force act."""
 
     @property
     def diametral_inertia(self) -> float:

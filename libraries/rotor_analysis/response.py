@@ -10,6 +10,7 @@ import numpy as np
 from amb_files.checks import require
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices
+from rotor_analysis.parts import Point, seat
 from rotor_analysis.supported_rotor import SupportedRotor
 
 Stiffness = Callable[[float], Complex]
@@ -36,7 +37,7 @@ def dynamic_stiffness(model: Matrices, Omega: float, omega: float | None = None)
 
 
 def unbalance_response(
-    rotor_model: SupportedRotor, unbalance: Mapping[int, complex], speeds: Array, nodes: tuple[int, ...]
+    rotor_model: SupportedRotor, unbalance: Mapping[Point, complex], speeds: Array, nodes: tuple[int, ...]
 ) -> Complex:
     """Return the complex amplitudes of the synchronous motion.
 
@@ -47,7 +48,8 @@ def unbalance_response(
     rotor_model
         The rotor on its bearings, full or condensed. Unbalance at a node that is not a master acts through (3.13).
     unbalance
-        Node number to complex unbalance u exp(i phi) (kg m); at theta + phi = 0 it pulls along x.
+        Node number, or centre of mass off its node, to complex unbalance u exp(i phi) (kg m); at theta + phi = 0 it
+        pulls along x.
     speeds
         Spin speeds (rad/s), shape (n,).
     nodes
@@ -70,7 +72,7 @@ def unbalance_response(
 def synchronous_motion(
     rotor_model: SupportedRotor,
     stiffness: Stiffness,
-    cases: Sequence[Mapping[int, complex]],
+    cases: Sequence[Mapping[Point, complex]],
     speeds: Array,
     nodes: tuple[int, ...],
 ) -> Complex:
@@ -85,7 +87,7 @@ def synchronous_motion(
     stiffness
         Dynamic stiffness of the rotor with all its supports, in the coordinates of `rotor_model`.
     cases
-        Unbalance (kg m) by node, of each case.
+        Unbalance (kg m) by node or centre of mass, of each case.
 
     Raises
     ------
@@ -107,10 +109,10 @@ def synchronous_motion(
     return result
 
 
-def unbalance_vector(rotor_model: SupportedRotor, unbalance: Mapping[int, complex]) -> Complex:
+def unbalance_vector(rotor_model: SupportedRotor, unbalance: Mapping[Point, complex]) -> Complex:
     """Return the unbalance in the model's coordinates (kg m), shape (size,): the synchronous force over Omega^2."""
-    for node, u in unbalance.items():
-        require(bool(np.isfinite(u)), f"unbalance at node {node}", f"{u} kg m", "finite")
+    for point, u in unbalance.items():
+        require(bool(np.isfinite(u)), f"unbalance at node {seat(point)}", f"{u} kg m", "finite")
     components = np.array([component for u in unbalance.values() for component in (u, -1j * u)], dtype=np.complex128)
     return np.asarray(rotor_model.force_at(tuple(unbalance)) @ components)
 

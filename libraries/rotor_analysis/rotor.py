@@ -20,7 +20,7 @@ from amb_files.validation_errors import Unit
 from rotor_analysis.checks import Moderate, Name, Node
 from rotor_analysis.damping import Damping
 from rotor_analysis.element import Element, Material
-from rotor_analysis.parts import NO_TENSOR, Bearing, BodyOrDisc, Part, Sensor, Site
+from rotor_analysis.parts import NO_TENSOR, Bearing, BodyOrDisc, CentreOfMass, Part, Point, Sensor, Site
 from rotor_analysis.shaft import Shaft, ShaftOrSections
 
 Method = Literal["free_modes", "msdc", "none"]
@@ -240,6 +240,26 @@ class Rotor:
             raise ValueError(f"rotor {self.name} has no part {part!r}; {suggest(part, parts)}")
         return parts[part]
 
+    def point_of(self, part: str) -> Point:
+        """Return where forces act on a part: at its node, or at the centre of mass of a body off its node.
+
+        Raises
+        ------
+        ValueError
+            As `node_of`.
+        """
+        body = next((body for body in self.bodies if body.name == part), None)
+        return self.node_of(part) if body is None else _point(body)
+
+    def position_of(self, point: Point) -> float:
+        """Return the position (m) of a node or of a centre of mass."""
+        return self.shaft.nodes[point - 1] if isinstance(point, int) else self.position_of(point.node) + point.offset
+
+    @property
+    def disc_points(self) -> tuple[Point, ...]:
+        """Where unbalance and external forces act on the discs."""
+        return tuple(_point(disc) for disc in self.discs)
+
     @property
     def part_nodes(self) -> tuple[int, ...]:
         """Node numbers of all parts: bodies, bearings, seals, sites and sensors."""
@@ -282,6 +302,10 @@ class Rotor:
     def mass(self) -> float:
         """Total mass (kg)."""
         return sum(layer.mass for layers in self.elements for layer in layers) + sum(body.mass for body in self.bodies)
+
+
+def _point(body: BodyOrDisc) -> Point:
+    return CentreOfMass(body.node, body.offset) if body.offset else body.node
 
 
 def _nodes(parts: Iterable[Part]) -> tuple[int, ...]:

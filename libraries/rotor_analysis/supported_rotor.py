@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
 
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble, on_bearings
+from rotor_analysis.parts import Point, seat
 from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.reduction import Reduction, msdc, reduce_by, unreduced
 from rotor_analysis.rotor import Rotor
@@ -41,18 +41,18 @@ class SupportedRotor:
         """All nodes of the rotor, including condensed ones."""
         return tuple(range(1, len(self.rotor.shaft.nodes) + 1))
 
-    def displacement_of(self, nodes: tuple[int, ...]) -> Array:
-        """Return the matrix from the model's coordinates to x and y of `nodes`, shape (2 len(nodes), model.size)."""
-        return np.asarray(self.reduction.right[self._rows(nodes)])
+    def displacement_of(self, points: Sequence[Point]) -> Array:
+        """Return the matrix from the model's coordinates to x and y of points, shape (2 len(points), model.size)."""
+        return self._at(self.reduction.right, points)
 
-    def force_at(self, nodes: tuple[int, ...]) -> Array:
-        """Return the matrix from forces in x and y at `nodes` to the coordinates, shape (size, 2 len(nodes))."""
-        return np.asarray(self.reduction.left[:, self._rows(nodes)])
+    def force_at(self, points: Sequence[Point]) -> Array:
+        """Return the matrix from forces in x and y at points to the coordinates, shape (size, 2 len(points))."""
+        return self._at(self.reduction.left.T, points).T
 
-    def _rows(self, nodes: tuple[int, ...]) -> list[int]:
-        for node in nodes:
+    def _at(self, matrix: Array, points: Sequence[Point]) -> Array:
+        for node in map(seat, points):
             require(node in self.full.translations, "node", node, f"a node number from 1 to {len(self.nodes)}")
-        return self.full.rows(nodes)
+        return self.full.at_points(matrix, points)
 
 
 def supported_rotor(

@@ -87,6 +87,14 @@ def test_positions_and_lengths_are_found(fan, tmp_path, name, bounds, loop, old,
     assert fitted.upper - fitted.lower < 5e-3
 
 
+def test_an_offset_of_a_body_is_found(fan, tmp_path):
+    """`wheel` is its centre of mass, where the force acts and the motion is measured."""
+    data = measured(fan, tmp_path, "free", "width = 0.02\n", "width = 0.02\noffset = -0.045\n")
+    fan.write_text(FAN.replace("width = 0.02\n", "width = 0.02\noffset = 0.0\n"))
+    fitted = studies.fit(fan, measured=data, free={"bodies.wheel.offset": (-0.1, 0.1)}, loop="free")
+    assert fitted.fit.parameters["bodies.wheel.offset"].value == pytest.approx(-0.045, abs=2e-4)
+
+
 def test_the_mesh_moves_smoothly_with_a_position(fan):
     model = RotorParameters.load(fan, ["bodies.wheel.z"], [0.1])
     positions = np.linspace(0.36, 0.44, 17)

@@ -1,6 +1,7 @@
 """Channels of a measurement at places of a rotor, by their names and units.
 
-    fan.x       displacement (m), velocity (m/s), acceleration (m/s^2) or force (N) at the part `fan`, along x
+    fan.x       displacement (m), velocity (m/s), acceleration (m/s^2) or force (N) at the part `fan`, along x; of a
+                body with an `offset`, at its centre of mass
     0.12 m.y    the same at a position on the shaft
     eye_up      the signal of a sensor, as its rotor file names it
     fan.f_x     force on a part
@@ -17,6 +18,8 @@ from dataclasses import dataclass
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_files.suggestions import suggest
 from fmi_export.building.units import to_unit
+from rotor_analysis.harmonic import harmonic_points
+from rotor_analysis.parts import Point
 from rotor_analysis.rotor import Rotor
 
 ORDERS = {"m": 0, "m/s": 1, "m/s2": 2}  # derivatives of the displacement
@@ -55,8 +58,8 @@ class Place:
         """`bearing.x`."""
         return f"{self.place}.{self.direction}"
 
-    def node_on(self, rotor: Rotor) -> int:
-        """Return the node on a rotor.
+    def point_on(self, rotor: Rotor) -> Point:
+        """Return the point on a rotor: a node, or the centre of mass of a body off its node.
 
         Raises
         ------
@@ -69,7 +72,7 @@ class Place:
                 raise ValueError(f"{self.name}: the rotor has no node at {self.position:g} m")
             return node
         try:
-            return rotor.node_of(self.place)
+            return rotor.point_of(self.place)
         except ValueError as error:
             raise ValueError(f"{self.name}: {error}") from None
 
@@ -108,5 +111,6 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
 
 
 def node_rows(rotor: Rotor, places: Sequence[Place]) -> list[int]:
-    """Return the rows of places in displacements that alternate between x and y of all nodes."""
-    return [2 * (place.node_on(rotor) - 1) + "xy".index(place.direction) for place in places]
+    """Return the rows of places in displacements that alternate between x and y of `harmonic_points`."""
+    points = harmonic_points(rotor)
+    return [2 * points.index(place.point_on(rotor)) + "xy".index(place.direction) for place in places]

@@ -25,7 +25,7 @@ from amb_analysis.machine.machine import Machine
 from amb_cosim.results.component_names import ACTUATOR
 from array_types import Array, Complex
 from rotor_analysis.harmonic import HarmonicModel, harmonic_model
-from rotor_analysis.parts import Bearing
+from rotor_analysis.parts import Bearing, seat
 from rotor_analysis.resonances import resonances
 from rotor_analysis.rotor import Rotor
 
@@ -106,8 +106,8 @@ def _response(
 ) -> Complex:
     """Return (1) at some frequencies (rad/s); it takes memory for all displacements of the rotor at each of them."""
     rotor = structure.rotor
-    size = 2 * len(rotor.shaft.nodes)
-    loads = np.zeros((len(omegas), size, len(inputs)), dtype=np.complex128)
+    size, points = 2 * len(rotor.shaft.nodes), len(model.right)
+    loads = np.zeros((len(omegas), points, len(inputs)), dtype=np.complex128)
     currents = [k for k, place in enumerate(inputs) if place.unit == "A"]
     for k, place in enumerate(inputs):
         if place.unit == "N":
@@ -115,7 +115,7 @@ def _response(
     if magnets is not None and currents:
         for n, omega in enumerate(omegas):
             loads[n][np.ix_(magnets.rows, currents)] = magnets.at(omega)[: len(magnets.rows), size:]
-    motion = model.response(omegas, structure.Omega, loads, np.eye(size), magnets.forces if magnets else None)
+    motion = model.response(omegas, structure.Omega, loads, np.eye(points), magnets.forces if magnets else None)
     result = np.empty((len(omegas), len(outputs), len(inputs)), dtype=np.complex128)
     for k, place in enumerate(outputs):
         if place.unit == "A":
@@ -123,7 +123,7 @@ def _response(
             axis = magnets.axes.index(place.axis_name)
             row = np.array([magnets.at(omega)[len(magnets.rows) + axis] for omega in omegas])
             row *= np.exp(-1j * omegas * magnets.late[axis])[:, None]
-            result[:, k] = np.einsum("nr,nri->ni", row[:, :size], motion)
+            result[:, k] = np.einsum("nr,nri->ni", row[:, :size], motion[:, :size])
             result[:, k, currents] += row[:, size:]
         else:
             result[:, k] = (1j * omegas[:, None]) ** place.order * motion[:, node_rows(rotor, [place])[0]]
@@ -147,7 +147,7 @@ def resonant_frequencies(
 
 def _loaded(structure: Structure, inputs: Sequence[Place], magnets: _Magnets | None) -> list[int]:
     """Return the nodes at which forces act."""
-    nodes = [place.node_on(structure.rotor) for place in inputs if place.unit == "N"]
+    nodes = [seat(place.point_on(structure.rotor)) for place in inputs if place.unit == "N"]
     return nodes if magnets is None else nodes + [row // 2 + 1 for row in magnets.rows]
 
 
@@ -214,5 +214,5 @@ def refined(rotor: Rotor, places: Sequence[Place]) -> Rotor:
             raise ValueError(f"{place.name} is not on the shaft; a position must be from {limits}")
     refined_rotor = rotor.on_mesh(rotor.shaft.with_nodes_at(positions)) if positions else rotor
     for place in places:
-        place.node_on(refined_rotor)
+        place.point_on(refined_rotor)
     return refined_rotor if not positions else replace(refined_rotor, mesh=None)

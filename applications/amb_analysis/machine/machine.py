@@ -22,7 +22,7 @@ from array_types import Array
 from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.modal_reduction import reduce_to_modes
-from rotor_analysis.parts import Bearing, table_speeds
+from rotor_analysis.parts import Bearing, Point, table_speeds
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_analysis.supported_rotor import SupportedRotor
@@ -190,13 +190,13 @@ class Machine:
         return {place: u * cmath.exp(1j * last.get(f"{PLANT}.{place}.phi", 0.0)) for place, u in amounts.items()}
 
     @cached_property
-    def unbalanced_nodes(self) -> dict[int, complex]:
-        """The unbalance (kg m) by node, of those that have one: the sum of all places at a node."""
-        result: dict[int, complex] = {}
+    def unbalanced_points(self) -> dict[Point, complex]:
+        """The unbalance (kg m) by node or centre of mass, of those that have one: the sum of all places at a point."""
+        result: dict[Point, complex] = {}
         for place, u in self.unbalance.items():
             if u:
-                node = self.rotor.node_of(place)
-                result[node] = result.get(node, 0.0) + u
+                point = self.rotor.point_of(place)
+                result[point] = result.get(point, 0.0) + u
         return result
 
     @cached_property

@@ -16,7 +16,7 @@ from amb_analysis.machine.feedback import bearing_forces
 from amb_analysis.machine.machine import Machine
 from array_types import Array, Complex
 from rotor_analysis.assembly import Matrices, with_bearings
-from rotor_analysis.parts import Bearing
+from rotor_analysis.parts import Bearing, Point
 from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances
 from rotor_analysis.response import Stiffness, dynamic_stiffness, orbit, synchronous_motion
@@ -29,7 +29,7 @@ def passive(machine: Machine, Omega: float, others: tuple[Bearing, ...] = ()) ->
 
 
 def synchronous_response(
-    machine: Machine, speeds: Array, cases: Sequence[Mapping[int, complex]], others: tuple[Bearing, ...] = ()
+    machine: Machine, speeds: Array, cases: Sequence[Mapping[Point, complex]], others: tuple[Bearing, ...] = ()
 ) -> Complex:
     """Return the displacements (m) of all nodes at speeds (rad/s) under unbalance, shape (speeds, cases, nodes, 2).
 
@@ -40,7 +40,7 @@ def synchronous_response(
     speeds
         Spin speeds (rad/s), above 0, shape (n,).
     cases
-        Unbalance (kg m) by node, of each case.
+        Unbalance (kg m) by node or centre of mass, of each case.
     others
         Additional bearings, such as stages.
     """
@@ -51,7 +51,7 @@ def synchronous_response(
 def refined_response(
     machine: Machine,
     speeds: Array,
-    cases: Sequence[Mapping[int, complex]],
+    cases: Sequence[Mapping[Point, complex]],
     nodes: Sequence[int],
     others: tuple[Bearing, ...] = (),
 ) -> tuple[Array, Complex]:

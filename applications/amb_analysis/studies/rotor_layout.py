@@ -232,6 +232,7 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
     z = rotor.shaft.nodes
     for body in rotor.bodies:
         inertia = f"{number(body.mass)} kg, {number(body.polar_inertia)} kg m2 about the axis"
+        inertia += f", centre of mass at {number(z[body.node - 1] + body.offset)} m" if body.offset else ""
         yield LayoutEntry(
             "disc" if body.unbalance else "body",
             body.name,

@@ -38,7 +38,7 @@ from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
-from rotor_analysis.parts import table_speeds
+from rotor_analysis.parts import Point, table_speeds
 from rotor_analysis.peaks import highest_peaks, separation_margin
 from rotor_analysis.refinement import about_resonances, refined, with_samples
 from rotor_analysis.resonances import resonances
@@ -128,7 +128,7 @@ def unbalance_response(
     description = load_rotor(rotor)
     mass = mass or description.shaft.mass_matrix
     unplaced = node is None and place is None
-    loaded = _first_disc(description) if unplaced else _node(description, rotor, place, node)
+    loaded = _first_disc(description) if unplaced else _point(description, rotor, place, node)
     places = _places(description)
     speeds_of_tables = table_speeds((*description.bearings, *description.seals))
     speeds = with_samples(speed_range(up_to or reach_of(description), POINTS)[1:], speeds_of_tables)
@@ -162,7 +162,7 @@ def unbalance_response(
 def _of_machine(
     machine: Machine,
     name: str,
-    loads: Mapping[int, complex],
+    loads: Mapping[Point, complex],
     placed: Mapping[str, complex],
     up_to: Number | None,
     clearance_of_all: float | None,
@@ -210,13 +210,13 @@ def _stable(machine: Machine, speeds: Array) -> Array:
 
 def _loads(
     machine: Machine, source: RotorSource, amount: float | None, place: str | None, node: int | None
-) -> tuple[dict[int, complex], dict[str, complex]]:
-    """Return the unbalance (kg m) by node and by place: that of the scenario, or an amount at a place."""
-    planned = machine.unbalanced_nodes
+) -> tuple[dict[Point, complex], dict[str, complex]]:
+    """Return the unbalance (kg m) by point and by place: that of the scenario, or an amount at a place."""
+    planned = machine.unbalanced_points
     if amount is None and place is None and node is None and planned:
         return planned, {name: u for name, u in machine.unbalance.items() if u}
     if place is not None or node is not None:
-        at = _node(machine.rotor, source, place, node)
+        at = _point(machine.rotor, source, place, node)
     else:
         at = max(planned, key=lambda number: abs(planned[number])) if planned else _first_disc(machine.rotor)
     if amount is None:
@@ -229,32 +229,32 @@ def _loads(
     return load, _named(machine.rotor, load)
 
 
-def _node(rotor: Rotor, source: RotorSource, place: str | None, node: int | None) -> int:
-    """Return the node of a part of a rotor, or that with a number in its file."""
+def _point(rotor: Rotor, source: RotorSource, place: str | None, node: int | None) -> Point:
+    """Return where unbalance acts at a part of a rotor, or the node with a number in its file."""
     if place is not None and node is not None:
         raise ValueError(f"place = {place} is not allowed with node = {node}; set only one of them")
     parts = rotor.nodes_by_name
     if place is not None and place not in parts:
         raise ValueError(f"place = {place} is not allowed; {suggest(place, parts)}")
     if place is not None:
-        return parts[place]
+        return rotor.point_of(place)
     assert node is not None
     return node_numbers(node, "node", rotor, source)[0]
 
 
-def _named(rotor: Rotor, loads: Mapping[int, complex]) -> dict[str, complex]:
-    """Return unbalances (kg m) by the name of a part at their node, or by its position."""
-    names = {node: name for name, node in reversed(rotor.nodes_by_name.items())}
-    return {names.get(node, f"z = {rotor.shaft.nodes[node - 1]:.4g} m"): u for node, u in loads.items()}
+def _named(rotor: Rotor, loads: Mapping[Point, complex]) -> dict[str, complex]:
+    """Return unbalances (kg m) by the name of a part at their point, or by its position."""
+    names = {rotor.point_of(name): name for name in reversed(rotor.nodes_by_name)}
+    return {names.get(point, f"z = {rotor.position_of(point):.4g} m"): u for point, u in loads.items()}
 
 
 def _largest(
-    rotor: Rotor, loads: Mapping[int, complex], placed: Mapping[str, complex]
+    rotor: Rotor, loads: Mapping[Point, complex], placed: Mapping[str, complex]
 ) -> tuple[float, float, dict[str, PlacedUnbalance]]:
-    """Return the largest unbalance of a node (kg m), its position (m), and the unbalances of the places."""
-    largest = max(loads, key=lambda node: abs(loads[node]))
+    """Return the largest unbalance of a point (kg m), its position (m), and the unbalances of the places."""
+    largest = max(loads, key=lambda point: abs(loads[point]))
     unbalances = {place: PlacedUnbalance(abs(u), math.degrees(cmath.phase(u))) for place, u in placed.items()}
-    return abs(loads[largest]), rotor.shaft.nodes[largest - 1], unbalances
+    return abs(loads[largest]), rotor.position_of(largest), unbalances
 
 
 def _curves(
@@ -294,12 +294,12 @@ def _peaks(
     )
 
 
-def _first_disc(rotor: Rotor) -> int:
-    """Return the node of the first disc plane or, without one, of the first body."""
-    nodes = (*rotor.disc_nodes, *(body.node for body in rotor.bodies))
-    if not nodes:
+def _first_disc(rotor: Rotor) -> Point:
+    """Return the point of the first disc plane or, without one, of the first body."""
+    names = [body.name for body in (*rotor.discs, *rotor.bodies)]
+    if not names:
         raise ValueError("node is missing: a rotor without disc planes and bodies has no default place of unbalance")
-    return nodes[0]
+    return rotor.point_of(names[0])
 
 
 def _places(rotor: Rotor) -> dict[str, int]:

@@ -130,8 +130,8 @@ def worst_response(subject: Subject, lowest: float, highest: float, sites: Seque
     sites
         Places to consider; all by default.
     """
-    unbalances, planes, others = placed_unbalances(subject), planes_of_unbalance(subject), real_coefficients(subject)
-    loads = [{planes[plane]: complex(u) for plane, u in placed.at.items()} for placed in unbalances]
+    unbalances, others = placed_unbalances(subject), real_coefficients(subject)
+    loads = [{subject.rotor.point_of(plane): complex(u) for plane, u in placed.at.items()} for placed in unbalances]
     names = list(subject.clearances)
     nodes, limits, _, offsets = zip(*subject.clearances.values(), strict=True)
     considered = [names.index(site) for site in sites or names]

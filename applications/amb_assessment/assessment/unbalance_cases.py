@@ -11,6 +11,7 @@ from amb_assessment.assessment.subject import Subject, rpm
 from amb_cosim.presentation.digits import significant
 from array_types import Array
 from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_masses
+from rotor_analysis.parts import Point
 
 MOST = 5  # modes, at most
 BEYOND = 1.5  # highest critical speed of a mode, over the trip speed
@@ -36,7 +37,7 @@ class UnbalanceCase:
     shares: dict[int, float]
     lobes: tuple[tuple[int, int], ...]
 
-    def of(self, total: float) -> dict[int, complex]:
+    def of(self, total: float) -> dict[Point, complex]:
         """Return the unbalance (kg m) by node for a total (kg m)."""
         return {node: complex(share * total) for node, share in self.shares.items()}
 

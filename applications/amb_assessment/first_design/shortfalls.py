@@ -160,7 +160,7 @@ def advice(rotor: Rotor, loop: Levitation, speed: float) -> str:
 
 def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
     """Yield the axes whose demand under the unbalance exceeds controller, coils and amplifiers at the highest speed."""
-    motion = synchronous_response(machine, np.array([speed]), [machine.unbalanced_nodes]).reshape(-1)
+    motion = synchronous_response(machine, np.array([speed]), [machine.unbalanced_points]).reshape(-1)
     demands = np.abs(demanded_currents(machine, speed, speed) @ motion)
     for (bearing, axis), demand in zip(machine.loop.axes, demands, strict=True):
         largest = float(control_amplitude(machine, bearing, axis, speed / (2.0 * math.pi)))

@@ -208,7 +208,7 @@ def machine_sizes(
         speed=speed,
         mass=body.mass,
         diameter=diameter,
-        plane=min(rotor.discs, key=lambda disc: abs(nodes[disc.node - 1] - body.centre)),
+        plane=min(rotor.discs, key=lambda disc: abs(rotor.position_of(rotor.point_of(disc.name)) - body.centre)),
         retainers=retainers,
         gap=gap,
         turns=turns,

@@ -34,7 +34,7 @@ def of(place, u, phi=0.0):
 def unbalance_of(*event, inputs):
     scenario = with_ring(inputs={"rotor_contact": ELSEWHERE | inputs}, event=list(event))
     machine = machine_of(plan_run(scenario))
-    return machine, machine.unbalanced_nodes
+    return machine, machine.unbalanced_points
 
 
 def test_unbalances_of_places_at_one_node_add_up_as_vectors():

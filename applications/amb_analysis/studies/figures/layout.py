@@ -32,7 +32,7 @@ WIDTH, LEFT, RIGHT = 8.2, 0.13, 0.98  # width of the figure (inches), and ends o
 def draw(result: RotorLayout) -> Figure:
     """Draw the rotor, and lanes with its discs, bearings, seals, contact sites, sensors and master planes."""
     rotor = result.description
-    z, radius = np.array(rotor.shaft.nodes), 1.08 * _largest_radius(rotor)
+    _z, radius = np.array(rotor.shaft.nodes), 1.08 * _largest_radius(rotor)
     lanes = [kind for kind in LANES if any(part.kind == kind for part in result.parts)]
     margin = 0.03 * result.length
     to_scale = (RIGHT - LEFT) * WIDTH * 2.0 * radius / (result.length + 2.0 * margin)
@@ -43,7 +43,8 @@ def draw(result: RotorLayout) -> Figure:
     above, beneath = figure.subplots(2, 1, sharex=True, height_ratios=(side, lower))
     figure.subplots_adjust(LEFT, 0.5 / height, RIGHT, 1.0 - 0.6 / height, hspace=0.05)
     _draw_shaft(above, rotor)
-    above.set(xlim=(z[0] - margin, z[-1] + margin), ylim=(-radius, radius), ylabel="$r$ (m)")
+    first, last = _ends(rotor)
+    above.set(xlim=(first - margin, last + margin), ylim=(-radius, radius), ylabel="$r$ (m)")
     above.tick_params(bottom=False, labelbottom=False)
     above.spines["bottom"].set_visible(False)
     kinds = (("shaft", SHAFT, True), ("sleeve", SLEEVE, bool(rotor.shaft.sleeves)), ("body", BODY, bool(rotor.bodies)))
@@ -60,6 +61,16 @@ def draw(result: RotorLayout) -> Figure:
     return figure
 
 
+def _ends(rotor: Rotor) -> tuple[float, float]:
+    """Return the ends (m) of the shaft, or of bodies that hang beyond it."""
+    z = rotor.shaft.nodes
+    spans = [(z[0], z[-1])]
+    for body in rotor.bodies:
+        centre, half = z[body.node - 1] + body.offset, 0.5 * _equivalent_disc(body)[1] if body.offset else 0.0
+        spans.append((centre - half, centre + half))
+    return min(low for low, _ in spans), max(high for _, high in spans)
+
+
 def _draw_shaft(axes: Axes, rotor: Rotor) -> None:
     """Draw shaft, sleeves and bodies in section."""
     z = rotor.shaft.nodes
@@ -68,11 +79,15 @@ def _draw_shaft(axes: Axes, rotor: Rotor) -> None:
             _draw_element(axes, begin, end, layer, SLEEVE if k else SHAFT)
     for body in rotor.bodies:
         radius, width = _equivalent_disc(body)
-        width = max(width, 0.004 * (z[-1] - z[0]))
-        at = (z[body.node - 1] - width / 2.0, -radius)
+        width, seat = max(width, 0.004 * (z[-1] - z[0])), z[body.node - 1]
+        at = (seat + body.offset - width / 2.0, -radius)
         axes.add_patch(
             Rectangle(at, width, 2.0 * radius, facecolor=BODY, edgecolor="black", lw=0.4, alpha=0.6, zorder=3)
         )
+        if body.offset:  # from the seat to the centre of mass
+            axes.plot(
+                (seat, seat + body.offset), (0.0, 0.0), color="black", lw=1.2, marker="|", markevery=[0], zorder=5
+            )
     axes.axhline(0.0, color="black", lw=0.5, ls=(0, (12, 3, 2, 3)), zorder=4)
 
 
