@@ -26,7 +26,7 @@ class AttachedBearing:
         Its coefficients depend on the spin speed.
     right, left
         Map from the coordinates to x and y of its position, shape (2, size), and from forces along x and y there to
-        forces on the coordinates, shape (size, 2).
+        forces on the coordinates, shape (size, 2). Of `Bearing.tilting`, those of slopes and moments.
     """
 
     bearing: Bearing
@@ -49,6 +49,10 @@ class Matrices:
         Bearings and seals on the model whose coefficients depend on the spin speed; `at` adds them to M, K and C.
     hysteresis
         Hysteretic damping of the shaft in addition, for motion at a single frequency; None if the shaft has none.
+    slopes
+        Of a reduced model, the maps from the coordinates to the slopes x' and y' of each node in turn, shape
+        (2 nodes, size), and from moments there to the coordinates. Of the finite-element model None: there the slopes
+        of a node are the coordinates after its translations.
     """
 
     M: Array
@@ -59,6 +63,7 @@ class Matrices:
     translations: dict[int, tuple[int, int]]
     over_speed: tuple[AttachedBearing, ...] = ()
     hysteresis: Hysteresis | None = None
+    slopes: tuple[Array, Array] | None = None
 
     @property
     def size(self) -> int:
@@ -102,6 +107,24 @@ class Matrices:
         C[at] += damping
         M[at] += 0.0 if mass is None else mass
         return replace(self, M=M, C=C, K=K)
+
+    def slopes_at(self, node: int) -> tuple[Array, Array]:
+        """Return the maps from the coordinates to x' and y' of a node, and from moments there to the coordinates."""
+        if node not in self.translations and self.slopes is None:
+            raise ValueError(f"node {node} has no slopes here; there are {sorted(self.translations)}")
+        if self.slopes is None:
+            selection = np.eye(self.size)[[row + 2 for row in self.translations[node]]]
+            return selection, selection.T
+        rows = slice(2 * (node - 1), 2 * node)
+        return self.slopes[0][rows], self.slopes[1][:, rows]
+
+    def with_moments(self, tilting: Bearing) -> Matrices:
+        """Add moments at a node, by `Bearing.tilting`: left K_t right and left C_t right in the maps of its slopes."""
+        right, left = self.slopes_at(tilting.node)
+        if tilting.at_speed:
+            return replace(self, over_speed=(*self.over_speed, AttachedBearing(tilting, right, left)))
+        K, C, _ = tilting.at(0.0)
+        return replace(self, K=self.K + left @ K @ right, C=self.C + left @ C @ right)
 
     def at(self, Omega: float) -> Matrices:
         """Return the model at spin speed Omega (rad/s) as M q'' + (C + Omega G) q' + K q = f, without R.
@@ -214,4 +237,6 @@ def with_bearings(model: Matrices, bearings: Iterable[Bearing]) -> Matrices:
             model = replace(model, over_speed=(*model.over_speed, AttachedBearing(bearing, selection, selection.T)))
         else:
             model = model.with_bearing(bearing.node, *bearing.at(0.0))
+        if bearing.tilting is not None:
+            model = model.with_moments(bearing.tilting)
     return model

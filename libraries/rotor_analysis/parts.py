@@ -42,6 +42,7 @@ def _as_moderate(tensor: Tensor) -> Tensor:
     return tensor
 
 
+COEFFICIENTS = ("stiffness", "damping", "mass", "tilt_stiffness", "tilt_damping")  # of a bearing or seal
 NO_TENSOR: Tensor = ((0.0, 0.0), (0.0, 0.0))
 TensorOrNumber = Annotated[Tensor, BeforeValidator(_as_tensor), AfterValidator(_as_moderate)]
 DEFAULT_CLEARANCE = 0.5e-3  # m
@@ -163,6 +164,10 @@ class AtSpeed:
     """2 x 2 damping (N s/m) or a number."""
     mass: Annotated[TensorOrNumber, Unit("kg")] = NO_TENSOR
     """2 x 2 mass (kg) or a number."""
+    tilt_stiffness: Annotated[TensorOrNumber, Unit("N m/rad")] = NO_TENSOR
+    """2 x 2 stiffness against tilt (N m/rad) or a number."""
+    tilt_damping: Annotated[TensorOrNumber, Unit("N m s/rad")] = NO_TENSOR
+    """2 x 2 damping of tilt (N m s/rad) or a number."""
 
 
 @table
@@ -173,6 +178,12 @@ class Bearing(_Placed):
 
     K = [[k, Q], [-Q, k]] with Q > 0 drives forward whirl: on a forward circle q = (cos, sin) its cross-coupled part is
     f = Q (-sin, cos), along the velocity.
+
+    Moments resist tilt in the same way, with the slopes (x', y') of the shaft there, positive if x or y grows along z:
+
+        m = -(K_t s + C_t s'),   s = (dx/dz, dy/dz), m the moments on the shaft that turn x and y towards z    (2)
+
+    Their power is m . s'. A thrust disc between magnets has a negative K_t, which tilts the shaft further.
     """
 
     name: Name
@@ -191,13 +202,18 @@ class Bearing(_Placed):
     """2 x 2 mass that moves with the shaft (of a fluid), or a number (kg)."""
     whirl_frequency: Annotated[StrictFloat, Ge(0.0), Moderate, Unit("rad/s")] | None = None
     """Whirl frequency at which coefficients that depend on it were taken; results then say so."""
+    tilt_stiffness: Annotated[TensorOrNumber, Unit("N m/rad")] = NO_TENSOR
+    """2 x 2 stiffness against tilt [[xx, xy], [yx, yy]] or a number (N m/rad). A negative number tilts the shaft
+    further."""
+    tilt_damping: Annotated[TensorOrNumber, Unit("N m s/rad")] = NO_TENSOR
+    """2 x 2 damping of tilt or a number (N m s/rad)."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
         speeds = [row.speed for row in self.at_speed]
         ascending = all(b > a for a, b in pairwise(speeds))
         require(not speeds or (ascending and len(speeds) > 1), "at_speed", f"{speeds} rad/s", "ascending, two or more")
-        for name in ("stiffness", "damping", "mass"):
+        for name in COEFFICIENTS:
             if speeds and getattr(self, name) != NO_TENSOR:
                 raise ValueError(f"{name} and at_speed are both set; set one of them")
 
@@ -212,6 +228,16 @@ class Bearing(_Placed):
         speeds = [row.speed for row in self.at_speed]
         stiffness, damping, mass = self.interpolant()(np.clip(Omega, speeds[0], speeds[-1]))
         return stiffness, damping, mass
+
+    @property
+    def tilting(self) -> Bearing | None:
+        """Its moments by (2) as the forces of a bearing by (1) on slopes in place of displacements; None without."""
+        tensors = [self.tilt_stiffness, self.tilt_damping]
+        tensors += [tensor for row in self.at_speed for tensor in (row.tilt_stiffness, row.tilt_damping)]
+        if all(tensor == NO_TENSOR for tensor in tensors):
+            return None
+        rows = tuple(AtSpeed(row.speed, row.tilt_stiffness, row.tilt_damping) for row in self.at_speed)
+        return Bearing(self.name, self.node, self.tilt_stiffness, self.tilt_damping, self.z, rows)
 
     def interpolant(self) -> PchipInterpolator:
         """Return the interpolant of the table: K, C and M, shape (3, 2, 2), over the spin speed (rad/s).

@@ -107,5 +107,16 @@ def reduce_by(full: Matrices, translations: dict[int, tuple[int, int]], right: A
         translations=translations,
         over_speed=tuple(replace(item, right=item.right @ right, left=left @ item.left) for item in full.over_speed),
         hysteresis=None if full.hysteresis is None else full.hysteresis.reduced(right, left),
+        slopes=_slopes(full, right, left),
     )
     return Reduction(reduced, right, left)
+
+
+def _slopes(full: Matrices, right: Array, left: Array) -> tuple[Array, Array] | None:
+    """Return the maps of all slopes in the coordinates of a reduction; None if the model has none."""
+    if full.slopes is not None:
+        return full.slopes[0] @ right, left @ full.slopes[1]
+    if full.size != 4 * len(full.translations):
+        return None
+    rows = [row + 2 for row in full.rows(tuple(sorted(full.translations)))]
+    return right[rows], left[:, rows]

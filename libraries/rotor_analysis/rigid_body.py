@@ -38,7 +38,7 @@ def rigid_body(rotor: Rotor) -> RigidBody:
 def floating_motions(rotor: Rotor, speeds: Array) -> int:
     """Return how many of the rotor's four rigid-body motions no bearing or seal resists with stiffness at any speed.
 
-        rank of  sum_b R_b^T K_b R_b,   R_b = [1, (z_b - z_0)/L]
+        rank of  sum_b R_b^T K_b R_b + T^T K_t,b T,   R_b = [1, (z_b - z_0)/L],   T = [0, 1/L]
 
     Parameters
     ----------
@@ -55,6 +55,8 @@ def floating_motions(rotor: Rotor, speeds: Array) -> int:
         for part in (*rotor.bearings, *rotor.seals):
             at_part = np.kron([1.0, relative_z[part.node - 1]], np.eye(2))
             stiffness += at_part.T @ part.at(float(Omega))[0] @ at_part
+            if part.tilting is not None:
+                stiffness[2:, 2:] += part.tilting.at(float(Omega))[0] / np.ptp(z) ** 2
         ranks.append(
             int(np.linalg.matrix_rank(stiffness, tol=NO_STIFFNESS * np.abs(stiffness).max())) if stiffness.any() else 0
         )

@@ -20,7 +20,7 @@ from amb_files.validation_errors import Unit
 from rotor_analysis.checks import Moderate, Name, Node
 from rotor_analysis.damping import Damping
 from rotor_analysis.element import Element, Material
-from rotor_analysis.parts import NO_TENSOR, Bearing, BodyOrDisc, CentreOfMass, Part, Point, Sensor, Site
+from rotor_analysis.parts import COEFFICIENTS, NO_TENSOR, Bearing, BodyOrDisc, CentreOfMass, Part, Point, Sensor, Site
 from rotor_analysis.shaft import Shaft, ShaftOrSections
 
 Method = Literal["free_modes", "msdc", "none"]
@@ -293,9 +293,8 @@ class Rotor:
     def on_equal_bearings(self, stiffness: float, damping: float) -> Rotor:
         """Return the same rotor, with its seals, on isotropic bearings of this stiffness (N/m) and damping (N s/m)."""
         k, c = ((stiffness, 0.0), (0.0, stiffness)), ((damping, 0.0), (0.0, damping))
-        bearings = (
-            replace(b, stiffness=k, damping=c, mass=NO_TENSOR, at_speed=(), whirl_frequency=None) for b in self.bearings
-        )
+        coefficients: dict[str, Any] = dict.fromkeys(COEFFICIENTS, NO_TENSOR) | {"stiffness": k, "damping": c}
+        bearings = (replace(b, **coefficients, at_speed=(), whirl_frequency=None) for b in self.bearings)
         return replace(self, bearings=tuple(bearings))
 
     @property

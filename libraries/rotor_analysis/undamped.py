@@ -7,6 +7,7 @@ import numpy as np
 from array_types import Array
 from rotor_analysis.assembly import Matrices
 from rotor_analysis.inertia import inertial
+from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor import Rotor
 
 # Added to omega^2 (rad^2/s^2): M phi = mu (K + shift M) phi has its largest mu = 1 / (omega^2 + shift) where the lowest
@@ -38,12 +39,21 @@ def undamped_modes(supported: Matrices, rotor: Rotor, count: int) -> tuple[Array
     at_rest = supported.at(0.0)
     supports = (*rotor.bearings, *rotor.seals)
     supported_nodes = {bearing.node for bearing in supports if np.trace(bearing.at(0.0)[0]) != 0.0}
-    return _lowest(_plane_of(at_rest.M), _plane_of(at_rest.K), count, max(0, 2 - len(supported_nodes)), rotor)
+    tilts = any(np.trace(tilting.at(0.0)[0]) != 0.0 for tilting in _tilting(rotor))
+    rigid = max(0, 2 - len(supported_nodes) - tilts)
+    return _lowest(_plane_of(at_rest.M), _plane_of(at_rest.K), count, rigid, rotor)
+
+
+def _tilting(rotor: Rotor) -> list[Bearing]:
+    """Return the moments of bearings and seals, as `Bearing.tilting`."""
+    supports = (part.tilting for part in (*rotor.bearings, *rotor.seals))
+    return [tilting for tilting in supports if tilting is not None]
 
 
 def planes_are_alike(rotor: Rotor) -> bool:
     """Return whether bearings and seals at rest have no other stiffness and mass in y than in x, and couple neither."""
-    tensors = (tensor for part in (*rotor.bearings, *rotor.seals) for tensor in part.at(0.0)[::2])
+    supports = (*rotor.bearings, *rotor.seals, *_tilting(rotor))
+    tensors = (tensor for part in supports for tensor in part.at(0.0)[::2])
     return all(np.array_equal(0.5 * (T + T.T), T[0, 0] * np.eye(2)) for T in tensors)
 
 
@@ -60,6 +70,7 @@ def undamped_frequencies(supported: Matrices, rotor: Rotor, count: int) -> Array
     at_rest, z = supported.at(0.0), rotor.shaft.nodes
     supports = (*rotor.bearings, *rotor.seals)
     held = [np.kron([1.0, z[part.node - 1] - z[0]], _symmetric(part.at(0.0)[0])) for part in supports]
+    held += [np.kron([0.0, 1.0], _symmetric(tilting.at(0.0)[0])) for tilting in _tilting(rotor)]
     rigid = 4 - int(np.linalg.matrix_rank(np.vstack(held)))  # of two translations and two rotations
     return _lowest(_symmetric(at_rest.M), _symmetric(at_rest.K), 2 * count, rigid, rotor)[0]
 

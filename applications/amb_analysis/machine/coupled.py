@@ -57,9 +57,11 @@ def _coupled_rotor(machine: Machine, at: LinearSource, law: Law, others: tuple[B
     n, Omega = len(M), at.speed_of(PLANT)
     dK, dC, dM = (np.zeros((n, n)) for _ in range(3))
     for bearing in others:
-        rows = [2 * 2 * (bearing.node - 1), 2 * 2 * (bearing.node - 1) + 1]
-        for added, coefficients in zip((dK, dC, dM), bearing.at(Omega), strict=True):
-            added += left[:, rows] @ coefficients @ right[rows]
+        first = 2 * 2 * (bearing.node - 1)
+        for part, rows in ((bearing, [first, first + 1]), (bearing.tilting, [first + 2, first + 3])):
+            if part is not None:
+                for added, coefficients in zip((dK, dC, dM), part.at(Omega), strict=True):
+                    added += left[:, rows] @ coefficients @ right[rows]
     dK = dK + (modes**2 - 1.0) * K
     inverse = np.linalg.inv(M + dM)
     A, B = law.A.copy(), law.B.copy()

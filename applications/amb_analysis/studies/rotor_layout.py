@@ -247,6 +247,12 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
         coefficients = f"{along_x} along x, {along_y} along y" if along_y != along_x else f"{along_x} along x and y"
         if K[0, 1] or K[1, 0]:
             coefficients += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N/m"
+        if bearing.tilting is not None:
+            K, C, _ = bearing.tilting.at(0.0)
+            of_tilt = [f"{number(K[k, k])} N m/rad, {number(C[k, k])} N m s/rad" for k in (0, 1)]
+            coefficients += f", tilt {' and '.join(dict.fromkeys(of_tilt))}"
+            if K[0, 1] or K[1, 0]:
+                coefficients += f", cross-coupled {number(K[0, 1])} and {number(K[1, 0])} N m/rad"
         what = coefficients + (" at rest" if bearing.at_speed else "")
         yield LayoutEntry(kind, bearing.name, bearing.node, z[bearing.node - 1], what)
     for site in rotor.sites:

@@ -61,11 +61,14 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
     stages = labelled_table("Stages with cross coupling", "at", "anticipated (MN/m)")
     for stage in subject.file.stages:
         stages.add_row(stage.at, f"{1e-6 * stage.anticipated(speed.highest):.4g}")
-    seals = labelled_table(
-        "Seals and passive bearings at the largest speed", "seal", "z (mm)", "K (MN/m)", "C (kN s/m)", "M (kg)"
-    )
+    has_moments = any(seal.tilting is not None for seal in rotor.seals)
+    heads: tuple[str, ...] = ("seal", "z (mm)", "K (MN/m)", "C (kN s/m)", "M (kg)")
+    heads += ("tilt K (N m/rad)", "tilt C (N m s/rad)") if has_moments else ()
+    seals = labelled_table("Seals and passive bearings at the largest speed", *heads)
     for seal in rotor.seals:
-        tensors = (scale * tensor for scale, tensor in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True))
+        tensors = [scale * tensor for scale, tensor in zip((1e-6, 1e-3, 1.0), seal.at(speed.highest), strict=True)]
+        if has_moments:
+            tensors += seal.tilting.at(speed.highest)[:2] if seal.tilting is not None else 2 * [np.zeros((2, 2))]
         seals.add_row(seal.name, number(1e3 * z[seal.node - 1]), *(_tensor(item) for item in tensors))
     check_sites(subject.file.retainer_bearings, subject.sites)
     along, across = subject.file.axial_gravity, abs(subject.parameters[PLANT]["gravity"])

@@ -16,7 +16,7 @@ from amb_assessment.assessment.machine_file import CompressorStage
 from amb_assessment.assessment.subject import Subject
 from amb_cosim.scenario.scenario import Scenario
 from array_types import Array
-from rotor_analysis.parts import AtSpeed, Bearing, table_speeds
+from rotor_analysis.parts import COEFFICIENTS, AtSpeed, Bearing, table_speeds
 from rotor_analysis.refinement import with_samples
 from rotor_analysis.rotor import Rotor
 
@@ -73,7 +73,7 @@ def _cancelling(seal: Bearing) -> Bearing:
     """Return coefficients that cancel a seal of the rotor."""
 
     def negated(coefficients: Bearing | AtSpeed) -> dict[str, Any]:
-        return {name: (-np.array(getattr(coefficients, name))).tolist() for name in ("stiffness", "damping", "mass")}
+        return {name: (-np.array(getattr(coefficients, name))).tolist() for name in COEFFICIENTS}
 
     return replace(seal, **negated(seal), at_speed=tuple(replace(row, **negated(row)) for row in seal.at_speed))
 

@@ -80,6 +80,8 @@ def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
 def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structure, Planes]:
     """Return the data of a rotor for the plant's kernels (`reduced_rotor`), and the planes by their names in its file.
 
+    The moments of a seal are a seal of their own, NAME.tilt, with the slopes of its node as x and y
+    (`Bearing.tilting`).
     The start value of the longest substep is short enough for the fastest mode of the free rotor. Bearings among
     `stators` get a contact site in their stator bore.
 
@@ -98,14 +100,17 @@ def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structur
     place = {row: k for k, row in enumerate(order)}
     at, left, right = np.ix_(order, order), reduction.left[order], reduction.right[:, order]
     M, C, R, K, G = (matrix[at] for matrix in (reduced.M, reduced.C, reduced.R, reduced.K, reduced.G))
-    at_seals = full.rows(rotor.seal_nodes)
+    tilting = [seal.tilting for seal in rotor.seals if seal.tilting is not None]
+    at_seals = full.rows(rotor.seal_nodes) + [row + 2 for row in full.rows(tuple(part.node for part in tilting))]
     for k, seal in enumerate(rotor.seals):
         at_seal = at_seals[2 * k : 2 * k + 2]
         M += left[:, at_seal] @ constant_mass(seal) @ right[at_seal]
     if rotor.seals and not np.linalg.eigvalsh(M)[0] > 0.0:
         raise ValueError(f"rotor {rotor.name!r} with the mass of its seals is not allowed; it must be positive")
     Minv: Array = np.linalg.inv(M).astype(np.float64)
-    seals = Seals(seal_records(rotor.seals), np.concatenate([right[at_seals], (Minv @ left[:, at_seals]).T]))
+    seals = Seals(
+        seal_records((*rotor.seals, *tilting)), np.concatenate([right[at_seals], (Minv @ left[:, at_seals]).T])
+    )
 
     base_motion = np.zeros((full.size, 2))
     for rows in full.translations.values():
@@ -208,7 +213,7 @@ def _planes(rotor: Rotor, sites: Sequence[Site]) -> Planes:
             for s in sites
         ),
         sensors=tuple(MeasuredPlane(s.name, s.x, s.y) for s in rotor.sensors),
-        seals=tuple(seal.name for seal in rotor.seals),
+        seals=(*(s.name for s in rotor.seals), *(f"{s.name}.tilt" for s in rotor.seals if s.tilting is not None)),
         loss_factor=rotor.damping.loss_factor,
         implausible=implausible_sizes(rotor),
     )
