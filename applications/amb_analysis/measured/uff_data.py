@@ -47,6 +47,10 @@ SI_BY_TYPE = {8: ("m", LENGTH), 11: ("m/s", LENGTH), 12: ("m/s2", LENGTH), 9: ("
 ABSCISSAS = {"s": {0: "s", 1: "s", 17: "s"}, "Hz": {0: "Hz", 1: "Hz", 18: "Hz", 19: "rpm"}}  # units by type of data
 RPM = 19
 NO_LABEL = ("", "NONE")
+BINARY_HEAD = re.compile(rb"^ {4}58b([^\n]*)\n", re.MULTILINE | re.IGNORECASE)
+LINES_OF_TEXT, BYTES = slice(12, 24), slice(24, 36)  # columns of a head after its type
+HEAD = 11  # lines of text of a binary set, if it does not state their number
+END_OF_SET = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*\r?(?=\n|\Z)")
 BYTE_ORDERS, IEEE = (1, 2), 2  # of binary sets: little and big endian; formats 1 and 3 are of VAX and IBM
 WIDEST = 1e60  # largest over smallest magnitude of a set's numbers: of a wrong byte order they are random
 SAME_FREQUENCIES = 1e-6  # relative difference between a coherence and its response
@@ -98,13 +102,11 @@ def _sets(path: Path) -> list[dict[str, Any]]:
     """Return the sets of a file; functions have the factors of their set 164, and no filling after their data."""
     import pyuff
 
-    text = path.read_bytes()
     try:
         with temporary_folder() as folder:
-            if not re.search(rb"^ {4}58b", text, re.MULTILINE):
-                path = folder / "unpadded.uff"  # pyuff takes the blanks after the last number of a set for numbers
-                path.write_bytes(re.sub(rb"[ \t]+(?=\r?\n)", b"", text))
-            file = pyuff.UFF(str(path))
+            unpadded_path = folder / "unpadded.uff"
+            unpadded_path.write_bytes(unpadded(path.read_bytes()))
+            file = pyuff.UFF(str(unpadded_path))
             places = [k for k, kind in enumerate(file.get_set_types()) if kind in READ]
             content = file.read_sets(places)
     except Exception as error:  # pyuff raises plain exceptions
@@ -119,6 +121,32 @@ def _sets(path: Path) -> list[dict[str, Any]]:
             item |= {"factors": factors, "x": np.asarray(item["x"], np.float64)[:n], "data": item["data"][:n]}
             _check_function(item, place + 1)
     return sets
+
+
+def unpadded(content: bytes) -> bytes:
+    """Return a file without blanks at the ends of its lines, which pyuff takes for numbers, and with one end of line.
+
+    Binary numbers are left as they are. They begin after the lines of text that the head of their set announces, and
+    end with the next line that ends a set, at the earliest after the bytes that the head announces.
+    """
+    parts, at = [], 0
+    for head in BINARY_HEAD.finditer(content):
+        if head.start() < at:
+            continue  # bytes among numbers that look like a head
+        fields = (head[1][columns].strip() for columns in (LINES_OF_TEXT, BYTES))
+        lines, size = (int(field) if field.isdigit() else 0 for field in fields)
+        begin = head.end()
+        for _ in range(min(lines, HEAD) or HEAD):
+            begin = content.find(b"\n", begin) + 1 or len(content)
+        end = END_OF_SET.search(content, begin + size) or END_OF_SET.search(content, begin)
+        stop = len(content) if end is None else end.start()
+        parts += [_stripped(content[at:begin]), content[begin:stop]]
+        at = stop
+    return b"".join([*parts, _stripped(content[at:])])
+
+
+def _stripped(text: bytes) -> bytes:
+    return re.sub(rb"[ \t]+(?=[\r\n]|\Z)", b"", text).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
 def _check_function(item: Set, number: int) -> None:

@@ -167,3 +167,28 @@ def test_modes_above_all_of_the_rotor_are_refused():
     rotor = load_rotor("compressor")
     with raises_naming(ValueError, "compressor", "Hz"):
         mode_residuals(rotor, "free", 0.0, Modes(np.array([1e9]), np.array([0.01])))
+
+
+def padded(content, end=b"\n", width=None):
+    """The content with blanks at the ends of its lines of text, and another end of line."""
+    binary = b"58b" in content
+    head, data = head_and_data(content) if binary else (content, b"")
+    lines = [line + b"   " if width is None else line.ljust(width) for line in head.splitlines()]
+    numbers, mark, _ = data.partition(b"\n    -1") if binary else (b"", b"", b"")
+    rest = end + (b"    -1" + b" " * 74 + end) if mark else b""
+    return end.join(lines) + end + numbers + rest
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+@pytest.mark.parametrize("width", [None, 80, 120])
+@pytest.mark.parametrize("order", ["binary first", "text first", "text alone"])
+def test_padded_lines_are_read_beside_binary_numbers(tmp_path, uff, order, width, end):
+    """Blanks after the last number of a text set were taken for a number, if any set of the file was binary."""
+    text = padded(uff(0, **{"rsp_node": 5, "data": 2 * H[:-1], "x": F[:-1]}).read_bytes(), end, width)
+    binary = padded(uff(1).read_bytes(), end, width)
+    parts = {"binary first": [binary, text], "text first": [text, binary], "text alone": [text]}[order]
+    (tmp_path / "p.uff").write_bytes(b"".join(parts))
+    responses = {r.name: r for r in read_measured(tmp_path / "p.uff").responses}
+    np.testing.assert_allclose(responses["5.x/2.x"].values, 2 * H[:-1], rtol=1e-11)
+    if len(parts) == 2:
+        np.testing.assert_array_equal(responses["1.x/2.x"].values, H)
