@@ -32,8 +32,10 @@ PROMINENCE = 0.6  # decades of power by which a peak rises above its surrounding
 ITERATIONS = 30
 LEAST_LINES = 7  # frequencies of a fit
 HEAVY = (0.05, 0.7)  # damping ratios of a mode without a peak of 6 dB
+PEAK = 6.0  # half widths, or lines, on each side of a light mode that are left out of its fit
+NONE: Complex = np.zeros(0, np.complex128)
 SMOOTH = 0.1  # relative error of a polynomial, below which a curve has no mode
-LEAST_HEAVY = 30  # lines of its fit
+LEAST_HEAVY, MOST_HEAVY = 30, 2000  # lines of its fit
 BETTER = 6.0  # ratio of the squares of rests, above which a peak is one of two modes
 LEAST_FREEDOM = 6  # of the rests of two modes
 LEAST_PART = 0.1  # of the smaller of two modes in their peak
@@ -99,28 +101,56 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
         for mode in next((modes for modes in found if len(modes) == 2), found[0]):
             width = 2.0 * mode.damping_ratio * mode.frequency / spacing
             result.append(replace(mode, lines=width, is_resolved=width >= least, height=float(power[peak])))
-    return tuple(result) if len(peaks) else _heavily_damped(responses, frequencies, H)
+    heavy = _heavily_damped(responses, frequencies, H, result)
+    return tuple(sorted([*result, *heavy], key=lambda mode: mode.frequency))
 
 
-def _heavily_damped(responses: Sequence[FrequencyResponse], frequencies: Array, H: Complex) -> tuple[FittedMode, ...]:
-    """Return the mode of responses without a peak of 6 dB, if one with a large damping ratio fits all of them.
+def _heavily_damped(
+    responses: Sequence[FrequencyResponse], frequencies: Array, H: Complex, light: Sequence[FittedMode]
+) -> tuple[FittedMode, ...]:
+    """Return the mode without a peak of 6 dB, if one with a large damping ratio fits all responses.
 
-    Both of its poles, lambda and its conjugate, are within reach of all lines, and (1) with two poles is exact. Curves
-    that polynomials of degree 3 fit have no mode.
+    Both of its poles, lambda and its conjugate, are within reach of all lines, and (1) with two poles is exact. Light
+    modes add a residue over their pole each, and their peaks are left out. Curves that polynomials of degree 3 and the
+    light modes fit have no other mode.
     """
     known = [float(item.coherence.mean()) for item in responses if item.coherence is not None]
+    off = np.ones(len(frequencies), np.bool_)
+    for mode in light:
+        reach = PEAK * max(mode.damping_ratio * mode.frequency, float(np.diff(frequencies).max()))
+        off &= np.abs(frequencies - mode.frequency) > reach
+    thin = slice(None, None, 1 + int(off.sum()) // MOST_HEAVY)
+    frequencies, H = frequencies[off][thin], H[:, off][:, thin]
     if len(frequencies) < LEAST_HEAVY or (known and np.mean(known) < LEAST_COHERENCE):
         return ()
-    s = (frequencies - np.mean(frequencies)) / np.ptp(frequencies)
-    basis = np.stack([s**k for k in range(4)], axis=1)
-    scaled = (H / np.linalg.norm(H, axis=1)[:, None]).T
-    rest = scaled - basis @ np.linalg.lstsq(basis, scaled, rcond=None)[0]
-    polynomial = float(np.linalg.norm(rest)) / float(np.sqrt(len(H)))
-    modes = [mode for mode in _fit(frequencies, H, 2) if HEAVY[0] <= mode.damping_ratio <= HEAVY[1]]
+    poles = np.array([_pole(mode) for mode in light], np.complex128)
+    polynomial = _error(frequencies, H, poles)
+    modes = [mode for mode in _fit(frequencies, H, 2, poles) if HEAVY[0] <= mode.damping_ratio <= HEAVY[1]]
     if len(modes) != 1 or polynomial < SMOOTH or modes[0].error > min(WELL, polynomial / float(np.sqrt(BETTER))):
         return ()
     width = 2.0 * modes[0].damping_ratio * modes[0].frequency
     return (replace(modes[0], lines=width / float(np.diff(frequencies).max())),)
+
+
+def _pole(mode: FittedMode) -> complex:
+    """Return lambda/(2 pi) in Hz."""
+    return mode.frequency * complex(-mode.damping_ratio / np.sqrt(1.0 - mode.damping_ratio**2), 1.0)
+
+
+def _error(frequencies: Array, H: Complex, poles: Complex) -> float:
+    """Return the relative error of polynomials of degree 3 and residues over poles (Hz)."""
+    _, basis = _basis(frequencies, 4, poles)
+    scaled = (H / np.linalg.norm(H, axis=1)[:, None]).T
+    rest = scaled - basis @ np.linalg.lstsq(basis, scaled, rcond=None)[0]
+    return float(np.linalg.norm(rest)) / float(np.sqrt(len(H)))
+
+
+def _basis(frequencies: Array, count: int, poles: Complex) -> tuple[Complex, Complex]:
+    """Return s of (1), from -j to j, and the powers of s below `count` and 1/(s - pole) of poles (Hz), in columns."""
+    middle, half = 0.5 * (frequencies[0] + frequencies[-1]), 0.5 * (frequencies[-1] - frequencies[0])
+    s = 1j * (frequencies - middle) / half
+    columns = [s**k for k in range(count)] + [1.0 / (s - (pole - 1j * middle) / half) for pole in poles]
+    return s, np.stack(columns, axis=1)
 
 
 def peak_frequencies(responses: Sequence[FrequencyResponse]) -> Array:
@@ -197,16 +227,18 @@ def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
     return one
 
 
-def _fit(frequencies: Array, H: Complex, order: int) -> list[FittedMode]:
-    """Return modes by (1) with some poles; those that do not decay or lie outside are left out."""
+def _fit(frequencies: Array, H: Complex, order: int, light: Complex = NONE) -> list[FittedMode]:
+    """Return modes by (1) with some poles; those that do not decay or lie outside are left out.
+
+    Known poles `light` (Hz) add a residue over each to N_c.
+    """
     n = H.shape[1]
-    if n < 4 + order:
+    if n < 4 + order + len(light):
         return []
     middle, half = 0.5 * (frequencies[0] + frequencies[-1]), 0.5 * (frequencies[-1] - frequencies[0])
-    s = 1j * (frequencies - middle) / half
     sizes = np.linalg.norm(H, axis=1)
     H = H / sizes[:, None]
-    basis = np.stack([s**k for k in range(order + 2)], axis=1)
+    s, basis = _basis(frequencies, order + 2, light)
     weight = np.ones(n)
     poles: Complex = np.zeros(order, np.complex128)
     for _ in range(ITERATIONS):
@@ -229,7 +261,8 @@ def _fit(frequencies: Array, H: Complex, order: int) -> list[FittedMode]:
         value = 2.0 * np.pi * (half * new[j] + 1j * middle)
         if frequencies[0] <= value.imag / (2.0 * np.pi) <= frequencies[-1] and value.real < 0.0:
             others = np.prod(new[j] - np.delete(new, j))
-            shape = sizes * (new[j] ** np.arange(order + 2) @ numerators) / others * half
+            at_pole = [*new[j] ** np.arange(order + 2), *(1.0 / (new[j] - (light - 1j * middle) / half))]
+            shape = sizes * (np.array(at_pole) @ numerators) / others * half
             hertz, ratio = float(value.imag / (2.0 * np.pi)), float(-value.real / abs(value))
             modes.append(FittedMode(hertz, ratio, np.asarray(shape), error=error))
     return modes

@@ -133,3 +133,47 @@ def test_curves_without_a_resonance_have_no_mode():
         for factor in (1.0, noise):
             curve = FrequencyResponse(Channel("fan.x", "m"), FORCE, f, np.asarray(factor * values, complex))
             assert fitted_modes([curve]) == ()
+
+
+def many_modes(modes, shapes, noise=0.0, seed=1, unit="m"):
+    """Responses of modes, (Hz, damping ratio) each, with their residues at some places, from 2 to 500 Hz."""
+    f, rng = np.arange(2.0, 500.0), np.random.default_rng(seed)
+    s, result = 2j * np.pi * f, []
+    for k, residues in enumerate(shapes):
+        parts = [
+            r / (s**2 + 2 * z * (2 * np.pi * hz) * s + (2 * np.pi * hz) ** 2)
+            for (hz, z), r in zip(modes, residues, strict=True)
+        ]
+        H = sum(parts) * (s**2 if unit == "m/s2" else 1.0)
+        H = H * (1 + noise * (rng.standard_normal(len(f)) + 1j * rng.standard_normal(len(f))))
+        result.append(FrequencyResponse(Channel(f"p{k}.x", unit), FORCE, f, H))
+    return result
+
+
+@pytest.mark.parametrize("zeta", [0.15, 0.3, 0.4])
+@pytest.mark.parametrize("unit", ["m", "m/s2"])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_a_heavily_damped_mode_beside_light_modes_is_found(zeta, unit, noise):
+    """The light modes alone were found, since it has no peak of 6 dB."""
+    light = ((260.0, 0.01), (380.0, 0.006))
+    curves = many_modes(((120.0, zeta), *light), ((1.0, 0.5, 0.4), (0.8, -0.4, 0.3)), noise, unit=unit)
+    heavy, *others = fitted_modes(curves)
+    assert heavy.frequency == pytest.approx(120.0 * np.sqrt(1 - zeta**2), rel=0.05)
+    assert heavy.damping_ratio == pytest.approx(zeta, rel=0.12)
+    assert [mode.frequency for mode in others] == pytest.approx([260.0, 380.0], rel=1e-3)
+    assert [mode.damping_ratio for mode in others] == pytest.approx([0.01, 0.006], rel=0.03)
+
+
+def test_a_heavily_damped_mode_between_light_modes_is_found():
+    curves = many_modes(((60, 0.01), (250, 0.3), (450, 0.005)), ((0.1, 3, 1), (0.05, -2, 1)), 0.02, unit="m/s2")
+    assert [mode.damping_ratio for mode in fitted_modes(curves)] == pytest.approx([0.01, 0.3, 0.005], rel=0.12)
+
+
+def test_light_modes_and_those_beyond_the_lines_are_not_a_heavily_damped_mode():
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        n = int(rng.integers(1, 5))
+        hertz = np.append(np.linspace(40.0, 460.0, n) + rng.uniform(-10, 10, n), rng.uniform(520, 900))
+        modes = [*zip(hertz, 10 ** rng.uniform(-3, -1.5, n + 1), strict=True)]
+        curves = many_modes(modes, rng.standard_normal((2, n + 1)), 0.02, seed, ("m", "m/s2")[seed % 2])
+        assert all(mode.damping_ratio < 0.05 for mode in fitted_modes(curves))
