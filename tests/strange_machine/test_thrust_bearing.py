@@ -51,7 +51,7 @@ def test_a_machine_without_thrust_bearing_has_no_axial_part():
 def test_the_axial_axis_is_judged_like_the_radial_ones():
     result = assess(FILE, only=AXIAL)
     assert not result.unanswered
-    assert not result.missed
+    assert not result.failed
     judged = {item.criterion.key for item in result.findings if item.criterion is not None}
     assert {"sensitivity_zone", "sensitivity_at_acceptance", "stable", "axial_load", "axial_capacity"} <= judged
     found = quantities(result)
@@ -81,7 +81,7 @@ def falling(tmp_path):
 
 def test_an_axial_gain_of_the_wrong_sign_is_missed_and_has_no_margins(falling):
     result = assess(falling, only=AXIAL)
-    assert {item.criterion.key for item in result.missed} >= {"stable"}
+    assert {item.criterion.key for item in result.failed} >= {"stable"}
     assert set(result.unanswered) == {"axial_margins"}
     assert_names(result.unanswered["axial_margins"], "axial loop", "not stable", "drift")
     assert "sensitivity_peak" not in quantities(result)
@@ -100,15 +100,15 @@ def test_an_axial_corner_that_is_not_stable_misses_its_sensitivity():
     weak = file.model_copy(update={"tolerances": file.tolerances.model_copy(update={"k_s": 0.4, "k_i": 0.5})})
     found = {item.criterion.key: item for item in assess(weak, only=["axial_margins"]).findings if item.criterion}
     for key in ("stable_with_tolerances", "sensitivity_with_tolerances"):
-        assert found[key].verdict is Judgement.MISSED
+        assert found[key].verdict is Judgement.FAILED
     assert "without a sensitivity" in found["sensitivity_with_tolerances"].measured.note
     assert found["sensitivity_zone"].verdict is Judgement.MET
 
 
 def test_a_thrust_beyond_the_capacity_is_missed_and_has_no_loop():
     result = assess(machine_with(thrust=["0 N", "300 N"]), only=[*AXIAL, "unbalance"])
-    assert [item.criterion.key for item in result.missed] == ["axial_load"]
-    assert result.missed[0].verdict is Judgement.MISSED
+    assert [item.criterion.key for item in result.failed] == ["axial_load"]
+    assert result.failed[0].verdict is Judgement.FAILED
     assert quantities(result)["axial_load"].value == pytest.approx(120.0)
     (part,) = (part for part in result.parts if part.key == "axial")
     assert_names(part.answer.notes[0], "-300 N", "no loop")

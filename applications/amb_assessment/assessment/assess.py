@@ -27,6 +27,7 @@ from amb_assessment.assessment.analyses import (
     unbalance,
     vibration,
 )
+from amb_assessment.assessment.conclusion import answer, failures
 from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria
 from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
 from amb_assessment.assessment.machine_file import MachineFile, load_machine
@@ -114,9 +115,20 @@ class Assessment:
         return tuple(finding for part in self.parts for finding in part.findings)
 
     @property
-    def missed(self) -> tuple[Finding, ...]:
-        """Verdicts on missed criteria."""
-        return tuple(finding for finding in self.findings if finding.verdict is Judgement.MISSED)
+    def failed(self) -> tuple[Finding, ...]:
+        """Verdicts on failed criteria."""
+        return tuple(finding for finding in self.findings if finding.verdict is Judgement.FAILED)
+
+    @property
+    def conclusion(self) -> str:
+        """Whether the machine may run: how many of the criteria failed, and how many are unanswered."""
+        parts = [part.key for part in self.parts]
+        return answer(self.findings, self.unanswered, parts if parts != chosen_parts(self.machine) else ())
+
+    @property
+    def failures(self) -> list[tuple[Finding, str]]:
+        """The worst case of each failed criterion, and its sentence."""
+        return failures(self.findings)
 
     @property
     def unanswered(self) -> dict[str, str]:
@@ -148,6 +160,8 @@ class Assessment:
     def as_dict(self) -> dict[str, Any]:
         """Return the data for JSON."""
         return {
+            "conclusion": self.conclusion,
+            "failures": [sentence for _, sentence in self.failures],
             "machine": self.machine.model_dump(mode="json", exclude_none=True),
             "facts": dict(self.facts),
             "warnings": list(self.warnings),

@@ -51,7 +51,6 @@ def assess(
         _print_description(file, criteria, flavour)
         return
     from amb_assessment.assessment.assess import assess as answer
-    from amb_assessment.assessment.findings import Judgement
     from amb_assessment.assessment.machine_file import load_machine
     from amb_assessment.assessment.page import DATA, PAGE, write_assessment
     from amb_assessment.assessment.pdf import PDF, print_page
@@ -79,17 +78,15 @@ def assess(
         )
         page = write_assessment(result, folder)
         printed = print_page(page) if pdf else None
-    for item in result.missed:
-        what = item.criterion.what if item.criterion else item.measured.quantity
-        click.echo(f"missed: {what}: {item.value_text} ({item.limit_text}), {item.measured.where}")
-    counts = result.counts()
-    click.echo(", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Judgement))
+    click.echo(result.conclusion)
+    for _, sentence in result.failures:
+        click.echo(f"  {sentence}")
     click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
     show_warnings(result.warnings)
     unanswered = result.unanswered | {f"criterion {key}": why for key, why in result.unevaluated.items()}
     reasons = dict.fromkeys(unanswered.values())
     failures = [
-        f"{', '.join(name for name, why in unanswered.items() if why == reason)}: not answered, because {reason}"
+        f"{', '.join(name for name, why in unanswered.items() if why == reason)}: unanswered, because {reason}"
         for reason in reasons
     ]
     if result.instability:

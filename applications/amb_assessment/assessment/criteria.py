@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from string import Formatter
 from typing import Literal
 
 from pydantic import Field, model_validator
@@ -17,10 +18,11 @@ from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 
 Reading = Literal["read", "secondary", "recalled", "own", "missing"]
+WORDS = ("value", "limit", "where", "zone")  # of a sentence on a failure
 READINGS: Mapping[Reading, str] = {
     "read": "read in the standard",
-    "secondary": "from a secondary source; the standard itself was not read",
-    "recalled": "recalled; no source was read",
+    "secondary": "from a secondary source; not checked against the standard",
+    "recalled": "from memory; not checked against the standard",
     "own": "own criterion",
     "missing": "its limits are unknown; no source was found",
 }
@@ -47,13 +49,17 @@ class Criterion(Table):
     source, known
         Source of the number, and its reliability. A criterion without a source is `missing`: it has no limit, and the
         quantity is reported without a verdict.
+    failure
+        Sentence if it fails, in which `{value}`, `{limit}`, `{where}`, `{zone}` and the variables of formulas stand for
+        texts; by default `what`, value, limit and place.
     advice
-        Advice if it is missed.
+        Advice if it fails.
     """
 
     key: str = Field(pattern=r"^[a-z0-9_]+$")
     clause: str = ""
     what: str
+    failure: str = ""
     quantity: str
     unit: str = ""
     relation: Literal["below", "above"] = "below"
@@ -83,7 +89,16 @@ class Criterion(Table):
             raise ValueError(f"criterion {self.key}: zones must ascend")
         for formula in filter(None, (self.limit, self.when)):
             names_in(formula)
+        _ = self.named_in_failure
         return self
+
+    @property
+    def named_in_failure(self) -> set[str]:
+        """The names between braces in `failure`."""
+        try:
+            return {name for _, name, _, _ in Formatter().parse(self.failure) if name is not None}
+        except ValueError as error:
+            raise ValueError(f"criterion {self.key}: failure = {self.failure!r} is not allowed: {error}") from error
 
     @property
     def where(self) -> str:
@@ -149,6 +164,9 @@ def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
                     evaluate(formula, facts)
                 except ValueError as error:
                     raise ValueError(f"criterion {criterion.key}: {error}") from error
+        if unknown := sorted(criterion.named_in_failure - {*WORDS, *known}):
+            hint = suggest(unknown[0], [*WORDS, *known])
+            raise ValueError(f"criterion {criterion.key}: failure has no {unknown[0]!r}; {hint}")
 
 
 def packaged_criteria() -> dict[str, Path]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -34,9 +35,9 @@ class Judgement(StrEnum):
     """Verdict on a quantity or an analysis."""
 
     MET = "met"
-    MISSED = "missed"
+    FAILED = "failed"
     NOT_JUDGED = "no criterion"
-    UNANSWERED = "not answered"
+    UNANSWERED = "unanswered"
 
 
 @dataclass(frozen=True)
@@ -52,11 +53,11 @@ class Quantity:
     note
         Note for the reader.
     open
-        Reason why the value may become worse, so that a criterion can be missed but not met; otherwise empty.
+        Reason why the value may become worse, so that a criterion can fail but not be met; otherwise empty.
     chaotic
-        Reason why the value is chance, so that a criterion can be neither met nor missed; otherwise empty.
+        Reason why the value is chance, so that a criterion can neither be met nor fail; otherwise empty.
     levitated
-        Whether it describes a levitated rotor: if the loop is unstable, its criteria are not answered.
+        Whether it describes a levitated rotor: if the loop is unstable, its criteria are unanswered.
     """
 
     quantity: str
@@ -104,6 +105,8 @@ class Finding:
         The verdict, its limit, and the zone if the criterion has zones.
     reason
         Reason for a missing verdict.
+    facts
+        Variables of the machine and of the quantity.
     """
 
     measured: Quantity
@@ -112,11 +115,29 @@ class Finding:
     limit: float | None = None
     zone: str = ""
     reason: str = ""
+    facts: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def advice(self) -> str:
-        """Advice for a missed criterion."""
-        return self.criterion.advice if self.criterion is not None and self.verdict is Judgement.MISSED else ""
+        """Advice for a failed criterion."""
+        return self.criterion.advice if self.criterion is not None and self.verdict is Judgement.FAILED else ""
+
+    @property
+    def excess(self) -> float:
+        """How far the value is beyond the limit, in the unit of both; negative if it is within."""
+        if self.criterion is None or self.limit is None:
+            return -math.inf
+        return (self.measured.value - self.limit) * (1.0 if self.criterion.relation == "below" else -1.0)
+
+    @property
+    def sentence(self) -> str:
+        """The failure of a criterion as a sentence, with the number and the limit."""
+        if self.criterion is None or not self.criterion.failure:
+            what = self.measured.title if self.criterion is None else self.criterion.what
+            return f"{what}: {self.value_text} ({self.limit_text}), {self.measured.where}"
+        limit = "" if self.limit is None else _with_unit(self.limit, self.criterion.unit)
+        words = {"value": self._number_with_unit, "limit": limit, "where": self.measured.where, "zone": self.zone}
+        return self.criterion.failure.format_map({name: _grouped(x) for name, x in self.facts.items()} | words)
 
     @property
     def limit_text(self) -> str:
@@ -130,17 +151,26 @@ class Finding:
 
     @property
     def value_text(self) -> str:
-        """The value with unit and zone, with enough digits to distinguish it from a missed limit."""
+        """The value with unit and zone."""
+        return f"{self._number_with_unit}, zone {self.zone}" if self.zone else self._number_with_unit
+
+    @property
+    def _number_with_unit(self) -> str:
+        """The value with its unit, with enough digits to distinguish it from a limit that it fails."""
         value, unit, limit = self.measured.value, self.measured.unit, self.limit
         number = number_text(value)
-        if self.verdict is Judgement.MISSED and limit is not None and number == number_text(limit):
+        if self.verdict is Judgement.FAILED and limit is not None and number == number_text(limit):
             number = next(text for n in range(5, 18) if (text := f"{value:.{n}g}") != f"{limit:.{n}g}")
-        text = number if unit in ("", "1") else f"{number} {unit}"
-        return f"{text}, zone {self.zone}" if self.zone else text
+        return number if unit in ("", "1") else f"{number} {unit}"
 
 
 def _with_unit(value: float, unit: str) -> str:
     return number_text(value) if unit in ("", "1") else f"{number_text(value)} {unit}"
+
+
+def _grouped(value: float) -> str:
+    """Return a number as text, with a comma between thousands from 10,000 on."""
+    return f"{value:,.0f}" if abs(value) >= 1e4 else number_text(value)
 
 
 def judge(
@@ -184,7 +214,7 @@ def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float], in
         if instability:
             return Finding(item, criterion, Judgement.UNANSWERED, reason=instability)
         limit = criterion.limit_of(facts)
-        verdict = Judgement.MET if criterion.is_met(item.value, facts) else Judgement.MISSED
+        verdict = Judgement.MET if criterion.is_met(item.value, facts) else Judgement.FAILED
     except ValueError as error:
         return Finding(item, criterion, Judgement.UNANSWERED, reason=str(error))
     if criterion.unit != item.unit:
@@ -192,4 +222,4 @@ def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float], in
         return Finding(item, criterion, Judgement.UNANSWERED, reason=reason)
     if reason := item.chaotic or (item.open if verdict is Judgement.MET else ""):
         return Finding(item, criterion, Judgement.UNANSWERED, limit, reason=reason)
-    return Finding(item, criterion, verdict, limit, criterion.zone_of(item.value))
+    return Finding(item, criterion, verdict, limit, criterion.zone_of(item.value), facts=facts)

@@ -8,9 +8,10 @@ import pytest
 from click.testing import CliRunner
 
 from amb_assessment.assessment.assess import Analysis, Assessment
-from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria, unread
+from amb_assessment.assessment.conclusion import answer, by_criterion, failures
+from amb_assessment.assessment.criteria import READINGS, Criterion, check_formulas, load_criteria, unread
 from amb_assessment.assessment.expressions import evaluate, names_in
-from amb_assessment.assessment.findings import AnalysisResult, Judgement, Quantity, judge
+from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, Quantity, judge
 from amb_assessment.assessment.quantities import VARIABLES
 from amb_cosim.commands.cli import main
 from tests.support.messages import assert_names, raises_naming
@@ -98,7 +99,7 @@ def test_an_amplification_below_2_5_requires_no_margin():
     within = Quantity("separation_margin", "here", -5.0, "%", {"AF": 2.4, "N_c": 8000.0})
     sharp = Quantity("separation_margin", "here", -5.0, "%", {"AF": 2.6, "N_c": 8000.0})
     assert [item.verdict for item in judge([within], load_criteria(), MACHINE)] == [Judgement.NOT_JUDGED]
-    assert [item.verdict for item in judge([sharp], load_criteria(), MACHINE)] == [Judgement.MISSED]
+    assert [item.verdict for item in judge([sharp], load_criteria(), MACHINE)] == [Judgement.FAILED]
 
 
 def test_formulas_of_the_machine_alone_are_evaluated_by_a_check():
@@ -143,7 +144,7 @@ def test_a_value_equal_to_its_limit_meets_it(relation, met):
 def test_a_value_that_misses_its_limit_is_not_rounded_to_it(value, printed):
     """100 % (at most 100 %) would say that it is met; a value that meets it may be rounded to it."""
     (result,) = judge([Quantity("q", "here", value, "%")], [Criterion(**ABOUT, unit="%", limit="100")], {})
-    assert (result.verdict is Judgement.MISSED, result.value_text) == (value > 100.0, printed)
+    assert (result.verdict is Judgement.FAILED, result.value_text) == (value > 100.0, printed)
 
 
 def test_a_quantity_in_another_unit_is_not_judged():
@@ -207,9 +208,76 @@ def test_criteria_are_read_from_a_user_file(tmp_path):
     (criterion,) = load_criteria([path])
     assert criterion.where == "works standard"
     (result,) = judge([Quantity("probe_displacement", "here", 11.0, "um")], [criterion], {})
-    assert (result.verdict, result.advice, result.limit_text) == (Judgement.MISSED, "balance", "at most 10 um")
+    assert (result.verdict, result.advice, result.limit_text) == (Judgement.FAILED, "balance", "at most 10 um")
     with raises_naming(ValueError, "api_618", "api_617"):
         load_criteria(["api_618"])
+
+
+def test_a_critical_speed_in_the_range_is_a_sentence_with_speed_range_and_amplification():
+    machine = MACHINE | {"N_min": 9600.0, "N_mc": 12000.0}
+    inside = Quantity("separation_margin", "mode 2", -3.304, "%", {"AF": 3.2, "N_c": 11604.0})
+    ((_, sentence),) = failures(judge([inside], load_criteria(["api_617"]), machine))
+    assert_names(sentence, "11,604 rpm", "9600 to 12,000 rpm", "3.2", "2.5")
+
+
+def test_the_sentence_of_every_packaged_criterion_has_its_number_and_its_limit():
+    """A limit of 0.15 and a value of 0.17 differ from all other numbers in these sentences."""
+    for criterion in load_criteria():
+        if criterion.known == "missing":
+            assert not criterion.failure
+            continue
+        names = ["N_min", "N_mc", "N_trip", "mass", "grade", *VARIABLES[criterion.quantity]]
+        quantity = Quantity(criterion.quantity, "at the end", 0.17, criterion.unit)
+        found = Finding(quantity, criterion, Judgement.FAILED, 0.15, facts=dict.fromkeys(names, 3.0))
+        limit = "2.5" if criterion.key == "critical_in_range" else "0.15"  # of the amplification, not of the margin
+        number = "3 rpm" if criterion.key == "critical_in_range" else "0.17"
+        assert_names(found.sentence, number, limit)
+
+
+def test_a_criterion_fails_by_the_worst_of_its_cases():
+    """Above a limit the smallest value is the worst, below one the largest."""
+    values = [Quantity("q", f"at {value:g}", value) for value in (1.0, 3.0, 2.0)]
+    for relation, worst in (("above", "at 1"), ("below", "at 3")):
+        limit = {"above": "2.5", "below": "1.5"}[relation]
+        findings = judge(values, [Criterion(**ABOUT, limit=limit, relation=relation)], MACHINE)
+        ((case, sentence),) = failures(findings)
+        assert case.measured.where == worst
+        assert_names(sentence, worst, "2 cases")
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "failed_parts", "facts"),
+    [
+        ({"a": "FAILED", "b": "UNANSWERED", "c": "MET"}, {}, ("Not yet", "1 of 3", "1 unanswered")),
+        ({"a": "MET", "b": "UNANSWERED"}, {}, ("Undecided", "1 of 2", "1 unanswered")),
+        ({"a": "MET"}, {"rest": "no sites"}, ("Undecided", "1 of 1", "rest")),
+        ({"a": "MET", "b": "MET"}, {}, ("Yes", "2")),
+        ({"a": "NOT_JUDGED"}, {}, ("No verdict",)),
+    ],
+)
+def test_the_answer_counts_criteria(verdicts, failed_parts, facts):
+    criteria = {key: Criterion(**ABOUT | {"key": key}, limit="1") for key in verdicts}
+    found = [Finding(Quantity("q", "here", 2.0), criteria[key], Judgement[name]) for key, name in verdicts.items()]
+    assert_names(answer(found, failed_parts), *facts)
+    assert_names(answer(found, failed_parts, ["closed_loop"]), "closed_loop")
+
+
+def test_cases_of_a_criterion_count_once():
+    cases = [
+        Finding(Quantity("q", "here", 2.0), Criterion(**ABOUT, limit="1"), v) for v in (Judgement.MET, Judgement.FAILED)
+    ]
+    assert by_criterion(cases) == {"own": Judgement.FAILED}
+
+
+@pytest.mark.parametrize("failure", ["{valeu}", "{value.__class__}", "{value", "{}"])
+def test_a_sentence_with_other_names_is_refused(failure):
+    with raises_naming(ValueError, "criterion own", "failure"):
+        check_formulas([Criterion(**ABOUT | {"quantity": "separation_margin"}, limit="1", failure=failure)], MACHINE)
+
+
+def test_a_limit_that_nobody_checked_says_so():
+    unchecked = [text for known, text in READINGS.items() if known in ("secondary", "recalled")]
+    assert all("not checked against the standard" in text for text in unchecked)
 
 
 def test_the_page_lists_all_quantities_with_their_variables():

@@ -67,7 +67,7 @@ def test_a_rotor_that_does_not_levitate_meets_no_criterion_of_its_loop(machine, 
     path = with_law(machine, tmp_path, change)
     found = assess(path)
     verdicts = {item.criterion.key: item.verdict for item in found.findings if item.criterion}
-    assert verdicts.pop("stable") is Judgement.MISSED
+    assert verdicts.pop("stable") is Judgement.FAILED
     judged = {key: verdict for key, verdict in verdicts.items() if verdict is not Judgement.UNANSWERED}
     assert judged.keys() <= PLANT_ALONE
     expected = {"level_one_decrement", "level_one_ratio", "level_two_decrement"}
@@ -84,7 +84,7 @@ def test_unanswered_criteria_of_a_fallen_rotor_end_with_exit_code_1(tmp_path):
         main, ["assess", str(path), "--no-pdf", "-o", str(tmp_path / "page"), "--only", "cross_coupling"]
     )
     assert ended.exit_code == 1
-    assert_names(ended.output, "level_one_decrement", "level_one_ratio", "not answered", "drift", "amb_a.x")
+    assert_names(ended.output, "level_one_decrement", "level_one_ratio", "unanswered", "drift", "amb_a.x")
 
 
 @pytest.mark.parametrize("quantity", ["decrement", "decrement_anticipated", "cross_coupling_ratio"])

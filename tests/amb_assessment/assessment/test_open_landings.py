@@ -21,7 +21,7 @@ from tests.support.messages import assert_names, raises_naming
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 
 
-@pytest.mark.parametrize(("value", "verdict"), [(0.0, Judgement.UNANSWERED), (12.5, Judgement.MISSED)])
+@pytest.mark.parametrize(("value", "verdict"), [(0.0, Judgement.UNANSWERED), (12.5, Judgement.FAILED)])
 def test_an_unfinished_landing_is_missed_or_open_and_never_met(value, verdict):
     item = Quantity("landing_failed", "of 8 landings", value, "%", open="3 of 8 landings have not ended")
     (found,) = judge([item], load_criteria(["physics"]), {})
@@ -50,10 +50,10 @@ def test_the_force_of_a_backward_whirl_decides_nothing(monkeypatch, whirling):
     (item,) = rest._convergence(subject_of(load_machine(BLOWER)), 900.0, {}, {})
     assert item.value == pytest.approx(100.0 * (169.0 / 56.0 - 1.0))
     (found,) = judge([item], load_criteria(["physics"]), {})
-    assert found.verdict is (Judgement.UNANSWERED if whirling else Judgement.MISSED)
+    assert found.verdict is (Judgement.UNANSWERED if whirling else Judgement.FAILED)
     if whirling:
         assert_names(found.reason, "backward", *(f"{n} shapes" for n in whirling))
-    assert judge([replace(item, value=0.0)], load_criteria(["physics"]), {})[0].verdict is not Judgement.MISSED
+    assert judge([replace(item, value=0.0)], load_criteria(["physics"]), {})[0].verdict is not Judgement.FAILED
 
 
 def test_a_machine_without_gravity_does_not_land():
@@ -120,7 +120,7 @@ def test_a_landing_on_the_stators_is_not_survived(tmp_path, monkeypatch):
         item.criterion.key: item for item in judge(result.measured, load_criteria(["physics"]), {}) if item.criterion
     }
     for key in ("landing_survived", "landing_on_retainers_alone"):
-        assert found[key].verdict is Judgement.MISSED
+        assert found[key].verdict is Judgement.FAILED
         assert found[key].measured.value == 100.0
 
 

@@ -228,7 +228,7 @@ def assert_same_runs(found, reference):
     for key, expected in reference.items():
         pairs = [{first, other} for (_, first), (_, other) in zip(found[key], expected, strict=True)]
         if key[1].startswith("landing_"):
-            assert {Judgement.MET, Judgement.MISSED} not in pairs, key
+            assert {Judgement.MET, Judgement.FAILED} not in pairs, key
         else:
             assert all(len(pair) == 1 for pair in pairs), key
         if key[1] in ORBITS:
@@ -315,6 +315,6 @@ def test_a_resonance_within_the_range_is_missed():
     for of in (file, faster):
         found = assess(of, only=["unbalance"])
         assert not found.unanswered
-        verdicts.append({item.criterion.key for item in found.missed})
+        verdicts.append({item.criterion.key for item in found.failed})
     assert verdicts[0] == set()
     assert "critical_in_range" in verdicts[1]

@@ -90,7 +90,7 @@ def test_a_mode_above_2_khz_has_its_own_peak():
     assert above[:, 0].max() > 4.0
     item = Quantity("sensitivity_peak_beyond", "far_end.x", 34.0, "1")
     (found,) = judge([item], load_criteria(["physics"]), {})
-    assert found.verdict is Judgement.MISSED
+    assert found.verdict is Judgement.FAILED
 
 
 def resonant(loop, Omega):

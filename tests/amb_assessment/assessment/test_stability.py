@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 from types import SimpleNamespace
@@ -67,7 +68,7 @@ def test_half_the_gain_in_one_axis_makes_the_rotor_drift(weak):
     """The pole is real: |z| = 1.0029, and grows by 58 1/s."""
     found = verdicts(weak)
     stable = found["stable"]
-    assert (stable.verdict, stable.measured.facts["frequency"]) == (Judgement.MISSED, 0.0)
+    assert (stable.verdict, stable.measured.facts["frequency"]) == (Judgement.FAILED, 0.0)
     assert stable.measured.value == pytest.approx(1.0029, abs=1e-4)
     assert stable.measured.facts["growth_rate"] == pytest.approx(58.0, abs=0.5)
     assert_names(stable.measured.where, "drift", "amb_a.x")
@@ -94,16 +95,24 @@ def test_an_unstable_machine_ends_the_command_with_exit_code_1(tmp_path):
     ended = CliRunner().invoke(main, [*values, "--only", "closed_loop"])
     assert ended.exit_code == 1
     assert_names(ended.output, "machine is not stable", "drift", "amb_a.x")
+    first, *sentences = ended.stdout.splitlines()
+    data = json.loads((tmp_path / "page" / "assessment.json").read_text(encoding="utf-8"))
+    judged = [item for item in data["parts"]["closed_loop"]["findings"] if "criterion" in item]
+    keys = {item["criterion"]["key"] for item in judged}
+    failed = len({item["criterion"]["key"] for item in judged if item["verdict"] == "failed"})
+    assert_names(first, f"{failed} of {len(keys)}", f"{len(keys) - failed} unanswered", "closed_loop")
+    assert_names(sentences[0], "unstable", "amb_a.x", "drift")
+    assert sum(line.startswith("  ") for line in sentences) == failed
     ended = CliRunner().invoke(main, [*values, "--only", "envelope", "--only", "unbalance"])
     assert ended.exit_code == 1
-    assert_names(ended.output, "unbalance", "envelope", "not answered", "loop is not stable")
+    assert_names(ended.output, "unbalance", "envelope", "unanswered", "loop is not stable")
 
 
 @pytest.mark.parametrize("machine", [BLOWER / "machine.toml", "compressor"])
 def test_a_gain_of_the_wrong_sign_is_missed_and_has_no_responses(machine, tmp_path):
     law = Path(load_machine(machine).controller)
     found = assess(with_law(machine, reversed_law(law, tmp_path)), only=["closed_loop", "unbalance", "envelope"])
-    assert verdicts(found)["stable"].verdict is Judgement.MISSED
+    assert verdicts(found)["stable"].verdict is Judgement.FAILED
     assert set(found.unanswered) == {"unbalance", "envelope"}
 
 
@@ -137,9 +146,9 @@ def test_an_unstable_corner_misses_its_sensitivity_and_stability(expander):
     found = {
         item.criterion.key: item for item in judge(result.measured, load_criteria(), subject.facts) if item.criterion
     }
-    assert found["stable_with_tolerances"].verdict is Judgement.MISSED
+    assert found["stable_with_tolerances"].verdict is Judgement.FAILED
     assert found["stable_with_tolerances"].measured.value > 1.0001
-    assert found["sensitivity_with_tolerances"].verdict is Judgement.MISSED
+    assert found["sensitivity_with_tolerances"].verdict is Judgement.FAILED
     assert "without a sensitivity" in found["sensitivity_with_tolerances"].measured.note
     rows = result.tables[0].rows
     assert sum("vibration of 4" in motion and peak == "not stable" for *_, motion, _, peak in rows) >= 8
@@ -190,7 +199,7 @@ def test_speeds_below_the_operating_range_are_judged(expander):
     assert not worst.is_stable
     assert worst.speed == pytest.approx(SWIRL, rel=0.01)
     (found,) = (f for f in assess(file, only=["closed_loop"]).findings if f.criterion and f.criterion.key == "stable")
-    assert (found.verdict, found.measured.value) == (Judgement.MISSED, pytest.approx(worst.radius, abs=1e-9))
+    assert (found.verdict, found.measured.value) == (Judgement.FAILED, pytest.approx(worst.radius, abs=1e-9))
 
 
 def test_a_low_gain_between_two_entries_of_a_table_is_judged(tmp_path):
@@ -199,7 +208,7 @@ def test_a_low_gain_between_two_entries_of_a_table_is_judged(tmp_path):
     text = (BLOWER / "controller.toml").read_text(encoding="utf-8")
     (tmp_path / "scheduled.toml").write_text(text.replace("gain = -1\n", f"gain = {speeds}\n", 1), encoding="utf-8")
     found = assess(with_law(BLOWER / "machine.toml", tmp_path / "scheduled.toml"), only=["closed_loop", "envelope"])
-    assert verdicts(found)["stable"].verdict is Judgement.MISSED
+    assert verdicts(found)["stable"].verdict is Judgement.FAILED
     assert verdicts(found)["stable"].measured.facts["N"] == pytest.approx(5100.0, abs=60.0)
     assert set(found.unanswered) == {"envelope"}
 

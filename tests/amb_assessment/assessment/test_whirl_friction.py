@@ -87,7 +87,7 @@ def test_an_equivalent_description_has_the_same_whirl_friction(machine, same, tm
     with threadpool_limits(2, user_api="blas"):
         after = least(tmp_path)
     assert after.value == pytest.approx(before.value, rel=2e-3)
-    assert verdict_on(after) is verdict_on(before) is Judgement.MISSED
+    assert verdict_on(after) is verdict_on(before) is Judgement.FAILED
 
 
 def test_whirl_friction_on_rigid_retainers_is_near_that_of_a_rigid_rotor():
@@ -193,7 +193,7 @@ def test_whirl_friction_of_a_machine_is_found_once_for_all_landings(monkeypatch)
     ("friction", "whirling", "verdict"),
     [
         (0.31, 0.0, Judgement.MET),
-        (0.31, 12.5, Judgement.MISSED),
+        (0.31, 12.5, Judgement.FAILED),
         (0.24, 0.0, Judgement.NOT_JUDGED),
         (0.24, 12.5, Judgement.NOT_JUDGED),
     ],
@@ -206,7 +206,7 @@ def test_whirling_landings_are_judged_only_below_the_whirl_friction(friction, wh
 def test_whirl_friction_just_below_the_coefficient_leaves_it_to_chance():
     item = Quantity("whirl_friction", "td_a, 0 rpm", 0.24, "1", {"friction": FRICTION})
     assert_names(chance(item), "0.15", "0.24", "chance")
-    assert verdict_on(item) is Judgement.MISSED
+    assert verdict_on(item) is Judgement.FAILED
     assert not chance(Quantity("whirl_friction", "td_a, 0 rpm", 0.31, "1", {"friction": FRICTION}))
 
 
@@ -217,7 +217,7 @@ def test_whirl_friction_just_below_the_coefficient_leaves_it_to_chance():
         (0.24, 1, Judgement.UNANSWERED),
         (0.24, 8, Judgement.UNANSWERED),
         (0.31, 0, Judgement.MET),
-        (0.31, 1, Judgement.MISSED),
+        (0.31, 1, Judgement.FAILED),
     ],
 )
 def test_contact_in_whirling_landings_counts_unless_left_to_chance(friction, whirling, verdict, monkeypatch):

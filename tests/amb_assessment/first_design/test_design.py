@@ -92,7 +92,7 @@ def test_a_node_between_sensor_and_magnet_is_a_shortfall(tmp_path):
     findings = [finding for part in result.parts for finding in part.findings]
     first = next(finding for finding in findings if finding.measured.quantity == "mode_reach")
     assert first.measured.value < 0.0
-    assert first.verdict == Judgement.MISSED
+    assert first.verdict == Judgement.FAILED
 
 
 @pytest.mark.slow
