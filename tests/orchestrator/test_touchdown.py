@@ -176,7 +176,7 @@ def test_a_rotor_that_swings_at_the_bottom_without_growing_rocks(amplitude, degr
     result = touchdown(dataset)
     assert (result.rest_after, result.rocks_within) == (None, pytest.approx(degrees, rel=0.03))
     off = {f"amb_actuator.mb1.amplifier_off_{axis}": ("time", dataset["time"].values >= RELEASE) for axis in "xy"}
-    assert_names(summarise(dataset.assign(off)).verdict.sentence, f"rocks within {result.rocks_within:.0f} deg")
+    assert_names(summarise(dataset.assign(off)).verdict.sentence, f"swings up to {result.rocks_within:.0f} deg")
 
 
 @pytest.mark.parametrize(
@@ -286,8 +286,8 @@ def test_upright_rotor_touches_down_when_its_magnets_are_switched_off(fall_summa
     result = touchdown(upright)
     assert result == replace(fall_summary, drop={"mb1": None, "mb2": None})
     rows = dict(zip(*(column.cells for column in table(summarise(upright), whole=True).columns[:2]), strict=True))
-    assert "drop" not in rows
-    assert_names(str(rows["orbit after it"]), "MB1", "0.75 mm")
+    assert "depth of the fall" not in rows
+    assert_names(str(rows["largest orbit from then on"]), "MB1", "0.75 mm")
     panels = [axes.get_title(loc="left") for axes in figure(upright, "touchdown").axes]
     assert panels == ["", "", "Spin speed of rotor and races", "Heat in the retainers", "Temperature of the retainers"]
 

@@ -17,12 +17,13 @@ from amb_cosim.comparison.compare import Source, load
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.cosim.record.warnings import sentences, warnings_of
+from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.places import places
 from amb_cosim.results.result import Result
 from amb_cosim.results.series import cycles, signal, speed, speed_changes, turns
+from amb_cosim.results.warning_sentences import warning_sentences
 from amb_cosim.scenario.simulation import run
 from amb_files.checks import require
 from amb_files.pack_file import default
@@ -236,7 +237,7 @@ def spectra_of(recorded: Signals, highest: float | None = None, window: Number |
         frequencies=lines,
         changing_speed=speed_changes(recorded),
         bearings=result,
-        warnings=tuple(sentences(warnings_of(recorded))),
+        warnings=tuple(warning_sentences(warnings_of(recorded), recorded)),
     )
 
 

@@ -29,6 +29,8 @@ _chosen: dict[str, str] = {}
 _OTHER_NAMES = {"1/min": "rpm"}  # of the same unit
 _LABEL = re.compile(r"^(.*\()?([^()]*)(\))?$")
 _NAMES = "|".join(map(re.escape, [*_OTHER_NAMES, *QUANTITIES]))
+_NUMBER = r"(-?\d[\d.]*(?:e[-+]?\d+)?)"
+_SPEEDS = re.compile(rf"(?<![\w.]){_NUMBER}(?: to {_NUMBER})? rad/s(?![\w/^])")
 _VALUE = re.compile(rf"(?<![\w.])(-?\d[\d.]*(?:e[-+]?\d+)?) ({_NAMES})(?![\w/])")
 
 
@@ -163,6 +165,21 @@ def convert_units_in_text(text: str) -> str:
         return unit.text(float(match[1]) * _size(match[2])) if unit else match[0]
 
     return _VALUE.sub(value, text)
+
+
+def with_speeds_in(text: str, unit: ShownUnit) -> str:
+    """Return a text with its values and ranges in rad/s in another unit.
+
+    Examples
+    --------
+    >>> with_speeds_in("a whirl of -628.319 to -62.8319 rad/s", frequency_unit())
+    'a whirl of -100 to -10 Hz'
+    """
+
+    def value(match: re.Match[str]) -> str:
+        return " to ".join(unit.number(float(number)) for number in match.groups() if number) + f" {unit.label}"
+
+    return _SPEEDS.sub(value, text)
 
 
 def chosen_for(name: str) -> ShownUnit | None:

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.cosim.record.warnings import sentences, warnings_of
+from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.presentation.json_data import JsonKey, Layout, json_data
 from amb_cosim.results import contact_forces, contact_history, energies
 from amb_cosim.results.contact_spectrum import share_beyond_reduction, warnings_beyond_reduction
@@ -25,6 +25,7 @@ from amb_cosim.results.series import event_name, shares_of_steps, speed_changes
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown, touchdown
 from amb_cosim.results.verdict import Verdict, verdict
+from amb_cosim.results.warning_sentences import warning_sentences
 
 AtPlaces = dict[str, float | None]
 
@@ -214,7 +215,7 @@ def summarise(dataset: Signals) -> Summary:
         share_beyond_reduction=share_beyond_reduction(dataset),
         stators=stator_touches(dataset),
         touchdown=fall,
-        warnings=[*sentences(warnings_of(dataset)), *warnings_beyond_reduction(dataset)],
+        warnings=[*warning_sentences(warnings_of(dataset), dataset), *warnings_beyond_reduction(dataset)],
         notices=[
             *json.loads(dataset.attrs.get("notices", "[]")),
             *notices_of_start(dataset),

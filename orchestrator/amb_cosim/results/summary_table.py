@@ -15,6 +15,15 @@ from amb_cosim.results import energies
 from amb_cosim.results.summary import AtPlaces, Summary
 from amb_cosim.results.touchdown import Retainer, Touchdown
 
+METHODS = {  # of the plant's output `solver.method`, in words
+    "exact": "whole by matrices",
+    "pieces": "in parts by matrices",
+    "events": "in substeps around contact events",
+    "no_matrices": "in substeps without matrices",
+    "compliant": "in substeps of a compliant contact law",
+    "integrated": "in substeps throughout",
+}
+
 
 def print_summary(summary: Summary, console: Console, whole: bool = False) -> None:
     """Print verdict, table and warnings; unless `whole`, warnings that do not affect the verdict share one line."""
@@ -63,7 +72,7 @@ def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
         yield "error of the energy balance", balance
     yield "simulated", f"{summary.simulated:.4g} s, {number(summary.real_time_factor)} times real time"
     if summary.steps_by_method is not None:
-        ways = (f"{name.replace('_', ' ')} {100 * share:.3g} %" for name, share in summary.steps_by_method.items())
+        ways = (f"{METHODS.get(name, name)} {100 * share:.3g} %" for name, share in summary.steps_by_method.items())
         yield "steps of the rotor", ", ".join(ways)
 
 
@@ -128,13 +137,13 @@ def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
         ("standstill", touchdown.standstill_after),
     )
     rocks = touchdown.rocks_within
-    moves = "moving" if rocks is None else f"rocking within {number(rocks)} deg"
+    moves = "moving" if rocks is None else f"swings up to {number(rocks)} deg"
     has_fallen = any(mm is not None for mm in touchdown.drop.values())
     moved = touchdown.drop if has_fallen else touchdown.orbit
     return [
-        ("release", f"{number(touchdown.release)} s after cycle 0"),
+        ("power lost or first contact", f"{number(touchdown.release)} s after cycle 0"),
         (
-            "drop" if has_fallen else "orbit after it",
+            "depth of the fall" if has_fallen else "largest orbit from then on",
             ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in moved.items()),
         ),
         ("first impacts", "\n".join(hits) or "-"),

@@ -10,11 +10,13 @@ from typing import Literal
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.cosim.record.warnings import sentences, warnings_of
+from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit, speed_unit
 from amb_cosim.results import contact_history
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, touches
+from amb_cosim.results.landing_rows import landing_rows, whirl_text
+from amb_cosim.results.magnet_use import magnet_use_rows
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power
@@ -30,6 +32,7 @@ from amb_cosim.results.series import (
 )
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown
+from amb_cosim.results.warning_sentences import warning_sentences
 
 Word = Literal[
     "recovered",
@@ -98,11 +101,15 @@ def verdict(dataset: Signals, fall: Touchdown | None = None) -> Verdict:
     if touches and word not in BROKEN_OFF:
         where = _listed([touch.bearing.upper() for touch in touches.values()])
         word, sentence = "stator", f"the rotor touched the stator at {where}; {sentence}"
-    facts = [_speed(dataset), _margin(dataset, word), _force(dataset), _time_in_contact(dataset), _stators(touches)]
+    landed = landing_rows(dataset, fall) if fall is not None and without_power(dataset)[-1] else ()
+    facts = [_speed(dataset), _margin(dataset, word), _force(dataset), *landed, _time_in_contact(dataset)]
+    facts += [_stators(touches), *magnet_use_rows(dataset)]
     if dataset.attrs.get("stopped"):
         facts.append(("stopped", str(dataset.attrs["stopped"])))
     warned = [w for w in warnings_of(dataset) if w.variable.rpartition(".")[2] in QUESTIONING]
-    return Verdict(word, sentence, tuple(fact for fact in facts if fact is not None), tuple(sentences(warned)))
+    return Verdict(
+        word, sentence, tuple(fact for fact in facts if fact is not None), tuple(warning_sentences(warned, dataset))
+    )
 
 
 def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tuple[Word, str]:
@@ -133,9 +140,9 @@ def _ending(dataset: Signals, last: float | None, fall: Touchdown | None) -> tup
         rest, rocks = (None, None) if fall is None else (fall.rest_after, fall.rocks_within)
         if not touched:
             return "landed", f"no magnet has power, and the rotor has not touched since {_moment(dataset, last)}"
-        moves = "still moves" if rocks is None else f"rocks within {rocks:.0f} deg"
-        lies = f"the rotor {moves} on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
-        return "landed", f"no magnet has power, and {lies} {where}"
+        lies = "the rotor still moves on" if rest is None else f"after {rest:.3g} s the rotor lies in place on"
+        lies = f"{lies} {where}" if rocks is None else f"the rotor lies on {where} and swings up to {rocks:.0f} deg"
+        return "landed", f"no magnet has power, and {lies}{_whirled(fall)}"
     return recovery if recovery == "trapped" else "undecided", _at_the_end(dataset, last)
 
 
@@ -150,6 +157,14 @@ def _at_the_end(dataset: Signals, last: float) -> str:
     unit, size = ("s", float(dataset.attrs["period_s"])) if speed_changes(dataset) else ("cycles", 1.0)
     needed = f"recovery takes {contact_history.RECOVERY_CYCLES * size:.3g} {unit}"
     return f"free of contact for {(end - last) * size:.3g} {unit} {ends}; {needed}"
+
+
+def _whirled(fall: Touchdown | None) -> str:
+    """Return whether the rotor whirled during a landing; empty if that was not recorded."""
+    if fall is None or all(item.whirl is None for item in fall.retainers.values()):
+        return ""
+    whirled = whirl_text(fall)
+    return f"; it whirled {whirled}" if whirled else "; no whirl"
 
 
 def _listed(names: Sequence[str]) -> str:

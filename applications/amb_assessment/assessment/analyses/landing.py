@@ -67,7 +67,7 @@ class Landing:
         """The landing as texts."""
         if self.failure:
             return (f"{self.friction:g}", f"{self.phase:.0f}", self.failure, "", "", "")
-        rocking = "not ended" if self.rocks_within is None else f"rocks within {self.rocks_within:.0f} deg"
+        rocking = "not ended" if self.rocks_within is None else f"swings up to {self.rocks_within:.0f} deg"
         end = "backward whirl" if self.whirls_backward else "at rest" if self.rests else rocking
         touched = ", ".join(self.touches) or "nothing"
         return (f"{self.friction:g}", f"{self.phase:.0f}", f"{self.force:.4g}", end, touched, f"{self.heat:.4g}")

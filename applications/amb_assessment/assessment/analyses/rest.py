@@ -187,7 +187,7 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
     """Yield times and heats of a fall, and the largest temperature of retainers with a heat capacity."""
     end, sites = float(times[-1]), touchdown.retainers
     where, rest = f"in {end:.4g} s without power", touchdown.rest_after
-    rocking = "" if touchdown.rocks_within is None else f"; it rocks within {touchdown.rocks_within:.2g} deg"
+    rocking = "" if touchdown.rocks_within is None else f"; it swings up to {touchdown.rocks_within:.2g} deg"
     note = f"not at rest within {end:.4g} s, the end of the run{rocking}" if rest is None else ""
     yield Quantity("rest_time", where, end if rest is None else rest, "s", {}, note)
     heat = sum(item.heat or 0.0 for item in sites.values())

@@ -1,0 +1,97 @@
+"""The largest current and force of the magnets of a run, as shares of their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.units import force_unit
+from amb_cosim.results.component_names import ACTUATOR
+from amb_cosim.results.magnet_limits import (
+    Limits,
+    amplifier_off,
+    current_limits,
+    flowing_current,
+    force_limits,
+    magnet_force,
+)
+from amb_cosim.results.places import places
+from amb_cosim.results.series import cycles, parameters
+from array_types import Array
+
+
+class Use(NamedTuple):
+    """The largest share of a limit, the value that has it, that limit, and the axis."""
+
+    share: float
+    value: float
+    limit: float
+    axis: str
+
+
+def magnet_use_rows(dataset: Signals) -> Iterator[tuple[str, str]]:
+    """Yield labels and texts of the largest current and force of all axes with power, from cycle 0 on."""
+    current = largest_use(dataset, flowing_current, allowed_currents)
+    if current is not None:
+        value, limit = f"{abs(current.value):.3g}", f"{abs(current.limit):.3g}"
+        yield "largest control current", f"{_percent(current)} of its limit at {current.axis}: {value} A of {limit} A"
+    force = largest_use(dataset, powered_force, force_limits)
+    if force is not None:
+        value, limit = (force_unit(abs(of)).text(abs(of), 3) for of in (force.value, force.limit))
+        where = f"{_percent(force)} of its limit at {force.axis}"
+        yield "largest magnet force", f"{where}: {value} of {limit} with the rotor centred"
+
+
+def largest_use(
+    dataset: Signals,
+    values_of: Callable[[Signals, str], Array | None],
+    limits_of: Callable[[Signals, str], Limits | None],
+) -> Use | None:
+    """Return the largest share of a limit over all axes from cycle 0 on; None if no axis has values and limits.
+
+    share = max(max(v)/high, min(v)/low),   low < 0 < high
+    """
+    after, uses = cycles(dataset) >= 0.0, list[Use]()
+    for axis in (f"{bearing}.{direction}" for bearing in places(dataset).magnetic for direction in "xy"):
+        values, limits = values_of(dataset, axis), limits_of(dataset, axis)
+        if values is None or limits is None or not np.isfinite(values[after]).any():
+            continue
+        extremes = (float(np.nanmin(values[after])), float(np.nanmax(values[after])))
+        signed = [
+            (value, limit) for value, limit in zip(extremes, limits, strict=True) if limit and value * limit > 0.0
+        ]
+        uses += [Use(value / limit, value, limit, axis.upper()) for value, limit in signed]
+    return max(uses, default=None)
+
+
+def allowed_currents(dataset: Signals, axis: str) -> Limits | None:
+    """Return the smallest and largest control current (A) that the controller and the coils allow; None if unknown.
+
+        0 <= I_0 + i <= I_max,   0 <= i_b - i <= I_max
+
+    I_0 is the current of the loaded coil pair, i_b the bias of the other one.
+    """
+    bearing, _, direction = axis.rpartition(".")
+    values = parameters(dataset, ACTUATOR)
+    names = (f"{bearing}.{name}_{direction}" for name in ("bias_current", "static_current", "current_limit"))
+    bias, static, most = (values.get(name) for name in names)
+    of_controller = current_limits(dataset, axis)
+    if bias is None or static is None or most is None:
+        return of_controller
+    low, high = -min(bias + static, most - bias), min(most - bias - static, bias)
+    if of_controller is not None:
+        low, high = max(low, of_controller[0]), min(high, of_controller[1])
+    return (float(low), float(high)) if low < 0.0 < high else None
+
+
+def powered_force(dataset: Signals, axis: str) -> Array | None:
+    """Return the force (N) of an axis at each sample, NaN while its amplifier is off; None if it was not recorded."""
+    force = magnet_force(dataset, axis)
+    return None if force is None else np.where(amplifier_off(dataset, axis), np.nan, force)
+
+
+def _percent(use: Use) -> str:
+    return f"{100.0 * use.share:.3g} %"

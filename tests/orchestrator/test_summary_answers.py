@@ -1,0 +1,132 @@
+"""Lines that a summary puts first: the use of magnets, what a landing did, and warnings in its units."""
+
+import json
+
+import numpy as np
+import pytest
+
+from amb_cosim.cosim.record.warnings import WarningRecord
+from amb_cosim.presentation.units import units
+from amb_cosim.results.landing_rows import landing_rows
+from amb_cosim.results.magnet_use import allowed_currents, largest_use, magnet_use_rows
+from amb_cosim.results.places import RotorPlaces
+from amb_cosim.results.touchdown import Retainer, Touchdown
+from amb_cosim.results.warning_sentences import warning_sentences
+from tests.support.messages import assert_names
+
+
+def with_parameters(dataset, **components):
+    values = json.loads(dataset.attrs["parameters"])
+    merged = {name: values.get(name, {}) | components.get(name, {}) for name in {*values, *components}}
+    return dataset.assign_attrs(parameters=json.dumps(merged))
+
+
+def with_current(dataset, axis, values):
+    """Control currents (A) of an axis between -2 and 8 A by its controller."""
+    bearing, direction = axis.split(".")
+    limits = {f"{bearing}.i_min_{direction}": -2.0, f"{bearing}.i_max_{direction}": 8.0}
+    dataset[f"rolac_controller.{bearing}.i_{direction}"] = ("time", values)
+    return with_parameters(dataset, rolac_controller=limits)
+
+
+def test_current_is_a_share_of_the_limit_on_its_side(synthetic):
+    """-1.5 A of -2 A is 75 %, 4 A of 8 A only 50 %."""
+    dataset = synthetic()
+    values = np.where(dataset["cycle"].values < 3.0, 4.0, -1.5)
+    (row,) = magnet_use_rows(with_current(dataset, "mb1.x", values))
+    assert_names(row[1], "75 %", "MB1.X", "1.5 A", "2 A")
+
+
+def test_current_before_cycle_0_and_without_power_does_not_count(synthetic):
+    dataset = with_current(synthetic(), "mb2.y", np.full(synthetic().sizes["time"], 2.0))
+    cycle = dataset["cycle"].values
+    late = cycle >= 10.0
+    dataset["rolac_controller.mb2.i_y"] = ("time", np.where(late, 8.0, 2.0))
+    dataset["amb_actuator.mb2.amplifier_off_y"] = ("time", late)
+    (row,) = magnet_use_rows(dataset)
+    assert_names(row[1], "25 %", "2 A of 8 A")
+    dataset["amb_actuator.mb2.amplifier_off_y"] = ("time", np.ones_like(late))
+    assert list(magnet_use_rows(dataset)) == []
+
+
+def test_coils_limit_a_current_more_than_the_controller(synthetic):
+    """Bias 3 A, 1 A of load, at most 5 A: the loaded pair has 1 A left, and can lose 4 A; its opposite 3 A and 2 A."""
+    coils = {"mb1.bias_current_x": 3.0, "mb1.static_current_x": 1.0, "mb1.current_limit_x": 5.0}
+    dataset = with_parameters(
+        with_current(synthetic(), "mb1.x", np.full(synthetic().sizes["time"], 0.5)), amb_actuator=coils
+    )
+    assert allowed_currents(dataset, "mb1.x") == (-2.0, 1.0)
+    assert allowed_currents(with_parameters(dataset, rolac_controller={"mb1.i_max_x": 0.8}), "mb1.x") == (-2.0, 0.8)
+
+
+def test_without_limits_there_is_no_use(synthetic):
+    assert largest_use(synthetic(), lambda *_: np.ones(synthetic().sizes["time"]), lambda *_: None) is None
+
+
+def retainer(whirl="none", speed=None, heat=10.0, temperature=None):
+    return Retainer(0.1, 0.2, 0.3, whirl, speed, 1.0, heat, heat, None, temperature)
+
+
+def fall(**retainers):
+    return Touchdown(0.1, {}, {}, (), retainers, None, None, None, None, None)
+
+
+def test_a_landing_states_whirl_contact_heat_temperature_and_final_speed(synthetic):
+    slows = json.dumps([(0.0, 100.0 * np.pi), (0.4, 50.0 * np.pi)])  # 3000 to 1500 rpm
+    sites = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2", "bush"), magnetic=("mb1", "mb2"))
+    dataset = synthetic(speed_profile=slows, places=sites.to_json())
+    rows = dict(
+        landing_rows(dataset, fall(rb1=retainer("backward", -20.0 * np.pi, 40.0, 350.0), bush=retainer(heat=2.0)))
+    )
+    assert_names(rows["whirl"], "backward", "RB1", "600 rpm")
+    before, _, after = rows["touched"].partition("outside")
+    assert ("RB1" in before, "BUSH" in after) == (True, True)
+    assert_names(rows["heat in contact"], "42 J", "40 J at RB1")
+    assert_names(rows["highest temperature"], "350 K", "RB1")
+    assert float(rows["speed at the end"].split()[0]) == pytest.approx(1500.0, rel=0.01)
+
+
+def test_a_landing_without_heat_capacity_says_what_its_temperature_needs(synthetic):
+    rows = dict(landing_rows(synthetic(), fall(rb2=retainer())))
+    assert_names(rows["highest temperature"], "rb2.heat_capacity")
+    assert rows["whirl"] == "none"
+    assert "highest temperature" not in dict(landing_rows(synthetic(), fall(rb2=retainer(heat=None))))
+
+
+def passed(site):
+    return WarningRecord("rotor_contact", f"{site}.passed", "k", f"{site} passed by -0.001 m", 0.1, 0.2, 0.3)
+
+
+def test_sites_that_are_off_share_a_sentence_with_depth_clearance_and_times(synthetic):
+    """1.5 mm beyond a clearance of 0.9 mm from 0.1 to 0.3 s at EB2, less and earlier at EB1."""
+    dataset = synthetic()
+    time = dataset["time"].values
+    for site, depth, begin in (("eb1", 5e-4, 0.05), ("eb2", 1.5e-3, 0.1)):
+        within = (time >= begin - 1e-9) & (time <= 0.3 + 1e-9)
+        dataset[f"rotor_contact.{site}.gap"] = ("time", np.where(within, -depth, 2e-4))
+    dataset = with_parameters(dataset, rotor_contact={"eb1.clearance": 9e-4, "eb2.clearance": 9e-4})
+    (sentence,) = warning_sentences([passed("eb1"), passed("eb2")], dataset)
+    assert_names(sentence, "EB1 and EB2", "1.5 mm", "0.9 mm", "0.050 to 0.300 s", "eb1.enabled")
+    (single,) = warning_sentences([passed("eb1")], dataset)
+    assert_names(single, "EB1", "0.5 mm")
+    assert "EB2" not in single
+
+
+def test_sites_that_are_off_without_a_recorded_gap_keep_the_sentence_of_the_fmu(synthetic):
+    assert_names(warning_sentences([passed("eb1")], synthetic())[0], "-0.001 m")
+
+
+def test_speeds_of_warnings_have_the_unit_of_the_summary(synthetic):
+    """A whirl is compared with a frequency, which a summary prints in Hz; a spin speed is in rpm."""
+    whirl = "the whirl at RB1, -628.319 to -62.8319 rad/s, is faster than the frequency"
+    spin = "Omega = 104.72 rad/s is outside the table"
+    records = [
+        WarningRecord("rotor_contact", "rb1.beyond_reduction", "a", whirl),
+        WarningRecord("linear_controller", "outside", "b", spin),
+    ]
+    first, second = warning_sentences(records, synthetic())
+    assert_names(first, "-100 to -10 Hz")
+    assert_names(second, "1000 rpm")
+    assert "rad/s" not in first + second
+    with units("rad/s"):
+        assert_names(warning_sentences(records, synthetic())[0], "-628.3 to -62.83 rad/s")
