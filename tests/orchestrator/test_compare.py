@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from pathlib import Path
 
@@ -11,7 +12,10 @@ import pytest
 import amb_cosim
 from amb_cosim.comparison import compare as comparison
 from amb_cosim.cosim.run.recording import Outcome
+from amb_cosim.presentation.text_tables import rendered
+from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.result import Result
+from tests.support.messages import assert_names
 
 DONE = Outcome("completed", 0.4)
 
@@ -41,8 +45,34 @@ def test_differences_are_to_the_first_run(make):
     assert peak.values == pytest.approx((1234.5, 1851.75, 617.25))
     assert peak.differences == pytest.approx((0.0, 617.25, -617.25))
     assert row(result, "peak_contact_force rb2").differences == (0.0, 0.0, 0.0)
-    assert "+50 %" in str(result)
-    assert "-50 %" in str(result)
+    assert_names(rendered(result.text(whole=True)), "+50 %", "-50 %")
+
+
+def test_verdicts_come_first_and_then_the_rows_of_each_run(make):
+    """The second run is levitated: it has no contact and a margin. All other quantities are printed on request."""
+    free = make(scenario="calm")
+    for name in ("contact_state", "rb1.mode", "rb2.mode", "rb1.f_n", "rb2.f_n", "rb1.impulse", "rb2.impulse"):
+        free.dataset[f"rotor_contact.{name}"] = free.dataset[f"rotor_contact.{name}"] * 0
+    result = amb_cosim.compare(make(), free)
+    first, second, *lines = str(result).splitlines()
+    assert first == f"synthetic: {result.results[0].summary.verdict}"
+    assert second == f"calm: {result.results[1].summary.verdict}"
+    facts = {line.split("  ")[0]: line for line in lines}
+    for side in result.results:
+        for label, text in side.summary.verdict.facts:
+            assert_names(facts[label], text)
+    assert facts["time in contact"].rstrip().endswith("-")
+    assert "cycle duration" not in facts
+    assert "cycle duration" in rendered(result.text(whole=True))
+
+
+def test_a_frequency_of_the_table_has_the_unit_of_the_summary(make):
+    """The band of a summary is in Hz: 200 pi rad/s are 100 Hz."""
+    places = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"), valid_to=200.0 * math.pi, magnetic=("mb1",))
+    text = rendered(amb_cosim.compare(*(make(places=places.to_json()) for _ in "ab")).text(whole=True))
+    (band,) = (line for line in text.splitlines() if line.startswith("peak band"))
+    assert band.split() == ["peak", "band", "Hz", "100", "100", "0"]
+    assert "rad/s" not in text
 
 
 def test_equal_runs_are_equal_to_the_last_bit(make):
@@ -97,7 +127,7 @@ def test_options_apply_to_all_runs_or_to_a_single_run(runner, runs):
 def test_saved_results_give_table_figures_and_data(make, runner, check_picture, tmp_path):
     make().save(tmp_path / "a", plots=False)
     make(force=2.0, scenario="heavy").save(tmp_path / "b", plots=False)
-    result = runner("compare", "a", "b/result.nc", "-o", "out")
+    result = runner("compare", "a", "b/result.nc", "-o", "out", "--all")
     assert result.exit_code == 0, result.output
     assert "+100 %" in result.stdout
     assert "results in out" in result.stdout

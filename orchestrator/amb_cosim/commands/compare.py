@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from amb_cosim.commands.cli_errors import Failed, interrupted, refuse_empty_record, refusing
-from amb_cosim.commands.options import NO_PLOTS, UNITS, UNTIL, output, parse_settings
+from amb_cosim.commands.options import ALL, NO_PLOTS, UNITS, UNTIL, output, parse_settings
 from amb_files.atomic import check_writable
 
 NUMBERED = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
@@ -33,6 +33,7 @@ NUMBERED = re.compile(r"(\d{1,3}):(.*)", re.DOTALL)
 @output("Folder; default: results/comparison.")
 @NO_PLOTS
 @UNITS
+@ALL
 def compare(
     sources: tuple[str, ...],
     settings: tuple[str, ...],
@@ -41,8 +42,9 @@ def compare(
     until: str | None,
     output: Path | None,
     no_plots: bool,
+    show_all: bool,
 ) -> None:
-    """Compare runs or saved results side by side.
+    """Compare runs or saved results: verdicts, then rows side by side.
 
     A, B, ... are names of scenarios, their TOML files, or folders (or files .nc) of saved results. To apply an option
     to one run only, put its number in front: --set 2:rotor_contact.*.law=hertz.
@@ -65,7 +67,7 @@ def compare(
         )
         refuse_empty_record(result.sides[-1].result.outcome)
         result.save(folder, plots=not no_plots)
-    print_parts([*result.text(), f"results in {folder}"])
+    print_parts([*result.text(show_all), f"results in {folder}"])
     failures = [f"{side.label}: {side.result.outcome.failure}" for side in result.sides if side.result.outcome.failure]
     if failures:
         stopped = result.sides[-1].result.outcome.status == "interrupted"

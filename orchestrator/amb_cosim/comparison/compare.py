@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from amb_cosim.comparison.signals import SignalComparison, compare_signals
-from amb_cosim.comparison.table import ComparedValue, rows_of, table_of
+from amb_cosim.comparison.table import ComparedValue, rows_of, table_of, verdicts_and_facts
 from amb_cosim.cosim.basics.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.values import Raw
@@ -78,10 +78,15 @@ class Comparison:
         """The runs."""
         return [side.result for side in self.sides]
 
-    def text(self) -> list[TextBlock]:
-        """Return the table of the summaries, and lines about outcomes and signals."""
+    def text(self, whole: bool = False) -> list[TextBlock]:
+        """Return the verdicts, the rows of each run below them, and a line about the signals.
+
+        With `whole` they are followed by the table of all quantities with differences, and the outcomes.
+        """
+        short = verdicts_and_facts(self.labels, [side.result.summary for side in self.sides])
         outcomes = [f"{side.label}: {side.result.outcome}" for side in self.sides]
-        return [table_of(self.rows, self.labels), *outcomes, *self.signals.text()]
+        others = [table_of(self.rows, self.labels), *outcomes] if whole else []
+        return [*short, *others, *self.signals.text()]
 
     def __str__(self) -> str:
         return rendered(self.text())

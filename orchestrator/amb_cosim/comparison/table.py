@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from rich.table import Table
 
 from amb_cosim.presentation.json_data import units_of
-from amb_cosim.presentation.text_tables import number, text_table
+from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.presentation.units import frequency_unit, speed_unit
 from amb_cosim.results.summary import Summary
 
+BAND = "peak_band"  # the frequency up to which the modes are accurate
 COST = ("wall", "real_time_factor", "steps_by_method")
 LEFT_OUT = ("scenario", "flavour", *COST, "contact_states", "touchdown", "warnings", "notices", "verdict")
 ABSOLUTE = ("1", "cycle")  # units whose differences are absolute rather than percentages
@@ -52,6 +54,18 @@ def rows_of(summaries: Sequence[Summary]) -> tuple[ComparedValue, ...]:
     return tuple(row for row in rows if any(value is not None for value in row.values))
 
 
+def verdicts_and_facts(labels: Sequence[str], summaries: Sequence[Summary]) -> list[TextBlock]:
+    """Return the verdict of each run, and a table of the rows that `amb-cosim run` prints below it."""
+    verdicts = [f"{label}: {summary.verdict}" for label, summary in zip(labels, summaries, strict=True)]
+    facts = [dict(summary.verdict.facts) for summary in summaries]
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for heading in ("", *labels):
+        table.add_column(heading)
+    for name in dict.fromkeys(name for of_run in facts for name in of_run):
+        table.add_row(name, *(of_run.get(name, "-") for of_run in facts))
+    return [*verdicts, table]
+
+
 def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
     """Return a table with a column for each run, and the difference from the first next to the other values.
 
@@ -65,11 +79,24 @@ def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
     for row in rows:
         if not any(row.values):
             continue
-        cells = [row.quantity.replace("_", " "), row.unit, _cell(row.values[0])]
+        shown = _in_display_units(row)
+        cells = [row.quantity.replace("_", " "), shown.unit, _cell(shown.values[0])]
         for run in range(1, len(labels)):
-            cells += [_cell(row.values[run]), _change(row, run)]
+            cells += [_cell(shown.values[run]), _change(shown, run)]
         table.add_row(*cells)
     return table
+
+
+def _in_display_units(row: ComparedValue) -> ComparedValue:
+    """Return a quantity in rad/s in the unit of speeds, a band of frequencies in that of frequencies, or unchanged."""
+    if row.unit != "rad/s":
+        return row
+    unit = frequency_unit() if row.quantity == BAND else speed_unit()
+    values, differences = (
+        tuple(value / unit.size if isinstance(value, float) else value for value in of)
+        for of in (row.values, row.differences)
+    )
+    return replace(row, unit=unit.label, values=values, differences=differences)
 
 
 def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
