@@ -12,7 +12,7 @@ class ContactSite:
     """A contact site: start values of its clearance and journal radius (m).
 
     `bearing` is the bearing whose retainer it is, `stator` that whose stator bore it is, `sensor` the sensor plane at
-    the same position, if any.
+    the same position, if any. `z` is its position on the shaft (m).
     """
 
     name: str
@@ -21,6 +21,7 @@ class ContactSite:
     bearing: str = ""
     sensor: str = ""
     stator: str = ""
+    z: float | None = None
 
 
 @dataclass(frozen=True)

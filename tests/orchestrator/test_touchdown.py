@@ -289,7 +289,8 @@ def test_upright_rotor_touches_down_when_its_magnets_are_switched_off(fall_summa
     assert "depth of the fall" not in rows
     assert_names(str(rows["largest orbit from then on"]), "MB1", "0.75 mm")
     panels = [axes.get_title(loc="left") for axes in figure(upright, "touchdown").axes]
-    assert panels == ["", "", "Spin speed of rotor and races", "Heat in the retainers", "Temperature of the retainers"]
+    over_time = ["Spin speed of rotor and races", "Heat in the retainers", "Temperature of the retainers"]
+    assert panels == ["", "", "Gap to the retainer", *over_time]
 
 
 def test_a_rotor_lies_lower_in_a_retainer_that_is_offset_downwards():

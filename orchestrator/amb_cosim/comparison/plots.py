@@ -8,23 +8,35 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import (
     DASHED,
     STYLE,
-    TITLE_SIZE,
     StyledFigure,
     draw_retainer,
     fitted,
     set_orbit_axes,
+    write_title,
 )
-from amb_cosim.presentation.units import force_unit, length_unit
-from amb_cosim.results.contact_forces import peaks
+from amb_cosim.presentation.units import length_unit
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.orbits import path, radius, support, turned_upright
 from amb_cosim.results.places import places
-from amb_cosim.results.plots.axes import COLOURS, clearance, draw_events, event_times, mark_axes, orbit_labels
+from amb_cosim.results.plots.axes import (
+    COLOURS,
+    FIRST_TEXT,
+    WHOLE,
+    clearance,
+    draw_events,
+    event_times,
+    mark_axes,
+    orbit_labels,
+    write_events,
+)
+from amb_cosim.results.plots.enlarged import first_impacts
+from amb_cosim.results.plots.forces import SiteForce, draw_forces, mark_forces, site_force
 from amb_cosim.results.series import cycles, speed_changes
 from array_types import Array
 
@@ -45,7 +57,7 @@ def overlays(runs: Runs) -> dict[str, Figure]:
             drawn["orbits"] = orbits(runs, moving)
             drawn["displacement"] = displacement(runs, moving)
         sites = _union(touchable(run) for run in runs.values() if run.sizes["time"])
-        touched = [name for name in sites if any(peaks(run, name) is not None for run in runs.values())]
+        touched = [name for name in sites if any(site_force(run, name) is not None for run in runs.values())]
         if touched:
             drawn["contact"] = contact(runs, touched)
     return drawn
@@ -97,14 +109,58 @@ def displacement(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def contact(runs: Runs, sites: list[str]) -> Figure:
-    """Draw the normal contact force at each site along the run."""
-    unit = force_unit(_largest(peaks(run, site) for run in runs.values() for site in sites))
+    """Draw the normal contact force at each site along the run, its mean over 1 ms thick, and mark the largest mean.
 
-    def curves(site: str) -> tuple[str, list[Array | None]]:
-        forces = (peaks(run, site) for run in runs.values())
-        return f"force ({unit.label})", [None if force is None else unit.of(force) for force in forces]
+    The first impacts of falls are enlarged beside.
+    """
+    changing, zoom = any(speed_changes(run) for run in runs.values()), _first_impacts(runs)
+    size = (7.6 if zoom is None else 10.4, 2.2 * len(sites) + 0.8)
+    figure = StyledFigure(figsize=size, layout="constrained")
+    columns = figure.subplots(len(sites), 1 if zoom is None else 2, sharex="col", squeeze=False).T
+    forces = {site: _forces_at(runs, site, changing) for site in sites}
+    for column in columns:
+        for panel, site in zip(column, sites, strict=True):
+            draw_forces(panel, forces[site])
+            panel.set_title(site.upper(), loc="left", pad=16.0 if panel is column[0] else None)
+            _draw_events(panel, runs)
+        column[-1].set_xlabel(_time_label(changing))
+    if zoom is not None:
+        for panel in columns[1]:
+            panel.set_title("", loc="left")
+        columns[1][0].set_title(FIRST_TEXT, loc="left", pad=16.0)
+        columns[1][-1].set_xlim(zoom)
+        columns[1][-1].xaxis.set_major_locator(MaxNLocator(6))
+    for column in columns:
+        _write_events(column[0], runs)
+        for panel, site in zip(column, sites, strict=True):
+            mark_forces(panel, forces[site])
+    return _with_legend(figure, "Normal contact force, thick: mean over 1 ms, pale: peaks", columns[0][0], runs)
 
-    return _along_the_run("Normal contact force, maximum per step", runs, sites, curves)
+
+def _forces_at(runs: Runs, site: str, changing: bool) -> list[tuple[Array, SiteForce, str]]:
+    """Return times, force and colour of each run that touches a site."""
+    forces = [(run, site_force(run, site), colour) for run, colour in zip(runs.values(), COLOURS * 2, strict=False)]
+    return [(_times(run, changing), force, colour) for run, force, colour in forces if force is not None]
+
+
+def _times(run: Signals, changing: bool) -> Array:
+    """Return the position of each sample on the time axis: its time (s) if the speed of any run changes, or cycle."""
+    return np.asarray(run["time"].values, np.float64) if changing else cycles(run)
+
+
+def _time_label(changing: bool) -> str:
+    return "time (s)" if changing else "synchronous cycles"
+
+
+def _first_impacts(runs: Runs) -> tuple[float, float] | None:
+    """Return the limits of the time axis with the first impacts of all runs that fall; None without such a run."""
+    changing = any(speed_changes(run) for run in runs.values())
+    drawn = [(run, first) for run in runs.values() if (first := first_impacts(run)) is not None]
+    sizes = [1.0 if changing else float(run.attrs["period_s"]) for run, _ in drawn]
+    ends = [(begin / size, end / size) for (_, (begin, end)), size in zip(drawn, sizes, strict=True)]
+    begin, end = min((b for b, _ in ends), default=0.0), max((e for _, e in ends), default=np.inf)
+    longest = max(float(np.ptp(_times(run, changing))) for run in runs.values() if run.sizes["time"])
+    return (begin, end) if end - begin < WHOLE * longest else None
 
 
 def _along_the_run(
@@ -121,12 +177,12 @@ def _along_the_run(
         label, values = curves(name)
         for colour, run, series in zip(COLOURS * 2, runs.values(), values, strict=False):
             if series is not None:
-                axis = np.asarray(run["time"].values) if changing else cycles(run)
-                panel.plot(axis, series, color=colour, alpha=OPACITY, zorder=2)
+                panel.plot(_times(run, changing), series, color=colour, alpha=OPACITY, zorder=2)
         panel.set_title(name.upper(), loc="left", pad=16.0 if panel is panels[0] else None)
         panel.set(ylabel=label, ylim=(0.0, None))
-        _mark_events(panel, runs, named=panel is panels[0])
-    panels[-1].set_xlabel("time (s)" if changing else "synchronous cycles")
+        _draw_events(panel, runs)
+    panels[-1].set_xlabel(_time_label(changing))
+    _write_events(panels[0], runs)
     return _with_legend(figure, what, panels[0], runs)
 
 
@@ -151,20 +207,24 @@ def _reach(panel: Axes) -> float:
     return 1.08 * float(np.abs([*panel.dataLim.intervalx, *panel.dataLim.intervaly]).max())
 
 
-def _mark_events(panel: Axes, runs: Runs, named: bool) -> None:
-    """Draw the events of all runs, each once; none if the axis mixes time and cycles."""
+def _events(runs: Runs) -> list[tuple[str, float]]:
+    """Return the events of all runs, each once; none if the axis mixes time and cycles."""
     if len({speed_changes(run) for run in runs.values()}) > 1:
-        return
-    marked: set[tuple[str, float]] = set()
-    for run in runs.values():
-        new = {event: time for event, time in event_times(run).items() if (event, time) not in marked}
-        marked.update(new.items())
-        draw_events(panel, new, named)
+        return []
+    return list(dict.fromkeys(event for run in runs.values() for event in event_times(run).items()))
+
+
+def _draw_events(panel: Axes, runs: Runs) -> None:
+    draw_events(panel, [time for _, time in _events(runs)])
+
+
+def _write_events(panel: Axes, runs: Runs) -> None:
+    write_events(panel, _events(runs))
 
 
 def _with_legend(figure: Figure, what: str, panel: Axes, runs: Runs) -> Figure:
     """Add a title, and a legend with one colour per run."""
-    figure.suptitle(fitted(f"{what}: {' and '.join(runs)}", figure.get_figwidth()), fontsize=TITLE_SIZE)
+    write_title(figure, f"{what}: {' and '.join(runs)}")
     handles = [panel.plot([], [], color=colour, lw=1.4)[0] for colour, _ in zip(COLOURS * 2, runs, strict=False)]
     longest = max(len(label) for label in runs)
     figure.legend(handles, list(runs), loc="outside lower center", ncols=max(1, min(len(runs), 90 // (longest + 6))))

@@ -209,6 +209,7 @@ def _planes(rotor: Rotor, sites: Sequence[Site]) -> Planes:
                 s.bearing or "",
                 sensors.get(s.node, ""),
                 s.stator or "",
+                float(rotor.shaft.nodes[s.node - 1]),
             )
             for s in sites
         ),

@@ -13,8 +13,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
+from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.font_manager import FontProperties
 from matplotlib.legend_handler import HandlerBase, HandlerTuple
 from matplotlib.lines import Line2D
 from matplotlib.patches import Annulus, Patch
@@ -30,7 +31,7 @@ YELLOW, SKY_BLUE, BROWN = "#E69F00", "#56B4E9", "#8A5A00"
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW, "#000000", BROWN, "#5B4FA2", "#004D40")  # of many curves
 
 DASHED = (0, (4, 2))
-TITLE_SIZE = 10.5  # points, of a figure's title
+TITLE_SIZE, TITLE_SHARE = 10.5, 0.96  # of a figure's title: points, and its largest width over that of the figure
 LETTER = 0.085  # inches, width of one in a panel's title
 RESOLUTION = 200  # dots per inch of a file
 RING = 0.06  # width of a retainer's ring over its clearance
@@ -49,6 +50,7 @@ STYLE: dict[Any, Any] = {  # with the defaults of matplotlib: a user's matplotli
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.linewidth": 0.7,
+    "axes.formatter.useoffset": False,  # 20.5, not 0.5 with +2e1 beside the axis
     "lines.linewidth": 0.9,
     "legend.frameon": False,
 }
@@ -101,6 +103,23 @@ def write_in_corner(panel: Axes, text: str) -> None:
 def fitted(text: str, width: float) -> str:
     """Return a title broken into lines that fit a width (inches)."""
     return "\n".join(wrap(text, max(int(width / LETTER), 8))) or text
+
+
+def write_title(figure: FigureBase, text: str, **place: Any) -> None:
+    """Write the title of a figure, each of its lines broken so that it fits the width."""
+    renderer, font = RendererAgg(1, 1, 72.0), FontProperties(size=TITLE_SIZE)  # type: ignore[no-untyped-call]
+    width = 72.0 * TITLE_SHARE * figure.get_window_extent().width / figure.get_figure(root=True).dpi
+    lines: list[str] = []
+    for paragraph in text.splitlines():
+        lines.append("")
+        for word in paragraph.split():
+            longer = f"{lines[-1]} {word}".strip()
+            wide = renderer.get_text_width_height_descent(longer, font, "$" in longer)[0]  # type: ignore[no-untyped-call]
+            if lines[-1] and wide > width:
+                lines.append(word)
+            else:
+                lines[-1] = longer
+    figure.suptitle("\n".join(filter(None, lines)), fontsize=TITLE_SIZE, **place)
 
 
 def spread(places: ArrayLike, gap: float, lowest: float = -np.inf, highest: float = np.inf) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Literal, get_args
 
 import numpy as np
@@ -57,20 +58,33 @@ def upright(dataset: Signals) -> complex:
 
         exp(-j (pi/2 + a)),    a: `gravity_angle`, the direction of gravity from x towards y
 
-    Magnets often stand at 45 degrees to the vertical. It also applies if gravity is 0, and is 1 without an angle.
+    Magnets often stand at 45 degrees to the vertical. It also applies to a rotor whose gravity is left out, and is 1
+    without an angle, and of an upright rotor, whose scenario states a gravity of 0 across the shaft: it has no "up".
     """
     values = parameters(dataset)
     angle, down = values.get("gravity_angle"), np.sign(float(values.get("gravity") or 1.0))
-    if angle is None:
+    if angle is None or is_upright(dataset):
         return 1.0 + 0.0j
     factor = complex(down * np.exp(-1j * (0.5 * np.pi + float(angle))))
     return 1.0 + 0.0j if abs(factor - 1.0) < UPRIGHT else factor
+
+
+def is_upright(dataset: Signals) -> bool:
+    """Return whether the shaft is vertical: gravity is 0 because the scenario states so, not because it is left out."""
+    stated = dataset.attrs.get("scenario_data", "{}")  # JSON, unless the result is only judged
+    stated = json.loads(stated) if isinstance(stated, str) else stated
+    return "gravity" in stated and not parameters(dataset).get("gravity")
 
 
 def turned_upright(dataset: Signals, motion: Path) -> Path:
     """Return a displacement, shape (2, n), to the right and upwards, see `upright`."""
     z = upright(dataset) * (motion[0] + 1j * motion[1])
     return np.array([z.real, z.imag])
+
+
+def directions(dataset: Signals) -> tuple[str, str]:
+    """Return the names of the axes of a motion that was `turned_upright`."""
+    return ("x", "y") if upright(dataset) == 1.0 else ("to the right", "up")
 
 
 def radius(dataset: Signals, place: str) -> Array | None:

@@ -37,6 +37,8 @@ class RotorPlaces:
         Each contact site in a stator bore, with the bearing of that stator.
     second
         Each further retainer of a bearing that has one in `bearings`, with that bearing.
+    z
+        The position of each site on the shaft (m), if the plant states it.
     """
 
     bearings: Mapping[str, str]
@@ -47,6 +49,7 @@ class RotorPlaces:
     magnetic: tuple[str, ...] = ()
     stators: Mapping[str, str] = field(default_factory=dict)
     second: Mapping[str, str] = field(default_factory=dict)
+    z: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def retainers(self) -> dict[str, str]:
@@ -92,6 +95,7 @@ def _read(text: str) -> RotorPlaces:
         tuple(stored.get("magnetic", stored["bearings"])),
         stored.get("stators", {}),
         stored.get("second", {}),
+        stored.get("z", {}),
     )
 
 
@@ -121,7 +125,8 @@ def _named_places(assembly: Assembly) -> RotorPlaces:
         sites = tuple(site["name"] for site in layout["sites"])
         stators = {site["name"]: site["stator"] for site in layout["sites"] if site.get("stator")}
         second = {site["name"]: site["bearing"] for site in others if site["bearing"]}
-        return RotorPlaces(bearings, sites, measured, apart, layout.get("valid_to"), stators=stators, second=second)
+        z = {site["name"]: site["z"] for site in layout["sites"] if site.get("z") is not None}
+        return RotorPlaces(bearings, sites, measured, apart, layout.get("valid_to"), (), stators, second, z)
     touching, forces = _parts(plant, "output", "f_n"), _parts(plant, "input", "f_x")
     names = [name for name in _parts(plant, "output", "x") if name in forces]
     return RotorPlaces(dict(zip_longest(names, touching[: len(names)], fillvalue="")), tuple(touching))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.results.contact_forces import largest_averaged_force, peak_force
 from amb_cosim.results.contact_history import rolling_from
 from amb_cosim.results.energies import energies
 from amb_cosim.results.magnet_limits import is_magnetic
@@ -57,7 +58,7 @@ class Plots:
         return figure(self._dataset, "displacement")
 
     def contact(self) -> Figure:
-        """Draw the normal contact force at each retainer bearing and each other site touched, and the contact state."""
+        """Draw the normal contact force at each site touched, each on its own scale, and when it is in contact."""
         return figure(self._dataset, "contact")
 
     def whirl(self) -> Figure:
@@ -165,14 +166,14 @@ def chosen(dataset: Signals) -> list[str]:
         return [name for name in json.loads(dataset.attrs["plot_figures"]) if not _lacks(dataset, name)]
     landed = touchdown(dataset) is not None
     names = ["touchdown"] * landed + ["orbits"] * (not landed and not speed_changes(dataset)) + ["displacement"]
-    names += ["contact"] * bool(places(dataset).sites) + ["whirl"] * (rolling_from(dataset) is not None)
+    names += ["contact"] * _is_touched(dataset) + ["whirl"] * (rolling_from(dataset) is not None)
     return names + ["magnets"] * _has_magnets(dataset)
 
 
 def _lacks(dataset: Signals, name: str) -> str:
     """Return what a run lacks for a figure; empty if it lacks nothing."""
-    if name in ("contact", "whirl") and not places(dataset).sites:
-        return "the rotor has no contact site"
+    if name in ("contact", "whirl") and not _is_touched(dataset):
+        return "the rotor touched no site"
     if name == "energy" and energies(dataset) is None:
         return "the run did not reach cycle 0, or did not record energy.*"
     if name == "touchdown" and touchdown(dataset) is None:
@@ -180,6 +181,11 @@ def _lacks(dataset: Signals, name: str) -> str:
     if name == "magnets" and not _has_magnets(dataset):
         return "no current and no force of a magnetic bearing was recorded"
     return ""
+
+
+def _is_touched(dataset: Signals) -> bool:
+    """Return whether the rotor exerted a force on any contact site from cycle 0 on."""
+    return any(peak_force(dataset, s) or largest_averaged_force(dataset, s) for s in places(dataset).sites)
 
 
 def _has_magnets(dataset: Signals) -> bool:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from textwrap import shorten
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,16 +14,19 @@ from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.presentation.style import BLUE, GREEN, LETTER, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, fitted
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, YELLOW, write_title
 from amb_cosim.presentation.units import spin_text
 from amb_cosim.results.contact_history import touchable
-from amb_cosim.results.orbits import path, turned_upright, upright
+from amb_cosim.results.orbits import directions, path, turned_upright, upright
 from amb_cosim.results.places import places
+from amb_cosim.results.plots.enlarged import FIRST, first_impacts
 from amb_cosim.results.series import cycles, event_name, parameters, signal, speed, speed_changes, switched_on
 from array_types import Array
 
-MOST_LINES = 2  # of a description in a title
+EVENT_SIZE = 8.0  # points, of the names of events
 CONSTANT = 0.002  # relative change of a spin speed too small to draw
+WHOLE = 0.9  # of the run; a part that is longer is not enlarged
+FIRST_TEXT = f"first impacts, {1e3 * FIRST:g} ms"
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 
 
@@ -44,16 +48,13 @@ def add_title(figure: Figure, dataset: Signals) -> None:
     speeds = speed(dataset)
     name = Path(dataset.attrs["scenario"]).stem
     ends = (speeds[0], speeds[-1]) if speed_is_drawn(dataset) else (speeds[0],)
-    about = shorten(str(dataset.attrs.get("description", "")), int(MOST_LINES * figure.get_figwidth() / LETTER))
-    lines = [f"{name}, {spin_text(*ends)}", *([fitted(about, figure.get_figwidth())] if about else [])]
-    figure.suptitle("\n".join(lines), fontsize=TITLE_SIZE)
+    write_title(figure, f"{name}, {spin_text(*ends)}\n{dataset.attrs.get('description', '')}")
 
 
 def orbit_labels(dataset: Signals, unit: str) -> tuple[str, str]:
-    """Return the labels of the axes of an orbit that was turned upright: vertical and horizontal if gravity is known,
-    or x and y."""
-    names = ("$x$", "$y$") if upright(dataset) == 1.0 else ("to the right", "up")
-    return f"{names[0]} ({unit})", f"{names[1]} ({unit})"
+    """Return the labels of the axes of an orbit as `upright` turns it: horizontal and vertical, or x and y."""
+    right, up = (f"${name}$" if len(name) == 1 else name for name in directions(dataset))
+    return f"{right} ({unit})", f"{up} ({unit})"
 
 
 def mark_axes(panel: Axes, dataset: Signals) -> None:
@@ -103,14 +104,15 @@ def stations(dataset: Signals) -> list[Station]:
 
 
 def site_title(dataset: Signals, site: str) -> str:
-    """Return the name of a contact site and, of a retainer bearing, of the magnetic bearing that it protects."""
+    """Return what a contact site is, its name, and its position on the shaft if the plant states it."""
     result = places(dataset)
-    bearing = {**result.retainers, **result.second}.get(site)
-    return f"Retainer bearing {site.upper()} at {bearing.upper()}" if bearing else f"Contact site {site.upper()}"
+    kind = "Retainer" if site in result.retainers or site in result.second else "Contact site"
+    z = result.z.get(site)
+    return f"{kind} {site.upper()}" + ("" if z is None else f" at $z$ = {z:.4g} m")
 
 
 def bearing_title(dataset: Signals, bearing: str) -> str:
-    """Return the name of a magnetic bearing, with that of its retainer bearing where it has one."""
+    """Return the title of a bearing's retainer, or the name of a bearing that has none."""
     site = places(dataset).bearings[bearing]
     return site_title(dataset, site) if site else f"Bearing {bearing.upper()}"
 
@@ -123,6 +125,36 @@ def colour_of(dataset: Signals, site: str) -> str:
 def time_values(dataset: Signals) -> Array:
     """Return the position of each sample on the time axis: its cycle, or its time (s) if the speed changes."""
     return cycles(dataset) * _cycle_length(dataset)
+
+
+def at_time(dataset: Signals, time: float) -> float:
+    """Return the position of a time (s) on the time axis."""
+    return time / float(dataset.attrs["period_s"]) * _cycle_length(dataset)
+
+
+def fall_interval(dataset: Signals) -> tuple[float, float] | None:
+    """Return the limits of the time axis between which the first impacts of a fall are enlarged.
+
+    None of a run without a fall, or of which this part is nearly the whole.
+    """
+    first, times = first_impacts(dataset), time_values(dataset)
+    if first is None:
+        return None
+    begin, end = (at_time(dataset, time) for time in first)
+    return (begin, end) if end - begin < WHOLE * (times[-1] - times[0]) else None
+
+
+def enlarge(panel: Axes, interval: tuple[float, float]) -> None:
+    """Set the limits of a panel to a part of its time axis and to the values of its curves there."""
+    lines = [np.asarray(line.get_data(), np.float64) for line in panel.lines]
+    lines = [line for line in lines if line.shape[1] > 2]  # neither an event nor a limit
+    values = np.concatenate([y[(interval[0] <= x) & (x <= interval[1])] for x, y in lines] or [np.zeros(0)])
+    panel.set_xlim(interval)
+    panel.xaxis.set_major_locator(MaxNLocator(6))
+    if np.isfinite(values).any():
+        low, high = float(np.nanmin(values)), float(np.nanmax(values))
+        margin = 0.08 * (high - low) or 0.08 * abs(high) or 1.0
+        panel.set_ylim(low - margin, high + margin)
 
 
 def _cycle_length(dataset: Signals) -> float:
@@ -163,25 +195,39 @@ def title_padding(dataset: Signals, highest: bool) -> float | None:
     return 14.0 if highest and event_times(dataset) else None
 
 
-def mark_events(axes: Axes, dataset: Signals, named: bool) -> None:
-    """Draw vertical lines at disturbance, relief and the start of ROLAC, with their names if `named`."""
-    draw_events(axes, event_times(dataset), named)
+def mark_events(axes: Axes, dataset: Signals) -> None:
+    """Draw vertical lines at disturbance, relief and the start of ROLAC."""
+    draw_events(axes, event_times(dataset).values())
 
 
-def draw_events(axes: Axes, times: dict[str, float], named: bool) -> None:
-    """Draw a vertical line at each event, by its name, with the name if `named`."""
-    for name, time in times.items():
+def name_events(axes: Axes, dataset: Signals) -> None:
+    """Write the names of the events of `mark_events` above the axes, whose limits must be those of the figure."""
+    write_events(axes, event_times(dataset).items())
+
+
+def draw_events(axes: Axes, times: Iterable[float]) -> None:
+    """Draw a vertical line at each event."""
+    for time in times:
         axes.axvline(time, color="0.45", lw=0.8, ls=":")
-        if named:
-            axes.annotate(
-                name,
-                (time, 0.999),
-                annotation_clip=True,
-                xycoords=("data", "axes fraction"),
-                xytext=(0, 2),
-                textcoords="offset points",
-                ha="center",
-                va="bottom",
-                fontsize=8,
-                color="0.3",
-            )
+
+
+def write_events(axes: Axes, events: Iterable[tuple[str, float]]) -> None:
+    """Write the names of events within the limits above their places; events without room for two names share a label.
+
+    A shared label is in the middle of its events.
+    """
+    begin, end = axes.get_xlim()
+    letter = 0.6 * EVENT_SIZE / 72.0 * axes.figure.dpi / axes.get_window_extent().width * (end - begin)
+    labels: list[tuple[str, float, float]] = []  # text, first and last place
+    for name, time in sorted(events, key=lambda item: item[1]):
+        if not begin <= time <= end:
+            continue
+        text, first, last = labels[-1] if labels else ("", -np.inf, -np.inf)
+        if time - 0.5 * (first + last) >= 0.5 * letter * (len(text) + len(name) + 2):
+            labels.append((name, time, time))
+        else:
+            labels[-1] = (text if name in text.split(", ") else f"{text}, {name}", first, time)
+    style: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": EVENT_SIZE, "color": "0.3"}
+    for text, first, last in labels:
+        place = (0.5 * (first + last), 0.999)
+        axes.annotate(text, place, (0, 2), xycoords=("data", "axes fraction"), textcoords="offset points", **style)

@@ -13,112 +13,108 @@ from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import DASHED, OF_SAMPLES, StyledFigure, samples
-from amb_cosim.presentation.units import force_unit, speed_unit
-from amb_cosim.results.contact_forces import averaged_force, is_sampled, peaks, received_impulse
+from amb_cosim.presentation.units import speed_unit
+from amb_cosim.results.contact_forces import is_sampled, received_impulse
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.plots.axes import (
+    FIRST_TEXT,
     add_title,
     clearance,
     colour_of,
+    fall_interval,
     label_time_axis,
     mark_events,
+    name_events,
     plant_signal,
     site_title,
     time_values,
     title_padding,
 )
+from amb_cosim.results.plots.enlarged import large_forces
+from amb_cosim.results.plots.forces import PALE, THICK, THIN, SiteForce, draw_forces, mark_forces, site_force
 from amb_cosim.results.series import parameters, speed
+from amb_cosim.results.touchdown import touchdown
 from array_types import Array, Bools
 
 OUTLIERS = 0.01  # fraction of whirl speeds at either end that an axis may exclude
-LARGE = 0.1  # of the largest force
-SMALL_PART = 0.15  # of the time, in which large forces are enlarged
-MANY = 40  # contacts, from which the first tenth of the time after the first is enlarged
 MODES = ("free", "sliding", "rolling")
 
 
 def contact(dataset: Signals) -> Figure:
-    """Draw the normal contact force at each retainer bearing and each other site touched, and when it is in contact."""
-    sites = touchable(dataset)
-    ratios = (*[3.0] * len(sites), 0.4 * (len(sites) + 1))
-    forces = {site: [_values(dataset, of(dataset, site)) for of in (peaks, averaged_force)] for site in sites}
-    highest = float(np.nanmax([force for of_site in forces.values() for force in of_site], initial=0.0))
-    zoom = _zoom(time_values(dataset), [force for of_site in forces.values() for force in of_site])
+    """Draw the normal contact force at each site touched, each on its own scale, and when the rotor is in contact.
+
+    The first impacts of a fall, or large forces that last shortly, are enlarged beside.
+    """
+    forces = touched_sites(dataset)
+    ratios = (*[3.0] * len(forces), 0.4 * (len(touchable(dataset)) + 1))
+    zoom = _zoom(dataset, forces)
     size = (7.0 if zoom is None else 10.0, max(4.6 * sum(ratios) / 7.6, 3.2))
     figure = StyledFigure(figsize=size, layout="constrained")
     n_columns = 1 if zoom is None else 2
     columns = figure.subplots(len(ratios), n_columns, sharex="col", height_ratios=ratios, squeeze=False).T
     for column in columns:
-        _draw_column(column, dataset, sites, forces, highest)
+        _draw_column(column, dataset, forces)
     if zoom is not None:
         for panel in columns[1]:
             panel.set_title("", loc="left")
-        columns[1][0].set_title("the same, enlarged", loc="left", pad=title_padding(dataset, highest=True))
+        title = "enlarged" if touchdown(dataset) is None else FIRST_TEXT
+        columns[1][0].set_title(title, loc="left", pad=title_padding(dataset, highest=True))
         columns[1][-1].set_xlim(zoom)
         columns[1][-1].xaxis.set_major_locator(MaxNLocator(6))
-    handles: list[Any] = [samples(colour_of(dataset, site) for site in sites), Line2D([], [], color="black", lw=0.8)]
-    sampled = any(is_sampled(dataset, site) for site in sites)
-    meaning = "force at the samples" if sampled else "largest force in each step"
-    labels = [meaning, "averaged over 1 ms, impacts included"]
-    figure.legend(handles, labels, handler_map=OF_SAMPLES, loc="outside lower center", ncols=2)
+    for column in columns:
+        name_events(column[0], dataset)
+        for panel, (site, force) in zip(column, forces.items(), strict=False):
+            mark_forces(panel, [(time_values(dataset), force, colour_of(dataset, site))])
+    add_force_legend(figure, [colour_of(dataset, site) for site in forces], [dataset], list(forces))
     add_title(figure, dataset)
     return figure
 
 
-def _zoom(times: Array, forces: list[Array]) -> tuple[float, float] | None:
-    """Return limits of a time axis around the large forces where they are but a small part of the run.
-
-    Forces above `LARGE` of the largest are large. If they last longer, the first of `MANY` or more contacts are shown.
-    """
-    force = np.nanmax(np.abs(np.nan_to_num(forces)), axis=0) if forces else np.zeros(len(times))
-    large = times[force > LARGE * force.max(initial=0.0)]
-    first, last = (float(large[0]), float(large[-1])) if len(large) > 1 else (0.0, 0.0)
-    if len(large) < 2 or last - first > SMALL_PART * (times[-1] - times[0]):
-        if np.count_nonzero((force[1:] > 0.0) & (force[:-1] == 0.0)) < MANY:
-            return None
-        last = first + 0.04 * float(times[-1] - first)
-    width = max(last - first, 20.0 * float(times[1] - times[0]))
-    return max(first - 0.5 * width, float(times[0])), min(last + 1.5 * width, float(times[-1]))
+def touched_sites(dataset: Signals) -> dict[str, SiteForce]:
+    """Return the force at each site of `touchable` that the rotor touched."""
+    forces = {site: site_force(dataset, site) for site in touchable(dataset)}
+    return {site: force for site, force in forces.items() if force is not None}
 
 
-def _draw_column(
-    column: NDArray[np.object_],
-    dataset: Signals,
-    sites: list[str],
-    forces: dict[str, list[Array]],
-    highest: float,
-) -> None:
+def add_force_legend(figure: Figure, colours: list[str], runs: list[Signals], sites: list[str]) -> None:
+    """Explain the curves of `draw_forces` below a figure."""
+    sampled = any(is_sampled(run, site) for run in runs for site in sites)
+    entries: dict[str, Any] = {
+        "averaged over 1 ms, impacts included": samples(colours, lw=THICK),
+        "force at the samples" if sampled else "largest force in each step": samples(colours, lw=THIN, alpha=PALE),
+        "largest mean": Line2D([], [], ls="", marker="o", ms=4.5, mfc="white", mec="0.3"),
+    }
+    figure.legend(list(entries.values()), list(entries), handler_map=OF_SAMPLES, loc="outside lower center", ncols=3)
+
+
+def _zoom(dataset: Signals, forces: dict[str, SiteForce]) -> tuple[float, float] | None:
+    """Return the limits of the time axis of what is enlarged: the first impacts of a fall, or large forces."""
+    if touchdown(dataset) is not None:
+        return fall_interval(dataset)
+    return large_forces(
+        time_values(dataset), [values for force in forces.values() for values in (force.peak, force.mean)]
+    )
+
+
+def _draw_column(column: NDArray[np.object_], dataset: Signals, forces: dict[str, SiteForce]) -> None:
     """Draw the force at each site and, in the lowest panel, the contact."""
-    unit = force_unit(highest)
     *panels, state_panel = column
-    for panel, site in zip(panels, sites, strict=True):
-        force, averaged = forces[site]
-        panel.plot(time_values(dataset), unit.of(force), color=colour_of(dataset, site), lw=1.6)
-        panel.plot(time_values(dataset), unit.of(averaged), color="black", lw=0.6)
+    for panel, (site, force) in zip(panels, forces.items(), strict=True):
+        draw_forces(panel, [(time_values(dataset), force, colour_of(dataset, site))])
         panel.set_title(site_title(dataset, site), loc="left", pad=title_padding(dataset, panel is panels[0]))
-        panel.set_ylabel(f"$N$ ({unit.label})")
-        if not force.any() and not averaged.any():
-            _write_no_contact(panel)
-        mark_events(panel, dataset, named=panel is panels[0])
-    for panel in panels:
-        panel.set_ylim(0.0, 1.08 * (highest / unit.size or 1.0))
+        mark_events(panel, dataset)
     state_panel.set_title("In contact", loc="left")
-    _draw_contact_times(state_panel, dataset, sites)
-    mark_events(state_panel, dataset, named=False)
+    _draw_contact_times(state_panel, dataset, touchable(dataset))
+    mark_events(state_panel, dataset)
     label_time_axis(state_panel, dataset)
 
 
-def _values(dataset: Signals, force: Array | None) -> Array:
-    """Return a force; NaN if it was not recorded."""
-    return np.full(dataset.sizes["time"], np.nan) if force is None else force
-
-
 def whirl(dataset: Signals) -> Figure:
-    """Draw the whirl speed at each site of `touchable`, with spin speed and rolling speed, and the mode of contact.
+    """Draw the whirl speed at each site touched, with spin speed and rolling speed, and the mode of contact.
 
     The axis covers the whirl of the rotor; a distant rolling speed is written instead of drawn.
     """
-    sites = touchable(dataset)
+    sites = list(touched_sites(dataset))
     figure = StyledFigure(figsize=(7.0, 2.9 * len(sites)), layout="constrained")
     panels = figure.subplots(2 * len(sites), 1, sharex=True, height_ratios=(3, 1) * len(sites))
     times, unit = time_values(dataset), speed_unit()
@@ -138,17 +134,16 @@ def whirl(dataset: Signals) -> Figure:
         if np.median(rolling) < low:
             text = f"rolling: {np.median(rolling):,.0f} {unit.label}, below".replace("-", "\N{MINUS SIGN}")
             whirl_panel.text(0.99, 0.03, text, transform=whirl_panel.transAxes, ha="right", fontsize=8, color="0.3")
-        if not touching.any():
-            _write_no_contact(whirl_panel)
         mode_panel.step(times, plant_signal(dataset, f"{site}.mode"), where="post", color="black", lw=0.8)
         mode_panel.set_ylim(-0.4, len(MODES) - 0.6)
         mode_panel.set_yticks(range(len(MODES)), MODES)
-        mark_events(whirl_panel, dataset, named=whirl_panel is panels[0])
-        mark_events(mode_panel, dataset, named=False)
+        mark_events(whirl_panel, dataset)
+        mark_events(mode_panel, dataset)
     handles, labels = panels[0].get_legend_handles_labels()
     handles[-1] = samples(colour_of(dataset, site) for site in sites)
     figure.legend(handles, labels, handler_map=OF_SAMPLES, loc="outside lower center", ncols=len(labels))
     label_time_axis(panels[-1], dataset)
+    name_events(panels[0], dataset)
     add_title(figure, dataset)
     return figure
 
@@ -167,7 +162,11 @@ def _draw_contact_times(panel: Axes, dataset: Signals, sites: list[str]) -> None
     times, rows = time_values(dataset), range(len(sites))
     for row, site in zip(reversed(rows), sites, strict=True):
         touching, colour = _in_contact(dataset, site), colour_of(dataset, site)
-        panel.fill_between(times, row - 0.3, row + 0.3, where=touching, step="pre", color=colour, lw=0.3)
+        if touching.any():
+            panel.fill_between(times, row - 0.3, row + 0.3, where=touching, step="pre", color=colour, lw=0.3)
+        else:
+            place: dict[str, Any] = {"transform": panel.get_yaxis_transform(), "ha": "left", "va": "center"}
+            panel.text(0.01, row, "no contact", fontsize=7, color="0.3", **place)
     panel.set_ylim(-0.6, len(sites) - 0.4)
     panel.set_yticks(list(reversed(rows)), [site.upper() for site in sites])
 
@@ -179,8 +178,3 @@ def _in_contact(dataset: Signals, site: str) -> Bools:
     if received is not None:
         touching[1:] |= np.diff(received) > 0.0
     return touching
-
-
-def _write_no_contact(panel: Axes) -> None:
-    """Write into an empty panel that there was no contact."""
-    panel.text(0.25, 0.5, "no contact", transform=panel.transAxes, ha="center", color="0.3", fontsize=8)

@@ -11,6 +11,7 @@ from amb_cosim.results.plots.axes import (
     add_title,
     label_time_axis,
     mark_events,
+    name_events,
     plant_signal,
     time_values,
     title_padding,
@@ -50,7 +51,8 @@ def energy(dataset: Signals) -> Figure:
     for panel in (lateral, transferred):
         panel.set_ylabel("energy (J)")
         panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
-        mark_events(panel, dataset, named=panel is lateral)
+        mark_events(panel, dataset)
     label_time_axis(transferred, dataset)
+    name_events(lateral, dataset)
     add_title(figure, dataset)
     return figure

@@ -9,6 +9,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import (
@@ -20,65 +21,109 @@ from amb_cosim.presentation.style import (
     retainer_sample,
     set_orbit_axes,
 )
-from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
+from amb_cosim.presentation.units import SYMBOLS, force_unit, length_unit, speed_unit
 from amb_cosim.results.orbits import centre, turned_upright
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
+    FIRST_TEXT,
     Station,
     add_title,
     clearance,
     colour_of,
+    enlarge,
+    fall_interval,
     label_time_axis,
     mark_axes,
     mark_events,
+    name_events,
     orbit_labels,
     plant_signal,
     stations,
     time_values,
     title_padding,
 )
+from amb_cosim.results.plots.enlarged import first_impacts
+from amb_cosim.results.plots.forces import PALE, site_force
 from amb_cosim.results.series import cycles, parameters, speed
 from amb_cosim.results.touchdown import height
+from amb_cosim.results.touchdown import touchdown as describe
 from array_types import Array
 
 ZERO_CELSIUS = 273.15  # K
+LEAST_RISE = 1.0  # K, of an axis
+BELOW = 0.45  # part of the panel of heights below its inset
 
 
 def touchdown(dataset: Signals) -> Figure:
     """Draw the orbit at each station in its retainer, and below, over time, heights, speeds, heat and temperatures.
 
-    Heights, which need gravity, are those in the bearings with retainers.
+    Heights, which need gravity, are those in the bearings with retainers; without gravity their gaps are drawn. An
+    inset enlarges the first impacts; the orbit until their end is dark. Titles of orbits name whirl and largest force.
     """
     drawn, result = [station for station in stations(dataset) if station.site], places(dataset)
     retainers = {**result.retainers, **result.second}
     warm = [station for station in drawn if parameters(dataset).get(f"{station.site}.heat_capacity")]
-    heated = [station for station in drawn if f"rotor_contact.{station.site}.heat" in dataset]
-    falls = bool(parameters(dataset).get("gravity"))
+    heated = [station for station in drawn if np.any(plant_signal(dataset, f"{station.site}.heat") > 0.0)]
     over_time: list[tuple[Callable[[Axes, Signals, list[Station]], None], list[Station]]] = [
-        *([(_draw_heights, [station for station in drawn if station.site in retainers] or drawn)] if falls else []),
+        (draw_fall, [station for station in drawn if station.site in retainers] or drawn),
         (_draw_speeds, drawn),
         *([(_draw_heat, heated)] if heated else []),
         *([(_draw_temperatures, warm)] if warm else []),
     ]
+    zoom = fall_interval(dataset)
     width = max(2.5 * len(drawn), 7.0)
     orbit = width / max(len(drawn), 2)
-    heights = (orbit + 0.3, 1.7 * len(over_time))
+    ratios = (2.9 if zoom else 1.7, *[1.7] * (len(over_time) - 1))
+    heights = (orbit + 0.4, sum(ratios))
     figure = StyledFigure(figsize=(width, sum(heights) + 0.5), layout="constrained")
+    figure.get_layout_engine().set(h_pad=0.08)  # type: ignore[call-arg, union-attr]
     above, below = np.ravel(np.asarray(figure.subfigures(2, 1, height_ratios=heights)))
     limit = 1.08 * max((_reach(dataset, station) for station in drawn), default=1.0)
     for panel, station in zip(above.subplots(1, max(len(drawn), 1), squeeze=False)[0], drawn, strict=False):
         _draw_orbit(panel, dataset, station, limit)
-        panel.set_title(fitted(station.title, 0.95 * orbit))
-    panels = below.subplots(len(over_time), 1, sharex=True, squeeze=False)[:, 0]
+        lines = (station.title, *_facts(dataset, station.site))
+        panel.set_title("\n".join(fitted(line, 0.95 * orbit) for line in lines))
+    panels = below.subplots(len(over_time), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     for panel, (draw, of_stations) in zip(panels, over_time, strict=True):
         draw(panel, dataset, of_stations)
-        highest = panel is panels[0]
-        panel.set_title(panel.get_title("left"), loc="left", pad=title_padding(dataset, highest))
-        mark_events(panel, dataset, named=highest)
+        panel.set_title(panel.get_title("left"), loc="left", pad=title_padding(dataset, panel is panels[0]))
+        mark_events(panel, dataset)
+    if zoom:
+        _add_inset(panels[0], dataset, over_time[0][1], zoom)
     label_time_axis(panels[-1], dataset)
+    name_events(panels[0], dataset)
     figure.legend(handles=_legend(dataset, drawn), loc="outside lower center", ncols=max(int(width / 2.4), 2))
     add_title(figure, dataset)
     return figure
+
+
+def _facts(dataset: Signals, site: str) -> list[str]:
+    """Return how the rotor whirls about a site after its release, and the largest force there, as texts."""
+    fall, force = describe(dataset), site_force(dataset, site)
+    if fall is None or site not in fall.retainers or force is None:
+        return ["no contact"]
+    item = fall.retainers[site]
+    whirl = {None: "", "none": "no whirl"}.get(item.whirl, f"{item.whirl} whirl")
+    speeds = "" if item.whirl_speed is None else f" at {speed_unit().text(abs(item.whirl_speed), 3)}"
+    largest = force_unit(force.marked[1]).text(force.marked[1], 3)
+    meaning = "1 ms mean" if np.any(force.mean > 0.0) else "samples"
+    return [*([f"{whirl}{speeds}"] if whirl else []), f"up to {largest} ({meaning})"]
+
+
+def _add_inset(panel: Axes, dataset: Signals, drawn: list[Station], zoom: tuple[float, float]) -> None:
+    """Enlarge the first impacts in the upper part of a panel, for which its axis is extended."""
+    low, high = panel.get_ylim()
+    ticks = [tick for tick in MaxNLocator(4).tick_values(low, high) if low <= tick <= high]
+    panel.set_ylim(low, low + (high - low) / BELOW)
+    panel.set_yticks(ticks)
+    panel.axvspan(*zoom, ymax=BELOW, color="0.93", lw=0.0, zorder=-2)
+    inset = panel.inset_axes((0.36, BELOW + 0.1, 0.63, 0.84 - BELOW))
+    draw_fall(inset, dataset, drawn)
+    mark_events(inset, dataset)
+    enlarge(inset, zoom)
+    inset.set(ylabel="", facecolor="0.97")
+    inset.set_title(FIRST_TEXT, loc="left", fontsize=8.0)
+    inset.yaxis.set_major_locator(MaxNLocator(4))
 
 
 def _has_housing(dataset: Signals, station: Station) -> bool:
@@ -93,7 +138,8 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
     ]
     entries += [
         Line2D([], [], color="black", label="rotor"),
-        *([Line2D([], [], color="black", ls=DASHED, label="height of a rotor at the bottom")] if falls else []),
+        Line2D([], [], color="black", ls=DASHED, label=f"{'height' if falls else 'gap'} of a rotor that lies"),
+        Line2D([], [], color="0.3", alpha=PALE, lw=0.5, label="orbit after the first impacts"),
         retainer_sample(),
     ]
     if any(_has_housing(dataset, station) for station in drawn):
@@ -125,7 +171,10 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
     x, y = unit.of(_seen(dataset, station))
     x_0, y_0 = unit.of(_offset(dataset, station.site))
     draw_retainer(panel, clearance(dataset, station.site) / unit.size, (float(x_0), float(y_0)))
-    panel.plot(x, y, color=colour_of(dataset, station.site), lw=0.6)
+    colour, first = colour_of(dataset, station.site), first_impacts(dataset)
+    early = dataset["time"].values <= (np.inf if first is None else first[1])
+    panel.plot(x, y, color=colour, lw=0.5, alpha=PALE)
+    panel.plot(x[early], y[early], color=colour, lw=0.9)
     if _has_housing(dataset, station):
         panel.plot(*unit.of(turned_upright(dataset, centre(dataset, station.site))), color=GREY, lw=0.6)
     right, up = orbit_labels(dataset, unit.label)
@@ -134,16 +183,19 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
     panel.set_ylabel(up)
 
 
-def _draw_heights(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
+def draw_fall(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
+    """Draw the height at each station against gravity, and the lowest one; without gravity the gap to its retainer."""
     unit = length_unit(max((_reach(dataset, station) for station in drawn), default=1.0))
+    falls = bool(parameters(dataset).get("gravity"))
     for station in drawn:
-        heights = height(dataset, station.place)
-        if heights is not None:
-            panel.plot(time_values(dataset), unit.of(heights), color=colour_of(dataset, station.site))
-            lowest = float(_offset(dataset, station.site)[1]) - clearance(dataset, station.site)
-            panel.axhline(lowest / unit.size, color="black", lw=0.8, ls=DASHED)
-    panel.set_title("Height against gravity", loc="left")
-    panel.set_ylabel(f"height ({unit.label})")
+        gap = clearance(dataset, station.site) - np.hypot(*station.path(dataset))
+        values = height(dataset, station.place) if falls else gap
+        if values is not None:
+            panel.plot(time_values(dataset), unit.of(values), color=colour_of(dataset, station.site))
+        lowest = float(_offset(dataset, station.site)[1]) - clearance(dataset, station.site) if falls else 0.0
+        panel.axhline(lowest / unit.size, color="black", lw=0.8, ls=DASHED)
+    panel.set_title("Height against gravity" if falls else "Gap to the retainer", loc="left")
+    panel.set_ylabel(f"{'height' if falls else 'gap'} ({unit.label})")
 
 
 def _draw_speeds(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
@@ -172,5 +224,8 @@ def _draw_temperatures(panel: Axes, dataset: Signals, drawn: list[Station]) -> N
     for station in drawn:
         celsius = plant_signal(dataset, f"{station.site}.temperature") - ZERO_CELSIUS
         panel.plot(time_values(dataset), celsius, color=colour_of(dataset, station.site))
+    low, high = panel.get_ylim()
+    if high - low < LEAST_RISE:
+        panel.set_ylim(low - 0.1 * LEAST_RISE, low + LEAST_RISE)
     panel.set_title("Temperature of the retainers", loc="left")
     panel.set_ylabel("temperature (°C)")

@@ -24,7 +24,14 @@ from amb_cosim.results.magnet_limits import (
     magnet_force,
 )
 from amb_cosim.results.places import places
-from amb_cosim.results.plots.axes import add_title, label_time_axis, mark_events, time_values, title_padding
+from amb_cosim.results.plots.axes import (
+    add_title,
+    label_time_axis,
+    mark_events,
+    name_events,
+    time_values,
+    title_padding,
+)
 from array_types import Array
 
 AXES = {"x": BLUE, "y": ORANGE}
@@ -59,9 +66,11 @@ def magnets(dataset: Signals) -> Figure:
             if of is flowing_current:
                 _shade(panel, dataset, bearing)
             panel.set_title(bearing.upper(), loc="left", pad=title_padding(dataset, bearing == bearings[0]))
-            mark_events(panel, dataset, named=bearing == bearings[0])
+            mark_events(panel, dataset)
     for panel in panels[-1]:
         label_time_axis(panel, dataset)
+    for panel in panels[0]:
+        name_events(panel, dataset)
     handles: list[Artist] = [Line2D([], [], color=colour, label=axis) for axis, colour in AXES.items()]
     handles.append(Line2D([], [], color="black", ls=DASHED, label=LIMIT))
     if any(amplifier_off(dataset, f"{bearing}.{axis}").any() for bearing in bearings for axis in AXES):

@@ -25,21 +25,27 @@ from amb_cosim.presentation.style import (
 from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
 from amb_cosim.results.contact_history import FREE
 from amb_cosim.results.plots.axes import (
+    FIRST_TEXT,
     Station,
     add_title,
     clearance,
     colour_of,
+    enlarge,
+    fall_interval,
     label_time_axis,
     mark_axes,
     mark_events,
+    name_events,
     orbit_labels,
     speed_is_drawn,
     stations,
     time_values,
     title_padding,
 )
+from amb_cosim.results.plots.fall import draw_fall
 from amb_cosim.results.plots.joined import joined
 from amb_cosim.results.series import cycles, event_name, signal, speed, switched_on
+from amb_cosim.results.touchdown import touchdown
 from array_types import Array, Bools
 
 SMALL_MOTION = 0.25  # fraction of the clearance; smaller motion is drawn with its own scale
@@ -102,20 +108,42 @@ def _line(dataset: Signals, station: Station, clearance: float) -> tuple[Array, 
 def displacement(dataset: Signals) -> Figure:
     """Draw the radius of the motion at each station over its clearance, and below it the speed where it changes.
 
-    Motion that is small compared with its clearance, or has none, is drawn as a length.
+    Motion that is small compared with its clearance, or has none, is drawn as a length. A fall, in which the radius is
+    the clearance from the landing on, is drawn as height or gap, with its first impacts enlarged.
     """
-    drawn, changing = stations(dataset), speed_is_drawn(dataset)
-    figure = StyledFigure(figsize=(7.0, 2.1 * len(drawn) + 1.2 * changing), layout="constrained")
+    drawn, changing, zoom = stations(dataset), speed_is_drawn(dataset), fall_interval(dataset)
+    size = (10.0 if zoom else 7.0, max(2.1 * len(drawn) + 1.2 * changing, 2.8))
+    figure = StyledFigure(figsize=size, layout="constrained")
     ratios = (3,) * len(drawn) + (2,) * changing
-    panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios, squeeze=False)[:, 0]
-    highest, relative = 1.0, []
+    grid = figure.subplots(len(ratios), 1 + bool(zoom), sharex="col", height_ratios=ratios, squeeze=False)
+    for panels in grid.T:
+        _draw_column(panels, dataset, drawn)
+        if changing:
+            _draw_speed(panels[-1], dataset)
+        label_time_axis(panels[-1], dataset)
+    if zoom:
+        for panel in grid[:, 1]:
+            enlarge(panel, zoom)
+            panel.set_title("", loc="left")
+        grid[0, 1].set_title(FIRST_TEXT, loc="left", pad=title_padding(dataset, highest=True))
+    for panel in grid[0]:
+        name_events(panel, dataset)
+    add_title(figure, dataset)
+    return figure
+
+
+def _draw_column(panels: NDArray[np.object_], dataset: Signals, drawn: list[Station]) -> None:
+    """Draw the motion at each station over the run."""
+    falls, highest, relative = touchdown(dataset) is not None, 1.0, []
     for panel, station in zip(panels, drawn, strict=False):
         r = np.hypot(*station.path(dataset))
         reach = float(np.nanmax(r, initial=0.0))
         colour = colour_of(dataset, station.site) if station.site else "black"
-        panel.set_title(station.title, loc="left", pad=title_padding(dataset, panel is panels[0]))
-        mark_events(panel, dataset, named=panel is panels[0])
+        mark_events(panel, dataset)
         c = clearance(dataset, station.site) if station.site else 0.0
+        if falls and station.site:
+            draw_fall(panel, dataset, [station])
+            continue
         if _is_small(reach, c):
             unit = length_unit(reach)
             panel.plot(time_values(dataset), unit.of(r), color=colour)
@@ -128,13 +156,10 @@ def displacement(dataset: Signals) -> Figure:
         panel.axhline(1.0, color="black", lw=1.0, ls=DASHED)
         panel.plot(time_values(dataset), r / c, color=colour)
         panel.set_ylabel("radius / clearance")
+    for panel, station in zip(panels, drawn, strict=False):
+        panel.set_title(station.title, loc="left", pad=title_padding(dataset, panel is panels[0]))
     for panel in relative:
         panel.set_ylim(0.0, 1.05 * highest)
-    if changing:
-        _draw_speed(panels[-1], dataset)
-    label_time_axis(panels[-1], dataset)
-    add_title(figure, dataset)
-    return figure
 
 
 def _is_small(reach: float, clearance: float) -> bool:
@@ -143,12 +168,12 @@ def _is_small(reach: float, clearance: float) -> bool:
 
 
 def _draw_speed(panel: Axes, dataset: Signals) -> None:
-    """Draw the spin speed."""
+    """Draw the spin speed on an axis that holds its changes, not zero."""
     speeds = speed_unit().of(speed(dataset))
     panel.plot(time_values(dataset), speeds, color="black")
     panel.set_title("Spin speed", loc="left")
-    panel.set(ylabel=SYMBOLS[speed_unit().name], ylim=(0.0, 1.08 * float(speeds.max(initial=0.0)) or None))
-    mark_events(panel, dataset, named=False)
+    panel.set_ylabel(SYMBOLS[speed_unit().name])
+    mark_events(panel, dataset)
 
 
 def run_parts(dataset: Signals) -> list[tuple[str, str, Bools]]:

@@ -8,9 +8,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import COLOURS, StyledFigure, fitted, write_title
 from amb_cosim.presentation.units import QUANTITIES, ShownUnit, force_unit, length_unit, speed_unit
-from amb_cosim.results.plots.axes import COLOURS, add_title, label_time_axis, mark_events, time_values, title_padding
+from amb_cosim.results.plots.axes import (
+    add_title,
+    label_time_axis,
+    mark_events,
+    name_events,
+    time_values,
+    title_padding,
+)
 from amb_cosim.results.selection import Selection
 
 MOST_NAMED = 8  # curves of a panel that its legend names
@@ -32,19 +39,21 @@ def traces(selection: Selection) -> Figure:
         for name, colour in zip(names, cycle(COLOURS), strict=False):
             panel.plot(times, display_unit.of(selection.values(name)), color=colour, label=_short(names, name))
         padding = title_padding(dataset, panel is panels[0]) if has_cycles else None
-        panel.set_title(_heading(selection, names), loc="left", pad=padding)
+        panel.set_title(fitted(_heading(selection, names), 6.4), loc="left", pad=padding)
         panel.set_ylabel("" if unit == "1" else display_unit.label)
         _name_curves(panel, len(names))
     if has_cycles:
         label_time_axis(panels[-1], dataset)
         for panel in panels:
-            mark_events(panel, dataset, named=panel is panels[0])
+            mark_events(panel, dataset)
         add_title(figure, dataset)
     else:
         panels[-1].set_xlabel("time (s)")
-        figure.suptitle(str(dataset.attrs.get("system", "")), fontsize=TITLE_SIZE)
+        write_title(figure, str(dataset.attrs.get("system", "")))
     if len(times) > 1:
         panels[-1].set_xlim(times[0], times[-1])
+    if has_cycles:
+        name_events(panels[0], dataset)
     return figure
 
 

@@ -1,0 +1,192 @@
+"""Figures of runs that touch: scales, marked numbers, enlarged parts, titles and names of events."""
+
+import json
+
+import numpy as np
+import pytest
+from drawn import cut_texts, overlapping_texts, visible_texts
+from falls import CLEARANCE, LANDED, OMEGA, WHIRL, fall
+
+from amb_cosim.comparison.plots import overlays
+from amb_cosim.presentation.units import force_unit
+from amb_cosim.results import plots
+from amb_cosim.results.contact_forces import largest_averaged_force
+from amb_cosim.results.places import RotorPlaces
+from amb_cosim.results.summary import summarise
+from tests.support.messages import raises_naming
+
+RPM = 30.0 / np.pi
+
+
+def placed(dataset, **z):
+    """Return a run whose plant states the positions of its sites."""
+    places = json.loads(dataset.attrs["places"]) | {"z": z}
+    return dataset.assign_attrs(places=json.dumps(places))
+
+
+def limits_hold(panel, value):
+    low, high = panel.get_ylim()
+    return low <= value <= high
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e3])
+def test_contact_marks_the_number_of_the_summary_on_its_own_scale(synthetic, scale):
+    """RB1 has a peak of 1234.5 N and 2.5 N s of impact, RB2 is scaled: neither sets the axis of the other."""
+    dataset = synthetic()
+    for name in ("f_n", "impulse"):
+        dataset[f"rotor_contact.rb2.{name}"] = scale * dataset[f"rotor_contact.rb2.{name}"]
+    figure = plots.figure(dataset, "contact")
+    numbers = summarise(dataset).averaged_contact_force
+    for panel, site in zip(figure.axes, ("rb1", "rb2"), strict=False):
+        size = 1e3 if "kN" in panel.get_ylabel() else 1.0
+        (mark,) = [line for line in panel.lines if line.get_marker() == "o"]
+        assert size * mark.get_ydata()[0] == pytest.approx(numbers[site])
+        assert limits_hold(panel, mark.get_ydata()[0])
+        assert panel.get_ylim()[1] * size < 4.0 * numbers[site]
+        assert force_unit(numbers[site]).text(numbers[site], 3) in [text.get_text() for text in panel.texts]
+    assert not overlapping_texts(figure)
+
+
+def test_mean_is_thick_and_peaks_are_pale(synthetic):
+    panel = plots.figure(synthetic(), "contact").axes[0]
+    peak, mean = panel.lines[:2]
+    assert mean.get_linewidth() > 2.0 * peak.get_linewidth()
+    assert mean.get_alpha() in (None, 1.0)
+    assert peak.get_alpha() < 0.6
+    assert np.nanmax(peak.get_ydata()) > 1.0
+
+
+def without_contact(dataset):
+    for name in [n for n in dataset.data_vars if n.split(".")[-1] in ("f_n", "impulse", "mode", "contact_state")]:
+        dataset[name] = 0 * dataset[name]
+    return dataset
+
+
+def test_no_contact_is_no_figure_and_no_panel(synthetic):
+    dataset = without_contact(synthetic())
+    assert "contact" not in plots.chosen(dataset)
+    for name in ("contact", "whirl"):
+        with raises_naming(ValueError, name, "touched"):
+            plots.figure(dataset, name)
+    dataset = synthetic()
+    for name in ("f_n", "impulse", "mode"):
+        dataset[f"rotor_contact.rb2.{name}"] = 0 * dataset[f"rotor_contact.rb2.{name}"]
+    axes = plots.figure(dataset, "contact").axes
+    assert {panel.get_title("left") for panel in axes} <= {"Retainer RB1", "In contact", "enlarged", ""}
+    assert [text.get_text() for text in axes[-1].texts] == ["no contact"]
+
+
+def heavy_mounts(dataset):
+    """Let the contact last from the landing on, as on soft mounts: a single contact with large forces."""
+    touches = dataset["time"].values > LANDED
+    return dataset.assign({f"rotor_contact.{s}.f_n": ("time", np.where(touches, 900.0, 0.0)) for s in ("rb1", "rb2")})
+
+
+@pytest.mark.parametrize("change", [lambda run: run, heavy_mounts], ids=["rigid", "mounts"])
+@pytest.mark.parametrize("gravity", [9.81, 0.0])
+def test_first_50_ms_of_a_fall_are_enlarged(change, gravity):
+    dataset = change(fall(gravity))
+    figure = plots.figure(dataset, "contact")
+    begin, end = figure.axes[-1].get_xlim()
+    assert end - begin == pytest.approx(0.05)
+    assert begin < LANDED < end
+    again = overlays({"a": dataset, "b": dataset.assign_attrs(scenario="b")})["contact"]
+    assert again.axes[-1].get_xlim() == pytest.approx((begin, end))
+    (inset,) = [inset for axes in plots.figure(dataset, "touchdown").axes for inset in axes.child_axes]
+    assert inset.get_xlim() == pytest.approx((begin, end))
+    displaced = plots.figure(dataset, "displacement")
+    assert any(axes.get_xlim() == pytest.approx((begin, end)) for axes in displaced.axes)
+
+
+def test_short_fall_is_enlarged_from_the_release_on():
+    """A fall of 10 ms begins at 0.1 s, the release."""
+    dataset = fall()
+    shift = round((LANDED - 0.11) / 1e-3)
+    for name in dataset.data_vars:
+        if ".amplifier" not in name and name != "rotor_contact.speed":
+            dataset[name] = ("time", np.roll(dataset[name].values, -shift))
+    begin, end = plots.figure(dataset, "contact").axes[-1].get_xlim()
+    assert (begin, end) == pytest.approx((0.1, 0.15), abs=2e-3)
+
+
+def test_touchdown_names_whirl_and_largest_force():
+    dataset = fall()
+    figure = plots.figure(dataset, "touchdown")
+    title = figure.axes[0].get_title()
+    assert f"backward whirl at {abs(WHIRL) * RPM:.3g} rpm" in title
+    largest = largest_averaged_force(dataset, "rb1")
+    assert force_unit(largest).text(largest, 3) in title
+    still = fall(**{f"{site}.whirl_speed": np.zeros(3051) for site in ("rb1", "rb2")})
+    assert "no whirl" in plots.figure(still, "touchdown").axes[0].get_title()
+    for drawn in (figure, plots.figure(still, "touchdown")):
+        assert not cut_texts(drawn)
+        assert not overlapping_texts(drawn)
+
+
+def test_fall_is_drawn_as_height_or_gap_and_speed_not_from_zero():
+    dataset = fall()
+    dataset["rotor_contact.speed"] = ("time", np.linspace(OMEGA, 0.98 * OMEGA, dataset.sizes["time"]))
+    height, *_, speed, _ = plots.figure(dataset, "displacement").axes
+    assert height.get_ylabel() == "height (mm)"
+    assert np.nanmin(height.lines[0].get_ydata()) == pytest.approx(-1e3 * CLEARANCE)
+    assert speed.get_ylim()[0] > 0.9 * OMEGA * RPM
+    gap = plots.figure(fall(gravity=0.0), "displacement").axes[0]
+    assert gap.get_ylabel() == "gap (mm)"
+    assert gap.lines[0].get_ydata()[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_temperature_that_hardly_rises_has_no_offset():
+    dataset = fall(**{"rb2.temperature": np.linspace(293.15, 293.150001, 3051)})
+    figure = plots.figure(dataset, "touchdown")
+    figure.canvas.draw()
+    temperature = next(axes for axes in figure.axes if "temperature" in axes.get_ylabel())
+    assert temperature.yaxis.get_offset_text().get_text() == ""
+    assert np.ptp(temperature.get_ylim()) >= 1.0
+
+
+# Texts
+
+
+def test_titles_state_positions_and_are_never_cut():
+    words = " ".join(f"word{k}" for k in range(60))
+    dataset = placed(fall().assign_attrs(description=words), rb1=0.06, rb2=0.5)
+    for name in ("contact", "displacement", "touchdown", "orbits"):
+        figure = plots.figure(dataset, name)
+        assert "".join(figure._suptitle.get_text().split()).endswith("".join(words.split()))
+        assert not cut_texts(figure)
+        panel = next(axes for axes in figure.axes if axes.get_title() or axes.get_title("left"))
+        title = (panel.get_title() or panel.get_title("left")).replace("\n", " ")
+        assert "0.06 m" in title
+        assert "MB1" not in title
+
+
+@pytest.mark.parametrize("later", [0.0, 0.002, 0.1, 1.0])
+def test_names_of_events_do_not_overlap(synthetic, later):
+    """A shock of 0.1 cycles has no room for two names; both are in one label."""
+    dataset = synthetic(
+        disturbance_cycle=5.0, relief_cycle=5.0 + later, disturbance_label="shock", relief_label="end_of_shock"
+    )
+    for name in ("contact", "displacement", "magnets", "energy", "whirl"):
+        if not plots._lacks(dataset, name):
+            figure = plots.figure(dataset, name)
+            assert not overlapping_texts(figure), name
+            written = " ".join(text.get_text() for text in visible_texts(figure))
+            assert "shock" in written
+            assert "end of shock" in written
+
+
+def test_upright_rotor_has_no_up():
+    """The scenario states a gravity of 0 across the shaft; a rotor whose gravity is left out is seen from its stand."""
+    left_out = fall(gravity=0.0)
+    upright = left_out.assign_attrs(scenario_data=json.dumps({"gravity": 0}))
+    for dataset, labels in ((left_out, {"to the right (mm)", "up (mm)"}), (upright, {"$x$ (mm)", "$y$ (mm)"})):
+        panel = plots.figure(dataset, "orbits").axes[0]
+        assert {panel.get_xlabel(), panel.get_ylabel()} == labels
+    assert not plots.figure(upright, "orbits").axes[0].texts
+
+
+def test_layout_of_the_plant_states_positions():
+    """Of places without positions, as in earlier results, titles have only the name."""
+    assert RotorPlaces({"mb1": "rb1"}, ("rb1",)).z == {}
+    title = plots.figure(fall(), "contact").axes[0].get_title("left")
+    assert title == "Retainer RB1"
