@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { apply } from "../../../applications/amb_live/page/ui/changes.js";
 import { halfHeightFor } from "../../../applications/amb_live/page/ui/charts.js";
-import { absorb, effectOf, lasting, matching, newSession, settingOf, valueOf } from "../../../applications/amb_live/page/ui/session.js";
+import { absorb, effectOf, lasting, matching, newSession, plainLaw, settingOf, valueOf } from "../../../applications/amb_live/page/ui/session.js";
 
 const variable = (name, causality, variability, start) => ({ name, causality, variability, start, type: "Real", unit: "", min: null, max: null, description: "", reference: 0 });
 const rig = {
@@ -66,4 +66,11 @@ test("an axis has room for its curves, and shrinks when half of it is empty", ()
   assert.equal(halfHeightFor([[0.9]], 0.1, 1.5), 1.5);
   assert.equal(halfHeightFor([[0.3]], 0.1, 1.5), 0.5);
   assert.equal(halfHeightFor([[0]], 0.1, 1.5), 0.1);
+});
+
+test("the law that holds the rotor is a PID only if the rig has its gains and no linear controller", () => {
+  const session = (names, components) => ({ rig: { components: components.map((name) => ({ name })) }, variables: new Map(names.map((name) => [name, {}])) });
+  assert.equal(plainLaw(session(["rolac_controller.mb1.k_b_x"], ["rolac_controller"])), "PID");
+  assert.equal(plainLaw(session(["rolac_controller.mb1.i_x.gain"], ["rolac_controller"])), "Linear");
+  assert.equal(plainLaw(session(["rolac_controller.mb1.k_b_x"], ["rolac_controller", "linear_controller"])), "Linear");
 });

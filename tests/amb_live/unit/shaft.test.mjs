@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { fitted, projection, turned } from "../../../applications/amb_live/page/ui/camera.js";
-import { deflection, enlargementOf, roomOf } from "../../../applications/amb_live/page/ui/shaft.js";
+import { apart, deflection, enlargementOf, roomOf } from "../../../applications/amb_live/page/ui/shaft.js";
 
 const geometry = {
   nodes: [{ z: 0, radius: 0.02 }, { z: 1, radius: 0.02 }, { z: 2, radius: 0.02 }],
@@ -47,4 +47,22 @@ test("every corner of what is shown is on the screen, from wherever one looks", 
       }
     }
   }
+});
+
+test("a rotor of a tenth of the size looks the same", () => {
+  const small = {
+    ...geometry, nodes: geometry.nodes.map((node) => ({ z: 0.1 * node.z, radius: 0.1 * node.radius })),
+    discs: geometry.discs.map((item) => ({ ...item, z: 0.1 * item.z, radius: 0.1 * item.radius })),
+    sites: geometry.sites.map((item) => ({ ...item, clearance: 0.1 * item.clearance })),
+  };
+  assert.equal(enlargementOf(small), enlargementOf(geometry));
+  const bare = (one) => enlargementOf({ ...one, discs: [] });
+  assert.equal(bare(small), bare(geometry));
+});
+
+test("names keep apart: each moves away from the drawing until its row is free", () => {
+  const names = [0, 10, 20, 300].map((x) => ({ x, y: 0, step: -15, half: 30 }));
+  const placed = apart(names);
+  assert.deepEqual(placed.map((name) => name.y), [0, -15, -30, 0]);
+  assert.deepEqual(placed.map((name) => name.x), [0, 10, 20, 300]);
 });

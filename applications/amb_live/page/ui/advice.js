@@ -1,6 +1,6 @@
 // Advice on a choice of control that will not work, and which choice will.
 
-import { matching, settingOf, valueOf } from "./session.js";
+import { matching, plainLaw, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -53,11 +53,12 @@ export function advice(session, chosen, options) {
   if (lasts && (chosen === "ROLAC" || chosen === "OLAC") && offers(AWARE)) {
     return { option: AWARE, text: `During sustained contact ${chosen} relies on a table of the free rotor, and its force grows to its limit. ${AWARE} ROLAC allows for contact.` };
   }
-  if (lasts && chosen === "PID" && offers(AWARE) && !isOff(session)) {
-    return { option: AWARE, text: `The PID does not compensate unbalance, so a rub continues. ${AWARE} ROLAC removes the vibration.` };
+  const plain = plainLaw(session), law = plain === "PID" ? plain : "linear controller";
+  if (lasts && chosen === plain && offers(AWARE) && !isOff(session)) {
+    return { option: AWARE, text: `The ${law} does not compensate unbalance, so a rub continues. ${AWARE} ROLAC removes the vibration.` };
   }
-  if (chosen === "Off" && session.rig.geometry.sites.length === 0 && offers("PID")) {
-    return { option: "PID", text: "This rotor has no retainers: without magnets it leaves its bearings. PID holds it." };
+  if (chosen === "Off" && session.rig.geometry.sites.length === 0 && offers(plain)) {
+    return { option: plain, text: `This rotor has no retainers: without magnets it leaves its bearings. The ${law} holds it.` };
   }
   return null;
 }

@@ -1,7 +1,7 @@
 // The controls of a rig, with their variables and units.
 
 import { halfHeightFor } from "./charts.js";
-import { matching } from "./session.js";
+import { matching, plainLaw } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -129,12 +129,13 @@ function controllers(session) {
     ...power(0), "rolac_controller.rolac_enable": 1, "rolac_controller.rolac.mode": mode[law], "rolac_controller.contact.aware": aware,
     ...(aware ? { "rolac_controller.contact.source": source.sensors } : {}),
   });
+  const plain = plainLaw(session), law = plain === "PID" ? plain : "linear controller", sentence = law[0].toUpperCase() + law.slice(1);
   const options = [
     { label: "Off", title: "Amplifiers off: the rotor is not held", values: power(1) },
-    { label: "PID", title: "PID alone", values: { ...power(0), "rolac_controller.rolac_enable": 0 } },
-    { label: "OLAC", title: "PID with open-loop adaptive control, updated whenever the vibration is steady", values: adaptive("olac", 0) },
-    { label: "ROLAC", title: "PID with recursive open-loop adaptive control", values: adaptive("rolac", 0) },
-    { label: "Contact-aware", title: "PID with ROLAC that allows for contact", values: adaptive("rolac", 1) },
+    { label: plain, title: `${sentence} alone`, values: { ...power(0), "rolac_controller.rolac_enable": 0 } },
+    { label: "OLAC", title: `${sentence} with open-loop adaptive control, updated whenever the vibration is steady`, values: adaptive("olac", 0) },
+    { label: "ROLAC", title: `${sentence} with recursive open-loop adaptive control`, values: adaptive("rolac", 0) },
+    { label: "Contact-aware", title: `${sentence} with ROLAC that allows for contact`, values: adaptive("rolac", 1) },
   ];
   return { kind: "choice", label: "Controller", options: session.variables.has("rolac_controller.rolac_enable") ? options : [] };
 }

@@ -3,7 +3,7 @@
 import { contactTime, isOff, touched } from "./advice.js";
 import { numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
-import { matching, settingOf, valueOf } from "./session.js";
+import { matching, plainLaw, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -113,7 +113,7 @@ function push() {
       },
       {
         instruction: () => "Push it: drag within an orbit, or focus an orbit and hold an arrow key. A slow pace shows more.",
-        isMet: isPushed, hold: 0, remark: (now) => (isOff(now) ? "No magnet has power: only retainers and inertia resist. Choose Controller, PID to levitate it." : "The magnets answer with more current; look at Signals."),
+        isMet: isPushed, hold: 0, remark: (now) => (isOff(now) ? `No magnet has power: only retainers and inertia resist. Choose Controller, ${plainLaw(now)} to levitate it.` : "The magnets answer with more current; look at Signals."),
       },
       {
         instruction: () => "Let go, and watch it come back.",
@@ -138,7 +138,7 @@ function trap({ rig, variables }) {
     title: "Trap and free", suits: false,
     steps: [
       {
-        instruction: (now) => (isOff(now) ? "No magnet has power: a rotor on its retainers is landed, not trapped. Choose Controller, PID first. " : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
+        instruction: (now) => (isOff(now) ? `No magnet has power: a rotor on its retainers is landed, not trapped. Choose Controller, ${plainLaw(now)} first. ` : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
         isMet: isTrapped, hold: 0,
         remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with a peak force of up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
       },
@@ -170,9 +170,9 @@ function land(session) {
         remark: (now, notes) => `${notes.touchedAt > notes.began ? `It landed ${quantityText(notes.touchedAt - notes.began, "s")} after` : "It has landed"}, and pressed with a peak force of ${quantityText(notes.force, "N")}; ${landed(now)}.`,
       },
       {
-        instruction: () => "Lift it again: Controller, PID.",
+        instruction: (now) => `Lift it again: Controller, ${plainLaw(now)}.`,
         isMet: (now) => !isOff(now), hold: 0.3,
-        remark: (now) => (touched(now).length === 0 ? "It levitates again." : `It is still in contact at ${places(touched(now))}: a PID alone cannot lift a whirling rotor. Wait, slow it down, or choose another controller.`),
+        remark: (now) => (touched(now).length === 0 ? "It levitates again." : `It is still in contact at ${places(touched(now))}: a plain controller cannot lift a whirling rotor. Wait, slow it down, or choose another controller.`),
       },
     ],
   };

@@ -140,3 +140,12 @@ export function effectOf(session, name) {
   const variable = session.variables.get(name);
   return variable !== undefined && variable.causality === "parameter" && variable.variability === "fixed" ? "anew" : "live";
 }
+
+/**
+ * Return the name of the law that holds the rotor without adaptive control: a linear controller, inner or alone, or PID.
+ * @param {Session} session
+ */
+export function plainLaw(session) {
+  const isInner = session.rig.components.some((component) => component.name === "linear_controller");
+  return !isInner && matching(session, "rolac_controller.*.k_b_?").length > 0 ? "PID" : "Linear";
+}

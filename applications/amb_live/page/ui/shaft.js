@@ -21,7 +21,8 @@ import { disc, face, ring, tube } from "./solids.js";
  * @property {number} room across the shaft that is displayed (m)
  */
 
-const SLEEVE = 0.018; // m, thickness of the journal as drawn on the shaft
+const SLEEVE = 0.009, BESIDE = 0.014, BELOW = 0.022; // of the shaft's length: thickness of a journal as drawn, a magnet beside its gap, a name below it
+const LINE = 15; // pixels, height of a name
 const MOST_CURRENT = 10; // A, of a magnet in full colour
 
 /**
@@ -30,7 +31,8 @@ const MOST_CURRENT = 10; // A, of a magnet in full colour
  */
 export function enlargementOf(geometry) {
   const clearance = Math.min(...geometry.sites.map((site) => site.clearance), 1e-3);
-  const radius = Math.max(...geometry.discs.map((item) => item.radius), 0.04);
+  const length = geometry.nodes[geometry.nodes.length - 1].z - geometry.nodes[0].z;
+  const radius = Math.max(...geometry.discs.map((item) => item.radius), 0.02 * length);
   const exact = (0.5 * radius) / clearance, decade = 10 ** Math.floor(Math.log10(exact));
   return decade * (exact / decade >= 5 ? 5 : exact / decade >= 2 ? 2 : 1);
 }
@@ -69,6 +71,23 @@ export function deflection(geometry, value) {
       return [x0 + share * (x1 - x0), y0 + share * (y1 - y0)];
     },
   };
+}
+
+/**
+ * Return names in rows that do not overlap: each moves by its steps away from the drawing until it is free.
+ * @template {{ x: number, y: number, step: number, half: number }} Name
+ * @param {readonly Name[]} names with the middle of their lower side, and half their width (pixels)
+ */
+export function apart(names) {
+  /** @type {Name[]} */
+  const placed = [];
+  for (const name of names) {
+    const overlaps = (/** @type {number} */ y) => placed.some((other) => Math.abs(other.x - name.x) < other.half + name.half && Math.abs(other.y - y) < LINE);
+    let y = name.y;
+    while (overlaps(y)) { y += name.step; }
+    placed.push({ ...name, y });
+  }
+  return placed;
 }
 
 /** The shaft view: rig coordinates, turned and enlarged, on a surface. */
@@ -131,7 +150,7 @@ export class ShaftPicture {
   /** @param {number} z */
   journalRadius(z) {
     const node = this.geometry.nodes.filter((item) => item.z <= z + 1e-9).pop() ?? this.geometry.nodes[0];
-    return node.radius + SLEEVE;
+    return node.radius + SLEEVE * this.length;
   }
 
   /**
@@ -164,7 +183,7 @@ export class ShaftPicture {
    */
   magnets(bearing, colour) {
     if (!bearing.magnetic) { return []; }
-    const { scene, palette } = this, distance = this.journalRadius(bearing.z) + this.gapOf(bearing) + 0.028;
+    const { scene, palette } = this, distance = this.journalRadius(bearing.z) + this.gapOf(bearing) + BESIDE * this.length;
     return ["upper_x", "upper_y", "lower_x", "lower_y"].flatMap((coil, k) => {
       const current = scene.value(`amb_actuator.${bearing.name}.i_${coil}`);
       if (!Number.isFinite(current)) { return []; }
@@ -211,20 +230,20 @@ export class ShaftPicture {
 
   drawLabels() {
     const { context, geometry, palette } = this;
-    Object.assign(context, { textAlign: "center", textBaseline: "bottom", font: `600 12px ${palette.font}`, fillStyle: palette.soft });
-    let free = -Infinity; // right end of the labels so far
-    for (const item of geometry.discs.filter((body) => body.unbalance && body.radius > 0)) {
-      const { u, v } = this.place(item.z), [x, y] = this.project(item.z, u, v + item.radius), text = item.name.toUpperCase();
-      const half = 0.5 * context.measureText(text).width;
-      if (x - half < free && x > free - 2 * half) { continue; }
-      this.write(text, x, y - 4);
-      free = x + half + 4;
-    }
-    geometry.bearings.forEach((bearing, k) => {
-      const [x, y] = this.project(bearing.z, 0, -this.journalRadius(bearing.z) - this.gapOf(bearing) - 0.045);
-      context.fillStyle = palette.series[k % palette.series.length];
-      this.write(bearing.name.toUpperCase(), x, y + 16);
+    Object.assign(context, { textAlign: "center", textBaseline: "bottom", font: `600 12px ${palette.font}` });
+    const above = geometry.discs.filter((body) => body.unbalance && body.radius > 0).map((item) => {
+      const { u, v } = this.place(item.z), [x, y] = this.project(item.z, u, v + item.radius);
+      return { text: item.name.toUpperCase(), x, y: y - 4, step: -LINE, colour: palette.soft };
     });
+    const below = geometry.bearings.map((bearing, k) => {
+      const [x, y] = this.project(bearing.z, 0, -this.journalRadius(bearing.z) - this.gapOf(bearing) - BELOW * this.length);
+      return { text: bearing.name.toUpperCase(), x, y: y + 16, step: LINE, colour: palette.series[k % palette.series.length] };
+    });
+    const names = [...above, ...below].map((name) => ({ ...name, half: 0.5 * context.measureText(name.text).width + 3 }));
+    for (const { text, x, y, colour } of apart(names)) {
+      context.fillStyle = colour;
+      this.write(text, x, y);
+    }
   }
 
   /**

@@ -4,7 +4,7 @@ import { isOff } from "./advice.js";
 import { make, setText } from "./dom.js";
 import { numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
-import { settingOf, valueOf } from "./session.js";
+import { plainLaw, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -77,10 +77,11 @@ function quantityOf(value, unit) {
 function controlText(session, names) {
   if (isOff(session)) { return "amplifiers off"; }
   const status = valueOf(session, "rolac_controller.rolac_status");
-  if (!(status > 0)) { return "PID"; }
+  const plain = plainLaw(session) === "PID" ? "PID" : "linear controller";
+  if (!(status > 0)) { return plain; }
   const mode = session.variables.get("rolac_controller.rolac.mode");
   const law = Object.entries(mode?.items ?? {}).find(([, value]) => value === settingOf(session, "rolac_controller.rolac.mode"))?.[0] ?? "rolac";
-  return `PID + ${law.replaceAll("_", " ").toUpperCase()}, ${names.get(status) ?? status}`;
+  return `${plain} + ${law.replaceAll("_", " ").toUpperCase()}, ${names.get(status) ?? status}`;
 }
 
 /** @param {Session} session */
