@@ -10,11 +10,13 @@ from rotor_analysis.spectrum import AT_REST
 ROUNDING = 1e-7  # damping ratio
 AMPLIFYING = 2.0 * math.pi * 0.2 / math.sqrt(1.0 - 0.2**2)  # zeta = 0.2: an amplification 1/(2 zeta) of 2.5
 
+REQUIRED = 0.1  # decrement (API 617)
+
 # Upper limit and name of each zone (API 617: level II stability; a mode with an amplification below 2.5 is not a
 # critical speed).
 ZONES = (
     (0.0, "unstable"),
-    (0.1, "less than API 617 requires"),
+    (REQUIRED, "less than API 617 requires"),
     (AMPLIFYING, "amplifies more than 2.5 times"),
 )
 

@@ -15,7 +15,7 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.units import convert_units_in_text, relabelled
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
-from amb_cosim.results.orbits import path, radius, support
+from amb_cosim.results.orbits import directions, path, radius, support, turned_upright
 from amb_cosim.results.places import places
 from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes
 from array_types import Array, Bools, Indices
@@ -38,7 +38,8 @@ class Curve:
 class Panel:
     """A plot: title, labels of its axes, curves, whether both axes have the same scale, and which are logarithmic.
 
-    Zones are ranges of y, ascending: the upper end and the name of each.
+    Zones are ranges of y, ascending: the upper end and the name of each. The axis of y holds the values `holds`, which
+    are limits.
     """
 
     title: str
@@ -48,6 +49,7 @@ class Panel:
     is_round: bool = False
     log: str = ""
     zones: tuple[tuple[float, str], ...] = ()
+    holds: tuple[float, ...] = ()
 
     def as_data(self) -> dict[str, Any]:
         """Return the plot for JSON; points are little-endian 32-bit numbers in base64, the format of Plotly."""
@@ -59,6 +61,7 @@ class Panel:
             "round": self.is_round,
             "log": self.log,
             "zones": [list(zone) for zone in self.zones],
+            "holds": list(self.holds),
             "least": min((float(np.min(y)) for y in finite if len(y)), default=0.0),
             "curves": [{"name": c.name, "style": c.style, "x": _packed(c.x), "y": _packed(c.y)} for c in self.curves],
         }
@@ -72,7 +75,8 @@ class Panel:
         curves = (
             replace(c, name=convert_units_in_text(c.name), x=x_factor * c.x, y=y_factor * c.y) for c in self.curves
         )
-        return replace(self, title=convert_units_in_text(self.title), x=x, y=y, curves=tuple(curves))
+        holds = tuple(y_factor * value for value in self.holds)
+        return replace(self, title=convert_units_in_text(self.title), x=x, y=y, curves=tuple(curves), holds=holds)
 
 
 RunPanels = Callable[[Signals], Iterable[Panel]]
@@ -83,7 +87,8 @@ def panel_of(data: dict[str, Any]) -> Panel:
     """Return the plot that `Panel.as_data` wrote."""
     curves = (Curve(c["name"], _unpacked(c["x"]), _unpacked(c["y"]), c["style"]) for c in data["curves"])
     zones = tuple((float(limit), str(name)) for limit, name in data.get("zones", ()))
-    return Panel(data["title"], data["x"], data["y"], tuple(curves), data["round"], data["log"], zones)
+    holds = tuple(map(float, data.get("holds", ())))
+    return Panel(data["title"], data["x"], data["y"], tuple(curves), data["round"], data["log"], zones, holds)
 
 
 def run_panels(run: Signals, others: Iterable[RunPanels] = ()) -> tuple[Panel, ...]:
@@ -135,7 +140,8 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
         yield from draw(run)
     if not speed_changes(run):
         title = "Orbits over clearance" + ("" if rolling_from(run) is None else ", until it rolls")
-        yield Panel(title, "x / clearance", "y / clearance", tuple(_orbits(run, from_cycle_0)), is_round=True)
+        x, y = (f"{name} / clearance" for name in directions(run))
+        yield Panel(title, x, y, tuple(_orbits(run, from_cycle_0)), is_round=True)
 
 
 def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
@@ -150,7 +156,7 @@ def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
     for mb, site in places(run).bearings.items():
         orbit = path(run, support(run, mb))
         if orbit is not None:
-            x, y = orbit[:, inside][:, ::every] / _clearance(run, site)
+            x, y = turned_upright(run, orbit[:, inside][:, ::every]) / _clearance(run, site)
             yield Curve(mb.upper(), x, y)
 
 

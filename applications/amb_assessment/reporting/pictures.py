@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from amb_assessment.reporting.panels import Panel
-from amb_cosim.presentation.style import COLOURS, DASHED, GREY, STYLE, StyledFigure
+from amb_cosim.presentation.style import COLOURS, DASHED, GREY, STYLE, StyledFigure, fitted
 
 RESOLUTION = 80  # dots per inch
 WIDTH, HEIGHT = 4.4, 3.3  # inches, of a plot
@@ -39,10 +39,13 @@ def figure_of(panels: Sequence[Panel]) -> Figure:
             colour, line = (GREY, DASHED) if curve.style == "dashed" else next(looks, (GREY, "-"))
             marker, line = ("o", "none") if curve.style == "dots" else ("", line)
             axes.plot(curve.x, curve.y, label=curve.name, color=colour, ls=line, marker=marker, ms=3.0, lw=0.8)
-        axes.set(title=panel.title, xlabel=panel.x, ylabel=panel.y)
+        axes.set(title=fitted(panel.title, WIDTH), xlabel=panel.x, ylabel=panel.y)
         axes.locator_params(axis="x", nbins=6)
         for axis in panel.log:
             axes.set(**{f"{axis}scale": "log"})
+        if panel.holds:
+            axes.update_datalim([(axes.dataLim.x0, value) for value in panel.holds])
+            axes.autoscale_view(scalex=False)
         _draw_zones(axes, panel)
         if panel.is_round:
             axes.set_aspect("equal", "datalim")

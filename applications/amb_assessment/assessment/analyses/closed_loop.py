@@ -11,7 +11,7 @@ from amb_analysis.linear.stability import LARGEST
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.machine.machine import MODES
 from amb_analysis.studies.closed_loop_poles import whirl_of
-from amb_analysis.studies.damping_zones import ZONES
+from amb_analysis.studies.damping_zones import REQUIRED, ZONES
 from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, vibrations
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius
@@ -139,6 +139,7 @@ def _panels(
             damping.append(curve(name, rpm(speeds[rows]), np.clip(decrement, MIN_DECREMENT, MAX_DECREMENT)))
     frequency += beyond  # last, so that the others have the same colours in both figures
     lowest = min((float(line.y.min()) for line in damping), default=MIN_DECREMENT)
+    lowest = min(lowest, 0.5 * REQUIRED)  # the axis holds the limit and shows what is below it
     ends = rpm(np.array([0.0, subject.file.speed.tripping]))
     frequency.append(curve("1x", ends, ends / 60.0, "dashed"))
     for limit in (subject.file.speed.lowest, subject.file.speed.highest):
@@ -150,5 +151,5 @@ def _panels(
         title += f"; {MIN_DECREMENT:g} stands for less, down to unstable"
     return (
         Panel("Damped frequencies", "speed (rpm)", "Hz", tuple(frequency)),
-        Panel(title, "speed (rpm)", "decrement", tuple(damping), log="y", zones=ZONES[1:]),
+        Panel(title, "speed (rpm)", "decrement", tuple(damping), log="y", zones=ZONES[1:], holds=(REQUIRED,)),
     )

@@ -37,7 +37,7 @@ def answer(subject: Subject) -> AnalysisResult:
     speed = subject.file.speed
     passed = worst_response(subject, SLOW * speed.highest, speed.tripping)
     running = [_running(subject, name, time, passed) for name, time in _durations(subject).items()]
-    faults, rows = _faults(subject)
+    faults, rows, after_faults = _faults(subject)
     notes = (
         f"Run-up and run-down between {rpm(SLOW * speed.highest):.0f} rpm and the trip speed, with the unbalance of "
         f"the mode that moves the rotor most between them: {passed.unbalance.note}. A run that takes more than "
@@ -47,10 +47,14 @@ def answer(subject: Subject) -> AnalysisResult:
         "Faults are at the largest speed, one at a time; the worst of each kind is judged. A rotor on its retainers, "
         "or across the air gap of a magnet, is at 100 %. The run ends if the rotor reaches a magnet with power.",
     )
-    panel = Panel("Largest displacement over clearance", "time (s)", "%", tuple(line for _, line in running))
+    title, at = "Displacement over clearance", f"{rpm(speed.highest):.0f} rpm"
+    panels = (
+        Panel(f"{title} while the speed changes", "time (s)", "%", tuple(line for _, line in running)),
+        Panel(f"{title}, the worst fault of each kind at {at}", "time (s)", "%", tuple(after_faults), holds=(100.0,)),
+    )
     heads = ("fault", "nearest at", "largest (% of clearance)", "at the end (%)", "contact at the end")
     table = ResultTable("Faults", heads, tuple(rows))
-    return AnalysisResult((*(quantity for quantity, _ in running), *faults), (panel,), (table,), notes)
+    return AnalysisResult((*(quantity for quantity, _ in running), *faults), panels, (table,), notes)
 
 
 def _durations(subject: Subject) -> dict[str, float]:
@@ -97,26 +101,29 @@ def _speeds(subject: Subject, name: str) -> list[tuple[float, float]]:
     return list(zip(shares.tolist(), (ends[1] * (ends[0] / ends[1]) ** shares).tolist(), strict=True))
 
 
-def _faults(subject: Subject) -> tuple[list[Quantity], list[tuple[str, ...]]]:
-    """Return the worst of each kind of fault, and a row for each fault."""
+def _faults(subject: Subject) -> tuple[list[Quantity], list[tuple[str, ...]], list[Curve]]:
+    """Return the worst of each kind of fault, a row for each fault, and a curve for the worst of each kind."""
     highest = subject.file.speed.highest
     unbalance = worst_response(subject, highest, highest).unbalance
     measured: list[Quantity] = []
     rows: list[tuple[str, ...]] = []
+    lines: list[Curve] = []
     for kind, cases in _kinds(subject).items():
-        outcomes: list[tuple[float, str, float]] = []
+        outcomes: list[tuple[float, float, str, Curve]] = []
         for name, events in cases.items():
             result = simulate(subject, highest, unbalance.inputs, to_magnets=True, end_time=FAULT, event=events)
             used = clearance_used(subject, result)
             site, largest, end = _nearest(used)
             ending = "the run ends at the magnet" if result.outcome.failure else result.summary.recovery or "no contact"
             rows.append((name, site, f"{largest:.3g}", f"{end:.3g}", ending))
-            outcomes.append((largest, f"{name}, {site}", end))
-        largest, where, end = max(outcomes, key=lambda item: (item[0], item[2]))
+            where = f"{name}, {site}"
+            outcomes.append((largest, end, where, curve(where, times_of(result), 100.0 * used[site])))
+        largest, end, where, line = max(outcomes, key=lambda item: item[:2])
+        lines.append(line)
         count = f"the worst of {len(outcomes)}; " if len(outcomes) > 1 else ""
         note = f"{kind}: {count}at the end {end:.3g} %"
         measured.append(Quantity("clearance_used_fault", where, largest, "%", {}, note))
-    return measured, rows
+    return measured, rows, lines
 
 
 def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:

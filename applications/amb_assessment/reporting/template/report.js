@@ -1,12 +1,12 @@
 "use strict";
-// Plots are drawn when they come into view, and again where light turns dark. Colours: Okabe and Ito.
+// Plots are drawn when they come into view, and again where light turns dark, in the colours of the style.
 (function () {
-  const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "--ink", "#8A5A00", "#7A6FC4", "#00796B"];
+  const COLOURS = 10; // of curves, in the style of the page
   const DASHES = ["solid", "dot", "dashdot"]; // of curves beyond the number of colours
   const data = JSON.parse(document.getElementById("plots").textContent);
 
   const ofPage = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const colour = (k) => COLOURS[k % COLOURS.length].replace(/^--.*/, ofPage);
+  const colour = (k) => ofPage(`--curve-${k % COLOURS}`);
 
   // A dashed curve is a reference and takes no colour of its own.
   function traces(panel) {
@@ -16,7 +16,7 @@
       k += isReference ? 0 : 1;
       return {
         name: curve.name, x: curve.x, y: curve.y, type: "scatter", mode: curve.style === "dots" ? "markers" : "lines",
-        line: { color: isReference ? "#777777" : colour(k), width: 1.3, dash: isReference ? "dash" : DASHES[Math.floor(k / COLOURS.length) % DASHES.length] },
+        line: { color: isReference ? ofPage("--soft") : colour(k), width: 1.3, dash: isReference ? "dash" : DASHES[Math.floor(k / COLOURS) % DASHES.length] },
         marker: { color: colour(Math.max(k, 0)), size: 7, symbol: Math.max(k, 0) % 8 },
       };
     });
@@ -25,7 +25,7 @@
   // Ranges of y, from the lower end of the axis; the lowest is darkest.
   function zones(panel) {
     const at = (y) => panel.log.includes("y") ? Math.log10(y) : y;
-    let below = panel.least;
+    let below = Math.min(panel.least, ...panel.holds);
     const shapes = [], annotations = [];
     panel.zones.forEach(([limit, name], k) => {
       if (below >= limit) { return; }
@@ -43,11 +43,14 @@
     const x = axis(panel.x), y = axis(panel.y);
     if (panel.log.includes("x")) { x.type = "log"; }
     if (panel.log.includes("y")) { y.type = "log"; }
+    if (panel.holds.length) { y.autorangeoptions = { include: panel.holds }; } // its limits
     if (panel.round) { y.scaleanchor = "x"; y.scaleratio = 1; }
     return { ...zones(panel), autosize: true,
              title: { text: innerWidth < 704 ? panel.title.replace(", ", ",<br>") : panel.title, font: { size: 14 }, x: 0, xref: "container", xanchor: "left", pad: { l: 8, b: 6 },
                       yref: "paper", y: 1, yanchor: "bottom" },
              xaxis: x, yaxis: y,
+             hoverlabel: { bgcolor: ofPage("--band"), bordercolor: ofPage("--line"), font: { color: ofPage("--ink") } },
+             modebar: { bgcolor: ofPage("--ground"), color: ofPage("--soft"), activecolor: ofPage("--ink") },
              margin: { l: 10, r: 10, t: 60, b: 10 }, font: { size: 12, color: ofPage("--ink") }, showlegend: panel.curves.length > 1,
              legend: { orientation: "h", yref: "container", y: 0, yanchor: "bottom" }, paper_bgcolor: ofPage("--ground"), plot_bgcolor: ofPage("--ground"),
              hovermode: "closest" };
@@ -120,7 +123,7 @@
   const boxes = [...document.querySelectorAll(".filter input")];
   function filter() {
     const states = new Set(boxes.filter((box) => box.checked).map((box) => box.value));
-    for (const row of document.querySelectorAll(".statements tbody tr")) { row.hidden = !states.has(row.className); }
+    for (const row of document.querySelectorAll(".statements tbody tr")) { row.hidden = !states.has(row.classList[0]); }
     for (const article of document.querySelectorAll("article")) {
       article.hidden = !article.querySelector(".statements tbody tr:not([hidden])");
     }
