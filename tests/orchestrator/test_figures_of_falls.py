@@ -121,6 +121,9 @@ def test_touchdown_names_whirl_and_largest_force():
     for drawn in (figure, plots.figure(still, "touchdown")):
         assert not cut_texts(drawn)
         assert not overlapping_texts(drawn)
+    (inset,) = [inset for axes in figure.axes for inset in axes.child_axes]
+    panel = next(axes for axes in figure.axes if axes.child_axes)
+    assert inset.get_tightbbox().y1 < panel.get_window_extent().y1  # below the names of events
 
 
 def test_fall_is_drawn_as_height_or_gap_and_speed_not_from_zero():
@@ -155,7 +158,7 @@ def test_titles_state_positions_and_are_never_cut():
         assert "".join(figure._suptitle.get_text().split()).endswith("".join(words.split()))
         assert not cut_texts(figure)
         panel = next(axes for axes in figure.axes if axes.get_title() or axes.get_title("left"))
-        title = (panel.get_title() or panel.get_title("left")).replace("\n", " ")
+        title = " ".join((panel.get_title() or panel.get_title("left")).split())
         assert "0.06 m" in title
         assert "MB1" not in title
 

@@ -112,7 +112,7 @@ def write_title(figure: FigureBase, text: str, **place: Any) -> None:
     lines: list[str] = []
     for paragraph in text.splitlines():
         lines.append("")
-        for word in paragraph.split():
+        for word in paragraph.split(" "):
             longer = f"{lines[-1]} {word}".strip()
             wide = renderer.get_text_width_height_descent(longer, font, "$" in longer)[0]  # type: ignore[no-untyped-call]
             if lines[-1] and wide > width:

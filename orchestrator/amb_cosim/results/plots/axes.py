@@ -108,7 +108,9 @@ def site_title(dataset: Signals, site: str) -> str:
     result = places(dataset)
     kind = "Retainer" if site in result.retainers or site in result.second else "Contact site"
     z = result.z.get(site)
-    return f"{kind} {site.upper()}" + ("" if z is None else f" at $z$ = {z:.4g} m")
+    return f"{kind} {site.upper()}" + (
+        "" if z is None else f" at $z$\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{z:.4g}\N{NO-BREAK SPACE}m"
+    )
 
 
 def bearing_title(dataset: Signals, bearing: str) -> str:

@@ -117,7 +117,7 @@ def _add_inset(panel: Axes, dataset: Signals, drawn: list[Station], zoom: tuple[
     panel.set_ylim(low, low + (high - low) / BELOW)
     panel.set_yticks(ticks)
     panel.axvspan(*zoom, ymax=BELOW, color="0.93", lw=0.0, zorder=-2)
-    inset = panel.inset_axes((0.36, BELOW + 0.1, 0.63, 0.84 - BELOW))
+    inset = panel.inset_axes((0.36, BELOW + 0.1, 0.63, 0.76 - BELOW))
     draw_fall(inset, dataset, drawn)
     mark_events(inset, dataset)
     enlarge(inset, zoom)
