@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -80,7 +81,7 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
         from amb_sweeps.axes import parse_vary
 
         options["metrics"] = [_function(text) for text in options["metrics"]]
-        scenario, merged = _request(name, options | {"vary": parse_vary(vary)})
+        scenario, description, merged = _request(name, options | {"vary": parse_vary(vary)})
         from amb_sweeps.engine import ClusterFailed
         from amb_sweeps.outcomes import BROKEN_OFF
         from amb_sweeps.run import sweep as run_sweep
@@ -94,15 +95,18 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
         if not no_plots:
             from amb_sweeps.figures import draw_sweep
 
-            draw_sweep(swept)
+            draw_sweep(replace(swept, description=description))
     click.echo(swept.summary)
     click.echo(f"results in {folder}")
     if not {*swept.outcomes} - {*BROKEN_OFF, ""}:
         raise Failed(f"no run of the sweep succeeded; reasons are above and in {folder}")
 
 
-def _request(name: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return scenario and options of `amb_cosim.sweep`; `options` override those of a ready sweep."""
+def _request(name: str, options: Mapping[str, Any]) -> tuple[str, str, dict[str, Any]]:
+    """Return scenario, description and options of `amb_cosim.sweep`; `options` override those of a ready sweep.
+
+    The description is that of a ready sweep, and empty of any other.
+    """
     from amb_files.packs import files_of
     from amb_sweeps.ready import read_sweep
 
@@ -116,7 +120,7 @@ def _request(name: str, options: Mapping[str, Any]) -> tuple[str, dict[str, Any]
             merged[key] = {**merged.get(key, {}), **value}
         elif value is not None:
             merged[key] = value
-    return (name if ready is None else ready.scenario), merged
+    return (name, "", merged) if ready is None else (ready.scenario, ready.description, merged)
 
 
 def _kept(ready: NamedSweep, options: Mapping[str, Any]) -> dict[str, Any]:

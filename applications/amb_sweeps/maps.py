@@ -14,8 +14,8 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator
 
-from amb_cosim.presentation.style import BLUE, STYLE, TITLE_SIZE, StyledFigure, fitted, write_png
-from amb_cosim.presentation.units import force_unit, length_unit
+from amb_cosim.presentation.style import BLUE, ORANGE, SKY_BLUE, STYLE, StyledFigure, fitted, write_png, write_title
+from amb_cosim.presentation.units import ShownUnit, force_unit, length_unit
 from amb_files.atomic import plain_file
 from amb_sweeps.axes import is_moment
 from amb_sweeps.outcomes import BROKEN_OFF, COLOURS
@@ -39,6 +39,7 @@ LABELS = {
     "rolling": "rolling (1) or not (0)",
     "outcome": "outcome",
 }
+EITHER = {"rolling": {"does not roll": SKY_BLUE, "rolls": ORANGE}}  # colours of 0 and 1 of a metric with two values
 UNITS = {  # function of the display unit, and unit of the store (SI)
     "averaged_contact_force": (force_unit, 1.0),
     "peak_contact_force": (force_unit, 1.0),
@@ -101,11 +102,13 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
         occurring = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
         handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in occurring]
         figure.legend(handles=handles, loc="outside right upper", frameon=False)
-    else:
-        if drawn is not None:
-            figure.colorbar(drawn, ax=list(axes), label=fitted(label, 2.8))
+    elif name in EITHER and drawn is not None:
+        handles = [Patch(color=colour, label=words) for words, colour in EITHER[name].items()]
+        figure.legend(handles=handles, loc="outside right upper", frameon=False)
+    elif drawn is not None:
+        figure.colorbar(drawn, ax=list(axes), label=fitted(label, 2.8))
     add_legend(figure, [*([boundary] if boundary else []), *(failed_sample(dataset) if name != "outcome" else [])])
-    figure.suptitle(swept.name, fontsize=TITLE_SIZE)
+    write_title(figure, swept.title)
     return figure
 
 
@@ -147,7 +150,7 @@ def _draw_panel(ax: Axes, dataset: xr.Dataset, across: list[str], name: str, sca
         values = values.copy(data=numbers.reshape(values.shape))
         colours: Any = ListedColormap(list(COLOURS.values()))
     else:
-        colours = "viridis"
+        colours = ListedColormap(list(EITHER[name].values())) if name in EITHER else "viridis"
     kind = {"norm": scale, "cmap": colours}
     x = dataset[across[0]]
     if len(across) == 1:
@@ -218,4 +221,4 @@ def _axis_label(dataset: xr.Dataset, name: str) -> str:
     """Return the label of a coordinate: the description of its variable, or its name, and the unit."""
     unit, described = (dataset[name].attrs.get(key, "") for key in ("units", "description"))
     words = words_of(name, described) if described or is_moment(name) else name
-    return fitted(f"{words} ({unit})" if unit and unit != "1" else words, 3.6)
+    return fitted(f"{words} ({ShownUnit(unit, 1.0).label})" if unit and unit != "1" else words, 3.6)

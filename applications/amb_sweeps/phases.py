@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from amb_cosim.presentation.style import BLUE, ORANGE, STYLE, TITLE_SIZE, StyledFigure, fitted, write_png
+from amb_cosim.presentation.style import BLUE, ORANGE, STYLE, StyledFigure, fitted, write_png, write_title
 from amb_files.atomic import plain_file
 from amb_sweeps.axes import is_phase
 from amb_sweeps.maps import MOST_PANELS, add_legend, failed_sample, in_display_unit, mark_failed
@@ -69,7 +69,7 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
     if handles:
         figure.legend(handles, labels, loc="outside right upper", frameon=False)
     add_legend(figure, failed_sample(dataset))
-    figure.suptitle(swept.name, fontsize=TITLE_SIZE)
+    write_title(figure, swept.title)
     return figure
 
 

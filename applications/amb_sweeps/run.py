@@ -56,11 +56,14 @@ class Sweep:
         Points of the sweep.
     boundary
         Metric, 0 or 1, whose boundary the maps draw.
+    description
+        Description of a ready sweep; empty of any other.
     """
 
     folder: Path
     design: SamplePlan
     boundary: str = "recovered"
+    description: str = ""
 
     @property
     def dataset(self) -> xr.Dataset:
@@ -71,6 +74,12 @@ class Sweep:
     def name(self) -> str:
         """Name of its scenario."""
         return str(json.loads(self.dataset.attrs["request"])["scenario"].get("name", ""))
+
+    @property
+    def title(self) -> str:
+        """Title of its figures: its description, or name and description of its scenario."""
+        about = str(json.loads(self.dataset.attrs["request"])["scenario"].get("description", ""))
+        return self.description or (f"{self.name}: {about}" if about else self.name)
 
     @property
     def summary(self) -> str:

@@ -44,7 +44,7 @@ def test_settings_of_a_label_are_a_list_in_order():
 
 @pytest.mark.parametrize("own", [ALL, RB])
 def test_axis_of_a_ready_sweep_gives_way_to_the_same_variables(own):
-    _, merged = _request("rolling", {**OPTIONS, "vary": {own: [0.2, 2]}})
+    *_, merged = _request("rolling", {**OPTIONS, "vary": {own: [0.2, 2]}})
     assert {name for name in merged["vary"] if "mu" in name} == {own}
     assert "Omega" in merged["vary"]
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import xarray as xr
+from drawn import cut_texts
 
+from amb_sweeps.commands import _request
 from amb_sweeps.figures import draw_sweep
 from amb_sweeps.maps import draw_map
 from amb_sweeps.panels import common_words
@@ -116,3 +119,24 @@ def test_variables_of_one_axis_are_described_by_their_common_words():
     )
     assert common_words(["Unbalance of turbine; a fixed one"]) == "Unbalance of turbine; a fixed one"
     assert common_words(["Clearance at SEAL", "Gap of north"]) == common_words([]) == ""
+
+
+def test_two_outcomes_have_two_colours_and_the_title_is_the_description(tmp_path):
+    """No colour bar: of its numbers only 0 and 1 occur."""
+    swept = filled(tmp_path, {"a.x": "1:3:3", "a.y": "1:2:2"}, lambda s: {"rolling": float(s["a.x"] > 1.0)})
+    figure = draw_map(swept, swept.dataset, "rolling")
+    (panel,) = figure.axes
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["does not roll", "rolls"]
+    drawn = {tuple(colour) for colour in panel.collections[0].to_rgba(swept.dataset["rolling"].values.ravel())}
+    assert drawn == {handle.get_facecolor() for handle in figure.legends[0].get_patches()}
+    assert figure.get_suptitle() == "made up"
+    words = "Rolling of the rotor over speed and friction, " * 6
+    figure = draw_map(replace(swept, description=words), swept.dataset, "rolling")
+    assert figure.get_suptitle().split() == words.split()
+    assert not cut_texts(figure)
+
+
+def test_ready_sweep_has_its_description_in_the_title():
+    options = {"vary": {}, "set": {}, "rotor": None, "receptances": None, "flavour": "native"}
+    assert "friction" in _request("rolling", options)[1]
+    assert _request("fig4_9", options)[1] == ""

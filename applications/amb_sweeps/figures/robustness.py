@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure, write_title
 from amb_sweeps.robustness import Robustness
 
 
@@ -28,5 +28,5 @@ def draw(result: Robustness) -> Figure:
     left.set_yticks(range(len(rows)), names)
     left.set(xlabel="last contact (cycle)", ylim=(-0.6, len(rows) - 0.4))
     right.set(xlabel="largest contact force (N)")
-    figure.suptitle(f"{result.scenario}: {result.outcome}, {result.verdict}", fontsize=TITLE_SIZE)
+    write_title(figure, f"{result.scenario}: {result.outcome}, {result.verdict}")
     return figure
