@@ -60,6 +60,13 @@ def test_axis_holds_its_limits(log):
     assert panel_of(panel.as_data()).holds == (0.1,)
 
 
+def test_micrometres_are_not_um():
+    drawn = Panel(
+        "shape", "force (N)", "displacement (um)", (Curve("a", np.arange(3.0), np.arange(3.0)),)
+    ).in_chosen_units()
+    assert (drawn.x, drawn.y) == ("force (N)", "displacement (\N{MICRO SIGN}m)")
+
+
 def test_orbits_of_a_page_show_up_as_up(run_with_gravity):
     """Gravity at 225 degrees, halfway between -x and -y: a motion along x is to the upper right."""
     orbits = next(panel for panel in run_panels(run_with_gravity) if panel.is_round)

@@ -17,13 +17,13 @@ def visible_texts(figure: Figure) -> list[Text]:
 def cut_texts(figure: Figure) -> list[str]:
     """Return the titles and labels that end outside the figure, by more than a pixel."""
     whole = figure.bbox.padded(1.0)
-    boxes = [(text.get_text(), text.get_window_extent()) for text in titles(figure)]
+    boxes = [(text.get_text(), Text.get_window_extent(text)) for text in titles(figure)]
     return [words for words, box in boxes if not (whole.contains(box.x0, box.y0) and whole.contains(box.x1, box.y1))]
 
 
 def overlapping_texts(figure: Figure) -> list[tuple[str, str]]:
-    """Return the pairs of titles, names of events and marked numbers that overlap."""
-    boxes = [(text.get_text(), text.get_window_extent()) for text in titles(figure)]
+    """Return the pairs of titles, names of events and marked numbers that overlap, without lines to what they name."""
+    boxes = [(text.get_text(), Text.get_window_extent(text)) for text in titles(figure)]
     return [(a, b) for (a, box), (b, other) in combinations(boxes, 2) if box.overlaps(other)]
 
 

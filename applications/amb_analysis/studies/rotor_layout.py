@@ -12,6 +12,7 @@ from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.presentation.units import speed_unit
 from array_types import Array
 from rotor_analysis.damping import free_modes
 from rotor_analysis.implausible_sizes import implausible_sizes
@@ -137,10 +138,16 @@ class RotorLayout(WarnedResult, DrawnResult):
         error = self.receptance
         if error is None or not len(error.frequencies):
             return []
-        table = text_table("Error of the plant's receptance", ("frequency", "at rest (%)", "spinning as fast (%)"))
-        for frequency, *errors in zip(error.frequencies, error.error, error.spinning, strict=True):
-            table.add_row(_hertz(frequency), *(f"{100.0 * value:.2g}" for value in errors))
-        return [table]
+        unit = speed_unit()
+        columns = ("frequency", "at rest (%)", f"spinning at ({unit.label})", "then (%)")
+        table = text_table("Error of the plant's receptance", columns)
+        for frequency, at_rest, spinning in zip(error.frequencies, error.error, error.spinning, strict=True):
+            numbers = (f"{100.0 * at_rest:.2g}", unit.number(frequency), f"{100.0 * spinning:.2g}")
+            table.add_row(_hertz(frequency), *numbers)
+        highest = None if self.whirl is None else self.whirl.speed
+        beyond = highest is not None and error.frequencies[0] > highest
+        reach = f"; this rotor turns at {unit.text(highest or 0.0)} at most" if beyond else ""
+        return [table, f"spinning: the rotor turns once in each period of the force{reach}"]
 
     def _whirl_table(self) -> list[TextBlock]:
         """Return the table of whirl at the highest speed, or nothing if the file states no speed."""

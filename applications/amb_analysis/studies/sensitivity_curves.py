@@ -12,7 +12,7 @@ from rotor_analysis.refinement import refined
 
 POINTS = 2000  # of the computed curve
 SHARP = 0.1  # damping ratio up to which a resonance is sharp
-ANGLES = np.linspace(-1.45, 1.45, 25)  # of the points about a sharp resonance (rad)
+ANGLES = np.linspace(-1.45, 1.45, 73)  # of the points about a sharp resonance (rad)
 
 
 def curve_frequencies(

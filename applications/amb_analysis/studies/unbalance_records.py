@@ -90,6 +90,16 @@ class CriticalResponse:
     margin: Annotated[float | None, "%"]
     extrapolated: bool = False
 
+    def required_margin(self, operating: float) -> float | None:
+        """Return the least margin (%) of API 617 to an operating speed (rad/s); None of a damped peak, without one.
+
+        min(16, 17 (1 - 1/(AF - 1.5)))  of a peak below the speed,   min(26, 10 + 17 (1 - 1/(AF - 1.5)))  above it
+        """
+        if self.amplification < DAMPED:
+            return None
+        share = 17.0 * (1.0 - 1.0 / (self.amplification - 1.5))
+        return min(26.0, 10.0 + share) if self.speed > operating else min(16.0, share)
+
     @property
     def is_bounded(self) -> bool:
         """Whether damping, not rounding, limits the peak."""

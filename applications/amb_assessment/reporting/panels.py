@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -75,6 +76,7 @@ class Panel:
         curves = (
             replace(c, name=convert_units_in_text(c.name), x=x_factor * c.x, y=y_factor * c.y) for c in self.curves
         )
+        x, y = (re.sub(r"\bum\b", "\N{MICRO SIGN}m", label) for label in (x, y))
         holds = tuple(y_factor * value for value in self.holds)
         return replace(self, title=convert_units_in_text(self.title), x=x, y=y, curves=tuple(curves), holds=holds)
 

@@ -16,7 +16,7 @@ from amb_analysis.studies.figures.over_speed import (
     label_points,
     with_frozen,
 )
-from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import StyledFigure, write_title
 from amb_cosim.presentation.units import speed_unit
 
 
@@ -39,5 +39,5 @@ def draw(diagram: CampbellDiagram) -> Figure:
     hatched = hatch_extrapolated((top, bottom), diagram.speeds, diagram.limits)
     add_legend(figure, vibrations, operating, mark, *hatched)
     title = f"{diagram.rotor}: damped natural frequencies and damping ratios"
-    figure.suptitle(with_frozen(title, diagram.limits), fontsize=TITLE_SIZE)
+    write_title(figure, with_frozen(title, diagram.limits))
     return figure

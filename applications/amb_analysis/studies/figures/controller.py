@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from amb_analysis.studies.controller_description import ControllerDescription, LawPath, degrees
-from amb_cosim.presentation.style import DASHED, GREY, StyledFigure
+from amb_cosim.presentation.style import DASHED, GREY, StyledFigure, write_title
 
 
 def draw(result: ControllerDescription) -> Figure:
@@ -34,8 +34,9 @@ def draw(result: ControllerDescription) -> Figure:
     below.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
     above.legend(loc="best")
     has_continuous = any(path.continuous is not None for path in result.connections)
-    figure.suptitle(
-        "Sampled" + (", dashed: continuous" if has_continuous else "") + ("; grey: modes" if result.modes else "")
+    write_title(
+        figure,
+        "Sampled" + (", dashed: continuous" if has_continuous else "") + ("; grey: modes" if result.modes else ""),
     )
     return figure
 

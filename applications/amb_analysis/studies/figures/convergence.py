@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from amb_analysis.studies.contact_convergence import CONVERGED, ContactConvergence, ConvergenceRow
-from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, TITLE_SIZE, YELLOW, StyledFigure
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, YELLOW, StyledFigure, write_title
 
 QUANTITIES = (
     ("peak_force", "peak force (N)"),
@@ -42,10 +42,10 @@ def draw(result: ContactConvergence) -> Figure:
         line[0].set_ylim(0.0, 1.05 * line[0].get_ylim()[1])
     if sites:
         grid[0, 0].legend(loc="best")
-    figure.suptitle(
+    write_title(
+        figure,
         f"{result.scenario} with {result.rotor}: band of {100.0 * CONVERGED:g} % around the scenario; "
         "hollow where the outcome differs",
-        fontsize=TITLE_SIZE,
     )
     return figure
 

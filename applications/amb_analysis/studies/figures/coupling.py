@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 from amb_analysis.studies.coupling_order import CouplingOrders
-from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, StyledFigure, write_title
 
 STYLES = ((BLUE, "s"), (ORANGE, "o"), (GREEN, "D"), (PURPLE, "^"), (SKY_BLUE, "v"))
 LEAST = 1e-4  # %; smaller deviations are drawn here, labelled "less"
@@ -26,15 +26,14 @@ def draw(result: CouplingOrders) -> Figure:
             face = colour if row.outcome == first.outcome else "white"
             axes.plot(step, error, marker, color=colour, mfc=face, ms=5)
     steps = sorted({1e6 * row.step for row in result.rows})
-    axes.set(xscale="log", yscale="log", xlabel="communication step (us)", ylabel="deviation of the orbit (%)")
+    axes.set(xscale="log", yscale="log", xlabel="communication step (µs)", ylabel="deviation of the orbit (%)")
     axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if value > 1.1 * LEAST else "less"))
     axes.set_ylim(bottom=0.7 * LEAST)
     axes.grid(color="0.9", lw=0.5)
     figure.legend(loc="outside lower center", ncols=3)
-    figure.suptitle(
-        f"{result.scenario}: order of the master and its step; filled: {first.outcome}, hollow: another outcome",
-        fontsize=TITLE_SIZE,
+    write_title(
+        figure, f"{result.scenario}: order of the master and its step; filled: {first.outcome}, hollow: another outcome"
     )
     return figure

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from amb_analysis.studies.figures.response import draw as draw_responses
 from amb_analysis.studies.rotor_fit import RotorFit
-from amb_cosim.presentation.style import BLUE, GREY, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, GREY, StyledFigure, write_title
 
 
 def draw(result: RotorFit) -> Figure:
@@ -22,5 +22,5 @@ def draw(result: RotorFit) -> Figure:
     panel.set_yticks(range(len(names)), [f"{n} = {p.value:.4g}" for n, p in result.fit.parameters.items()])
     panel.set(xlabel="95 % interval over the fitted value (%)", ylim=(-0.7, len(names) - 0.3))
     panel.grid(axis="x", color="0.9", lw=0.5)
-    figure.suptitle(f"{result.rotor}, fitted to {result.measured}", fontsize=TITLE_SIZE)
+    write_title(figure, f"{result.rotor}, fitted to {result.measured}")
     return figure

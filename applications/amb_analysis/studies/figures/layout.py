@@ -12,7 +12,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
 from amb_analysis.studies.rotor_layout import RotorLayout
-from amb_cosim.presentation.style import BLUE, BROWN, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, BROWN, GREEN, ORANGE, PURPLE, SKY_BLUE, StyledFigure, write_title
 from rotor_analysis.element import Element
 from rotor_analysis.parts import BodyOrDisc
 from rotor_analysis.rotor import Rotor
@@ -51,13 +51,14 @@ def draw(result: RotorLayout) -> Figure:
     handles = [Patch(facecolor=fill, edgecolor="black", lw=0.4, label=kind) for kind, fill, exists in kinds if exists]
     above.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.0)
     _draw_lanes(beneath, result, lanes)
+    _mark_parts(above, result, lanes)
     positive = result.frequencies[result.frequencies > 0.0]
     hertz = ", ".join(f"{frequency / (2.0 * math.pi):.1f}" for frequency in positive[:3])
     mark = f" ({EXTRAPOLATED})" if is_extrapolated(result.limits, 0.0) else ""
     frozen = any(item.whirl_frequency is not None for item in result.limits)
     mark += " (coefficients of one whirl frequency)" if frozen else ""
     title = f"{rotor.name}: {result.mass:.4g} kg; {hertz} Hz at rest{mark}"
-    figure.suptitle(title, fontsize=TITLE_SIZE, x=LEFT, y=1.0 - 0.1 / height, ha="left", va="top")
+    write_title(figure, title, x=LEFT, y=1.0 - 0.1 / height, ha="left", va="top")
     return figure
 
 
@@ -89,6 +90,31 @@ def _draw_shaft(axes: Axes, rotor: Rotor) -> None:
                 (seat, seat + body.offset), (0.0, 0.0), color="black", lw=1.2, marker="|", markevery=[0], zorder=5
             )
     axes.axhline(0.0, color="black", lw=0.5, ls=(0, (12, 3, 2, 3)), zorder=4)
+
+
+def _mark_parts(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
+    """Draw the mark of each part on the shaft where it is, above the axis and, but for sensors, below."""
+    for kind in lanes:
+        colour, marker = LANES[kind]
+        if kind == "disc":
+            continue  # a body, which is drawn to scale
+        for part in result.parts:
+            if part.kind == kind:
+                radius = _radius_at(result.description, part.z)
+                sides = (1.0,) if kind == "sensor" else (1.0, -1.0)
+                for side in sides:
+                    mark = {"^": "v", "v": "^"}.get(marker, marker) if side > 0.0 else marker
+                    axes.plot(part.z, side * radius, marker=mark, ms=6, color=colour, mec="white", mew=0.5, zorder=5)
+                axes.axvline(part.z, color=colour, lw=0.6, ls=":", zorder=0.5)
+
+
+def _radius_at(rotor: Rotor, z: float) -> float:
+    """Return the outer radius of the shaft or a sleeve at a position (m)."""
+    for (begin, end), layers in zip(pairwise(rotor.shaft.nodes), rotor.elements, strict=True):
+        if begin <= z <= end:
+            share = (z - begin) / (end - begin)
+            return max((1.0 - share) * a.diameter[0] + share * a.diameter[1] for a in layers) / 2.0
+    return 0.0
 
 
 def _draw_element(axes: Axes, begin: float, end: float, layer: Element, colour: str) -> None:

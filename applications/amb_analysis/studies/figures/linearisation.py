@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from amb_analysis.studies.bearing_axis import BearingAxis, LoadCurves
 from amb_cosim.presentation.digits import significant
-from amb_cosim.presentation.style import BLUE, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, ORANGE, StyledFigure, write_title
 from amb_cosim.presentation.units import force_unit, length_unit
 from array_types import Array
 
@@ -20,10 +20,10 @@ def draw(result: BearingAxis) -> Figure:
     _draw_map(panels[0, 1], result, result.map.k_i, "K_i", "N/A")
     _draw_load_capacity(panels[1, 0], result.load)
     _draw_bandwidth(panels[1, 1], result)
-    figure.suptitle(
+    write_title(
+        figure,
         f"{result.axis} at {result.bias_current:g} A bias and {result.static_current:g} A static current: "
         rf"$K_s$ = {significant(1e-3 * result.k_s)} N/mm, $K_i$ = {significant(result.k_i)} N/A",
-        fontsize=TITLE_SIZE,
     )
     return figure
 

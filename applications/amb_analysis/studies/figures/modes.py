@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
 from amb_analysis.studies.figures.over_speed import WHIRL_STYLES, with_frozen
 from amb_analysis.studies.natural_modes import ModeShapes
-from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import DASHED, StyledFigure, write_title
 from amb_cosim.presentation.units import frequency_unit, spin_text
 from rotor_analysis.modes import Mode
 from rotor_analysis.rotor import Rotor
@@ -62,7 +62,7 @@ def draw(result: ModeShapes) -> Figure:
     marks = (f" (coefficients {EXTRAPOLATED})" if is_extrapolated(limits, speed) else "" for speed in speeds)
     at = ", ".join(f"{spin_text(speed)}{mark}" for speed, mark in zip(speeds, marks, strict=True))
     title = with_frozen(f"{rotor.name}: modes at {at}", limits)
-    figure.suptitle(title, fontsize=TITLE_SIZE)
+    write_title(figure, title)
     return figure
 
 

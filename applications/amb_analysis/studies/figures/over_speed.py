@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from amb_cosim.presentation.style import BLUE, DASHED, GREY, ORANGE, PURPLE, spr
 from amb_cosim.presentation.units import speed_unit, spin_label
 from array_types import Array
 
+Box = tuple[float, float, float, float]  # left, right, lower and upper end
 Vibration = tuple[Sequence[str | None], Array, Array]  # whirl directions, frequencies (rad/s), damping over speed
 
 WHIRL_STYLES: dict[str, tuple[str, Any]] = {
@@ -36,6 +38,9 @@ SHADES = ("0.86", "0.92", "0.97")  # of the zones of damping
 SIZE = (7.4, 6.6)  # inches, of both plots
 DECADES = (1e-4, 1e1)  # widest range of an axis of damping
 BOX = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6}  # behind a text that lines cross
+WHITE: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6}  # behind a label beside a curve
+LABEL_SIZE = 7.5  # points
+STEPS = [sign * 0.75 * k for k in range(1, 12) for sign in (1, -1)]  # heights of a label's middle above its point
 IN_A_ROW = 5  # entries of a legend as wide as the plots
 LETTERS = 0.042  # share of the axes' height that a line of text takes
 
@@ -89,11 +94,28 @@ def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also
         if below < min(limit, high):
             axes.axhspan(below, min(limit, high), color=shade, lw=0.0, zorder=-2)
             ends = axes.transData.transform([(1.0, below), (1.0, min(limit, high))])
-            middle = float(to_axes.transform(ends)[:, 1].mean())
+            lower, upper = to_axes.transform(ends)[:, 1]
             style: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 7, "color": "0.35", "bbox": BOX}
-            axes.text(0.01, middle, text, transform=axes.transAxes, **style)
+            axes.text(0.01, _free_height(axes, text, lower, upper), text, transform=axes.transAxes, **style)
             below = limit
     _number(axes, damping)
+
+
+def _free_height(axes: Axes, text: str, lower: float, upper: float) -> float:
+    """Return the height, in the middle if possible, between two heights at which a text at the left crosses no curve.
+
+    Heights and the text's width are parts of the axes.
+    """
+    to_axes = axes.transData + axes.transAxes.inverted()
+    curves = [to_axes.transform(_data(line).T).T for line in axes.lines]
+    width = 0.6 * 7.0 / 72.0 * axes.figure.dpi / axes.get_window_extent().width * len(text)
+    half = 0.5 * LETTERS
+    for share in (0.5, 0.35, 0.65, 0.2, 0.8, 0.1, 0.9):
+        height = lower + share * (upper - lower)
+        box = (0.01, 0.01 + width, height - half, height + half)
+        if not any(_crosses(curve, box) for curve in curves if curve.shape[1] > 1):
+            return height
+    return 0.5 * (lower + upper)
 
 
 def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: float | None, *more: Artist) -> None:
@@ -110,25 +132,50 @@ def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: f
 
 
 def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) -> None:
-    """Write coloured labels to the left of points, stacked where points are close; of many points only of every nth."""
+    """Write coloured labels beside points and all curves, to the left or the right; of many points only of every nth.
+
+    A label is as near to its point as other labels and the curves of the axes allow.
+    """
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
-    gap = LETTERS * (high - low)
+    gap, shift = LETTERS * (high - low), 0.012 * (right - left)
+    letter = LABEL_SIZE / 72.0 * 0.62 * axes.figure.dpi / axes.get_window_extent().width * (right - left)
+    curves = [curve for curve in map(_data, axes.lines) if curve.shape[1] > 1]
     visible = [place for place in places if place[1] <= high]
-    visible = visible[:: _every(len(visible))]
-    heights = spread([y for _, y, _, _ in visible], gap, low + 0.5 * gap, high)
-    for (x, y, text, colour), height in zip(visible, heights, strict=True):
-        at = max(x - 0.015 * (right - left), left + 0.085 * (right - left))
-        line = {"arrowstyle": "-", "color": colour, "lw": 0.4} if abs(height - y) > 0.5 * gap else None
-        style: dict[str, Any] = {
-            "ha": "right",
-            "va": "center",
-            "color": colour,
-            "fontsize": 7.5,
-            "bbox": BOX,
-            "zorder": 5,
-        }
-        axes.annotate(text, (x, y), (at, height + 0.3 * gap), arrowprops=line, **style)
+    taken: list[Box] = [(x - 0.6 * shift, x + 0.6 * shift, y - 0.3 * gap, y + 0.3 * gap) for x, y, _, _ in places]
+    for x, y, text, colour in visible[:: _every(len(visible))]:
+        width = letter * len(text)
+        begins = {"right": max(x - shift - width, left), "left": min(x + shift, right - width)}
+        boxes = [
+            (side, (begins[side], begins[side] + width, y + (step - 0.5) * gap, y + (step + 0.5) * gap))
+            for step, side in product(STEPS, begins)
+        ]
+        boxes = [(side, box) for side, box in boxes if low <= box[2] and box[3] <= high] or boxes
+        beside = [(side, box) for side, box in boxes if not any(_overlap(box, other) for other in taken)] or boxes
+        side, box = next(((s, box) for s, box in beside if not any(_crosses(c, box) for c in curves)), beside[0])
+        taken.append(box)
+        height = 0.5 * (box[2] + box[3])
+        line = {"arrowstyle": "-", "color": colour, "lw": 0.4} if abs(height - y) > 1.2 * gap else None
+        style: dict[str, Any] = {"ha": side, "va": "center", "color": colour, "bbox": WHITE, "zorder": 5}
+        at = (box[1] if side == "right" else box[0], height)
+        axes.annotate(text, (x, y), at, arrowprops=line, fontsize=LABEL_SIZE, **style)
+
+
+def _data(line: Line2D) -> Array:
+    """Return x and y of a line, shape (2, n)."""
+    return np.array([np.asarray(values, np.float64) for values in line.get_data()])
+
+
+def _overlap(box: Box, other: Box) -> bool:
+    """Return whether two boxes overlap."""
+    return box[0] < other[1] and other[0] < box[1] and box[2] < other[3] and other[2] < box[3]
+
+
+def _crosses(curve: Array, box: Box) -> bool:
+    """Return whether a curve, its x and y, shape (2, n), passes through a box."""
+    x, y = curve
+    heights = np.interp(np.linspace(box[0], box[1], 9), x, y, left=np.nan, right=np.nan)
+    return bool(np.any((heights > box[2]) & (heights < box[3])))
 
 
 def _draw_multiples(axes: Axes) -> None:
@@ -139,7 +186,13 @@ def _draw_multiples(axes: Axes) -> None:
         axes.plot((0.0, right), (0.0, order * right), color="black", lw=0.7, ls=line)
         x = min(0.965 * right, 0.95 * top / order)
         if x > left:
-            style: dict[str, Any] = {"textcoords": "offset points", "ha": "left", "va": "top", "fontsize": 8}
+            style: dict[str, Any] = {
+                "textcoords": "offset points",
+                "ha": "left",
+                "va": "top",
+                "fontsize": 8,
+                "bbox": BOX,
+            }
             axes.annotate(f"{order}x", (x, order * x), (2, -1), **style)
 
 

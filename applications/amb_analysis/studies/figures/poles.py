@@ -26,7 +26,7 @@ from amb_analysis.studies.figures.over_speed import (
     with_frozen,
 )
 from amb_analysis.studies.loop_vibrations import LeastDamped
-from amb_cosim.presentation.style import DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import DASHED, StyledFigure, write_title
 from amb_cosim.presentation.units import frequency_unit, speed_unit
 
 UNSTABLE = "#882255"  # colour of speeds and of the pole where the loop is not stable
@@ -54,7 +54,7 @@ def draw(result: ClosedLoopPoles) -> Figure:
         mark = _mark_least_damped((top, bottom, plane), result.least_damped, least[0])
         right.legend(handles=[mark], loc="outside lower center")
     title = f"{result.scenario}: vibrations of the sampled loop over speed"
-    figure.suptitle(with_frozen(title, result.limits), fontsize=TITLE_SIZE)
+    write_title(figure, with_frozen(title, result.limits))
     return figure
 
 

@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from amb_analysis.studies.sensor_receptance import SensorReceptance
-from amb_cosim.presentation.style import COLOURS, DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import COLOURS, DASHED, StyledFigure, write_title
 from amb_cosim.presentation.units import SIZES, frequency_unit
 from array_types import Array
 
@@ -36,12 +36,10 @@ def draw(result: SensorReceptance) -> Figure:
         for axes in (top, bottom):
             axes.grid(color="0.9", lw=0.5)
     largest = 1e6 * np.abs(R).max()
-    panels[0, 0].set(ylabel="displacement over force (um/N)", ylim=(1e-5 * largest, 2.0 * largest))
+    panels[0, 0].set(ylabel="displacement over force (µm/N)", ylim=(1e-5 * largest, 2.0 * largest))
     panels[1, 0].set_ylabel("phase in x (deg)")
     _add_legend(figure, result)
-    figure.suptitle(
-        f"{result.rotor}: synchronous receptance of the levitated rotor, from the model", fontsize=TITLE_SIZE
-    )
+    write_title(figure, f"{result.rotor}: synchronous receptance of the levitated rotor, from the model")
     return figure
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
 from amb_analysis.studies.frequency_responses import ComputedResponse, FrequencyResponses
-from amb_cosim.presentation.style import BLUE, GREY, ORANGE, TITLE_SIZE, StyledFigure, fitted
+from amb_cosim.presentation.style import BLUE, GREY, ORANGE, StyledFigure, fitted, write_title
 from amb_cosim.presentation.units import speed_unit
 from array_types import Array, Complex
 
@@ -34,7 +34,7 @@ def draw(result: FrequencyResponses) -> Figure:
         _draw_response(panels, name, item)
     more = f", {len(drawn)} of {len(result.responses)} responses" if len(result.responses) > MOST else ""
     title = f"{result.rotor}: {result.loop}, {speed_unit().text(result.speed)}{more}"
-    figure.suptitle(fitted(title, width), fontsize=TITLE_SIZE)
+    write_title(figure, title)
     return figure
 
 

@@ -15,12 +15,14 @@ from matplotlib.ticker import FuncFormatter
 
 from amb_analysis.studies.injection import HIGHEST
 from amb_analysis.studies.stability_margin import StabilityMargin
-from amb_cosim.presentation.style import BLUE, COLOURS, DASHED, ORANGE, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, COLOURS, DASHED, ORANGE, StyledFigure, write_title
 from amb_cosim.presentation.units import spin_text
 from array_types import Complex
 
 ZONE_SHADES = {"A": "1.0", "B": "0.95", "C": "0.89", "D": "0.82"}
 CURVES, PLANE = 8.0, 5.0  # inches, widths of the curves over frequency and of the Nyquist plot
+ROOM = 1.3  # end of the axis of |S| over the largest peak of all axes
+LETTER_HEIGHT = 0.1  # of a zone's letter over the axis
 AROUND = (1.3, 2.5)  # least and largest half width of the Nyquist plot, about -1
 
 
@@ -45,10 +47,10 @@ def draw(result: StabilityMargin) -> Figure:
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     _draw_nyquist(right.subplots(), result)
-    whole.suptitle(
-        f"{result.rotor}: sensitivity at {spin_text(result.speed)}, sampled every {1e6 * result.sample_time:g} us, "
+    write_title(
+        whole,
+        f"{result.rotor}: sensitivity at {spin_text(result.speed)}, sampled every {1e6 * result.sample_time:g} µs, "
         f"{result.amplifier} amplifiers{delay}",
-        fontsize=TITLE_SIZE,
     )
     return whole
 
@@ -65,6 +67,7 @@ def _draw_nyquist(axes: Axes, result: StabilityMargin) -> None:
             (-0.5, (0.9 - 0.11 * limit) * around),
             fontsize=7,
             color="0.3",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5},
             arrowprops={"arrowstyle": "-", "lw": 0.5, "color": "0.45", "shrinkB": 0.0},
         )
     axes.plot(-1.0, 0.0, "+", ms=7, color="black")
@@ -129,13 +132,16 @@ def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
     marked = np.unique(np.searchsorted(lines, np.geomspace(lines[0], lines[-1], 150)).clip(0, len(lines) - 1))
     axes.semilogx(lines[marked], values[marked], "o", color=ORANGE, ms=2.6)
     axes.semilogx(frequencies, axis.computed, color=BLUE, lw=0.8)
-    top = max(6.0, 1.15 * max(float(other.computed.max()) for other in result.axes.values()))
+    top = ROOM * max(float(max(o.computed.max(), o.measured.max())) for o in result.axes.values())
     if frequencies[-1] > HIGHEST:
         axes.axvline(HIGHEST, color="0.45", lw=0.7, ls=DASHED)  # where the standard ends
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))
     peak = f"{axis.peak:.2f} at {axis.peak_frequency:.1f} Hz, zone {axis.zone}"
     bearing, _, direction = name.rpartition(".")
     axes.set_title(f"{bearing.upper()}, {direction} axis: {peak}")
-    for letter, level in {"A": 2.7, "B": 3.5, "C": 4.5, "D": 5.5}.items():
-        axes.text(0.99, level, letter, transform=axes.get_yaxis_transform(), ha="right", va="center", color="0.3")
+    ends = [0.0, *result.zone_limits.values(), np.inf]
+    for letter, low, high in zip(ZONE_SHADES, ends[:-1], ends[1:], strict=True):
+        if min(high, top) - low > LETTER_HEIGHT * top:
+            style: Any = {"ha": "right", "va": "top", "color": "0.3"}
+            axes.text(0.99, min(high, top) - 0.02 * top, letter, transform=axes.get_yaxis_transform(), **style)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import cycle
-from typing import Any
+from textwrap import wrap
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,14 +22,17 @@ from amb_cosim.presentation.style import (
     ORANGE,
     PURPLE,
     SKY_BLUE,
-    TITLE_SIZE,
     YELLOW,
     StyledFigure,
+    write_title,
 )
 from amb_cosim.presentation.units import force_unit, speed_unit, spin_label
+from array_types import Array
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
+WORD_WIDTH, WORD_SHAPE = 0.014, 2.0  # of a letter over the map's width; width over height of the words of an area
+WORD_LENGTH = 10  # letters of a line of them
 INSIDE = 6  # most entries of a legend inside the panel
 NO_CONTACT = "no steady contact at this unbalance, at any of these speeds"
 LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
@@ -38,16 +41,18 @@ LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
 def draw(result: Traps) -> Figure:
     """Draw orbits and forces over speed on the left, the map with the machine's point on the right."""
     figure = StyledFigure(figsize=(10.0, 5.4), layout="constrained")
+    touches = any(len(states.speed) for states in result.curves.states[1:]) or any(s.contact for s in result.states)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
-    top = figure.add_subplot(grid[0, 0])
-    bottom = figure.add_subplot(grid[1, 0], sharex=top)
+    top = figure.add_subplot(grid[0 if touches else slice(None), 0])
     _draw_orbits(top, result)
-    _draw_forces(bottom, result)
+    if touches:
+        _draw_forces(figure.add_subplot(grid[1, 0], sharex=top), result)
+        top.tick_params(labelbottom=False)
+    else:
+        top.set(xlabel=spin_label(), title=NO_CONTACT)
     _draw_map(figure.add_subplot(grid[:, 1]), result)
     unbalance = f"{1e3 * result.unbalance:.4g} g m"
-    figure.suptitle(
-        f"{result.scenario}: where the rotor can stay in contact; curves at {unbalance}", fontsize=TITLE_SIZE
-    )
+    write_title(figure, f"{result.scenario}: where the rotor can stay in contact; curves at {unbalance}")
     return figure
 
 
@@ -62,8 +67,8 @@ def _draw_orbits(panel: Axes, result: Traps) -> None:
     panel.axhline(1.0, color="black", lw=0.8, ls=DASHED)
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
     panel.set(ylabel="orbit without contact / clearance", ylim=(0.0, 2.0))
+    panel.set_xlim(0.0, speeds[-1])
     panel.legend(loc="upper right", ncols=2)
-    panel.tick_params(labelbottom=False)
 
 
 def _draw_forces(panel: Axes, result: Traps) -> None:
@@ -89,11 +94,6 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
             panel.plot(at, sum(state.normal_forces.values()) / unit.size, "o", ms=4, mec="black", mfc=fill, zorder=4)
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
     panel.set(xlabel=spin_label(), ylabel=f"normal forces in contact, sum ({unit.label})", xlim=(0.0, speeds[-1]))
-    if not any(map(len, totals)) and not any(state.contact for state in result.states):
-        style: dict[str, Any] = {"ha": "center", "va": "center", "color": "0.35", "transform": panel.transAxes}
-        panel.text(0.5, 0.5, NO_CONTACT, **style)
-        panel.set_yticks([])
-        return
     panel.set_yscale("log")
     styles = [Line2D([], [], color="black", lw=1.8, label="stable")]
     styles.append(Line2D([], [], color="black", lw=0.8, ls=(0, (3, 1.5)), label="unstable"))
@@ -115,6 +115,27 @@ def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool
                 pieces[-1][0].append(number)
             pieces.append(([number], bool(stable[number])))
     return pieces
+
+
+def _name_areas(panel: Axes, result: Traps, speeds: Array, amounts: Array) -> set[int]:
+    """Write the word of each kind in the middle of its largest circle, if it has room there; return these kinds."""
+    from scipy.ndimage import distance_transform_edt  # slow to import
+
+    named, aspect = set(), result.kinds.shape[0] / result.kinds.shape[1]
+    star = (
+        int(np.argmin(np.abs(result.speeds - result.speed))),
+        int(np.argmin(np.abs(amounts - 1e3 * result.unbalance))),
+    )
+    for kind, word in enumerate(LABELS):
+        area = np.pad(result.kinds == kind, 1)
+        area[star[0] + 1, star[1] + 1] = False  # the machine's mark
+        room = distance_transform_edt(area, sampling=(1.0 / WORD_SHAPE, aspect))[1:-1, 1:-1]
+        k, m = np.unravel_index(int(np.argmax(room)), room.shape)
+        lines = wrap(word, WORD_LENGTH)
+        if room[k, m] * WORD_SHAPE > 0.5 * WORD_WIDTH * max(map(len, lines)) * len(speeds):
+            panel.text(speeds[k], amounts[m], "\n".join(lines), ha="center", va="center", fontsize=8)
+            named.add(kind)
+    return named
 
 
 def _draw_map(panel: Axes, result: Traps) -> None:
@@ -144,7 +165,13 @@ def _draw_map(panel: Axes, result: Traps) -> None:
     if amounts[-1] > WIDE * at[1]:
         panel.set_yscale("log")
     grade = Line2D([], [], color="black", lw=0.9, ls=DASHED, label="limit of G 2.5")
-    patches = [Patch(fc=c, ec=GREY, label=label) for c, label in zip(colours, LABELS, strict=True)]
+    named = _name_areas(panel, result, speeds, amounts)
+    occurring = np.unique(result.kinds)
+    patches = [
+        Patch(fc=colour, ec=GREY, label=label)
+        for kind, (colour, label) in enumerate(zip(colours, LABELS, strict=True))
+        if kind in occurring and kind not in named
+    ]
     star = Line2D([], [], marker="*", ms=10, mfc="black", mec="white", ls="none", label="the machine")
     panel.legend(
         handles=[*patches, star, grade], loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3, handlelength=1.2

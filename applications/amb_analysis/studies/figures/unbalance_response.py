@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from amb_analysis.studies.figures.over_speed import BOX, hatch_extrapolated, with_frozen
 from amb_analysis.studies.unbalance_records import UnbalanceResponse, amplification_text
-from amb_cosim.presentation.style import COLOURS, DASHED, GREY, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import COLOURS, DASHED, GREY, StyledFigure, write_title
 from amb_cosim.presentation.units import ShownUnit, length_unit, speed_unit, spin_label
 
 BODE, POLAR = 7.0, 4.8  # inches, widths
@@ -58,7 +58,7 @@ def draw(result: UnbalanceResponse) -> Figure:
     figure.legend(handles=[*curves, *hatched, *shaded], loc="outside lower center", ncols=3)
     _draw_polar(right.add_subplot(projection="polar"), result, unit)
     title = f"{result.scenario or result.rotor}: steady response to {result.load}"
-    whole.suptitle(with_frozen(title, result.limits), fontsize=TITLE_SIZE)
+    write_title(whole, with_frozen(title, result.limits))
     return whole
 
 
@@ -78,7 +78,14 @@ def _mark_speeds(top: Axes, bottom: Axes, result: UnbalanceResponse, unit: Shown
     if result.operating_speed is not None:
         for axes in (top, bottom):
             axes.axvline(result.operating_speed / speed.size, color=GREY, lw=1.2, zorder=0)
-        style: dict[str, Any] = {"fontsize": 7.5, "color": "0.35", "ha": "right", "va": "bottom", "rotation": 90}
+        style: dict[str, Any] = {
+            "fontsize": 7.5,
+            "color": "0.35",
+            "ha": "right",
+            "va": "bottom",
+            "rotation": 90,
+            "bbox": BOX,
+        }
         at = result.operating_speed / speed.size
         bottom.text(at, 0.03, "operating speed", transform=bottom.get_xaxis_transform(), **style)
     for k, item in enumerate(result.critical_speeds):
@@ -88,7 +95,8 @@ def _mark_speeds(top: Axes, bottom: Axes, result: UnbalanceResponse, unit: Shown
         top.plot(at, item.amplitude / unit.size, "o", ms=3.5, color="0.2", zorder=4)
         text = f"{speed.text(item.speed)}, AF {amplification_text(item)}"
         if item.margin is not None:
-            text += f", margin {item.margin:.0f} %"
+            required = item.required_margin(result.operating_speed or 0.0)
+            text += f", margin {item.margin:.0f} %" + ("" if required is None else f" ({required:.0f} % required)")
         style = {"fontsize": 7.0, "color": "0.2", "bbox": BOX, "zorder": 5}
         side = "left" if at < 0.6 * top.get_xlim()[1] else "right"
         shift = (4 if side == "left" else -4, -9 * (k % 3))

@@ -10,10 +10,11 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from amb_analysis.studies.run_spectra import Waterfall
-from amb_cosim.presentation.style import BLUE, DASHED, TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import BLUE, StyledFigure, write_title
 from amb_cosim.presentation.units import SIZES, frequency_unit, length_unit
 
 HEIGHT = 0.22  # height of the largest stacked amplitude, over the axis
+MARKS, BESIDE = 12, 0.06  # marks at the frequency of rotation; their distance from it over the axis
 FLOOR = 1e-4  # smallest amplitude with a colour, over the largest
 
 
@@ -45,19 +46,28 @@ def draw(result: Waterfall) -> Figure:
         held.set(ylabel=f"largest amplitude ({unit.label})", ylim=(floor, None))
         held.grid(color="0.9", lw=0.5)
         for axes, colour in ((stacked, "0.2"), (coloured, "white")):
-            for sign in (1.0, -1.0):
-                axes.plot(sign * result.speeds, place, color=colour, ls=DASHED, lw=0.9)
+            _point_at_rotation(axes, result, place, colour)
             axes.set_ylabel(label)
         stacked.set_title(f"{name.upper()}: spectra")
         coloured.set_title(f"{name.upper()}: as a map")
         held.set_title(f"{name.upper()}: peak hold")
     for axes in rows[-1]:
         axes.set(xlabel="frequency (Hz), forward > 0", xlim=(result.frequencies[0], result.frequencies[-1]))
-    figure.suptitle(
-        f"{result.scenario}: spectra of x + jy, windows of {result.window:.3g} s; dashed: frequency of rotation",
-        fontsize=TITLE_SIZE,
+    write_title(
+        figure,
+        f"{result.scenario}: spectra of x + jy, windows of {result.window:.3g} s\n"
+        "triangles point at the frequency of rotation, forward and backward",
     )
     return figure
+
+
+def _point_at_rotation(axes: Axes, result: Waterfall, place: np.ndarray, colour: str) -> None:
+    """Draw marks that point at the frequency of rotation, forward and backward, from beside a ridge there."""
+    every = max(len(place) // MARKS, 1)
+    width = result.frequencies[-1] - result.frequencies[0]
+    for sign, marker in ((1.0, "<"), (-1.0, ">")):
+        beside = sign * (result.speeds[::every] + BESIDE * width)
+        axes.plot(beside, place[::every], ls="", marker=marker, ms=3.0, color=colour, mew=0.0, zorder=6)
 
 
 def _stack(axes: Axes, frequencies: np.ndarray, place: np.ndarray, amplitude: np.ndarray, unit: str) -> None:

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, TITLE_SIZE, YELLOW, StyledFigure
+from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, YELLOW, StyledFigure, write_title
 from bath_thesis.studies.coupling_convergence import ComparisonErrors, CouplingConvergence
 
 SCHEME_STYLES = ((ORANGE, "o"), (BLUE, "s"), (PURPLE, "^"), (GREEN, "D"), (SKY_BLUE, "v"), (YELLOW, "x"))
@@ -18,11 +18,10 @@ def draw(result: CouplingConvergence) -> Figure:
     figure = StyledFigure(figsize=(8.4, 9.4), layout="constrained")
     for axes, comparison in zip(figure.subplots(2, 2, sharey=True).flat, result.comparisons, strict=True):
         _draw_errors(axes, comparison)
-    figure.supxlabel("communication step (us)", fontsize=9)
+    figure.supxlabel("communication step (µs)", fontsize=9)
     figure.supylabel("largest error of the orbits / largest displacement", fontsize=9)
-    figure.suptitle(
-        f"Co-simulation against the monolithic system, {1e3 * result.duration:g} ms from rest (observed order)",
-        fontsize=TITLE_SIZE,
+    write_title(
+        figure, f"Co-simulation against the monolithic system, {1e3 * result.duration:g} ms from rest (observed order)"
     )
     return figure
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from amb_cosim.presentation.style import TITLE_SIZE, StyledFigure
+from amb_cosim.presentation.style import StyledFigure, write_title
 from bath_thesis.studies.contact_recovery import ControlComparison, RecoveryStatistics
 
 
@@ -33,9 +33,7 @@ def draw(result: ControlComparison) -> Figure:
         f"white: still trapped at cycle {result.end_cycle:g}",
         fontsize=8,
     )
-    figure.suptitle(
-        f"Recovery from contact at {result.speed:g} Hz by control, adaptation rate and H", fontsize=TITLE_SIZE
-    )
+    write_title(figure, f"Recovery from contact at {result.speed:g} Hz by control, adaptation rate and H")
     return figure
 
 
