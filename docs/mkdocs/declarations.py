@@ -1,7 +1,8 @@
 """MkDocs hook: writes reference pages from declarations.
 
 {{ keys of MODULE.CLASS }}       the keys of a TOML file, as classes declare them and the texts below fields tell
-{{ names of MODULE }}            the documentation of every public function and class of a module, by mkdocstrings
+{{ names of MODULE: A, B }}      the documentation of these functions and classes of a module, by mkdocstrings; without
+                                 a list, of all public ones
 {{ outcomes of PACK }}           a table of the pack's scenarios: outcome, robust or fragile, what flips it
 {{ statements }}                 those of the thesis, by the tables that `amb-cosim report` left in results/report
 """
@@ -25,7 +26,7 @@ from pydantic import TypeAdapter
 Schema = Mapping[str, Any]
 
 KEYS = re.compile(r"^\{\{ keys of ([\w.]+)\.(\w+) \}\}$", re.MULTILINE)
-NAMES = re.compile(r"^\{\{ names of ([\w.]+) \}\}$", re.MULTILINE)
+NAMES = re.compile(r"^\{\{ names of ([\w.]+)(?:: ([\w, ]+))? \}\}$", re.MULTILINE)
 OUTCOMES = re.compile(r"^\{\{ outcomes of (\w+) \}\}$", re.MULTILINE)
 STATEMENTS = re.compile(r"^\{\{ statements \}\}$", re.MULTILINE)
 REPORT = Path(__file__).parents[2] / "results/report/report.md"
@@ -44,7 +45,7 @@ VALUE = {"string", "number", "integer", "boolean"}  # a number, or a text with a
 def on_page_markdown(markdown: str, **_: object) -> str:
     """Return the page with what its lines in double braces ask for."""
     markdown = KEYS.sub(lambda found: keys_of(getattr(import_module(found[1]), found[2])), markdown)
-    markdown = NAMES.sub(lambda found: "\n\n".join(names_of(found[1])), markdown)
+    markdown = NAMES.sub(lambda found: "\n\n".join(names_of(found[1], found[2])), markdown)
     markdown = OUTCOMES.sub(lambda found: outcomes_of(found[1]), markdown)
     return STATEMENTS.sub(lambda _: statements(), markdown)
 
@@ -67,10 +68,10 @@ def statements() -> str:
     return REPORT.read_text(encoding="utf-8")
 
 
-def names_of(module: str) -> Iterator[str]:
-    """The directives of mkdocstrings for the functions and classes that a module offers, by `__all__` or `__dir__`."""
+def names_of(module: str, listed: str | None = None) -> Iterator[str]:
+    """The directives of mkdocstrings for functions and classes of a module: those listed, or all that it offers."""
     offered = import_module(module)
-    for name in getattr(offered, "__all__", offered.__dir__()):
+    for name in getattr(offered, "__all__", offered.__dir__()) if listed is None else listed.split(", "):
         one = getattr(offered, name)
         if isfunction(one) or isclass(one):
             is_own = module == FACADE or one.__module__.startswith(f"{module}.")  # else of a pack, or of sweeps

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 import xarray as xr
 
@@ -23,6 +26,15 @@ def test_public_names_are_the_same_objects_at_every_access():
     assert callable(amb_cosim.run)
     with pytest.raises(AttributeError, match="there are run"):
         _ = amb_cosim.simulation_of_everything
+
+
+def test_each_public_name_is_on_one_page_of_the_reference():
+    pages = sorted((Path(__file__).parents[2] / "docs" / "reference").glob("python*.md"))
+    listed = re.findall(
+        r"names of amb_cosim: ([\w, ]+) ", "\n".join(page.read_text(encoding="utf-8") for page in pages)
+    )
+    names = ", ".join(listed).split(", ")
+    assert sorted(names) == sorted({*dir(amb_cosim)} - {"studies", "cosim"})  # modules, with sections of their own
 
 
 def test_command_line_and_python_give_the_same_result(result, runner, tmp_path):
