@@ -62,10 +62,11 @@ def test_fast_parts_use_the_names_of_the_machine(name):
 
 
 def test_level_one_is_without_seals_and_level_two_with_them(expander):
-    """The rotor in the loop equals a rotor with a seal of zero coefficients, or the plant itself."""
+    """The rotor in the loop equals a rotor with an empty seal and its thrust disc, or the plant itself."""
     Omega = expander.file.speed.highest
     rotor = expander.rotor
-    nothing = replace(rotor, seals=tuple(Bearing(seal.name, seal.node) for seal in rotor.seals))
+    emptied = (Bearing(seal.name, seal.node) for seal in rotor.seals)
+    nothing = replace(rotor, seals=(*emptied, *expander.thrust_tilt))
     model, constants = plant(nothing)
     bare = rotor_component(PLANT, model.layout, constants, expander.parameters[PLANT], Omega).law.A
 
@@ -87,21 +88,27 @@ def test_response_includes_the_seals_and_stages_of_the_loop(expander):
     with_seal = passive(expander, Omega)
     np.testing.assert_allclose((with_seal.K - free.at(Omega).K)[rows], K, rtol=1e-6, atol=1e-3)
     np.testing.assert_allclose((with_seal.C - free.at(Omega).C)[rows], C, rtol=1e-6, atol=1e-6)
-    (stage,) = real_coefficients(expander)
+    stage, disc = real_coefficients(expander)
     rows = np.ix_(*2 * [free.translations[stage.node]])
     more = passive(expander, Omega, (stage,))
     np.testing.assert_allclose((more.K - with_seal.K)[rows], [[250.0, 500.0], [-500.0, 250.0]], atol=1e-3)
     np.testing.assert_allclose((more.M - with_seal.M)[rows], 0.005 * np.eye(2), atol=1e-9)
+    right, left = with_seal.slopes_at(disc.node)
+    tilted = passive(expander, Omega, (disc,)).K - with_seal.K
+    np.testing.assert_allclose(tilted, left @ np.diag(np.diag(disc.tilt_stiffness)) @ right, atol=1e-3)
 
 
 def test_the_co_simulated_rotor_has_the_stages_of_the_loop(expander):
     Omega = expander.file.speed.highest
-    (of_loop,) = coupled_loop(expander, real_coefficients(expander)).linear_components.at(Omega).parts([PLANT])
-    (of_run,) = source_of_run(plan_run(co_simulated(expander, Omega))).parts([PLANT])
+    stage, disc = real_coefficients(expander)
     (bare,) = expander.linear_components.at(Omega).parts([PLANT])
     size = np.abs(bare.law.A).max()
-    np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)
-    assert np.abs(of_run.law.A - bare.law.A).max() > 1e-6 * size
+    for others, levitated in (((stage,), False), ((stage, disc), True)):
+        (of_loop,) = coupled_loop(expander, others).linear_components.at(Omega).parts([PLANT])
+        scenario = co_simulated(expander, Omega, levitated=levitated)
+        (of_run,) = source_of_run(plan_run(scenario)).parts([PLANT])
+        np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)
+        assert np.abs(of_run.law.A - bare.law.A).max() > 1e-6 * size
 
 
 def test_undamped_critical_speeds_include_the_passive_bearing():

@@ -1,5 +1,8 @@
 """The stages of a machine, as coefficients of its linear models, and as seals of the rotor in co-simulations.
 
+The tilt stiffness of the thrust disc is treated in the same way, but it exists only under power: it acts in the linear
+models of the levitated rotor, and in co-simulations only if the magnets have power throughout.
+
 A plant's mass does not depend on the speed: a stage has its mass at the machine's largest speed.
 """
 
@@ -24,19 +27,23 @@ from rotor_analysis.rotor import Rotor
 def anticipated(subject: Subject, factor: float = 1.0) -> tuple[Bearing, ...]:
     """Return the anticipated coupling of the stages at the largest speed, times a factor, without the rotor's seals.
 
-    This is the model of level I: rotor, bearings, and a coupling that stands for all causes of whirl.
+    This is the model of level I: rotor, bearings with that along z, and a coupling that stands for all causes of whirl.
     """
     speed = subject.file.speed.highest
     stages = (
         cross_coupling(s.at, subject.rotor.node_of(s.at), factor * s.anticipated(speed)) for s in subject.file.stages
     )
-    return (*stages, *(_cancelling(seal) for seal in subject.rotor.seals))
+    return (*stages, *(_cancelling(seal) for seal in subject.rotor.seals), *subject.thrust_tilt)
 
 
 def real_coefficients(subject: Subject) -> tuple[Bearing, ...]:
-    """Return the coefficients of the stages for level II, by default the anticipated coupling, without the seals."""
+    """Return the coefficients of stages and thrust disc for level II, without the seals.
+
+    Those of a stage are by default its anticipated coupling.
+    """
     speed = subject.file.speed.highest
-    return tuple(_level_two(stage, stage.at, subject.rotor.node_of(stage.at), speed) for stage in subject.file.stages)
+    stages = (_level_two(stage, stage.at, subject.rotor.node_of(stage.at), speed) for stage in subject.file.stages)
+    return (*stages, *subject.thrust_tilt)
 
 
 def with_tables(subject: Subject, speeds: Array) -> Array:
@@ -78,11 +85,15 @@ def _cancelling(seal: Bearing) -> Bearing:
     return replace(seal, **negated(seal), at_speed=tuple(replace(row, **negated(row)) for row in seal.at_speed))
 
 
-def co_simulated(subject: Subject, Omega: float, **fields: Any) -> Scenario:
-    """Return the machine's scenario at a speed (rad/s); its stages act on the rotor like seals."""
-    rotor, stages = subject.planned.scenario.rotor, subject.file.stages
-    if stages:
-        rotor = with_stages(subject.rotor, stages, subject.file.speed.highest)
+def co_simulated(subject: Subject, Omega: float, *, levitated: bool = False, **fields: Any) -> Scenario:
+    """Return the machine's scenario at a speed (rad/s); its stages act on the rotor like seals.
+
+    `levitated`: the magnets have power throughout, and the tilt stiffness of the thrust disc acts, too.
+    """
+    rotor, stages, tilts = subject.planned.scenario.rotor, subject.file.stages, subject.thrust_tilt if levitated else ()
+    if stages or tilts:
+        staged = with_stages(subject.rotor, stages, subject.file.speed.highest)
+        rotor = replace(staged, seals=(*staged.seals, *tilts))
     return subject.file.as_scenario(Omega, **fields).model_copy(update={"rotor": rotor})
 
 

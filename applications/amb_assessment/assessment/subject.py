@@ -14,6 +14,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.plan_run import plan_run
+from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
 
@@ -57,6 +58,17 @@ class Subject(Machine):
     def retainers(self) -> tuple[str, ...]:
         """Contact sites that are retainers of bearings."""
         return tuple(site.name for site in self.rotor.sites if site.bearing and site.name in self.sites)
+
+    @cached_property
+    def thrust_tilt(self) -> tuple[Bearing, ...]:
+        """The negative tilt stiffness of the thrust disc under power, at the static force that enlarges it most."""
+        thrust = self.file.thrust_bearing
+        if thrust is None:
+            return ()
+        k = 0.0 - thrust.largest_moment_stiffness(self.file.axial_gravity * self.rotor.mass)
+        free = (f"{thrust.at}_tilt{n or ''}" for n in range(len(self.rotor.nodes_by_name) + 1))
+        name = next(name for name in free if name not in self.rotor.nodes_by_name)
+        return (Bearing(name, self.rotor.node_of(thrust.at), tilt_stiffness=((k, 0.0), (0.0, k))),)
 
     @cached_property
     def stops(self) -> tuple[str, ...]:

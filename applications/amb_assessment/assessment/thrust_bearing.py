@@ -220,12 +220,25 @@ class ThrustBearing(Table):
         """Return the moment per tilt of the disc (N m/rad) under a static force (N); positive is destabilising."""
         return moment_stiffness(self.bearing.operating_point(load).k_s, self.bearing.rings)
 
+    def largest_moment_stiffness(self, weight: float) -> float:
+        """Return the largest `moment_stiffness` (N m/rad) under the static forces, up to the capacity.
+
+        It includes that of the bearing without load, which a machine has as long as nothing presses.
+        """
+        capacity = self.bearing.capacity
+        return max(self.moment_stiffness(min(abs(load), capacity)) for load in (0.0, *self.loads(weight)))
+
     def data(self, weight: float) -> tuple[str, ...]:
         """Return texts of a row of `DATA_HEADS`, with a weight along z (N)."""
         rest, loads = self.bearing.operating_point(), self.loads(weight)
         corner = "laminated" if self.corner is None else f"{self.corner / (2.0 * math.pi):.4g}"
         constants = (f"{rest.k_i:.4g}", f"{1e-6 * rest.k_s:.4g}", f"{self.bearing.capacity:.4g}")
-        return (*constants, _span(loads), f"{-self.moment_stiffness():.4g}", corner)
+        return (*constants, _span(loads), self._tilt(weight), corner)
+
+    def _tilt(self, weight: float) -> str:
+        """Return the tilt stiffness (N m/rad) without load and under the static force that enlarges it most."""
+        values = (f"{-self.moment_stiffness():.4g}", f"{-self.largest_moment_stiffness(weight):.4g}")
+        return " to ".join(dict.fromkeys(values))
 
 
 def _span(loads: Sequence[float]) -> str:

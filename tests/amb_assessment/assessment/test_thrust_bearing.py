@@ -50,6 +50,14 @@ def test_constants_follow_from_the_geometry():
     row = dict(zip(DATA_HEADS, bearing(iron=IRON).data(0.0), strict=True))
     assert float(row["K_i (N/A)"]) == pytest.approx(k_i, rel=1e-3)
     assert float(row["tilt (N m/rad)"]) < 0.0
+    loaded = bearing(thrust="120 N", iron=IRON)
+    k_s = [loaded.bearing.operating_point(load).k_s for load in (0.0, 120.0)]
+    unloaded, most = (
+        float(text) for text in dict(zip(DATA_HEADS, loaded.data(0.0), strict=True))["tilt (N m/rad)"].split(" to ")
+    )
+    assert most / unloaded == pytest.approx(k_s[1] / k_s[0], rel=1e-3)
+    assert most == pytest.approx(-loaded.largest_moment_stiffness(0.0), rel=1e-3)
+    assert bearing(thrust="1 MN").largest_moment_stiffness(0.0) == bearing(thrust="-1 MN").largest_moment_stiffness(0.0)
     assert bearing().data(0.0)[-1] == "laminated"
 
 

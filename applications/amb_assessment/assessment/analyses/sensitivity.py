@@ -38,7 +38,7 @@ def answer(subject: Subject) -> AnalysisResult:
         name: (axis.frequencies, axis.values)
         for name, axis in zip(loop.axis_names, by_speed[speed.highest], strict=True)
     }
-    study = sensitivity(co_simulated(subject, speed.highest), flavour=subject.flavour)
+    study = sensitivity(co_simulated(subject, speed.highest, levitated=True), flavour=subject.flavour)
     for name, axis in study.axes.items():
         hz = axis.peak_frequency
         where = f"{name}, {hz:.1f} Hz at {rpm(speed.highest):.0f} rpm"
