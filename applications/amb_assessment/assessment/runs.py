@@ -153,7 +153,7 @@ def worst_inputs(subject: Subject) -> dict[str, float]:
 def steady_vibration(subject: Subject, response: WorstResponse) -> dict[str, Array]:
     """Return the displacement over the clearance by site, of a run with noise and converters at a response's speed."""
     inputs = response.unbalance.inputs
-    run = simulate(subject, response.Omega, inputs, real=True, to_magnets=True, end_cycle=CYCLES)
+    run = simulate(subject, response.Omega, inputs, real=True, to_magnets=True, levitated=True, end_cycle=CYCLES)
     return clearance_used(subject, run)
 
 
@@ -164,6 +164,7 @@ def simulate(
     *,
     real: bool = False,
     to_magnets: bool = False,
+    levitated: bool = False,
     start: Checkpoint | None = None,
     goes_on: bool = False,
     **fields: Any,
@@ -182,6 +183,8 @@ def simulate(
         Whether to use sensor noise and converter resolution, unless the machine defines its signal chain.
     to_magnets
         Whether the rotor may reach a magnet, which ends the run.
+    levitated
+        Whether the magnets have power throughout (`co_simulated`).
     start
         The end of the same run with an earlier end, from which it continues; see `end_of`.
     goes_on
@@ -201,7 +204,7 @@ def simulate(
     values: dict[str, Any] = {"settle_cycles": settling_cycles(subject, Omega), "parameters": parameters, **fields}
     if inputs:
         values["inputs"] = {PLANT: dict(inputs)}
-    scenario = co_simulated(subject, Omega, **values)
+    scenario = co_simulated(subject, Omega, levitated=levitated, **values)
     options = RunOptions(flavour=subject.flavour, start=start)
     planned = plan_run(scenario, None, options=options)
     if goes_on and all(interface.serialises_state for interface in planned.interfaces.values()):

@@ -18,7 +18,8 @@ class QuasiStatic:
         monkeypatch.setattr(recovery, "times_of", lambda run: run[0])
         monkeypatch.setattr(recovery, "clearance_used", lambda subject, run: {"catcher": run[1]})
 
-    def simulate(self, subject, Omega, inputs, *, to_magnets, end_time, event):
+    def simulate(self, subject, Omega, inputs, *, to_magnets, levitated, end_time, event):
+        assert levitated
         times = 1e-3 * np.arange(1, round(1e3 * end_time) + 1)  # ends of steps
         base = np.zeros(len(times))
         for change in event:

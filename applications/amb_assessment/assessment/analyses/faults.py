@@ -81,7 +81,9 @@ def _running(subject: Subject, name: str, time: float, passed: WorstResponse) ->
         return Quantity("clearance_used_running", where, value, "%", {}, f"{length}: {note}"), line
     speeds = _speeds(subject, name)
     points = [{"time": share * time, "Omega": Omega} for share, Omega in speeds[1:]]
-    result = simulate(subject, speeds[0][1], passed.unbalance.inputs, to_magnets=True, end_time=time, speed=points)
+    result = simulate(
+        subject, speeds[0][1], passed.unbalance.inputs, to_magnets=True, levitated=True, end_time=time, speed=points
+    )
     used = clearance_used(subject, result)
     site = max(used, key=lambda site_name: float(used[site_name].max()))
     line = curve(name, times_of(result), 100.0 * used[site])

@@ -91,7 +91,9 @@ def _rising(
     """
     count, step = round(MOST / OVERLOAD_STEP), float(f"{sign}1") * STANDARD_GRAVITY * OVERLOAD_STEP
     events = [{"time": k * OVERLOAD_TIME, "set": {PLANT: {f"base.a_{axis}": step * k}}} for k in range(1, count + 1)]
-    run = simulate(subject, Omega, inputs, to_magnets=True, end_time=(count + 1) * OVERLOAD_TIME, event=events)
+    run = simulate(
+        subject, Omega, inputs, to_magnets=True, levitated=True, end_time=(count + 1) * OVERLOAD_TIME, event=events
+    )
     used = clearance_used(subject, run)
     largest = np.max(list(used.values()), axis=0)
     touched = np.flatnonzero(largest >= TOUCHED)
