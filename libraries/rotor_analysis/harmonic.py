@@ -10,7 +10,7 @@ bearings over displacements.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,8 +27,20 @@ from rotor_analysis.rotor import Rotor
 BEYOND = 3.0  # times the highest frequency: all modes up to there are retained
 LEAST_MODES = 10  # for gyroscopic moments, which couple modes
 
-Forces = Callable[[float], Complex]
-"""Forces (N) at all nodes over displacements (m) at all nodes at a frequency (rad/s), x and y of each node in turn."""
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """Forces over displacements, F of (1), at some of the rows x and y of each node in turn.
+
+    rows, columns
+        Rows of the forces (N) and of the displacements (m); forces at the same row add up.
+    at
+        Returns F at frequencies (rad/s), shape (n,), as shape (n, rows, columns).
+    """
+
+    rows: Sequence[int]
+    columns: Sequence[int]
+    at: Callable[[Array], Complex]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +62,15 @@ class HarmonicModel:
         """Return the model at a spin speed (rad/s)."""
         return replace(self, model=self.model.at(Omega))
 
-    def stiffness(self, omega: float, Omega: float, forces: Forces | None = None) -> Complex:
-        """Return the matrix of (1) at a frequency and a spin speed (rad/s), with F of (1) unless it is None."""
-        stiffness = dynamic_stiffness(self.model, Omega, omega)
-        if forces is None:
-            return stiffness
-        F = forces(omega)
-        return np.asarray(stiffness - self.left[:, : len(F)] @ F @ self.right[: len(F)])
+    def stiffness(self, omegas: Array, Omega: float, forces: Forces | None = None) -> Complex:
+        """Return the matrix of (1) at frequencies and a spin speed (rad/s), shape (n, size, size).
+
+        The product with F takes only its rows and columns: those of all nodes took most of the time of a response.
+        """
+        stiffness = dynamic_stiffness(self.model, Omega, omegas)
+        if forces is not None:
+            stiffness -= self.left[:, forces.rows] @ (forces.at(omegas) @ self.right[forces.columns])
+        return stiffness
 
     def response(
         self, omegas: Array, Omega: float, inputs: Array | Complex, outputs: Array, forces: Forces | None
@@ -83,8 +97,7 @@ class HarmonicModel:
             If a frequency is that of an undamped mode, or not finite.
         """
         require(bool(np.isfinite(omegas).all()), "omega", "not finite", "finite")
-        local = self.at(Omega)
-        stiffness = np.array([local.stiffness(float(omega), Omega, forces) for omega in omegas])
+        stiffness = self.stiffness(omegas, Omega, forces)
         try:
             motion = np.linalg.solve(
                 stiffness, np.broadcast_to(self.left @ inputs, (len(omegas), len(self.left), inputs.shape[-1]))

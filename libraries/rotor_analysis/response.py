@@ -17,10 +17,10 @@ Stiffness = Callable[[float], Complex]
 """Dynamic stiffness (N/m) over the spin speed (rad/s)."""
 
 
-def dynamic_stiffness(model: Matrices, Omega: float, omega: float | None = None) -> Complex:
+def dynamic_stiffness(model: Matrices, Omega: float, omega: float | Array | None = None) -> Complex:
     """Return the stiffness to a harmonic force, -omega^2 M + i omega (C + Omega G) + K + D (N/m), shape (size, size).
 
-    D is that of hysteretic damping (`hysteresis`).
+    D is that of hysteretic damping (`hysteresis`). With frequencies of shape (n,) the shape is (n, size, size).
 
     Parameters
     ----------
@@ -29,11 +29,15 @@ def dynamic_stiffness(model: Matrices, Omega: float, omega: float | None = None)
     Omega
         Spin speed (rad/s), positive from x to y.
     omega
-        Frequency of the force (rad/s); by default Omega.
+        Frequency or frequencies of the force (rad/s); by default Omega.
     """
-    model, omega = model.at(Omega), Omega if omega is None else omega
-    stiffness = -(omega**2) * model.M + 1j * omega * (model.C + Omega * model.G) + model.K
-    return np.asarray(stiffness if model.hysteresis is None else stiffness + model.hysteresis.stiffness(omega, Omega))
+    model = model.at(Omega)
+    omegas = np.asarray(Omega if omega is None else omega, np.float64)[..., np.newaxis, np.newaxis]
+    stiffness = -(omegas**2) * model.M + 1j * omegas * (model.C + Omega * model.G) + model.K
+    if model.hysteresis is not None:
+        hysteretic = np.array([model.hysteresis.stiffness(float(w), Omega) for w in omegas.ravel()])
+        stiffness += hysteretic.reshape(stiffness.shape)
+    return np.asarray(stiffness)
 
 
 def unbalance_response(

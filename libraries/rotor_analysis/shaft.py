@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -96,7 +96,7 @@ class Shaft:
         for place in (*places, *(end for sleeve in self.sleeves for end in (sleeve.begin, sleeve.end))):
             if all(abs(place - other) > SAME_PLACE for other in z):
                 z.append(place)
-        return self.on_nodes(tuple(sorted(z)))
+        return self.on_nodes(tuple(sorted(z))) if len(z) > len(self.nodes) else self
 
     def on_nodes(self, nodes: tuple[float, ...]) -> Shaft:
         """Return the same shaft on other nodes (m), between which no section may change.
@@ -110,7 +110,8 @@ class Shaft:
             for place in (sleeve.begin, sleeve.end):
                 has_node = any(abs(place - z) <= SAME_PLACE for z in nodes)
                 require(has_node, "nodes", f"{list(nodes)} m", f"a list with {place:g} m, the end of a sleeve")
-        pieces = [self._piece(a, b) for a, b in pairwise(nodes)]
+        elements = list(zip(pairwise(self.nodes), self._pieces(), strict=True))
+        pieces = [_piece(elements, a, b) for a, b in pairwise(nodes)]
         per_element: dict[str, Any] = {name: tuple(getattr(piece, name) for piece in pieces) for name in PER_ELEMENT}
         return replace(self, nodes=nodes, **per_element)
 
@@ -138,23 +139,6 @@ class Shaft:
         """Return the values of a field, a value per element; those at the other end default to those at the first."""
         values = getattr(self, name) or ((None,) if name == "material" else getattr(self, name.removesuffix("_end")))
         return values * (len(self.nodes) - 1) if len(values) == 1 else values
-
-    def _piece(self, begin: float, end: float) -> ElementSection:
-        """Return the section from `begin` to `end` (m): part of an element, or several identical uniform elements."""
-        pieces = zip(pairwise(self.nodes), self._pieces(), strict=True)
-        covered = [(piece, a, b) for (a, b), piece in pieces if a < end and b > begin]
-        if len(covered) == 1:
-            piece, a, b = covered[0]
-            return piece.part((begin - a) / (b - a), (end - a) / (b - a))
-        sections = {piece for piece, _, _ in covered}
-        diameters = sorted({(piece.diameter, piece.inner_diameter) for piece in sections})
-        require(
-            len(sections) == 1 and not any(piece.is_tapered for piece in sections),
-            f"element from {begin:g} m to {end:g} m",
-            diameters,
-            "of one diameter and one inner diameter (m), and one material",
-        )
-        return sections.pop()
 
 
 @table
@@ -227,3 +211,20 @@ else:
         | Annotated[SectionedShaft, AfterValidator(SectionedShaft.on_its_ends), Tag("by_sections")],
         Discriminator(_kind_of_shaft),
     ]
+
+
+def _piece(elements: Sequence[tuple[tuple[float, float], ElementSection]], begin: float, end: float) -> ElementSection:
+    """Return the section from `begin` to `end` (m): part of an element, or several identical uniform elements."""
+    covered = [(piece, a, b) for (a, b), piece in elements if a < end and b > begin]
+    if len(covered) == 1:
+        piece, a, b = covered[0]
+        return piece.part((begin - a) / (b - a), (end - a) / (b - a))
+    sections = {piece for piece, _, _ in covered}
+    diameters = sorted({(piece.diameter, piece.inner_diameter) for piece in sections})
+    require(
+        len(sections) == 1 and not any(piece.is_tapered for piece in sections),
+        f"element from {begin:g} m to {end:g} m",
+        diameters,
+        "of one diameter and one inner diameter (m), and one material",
+    )
+    return sections.pop()

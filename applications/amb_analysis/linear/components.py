@@ -74,9 +74,13 @@ def frequency_response(law: StateSpace, s: complex | Complex) -> Complex:
     return np.asarray(law.C @ np.linalg.solve(points * np.eye(len(law.A)) - law.A, law.B) + law.D, np.complex128)
 
 
-def harmonic_response(law: StateSpace, omega: float, sample_time: float | None) -> Complex:
-    """Return the `frequency_response` at omega (rad/s): s = j omega, or z = exp(j omega T) with a sample time T (s)."""
-    return frequency_response(law, 1j * omega if sample_time is None else np.exp(1j * omega * sample_time))
+def harmonic_response(law: StateSpace, omega: float | Array, sample_time: float | None) -> Complex:
+    """Return the `frequency_response` at omega (rad/s): s = j omega, or z = exp(j omega T) with a sample time T (s).
+
+    With frequencies of shape (n,) the shape is (n, outputs, inputs).
+    """
+    s = 1j * np.asarray(omega, np.complex128)
+    return frequency_response(law, s if sample_time is None else np.exp(s * sample_time))
 
 
 def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:

@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from amb_analysis.linear.components import LinearComponent, harmonic_response
 from amb_analysis.linear.linear_source import LinearSource
@@ -61,9 +60,26 @@ def component_outputs(
     injected: Sequence[str] = (),
     components: Sequence[str] | None = None,
 ) -> Complex:
-    """Return outputs of components over displacements (m) and injected inputs by (1).
+    """Return outputs of components over displacements (m) at all nodes and injected inputs at a frequency (rad/s).
 
-    The shape is (outputs, 2 nodes + injected).
+    Shape (outputs, 2 nodes + injected); other arguments as of `component_responses`.
+    """
+    rows, responses = component_responses(machine, linear_source, outputs, np.array([omega]), injected, components)
+    columns = 2 * len(machine.z)
+    result = np.zeros((len(outputs), columns + len(injected)), dtype=np.complex128)
+    result[:, [*rows, *range(columns, columns + len(injected))]] = responses[0]
+    return result
+
+
+def component_responses(
+    machine: Machine,
+    linear_source: LinearSource,
+    outputs: Sequence[str],
+    omegas: Array,
+    injected: Sequence[str] = (),
+    components: Sequence[str] | None = None,
+) -> tuple[list[int], Complex]:
+    """Return outputs of components over the displacements (m) that they read and injected inputs by (1).
 
     Parameters
     ----------
@@ -71,33 +87,46 @@ def component_outputs(
         The machine, and the source of its linear components at the spin speed.
     outputs
         Names `component.variable`. Those of a sampled component are their fundamental, before the hold.
-    omega
-        Frequency (rad/s).
+    omegas
+        Frequencies (rad/s), shape (n,).
     injected
         Inputs to which a signal is added.
     components
         Components in the loop; by default all except the plant.
+
+    Returns
+    -------
+    rows, responses
+        Rows of the displacements among x and y of all nodes, and the responses, shape (n, outputs, rows + injected).
     """
     names = [name for name in linear_source.names if name != PLANT and (components is None or name in components)]
     feeds, parts = linear_source.feeds([*names, PLANT]), linear_source.parts(names)
     inputs = [name for part in parts for name in part.inputs]
     available_outputs = [name for part in parts for name in part.outputs]
-    H = block_diag(*(harmonic_response(part.law, omega, part.law.sample_time) for part in parts))
     owner = {name: part for part in parts for name in (*part.inputs, *part.outputs)}
     at_input, at_output = ({name: k for k, name in enumerate(names)} for names in (inputs, available_outputs))
-    E = np.zeros((len(inputs), len(available_outputs)), dtype=np.complex128)
-    columns = 2 * len(machine.z)
-    from_inputs = np.zeros((len(inputs), columns + len(injected)))
+    H = np.zeros((len(omegas), len(available_outputs), len(inputs)), dtype=np.complex128)
+    first = 0, 0
+    for part in parts:
+        last = first[0] + len(part.outputs), first[1] + len(part.inputs)
+        H[:, first[0] : last[0], first[1] : last[1]] = harmonic_response(part.law, omegas, part.law.sample_time)
+        first = last
+    E = np.zeros((len(omegas), len(inputs), len(available_outputs)), dtype=np.complex128)
+    read: dict[str, int] = {}
     for target, source in feeds.items():
         if target in at_input and source in at_output:
-            E[at_input[target], at_output[source]] = _link(owner[source], owner[target], omega)
+            E[:, at_input[target], at_output[source]] = _link(owner[source], owner[target], omegas)
         elif target in at_input and source.startswith(f"{PLANT}."):
             node, axis = machine.signals[source.removeprefix(f"{PLANT}.")]
-            from_inputs[at_input[target], 2 * (node - 1) + axis] = 1.0
+            read[target] = 2 * (node - 1) + axis
+    rows = sorted(set(read.values()))
+    from_inputs = np.zeros((len(inputs), len(rows) + len(injected)))
+    for target, row in read.items():
+        from_inputs[at_input[target], rows.index(row)] = 1.0
     for k, name in enumerate(injected):
-        from_inputs[at_input[name], columns + k] = 1.0
+        from_inputs[at_input[name], len(rows) + k] = 1.0
     closed = np.linalg.solve(np.eye(len(available_outputs)) - H @ E, H @ from_inputs)
-    return np.asarray(closed[[at_output[name] for name in outputs]])
+    return rows, np.asarray(closed[:, [at_output[name] for name in outputs]])
 
 
 def lateness(linear_source: LinearSource, outputs: Sequence[str]) -> Array:
@@ -124,13 +153,14 @@ def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]
     return result
 
 
-def _link(source: LinearComponent, target: LinearComponent, omega: float) -> complex:
+def _link(source: LinearComponent, target: LinearComponent, omegas: Array) -> Complex:
     """Return the response of a connection: (2) from a sampled component to a continuous one, otherwise 1."""
     time = source.law.sample_time
     if time is None or target.law.sample_time is not None:
-        return 1.0
-    held = (1.0 - np.exp(-1j * omega * time)) / (1j * omega * time) if omega else 1.0
-    return complex(held * np.exp(-1j * omega * time * (source.late + (1.0 if source.at_end else 0.0))))
+        return np.ones(len(omegas), np.complex128)
+    angles = omegas * time
+    held = np.sinc(angles / (2.0 * np.pi)) * np.exp(-0.5j * angles)
+    return np.asarray(held * np.exp(-1j * angles * (source.late + (1.0 if source.at_end else 0.0))))
 
 
 def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict[str, Complex]:

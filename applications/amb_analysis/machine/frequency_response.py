@@ -13,18 +13,17 @@ positive force and the motion that it starts have the same direction: the recept
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from amb_analysis.machine.channels import Place, node_rows
-from amb_analysis.machine.feedback import component_outputs, force_feeds, lateness
+from amb_analysis.machine.feedback import component_responses, force_feeds, lateness
 from amb_analysis.machine.machine import Machine
 from amb_cosim.results.component_names import ACTUATOR
 from array_types import Array, Complex
-from rotor_analysis.harmonic import HarmonicModel, harmonic_model
+from rotor_analysis.harmonic import Forces, HarmonicModel, harmonic_model
 from rotor_analysis.parts import Bearing, seat
 from rotor_analysis.resonances import resonances
 from rotor_analysis.rotor import Rotor
@@ -53,6 +52,18 @@ class Structure:
     loop: Loop
     Omega: float = 0.0
     machine: Machine | None = None
+    _models: dict[object, HarmonicModel] = field(default_factory=dict, compare=False, repr=False)
+
+    def with_machine(self, machine: Machine | None) -> Structure:
+        """Return the structure with other values of the machine's parameters; reduced models of the rotor remain."""
+        return replace(self, machine=machine)
+
+    def model(self, nodes: Sequence[int], highest: float) -> HarmonicModel:
+        """Return the reduced rotor for forces at some nodes up to a frequency (rad/s); it is computed once."""
+        key = tuple(sorted(set(nodes))), highest, self.bearings
+        if key not in self._models:
+            self._models[key] = harmonic_model(self.rotor, nodes, highest, self.bearings)
+        return self._models[key]
 
     @property
     def bearings(self) -> tuple[Bearing, ...]:
@@ -91,7 +102,7 @@ def frequency_response(
     """
     omegas, magnets = 2.0 * np.pi * np.asarray(frequencies, np.float64), _magnets(structure, inputs, outputs)
     top = float(omegas.max()) if highest is None else 2.0 * np.pi * highest
-    model = harmonic_model(structure.rotor, _loaded(structure, inputs, magnets), top, structure.bearings)
+    model = structure.model(_loaded(structure, inputs, magnets), top)
     blocks = np.split(omegas, range(BLOCK, len(omegas), BLOCK))
     return np.concatenate([_response(structure, inputs, outputs, block, model, magnets) for block in blocks])
 
@@ -106,25 +117,27 @@ def _response(
 ) -> Complex:
     """Return (1) at some frequencies (rad/s); it takes memory for all displacements of the rotor at each of them."""
     rotor = structure.rotor
-    size, points = 2 * len(rotor.shaft.nodes), len(model.right)
+    points = len(model.right)
     loads = np.zeros((len(omegas), points, len(inputs)), dtype=np.complex128)
     currents = [k for k, place in enumerate(inputs) if place.unit == "A"]
     for k, place in enumerate(inputs):
         if place.unit == "N":
             loads[:, node_rows(rotor, [place])[0], k] = 1.0
-    if magnets is not None and currents:
-        for n, omega in enumerate(omegas):
-            loads[n][np.ix_(magnets.rows, currents)] = magnets.at(omega)[: len(magnets.rows), size:]
-    motion = model.response(omegas, structure.Omega, loads, np.eye(points), magnets.forces if magnets else None)
+    forces, columns, electric = None, list[int](), np.zeros((len(omegas), 0, 0), np.complex128)
+    if magnets is not None:
+        columns, electric = magnets.at(omegas)
+        forces = magnets.forces(columns, electric)
+        for j, row in enumerate(magnets.rows):
+            loads[:, row, currents] += electric[:, j, len(columns) :]
+    motion = model.response(omegas, structure.Omega, loads, np.eye(points), forces)
     result = np.empty((len(omegas), len(outputs), len(inputs)), dtype=np.complex128)
     for k, place in enumerate(outputs):
         if place.unit == "A":
             assert magnets is not None
             axis = magnets.axes.index(place.axis_name)
-            row = np.array([magnets.at(omega)[len(magnets.rows) + axis] for omega in omegas])
-            row *= np.exp(-1j * omegas * magnets.late[axis])[:, None]
-            result[:, k] = np.einsum("nr,nri->ni", row[:, :size], motion[:, :size])
-            result[:, k, currents] += row[:, size:]
+            demand = electric[:, len(magnets.rows) + axis] * np.exp(-1j * omegas * magnets.late[axis])[:, None]
+            result[:, k] = np.einsum("nr,nri->ni", demand[:, : len(columns)], motion[:, columns])
+            result[:, k, currents] += demand[:, len(columns) :]
         else:
             result[:, k] = (1j * omegas[:, None]) ** place.order * motion[:, node_rows(rotor, [place])[0]]
     return result
@@ -138,10 +151,15 @@ def resonant_frequencies(
     Arguments as of `frequency_response`; between two frequencies, ascending, a mode may have one resonance.
     """
     magnets = _magnets(structure, inputs, outputs)
-    loaded, highest = _loaded(structure, inputs, magnets), 2.0 * np.pi * float(frequencies[-1])
-    model = harmonic_model(structure.rotor, loaded, highest, structure.bearings).at(structure.Omega)
-    forces = magnets.forces if magnets else None
-    found = resonances(lambda omega: model.stiffness(omega, structure.Omega, forces), 2.0 * np.pi * frequencies)
+    model = structure.model(_loaded(structure, inputs, magnets), 2.0 * np.pi * float(frequencies[-1]))
+    model = model.at(structure.Omega)
+
+    def stiffness(omega: float) -> Complex:
+        omegas = np.array([omega])
+        forces = magnets.forces(*magnets.at(omegas)) if magnets else None
+        return np.asarray(model.stiffness(omegas, structure.Omega, forces)[0])
+
+    found = resonances(stiffness, 2.0 * np.pi * frequencies)
     return [(omega / (2.0 * np.pi), width / (2.0 * np.pi)) for omega, width in found]
 
 
@@ -155,21 +173,18 @@ def _loaded(structure: Structure, inputs: Sequence[Place], magnets: _Magnets | N
 class _Magnets:
     """Magnets of a machine: rows of their forces in x and y of all nodes, and axes of the demanded currents.
 
-    `at` returns [F F_i; T T_i] of (1) at a frequency (rad/s), shape (rows + axes, 2 nodes + injected), with demands at
-    their samples; they appear `late` (s).
+    `at` returns, at frequencies (rad/s), the rows of the displacements that are read, and [F F_i; T T_i] of (1), shape
+    (n, rows + axes, displacements + injected), with demands at their samples; they appear `late` (s).
     """
 
-    size: int
     rows: list[int]
     axes: tuple[str, ...]
     late: Array
-    at: Callable[[float], Complex]
+    at: Callable[[Array], tuple[list[int], Complex]]
 
-    def forces(self, omega: float) -> Complex:
-        """Return F for all nodes."""
-        F = np.zeros((self.size, self.size), dtype=np.complex128)
-        np.add.at(F, self.rows, self.at(omega)[: len(self.rows), : self.size])
-        return F
+    def forces(self, columns: list[int], electric: Complex) -> Forces:
+        """Return F from a result of `at`, at its frequencies."""
+        return Forces(self.rows, columns, lambda _: electric[:, : len(self.rows), : len(columns)])
 
 
 def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place]) -> _Magnets | None:
@@ -191,11 +206,13 @@ def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Pl
     components = (ACTUATOR,) if structure.loop == "open" else None
     rows = force_feeds(machine, linear_source)
     ends = [*rows, *(machine.loop.sources if structure.loop == "closed" else ())]
-    responses = lru_cache(2 * BLOCK)(
-        lambda omega: component_outputs(machine, linear_source, ends, float(omega), injected, components)
-    )
     late = lateness(linear_source, machine.loop.sources if structure.loop == "closed" else ())
-    return _Magnets(2 * len(structure.rotor.shaft.nodes), list(rows.values()), axes, late, responses)
+    return _Magnets(
+        list(rows.values()),
+        axes,
+        late,
+        lambda omegas: component_responses(machine, linear_source, ends, omegas, injected, components),
+    )
 
 
 def refined(rotor: Rotor, places: Sequence[Place]) -> Rotor:
@@ -212,7 +229,8 @@ def refined(rotor: Rotor, places: Sequence[Place]) -> Rotor:
         if place.position is not None and not nodes[0] <= place.position <= nodes[-1]:
             limits = f"{nodes[0]:g} m to {nodes[-1]:g} m"
             raise ValueError(f"{place.name} is not on the shaft; a position must be from {limits}")
-    refined_rotor = rotor.on_mesh(rotor.shaft.with_nodes_at(positions)) if positions else rotor
+    shaft = rotor.shaft.with_nodes_at(positions)
+    refined_rotor = rotor if shaft is rotor.shaft else rotor.on_mesh(shaft)
     for place in places:
         place.point_on(refined_rotor)
-    return refined_rotor if not positions else replace(refined_rotor, mesh=None)
+    return refined_rotor if refined_rotor is rotor else replace(refined_rotor, mesh=None)
