@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from amb_analysis.measured.least_squares import FreeParameter
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement, Modes
-from amb_analysis.studies.rotor_parameters import RotorParameters, free_parameters
+from amb_analysis.studies.rotor_parameters import RotorParameters, free_bounds, number_of_file
 from amb_cosim import studies
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
@@ -131,7 +130,7 @@ def test_errors_name_the_faulty_parameter(exact, free, facts):
 def test_a_parameter_that_is_named_twice_is_refused():
     """It was said to have no effect on the data."""
     with raises_naming(ValueError, "bodies.turbine.mass twice"):
-        free_parameters(["bodies.turbine.mass=0.7:1.2", "bodies.turbine.mass=0.8:1"])
+        free_bounds(["bodies.turbine.mass=0.7:1.2", "bodies.turbine.mass=0.8:1"])
 
 
 def test_a_response_of_zero_is_refused_with_its_frequency(exact):
@@ -144,5 +143,5 @@ def test_a_response_of_zero_is_refused_with_its_frequency(exact):
 
 
 def test_bounds_are_read_from_texts_and_numbers():
-    expected = [FreeParameter("a.b", 1.0, 2.5)]
-    assert free_parameters(["a.b=1:2.5"]) == free_parameters({"a.b": (1, "2.5")}) == expected
+    for free in (["a.b=1:2.5"], {"a.b": (1, "2.5")}):
+        assert [number_of_file(name, raw) for name, pair in free_bounds(free).items() for raw in pair] == [1.0, 2.5]

@@ -53,11 +53,16 @@ class LinearSource:
     plan: Plan
     point: Mapping[str, float]
     changed: Callable[[LinearSource, str, LinearComponent], Law] | None = None
-    _cache: dict[str, Any] = field(default_factory=dict)  # constants and parts that do not depend on the speed
+    _cache: dict[str, Any] = field(default_factory=dict)  # parts that do not depend on the speed
+    _constants: dict[str, Array] = field(default_factory=dict)  # of components, which do not depend on the plan either
 
     def at(self, Omega: float) -> LinearSource:
         """Return the source at another spin speed (rad/s), which every component that reads the speed has."""
         return replace(self, point={**self.point, SPEED: Omega})
+
+    def with_plan(self, plan: Plan) -> LinearSource:
+        """Return the source with another plan of the same components, whose constants remain."""
+        return replace(self, plan=plan, _cache={})
 
     @property
     def names(self) -> list[str]:
@@ -159,8 +164,10 @@ class LinearSource:
     def constants(self, name: str) -> Array:
         """Return the constants of a component that is a model of this project."""
         fmu = self.assembly.system.component(name).fmu
-        constants: Array = self.cached(f"constants {fmu!r}", lambda: model_source(fmu, **self.assembly.options)[1])
-        return constants
+        key = repr(fmu)
+        if key not in self._constants:
+            self._constants[key] = model_source(fmu, **self.assembly.options)[1]
+        return self._constants[key]
 
     def table_speeds(self) -> list[float]:
         """Return the speeds (rad/s) at which linear controllers have laws; between these they are interpolated."""

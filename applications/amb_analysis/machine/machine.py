@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ import numpy as np
 from amb_actuator.records import AXIS
 from amb_analysis.linear.linear_source import LinearSource, source_of_run
 from amb_analysis.linear.loop import Loop
+from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.design.magnetic_bearing import axis_parameters
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.results.component_names import ACTUATOR, PLANT
@@ -59,6 +60,7 @@ class Machine:
     """The machine of a planned run."""
 
     planned: PlannedRun
+    _source: LinearSource | None = field(default=None, kw_only=True, compare=False, repr=False)
 
     @property
     def Omega(self) -> float:
@@ -83,7 +85,13 @@ class Machine:
     @cached_property
     def linear_components(self) -> LinearSource:
         """Source of its linear models."""
-        return source_of_run(self.planned)
+        return self._source or source_of_run(self.planned)
+
+    def with_plan(self, plan: Plan, rotor: Rotor) -> Machine:
+        """Return the machine with another plan of the same components, and a rotor; constants are not made anew."""
+        scenario = self.planned.scenario.model_copy(update={"rotor": rotor})
+        planned = replace(self.planned, plan=plan, scenario=scenario)
+        return Machine(planned, _source=self.linear_components.with_plan(plan))
 
     @cached_property
     def loop(self) -> Loop:

@@ -191,17 +191,17 @@ def response(
         curves = content.responses
         if not curves:
             raise ValueError("the measurement lists modes alone; there is no response to compare")
-    controlled_scenario = None if loop in ("free", "linear") else controlled(scenario, rotor, controller)
-    source = rotor if controlled_scenario is None else controlled_scenario.rotor
-    described = load_rotor(source)
+    is_machine = loop in ("open", "closed")
+    levitated = controlled(scenario, rotor, controller) if scenario is not None or is_machine else None
+    described = load_rotor(rotor if levitated is None else levitated.rotor)
     if measured is None:
         curves = _requested(inputs, outputs, highest or HIGHEST)
     ends = [(_place(c.input, described, True), _place(c.output, described, False)) for c in curves]
     refined_rotor = refined(described, [place for pair in ends for place in pair])
     machine = None
-    if controlled_scenario is not None:
-        levitated = controlled_scenario.machine(rotor=refined_rotor)
-        machine = machine_of(plan_run(levitated, set, options=RunOptions(flavour=flavour)))
+    if levitated is not None and is_machine:
+        planned = plan_run(levitated.machine(rotor=refined_rotor), set, options=RunOptions(flavour=flavour))
+        machine = machine_of(planned)
     default_speed = 0.0 if machine is None else machine.Omega
     Omega = default_speed if speed is None else spin_speed(speed)
     if machine is not None and loop == "closed":

@@ -1,18 +1,18 @@
-"""Study that fits parameters of a rotor file to a measurement of the free rotor, or of the rotor on its bearings."""
+"""Study that fits parameters of a rotor file, and of the magnets and the control of a machine, to a measurement."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache, partial
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
-import tomli_w
 
 from amb_analysis.machine.channels import Place, place_of
-from amb_analysis.machine.frequency_response import Loop, Structure, refined
+from amb_analysis.machine.frequency_response import Loop
 from amb_analysis.measured.convention import contradictions
 from amb_analysis.measured.estimates import Estimator
 from amb_analysis.measured.least_squares import Fit, FreeParameter
@@ -20,15 +20,18 @@ from amb_analysis.measured.least_squares import fit as least_squares_fit
 from amb_analysis.measured.modal_fit import fitted_modes
 from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes
 from amb_analysis.measured.response_fit import fit_responses
-from amb_analysis.studies.frequency_responses import FrequencyResponses, computed_values, measured_content, response
-from amb_analysis.studies.inputs import Number, spin_speed
+from amb_analysis.studies.fitted_machine import FittedMachine
+from amb_analysis.studies.frequency_responses import FrequencyResponses, computed_values, laid_over, measured_content
+from amb_analysis.studies.inputs import Number
 from amb_analysis.studies.result import DrawnResult, WarnedResult
-from amb_analysis.studies.rotor_parameters import RotorParameters, free_parameters
+from amb_analysis.studies.rotor_parameters import free_bounds
+from amb_cosim.cosim.basics.blas import one_blas_thread
+from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from array_types import Array, Complex
 from rotor_analysis.assembly import assemble, with_bearings
-from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.modes import modes as modes_of
 from rotor_analysis.rotor import Rotor
 
@@ -48,8 +51,8 @@ class RotorFit(WarnedResult, DrawnResult):
         Parameters with intervals, correlation and residuals.
     before, after
         Responses before and after the fit, compared with the measured ones; None if only modes were measured.
-    rotor_file
-        Text of the fitted rotor file.
+    files
+        Texts of the fitted files by name: `rotor.toml`, and `scenario.toml` of a machine.
     """
 
     name: ClassVar[str] = "fit"
@@ -60,11 +63,11 @@ class RotorFit(WarnedResult, DrawnResult):
     fit: Annotated[Fit, Layout.MERGED]
     before: Annotated[FrequencyResponses | None, Layout.OMITTED]
     after: Annotated[FrequencyResponses | None, Layout.OMITTED]
-    rotor_file: Annotated[str, Layout.OMITTED]
+    files: Annotated[dict[str, str], Layout.OMITTED]
 
     def data_files(self) -> dict[str, str]:
-        """Return the data, and the fitted rotor file `rotor.toml`."""
-        return {**super().data_files(), "rotor.toml": self.rotor_file}
+        """Return the data and the fitted files."""
+        return {**super().data_files(), **self.files}
 
     def text(self) -> list[TextBlock]:
         """Return tables of the parameters and of their correlation."""
@@ -90,6 +93,8 @@ class RotorFit(WarnedResult, DrawnResult):
 def fit(
     rotor: str | Path | None = None,
     *,
+    scenario: str | Path | None = None,
+    controller: str | Path | None = None,
     measured: str | Path | Measurement | None = None,
     free: Mapping[str, tuple[Number, Number]] | Sequence[str] = (),
     loop: Loop | None = None,
@@ -102,8 +107,10 @@ def fit(
     estimator: Estimator = "H1",
     segment: Number | None = None,
     window: str = "hann",
+    set: Mapping[str, Raw] | None = None,
+    flavour: Flavour = "native",
 ) -> RotorFit:
-    """Return a rotor whose parameters fit a measurement, with 95 % intervals.
+    """Return a rotor, or a machine, whose parameters fit a measurement, with 95 % intervals.
 
     Residuals of responses are differences over their scatter, which is estimated by frequency from the data and the
     coherence (`measured.response_fit`). Residuals of modes are
@@ -113,18 +120,23 @@ def fit(
     Parameters
     ----------
     rotor
-        Rotor file, or the name of a packaged rotor; by default the packs' default rotor.
+        Rotor file, or the name of a packaged rotor; by default that of the scenario, or the packs' default rotor.
+    scenario, controller
+        Machine and its control, as of `response`; without them the rotor alone.
     measured
         File of responses or modes, or a measurement.
     free
         Bounds by parameter name, or texts `bodies.wheel.mass=3:5`. Names are keys of the rotor file, with the
-        name or the number of an item of a list: `damping.modal.1`.
+        name or the number of an item of a list, `damping.modal.1`, or parameters of components of the scenario,
+        `amb_actuator.left.k_i_measured_?`, whose matches have one value.
     loop
-        `free`, the default, or `linear`: on bearings and seals of the rotor file.
+        As of `response`: `closed` by default with a scenario, and `free` without.
     inputs, outputs, channels, channel_units, up_to, estimator, segment, window
         As for `response`.
     speed
-        Spin speed (rad/s), or a text with its unit; at rest by default.
+        Spin speed (rad/s), or a text with its unit; that of the scenario by default, at rest without.
+    set, flavour
+        Values of parameters by `component.variable`; flavour of the FMUs.
 
     Raises
     ------
@@ -132,52 +144,73 @@ def fit(
         If a parameter does not exist, the measurement cannot be read or does not determine a parameter, or an argument
         is not allowed.
     """
-    loop = loop or "free"
-    if loop not in ("free", "linear"):
-        raise ValueError(f"loop = {loop!r} is not allowed; a rotor is fitted with 'free' or 'linear'")
+    loop = loop or ("free" if scenario is None else "closed")
     if measured is None:
         raise ValueError("measured is missing; a fit needs a measurement")
-    chosen = free_parameters(free)
-    names = [p.name for p in chosen]
-    model = RotorParameters.load(rotor, names)
+    files = scenario, rotor, controller
+    subject = FittedMachine.load(files, loop, speed, free_bounds(free), set or {}, flavour)
     content = measured_content(measured, channels, channel_units, inputs, outputs, up_to, (estimator, segment, window))
-    Omega = 0.0 if speed is None else spin_speed(speed)
     curves = [thinned(curve) for curve in resolved(content.responses)]
     if not curves and content.modes is None:
         raise ValueError("the measurement has no response and no mode to fit")
+    name = "a measurement" if isinstance(measured, Measurement) else Path(measured).name
+    with one_blas_thread():
+        if curves:
+            return _fit_of_responses(subject, content.responses, curves, name)
+        assert content.modes is not None
+        return _fit_of_modes(subject, content.modes, name)
+
+
+def _fit_of_responses(
+    subject: FittedMachine, measured: Sequence[FrequencyResponse], curves: Sequence[FrequencyResponse], name: str
+) -> RotorFit:
+    """Return the fit to some lines of measured responses."""
+    ends = [_ends(curve, subject.rotor_with(subject.start)) for curve in curves]
+    subject = subject.with_places([place for pair in ends for place in pair])
 
     def laid_over_measured(values: Array | Sequence[float]) -> FrequencyResponses:
-        compared = Measurement(content.responses)
-        result = response(rotor=model.rotor_with(values), measured=compared, loop=loop, speed=Omega)
-        if found := contradictions(content.responses, [item.computed for item in result.responses.values()]):
+        structure = subject.structure_with(values)
+        computed = computed_values(structure, measured, ends)
+        if found := contradictions(measured, computed):
             raise ValueError(f"no parameter of a rotor fits this measurement: {'; '.join(found)}")
-        return result
+        return laid_over(structure.rotor.name, structure.loop, structure.Omega, measured, computed)
 
-    before = laid_over_measured(model.start) if curves else None
+    @lru_cache(maxsize=4)
+    def responses(values: bytes) -> list[Complex]:
+        return computed_values(subject.structure_with(np.frombuffer(values)), curves, ends)
 
-    noticed: tuple[str, ...] = ()
-    if curves:
-        ends = [_ends(curve, model.rotor_with(model.start)) for curve in curves]
-        places = [place for pair in ends for place in pair]
-        model = RotorParameters.load(rotor, names, [p.position for p in places if p.position is not None])
-
-        def responses(values: Array) -> list[Complex]:
-            structure = Structure(refined(model.rotor_with(values), places), loop, Omega)
-            return computed_values(structure, curves, ends)
-
-        result, noticed = fit_responses(responses, curves, chosen, model.start)
-    else:
-        assert content.modes is not None
-        modes = content.modes
-        result = least_squares_fit(
-            lambda values: mode_residuals(model.rotor_with(values), loop, Omega, modes), chosen, model.start
-        )
-    name = "a measurement" if isinstance(measured, Measurement) else Path(measured).name
+    before = laid_over_measured(subject.start)
+    result, noticed = fit_responses(
+        lambda values: responses(np.asarray(values, np.float64).tobytes()), curves, subject.free, subject.start
+    )
     best = np.array([p.value for p in result.parameters.values()])
-    after = laid_over_measured(best) if curves else None
-    text = _file_text(model.data_with(best), result, chosen, name)
-    warnings = (*noticed, *(after.warnings if after else ()), *implausible_sizes(model.rotor_with(model.start)))
-    return RotorFit(model.rotor_with(best).name, name, loop, result, before, after, text, warnings=warnings)
+    after = laid_over_measured(best)
+    return _result(subject, result, before, after, name, (*noticed, *after.warnings))
+
+
+def _fit_of_modes(subject: FittedMachine, measured: Modes, name: str) -> RotorFit:
+    """Return the fit to measured modes."""
+    loop, Omega = subject.loop, subject.Omega
+    if loop not in ("free", "linear"):
+        raise ValueError(f"loop = {loop!r} is not allowed with modes; they are fitted with 'free' or 'linear'")
+    residuals = partial(_mode_residuals, subject, loop, Omega, measured)
+    result = least_squares_fit(residuals, subject.free, subject.start)
+    return _result(subject, result, None, None, name, ())
+
+
+def _result(
+    subject: FittedMachine,
+    result: Fit,
+    before: FrequencyResponses | None,
+    after: FrequencyResponses | None,
+    name: str,
+    warnings: Sequence[str],
+) -> RotorFit:
+    best = np.array([p.value for p in result.parameters.values()])
+    head = "\n".join(_comments(result, subject.free, name)) + "\n\n"
+    files = {file: head + text for file, text in subject.files_with(best).items()}
+    warnings = (*warnings, *subject.warnings(best))
+    return RotorFit(subject.rotor_with(best).name, name, subject.loop, result, before, after, files, warnings=warnings)
 
 
 def resolved(curves: Sequence[FrequencyResponse]) -> list[FrequencyResponse]:
@@ -210,6 +243,10 @@ def _ends(curve: FrequencyResponse, rotor: Rotor) -> tuple[Place, Place]:
     )
 
 
+def _mode_residuals(subject: FittedMachine, loop: Loop, Omega: float, measured: Modes, values: Array) -> Array:
+    return mode_residuals(subject.rotor_with(values), loop, Omega, measured)
+
+
 def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> Array:
     """Return ln(f/f_measured)/0.1 % and ln(zeta/zeta_measured)/10 % of the computed modes nearest to the measured."""
     full = assemble(rotor)
@@ -230,8 +267,8 @@ def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> A
     return np.array(result)
 
 
-def _file_text(data: Mapping[str, Any], result: Fit, free: Sequence[FreeParameter], measured: str) -> str:
-    """Return the text of a rotor file with a comment on the fitted parameters."""
+def _comments(result: Fit, free: Sequence[FreeParameter], measured: str) -> list[str]:
+    """Return lines of a TOML file on the fitted parameters."""
     lines = [
         f"# Fitted to {measured} by least squares, {result.residuals} residuals; 95 % intervals of the parameters:"
     ]
@@ -240,4 +277,4 @@ def _file_text(data: Mapping[str, Any], result: Fit, free: Sequence[FreeParamete
         bounds = f"bounds {p.lowest:.6g} to {p.highest:.6g}"
         at = ", at its bound" if fitted.at_bound else ""
         lines.append(f"# {p.name} = {fitted.value:.6g}, {fitted.lower:.6g} to {fitted.upper:.6g} ({bounds}{at})")
-    return "\n".join(lines) + "\n\n" + tomli_w.dumps(dict(data))
+    return lines

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from amb_analysis.measured.least_squares import FreeParameter
 from amb_analysis.studies.inputs import Number
 from amb_files.checks import repeated
 from amb_files.pack_file import rotor_path
@@ -106,25 +105,28 @@ class RotorParameters:
         return rotor_from(data, "the fitted rotor")
 
 
-def free_parameters(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> list[FreeParameter]:
-    """Return parameters with bounds, in the units of the rotor file.
+def free_bounds(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> dict[str, tuple[Number, Number]]:
+    """Return the lowest and the highest value of parameters by name, as they are written.
 
     Raises
     ------
     ValueError
-        If there are no parameters, or bounds are not ascending numbers.
+        If there are no parameters, or a name has two pairs of bounds.
     """
     pairs = list(free.items()) if isinstance(free, Mapping) else [_split(text) for text in free]
     if not pairs:
         raise ValueError("free is missing; name a parameter with its bounds, such as bodies.wheel.mass=3:5")
     if twice := repeated(name for name, _ in pairs):
         raise ValueError(f"free names {twice[0]} twice; a parameter has one pair of bounds")
+    return dict(pairs)
+
+
+def number_of_file(name: str, raw: Number) -> float:
+    """Return a bound of a parameter in the unit of the rotor file."""
     try:
-        return [FreeParameter(name, float(low), float(high)) for name, (low, high) in pairs]
-    except ValueError as error:
-        if "could not convert" in str(error):
-            raise ValueError(f"a bound of free is not a number: {error}") from None
-        raise
+        return float(raw)
+    except ValueError:
+        raise ValueError(f"a bound of free is not a number: {name} = {raw!r}; it has the unit of the file") from None
 
 
 def _split(text: str) -> tuple[str, tuple[str, str]]:

@@ -123,6 +123,7 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     assert entry is not None
 
     def run(output: Path | None, **values: Any) -> None:
+        from amb_cosim.cosim.basics.blas import one_blas_thread
         from amb_cosim.presentation.plain_console import plain_console
         from amb_cosim.presentation.text_tables import print_parts
 
@@ -135,7 +136,8 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
             warned = warn_of_sizes(values.get("rotor"))
         with refusing(), status:
             compute: Callable[..., DrawnResult] = getattr(studies, name)
-            result = compute(**values)
+            with one_blas_thread():
+                result = compute(**values)
             studies.save(result, folder)
         told = [f"warning: {sentence}" for sentence in warned]
         print_parts([*(part for part in result.text() if part not in told), f"results in {folder}"])
@@ -241,13 +243,14 @@ add_study(
 )
 add_study(
     "fit",
-    ROTOR,
+    *MACHINE,
     *MEASURED,
     click.option(
         "--free", multiple=True, metavar="NAME=LO:HI", help="Parameter with bounds: bodies.fan.mass=3:5; repeatable."
     ),
-    click.option("--speed", type=SPEED, help="Spin speed; default: at rest."),
+    click.option("--speed", type=SPEED, help="Spin speed; default: the scenario's, 0 for a rotor."),
     click.option("--up-to", type=FREQUENCY, help="Highest frequency; default: as measured."),
+    *RUN,
 )
 add_study(
     "waterfall",

@@ -1,0 +1,118 @@
+"""Parameters of the components of a machine, such as the constants of its magnets, and the machine with other values.
+
+Only the named values change. Those that a plan derives from them, such as the constants that a controller assumes of
+its magnets, stay: the controller of the measured machine had its gains whatever its magnets are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from amb_analysis.machine.machine import Machine
+from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.system.values import Raw, convert
+from amb_cosim.scenario.plan_run import system_of
+from amb_cosim.scenario.scenario import Scenario
+from amb_files.suggestions import suggest
+from amb_files.wildcards import is_pattern
+from array_types import Array
+from rotor_analysis.rotor import Rotor
+
+Values = Mapping[str, Mapping[str, float]]
+"""Values of parameters by component and name."""
+
+
+@dataclass(frozen=True)
+class LoopParameters:
+    """A machine and the names of some numbers of its components.
+
+    names
+        `component.variable`; with `*` and `?`, one number is the value of all variables that match.
+    ports
+        Variables of each name.
+    start
+        Values in the scenario.
+    """
+
+    machine: Machine
+    names: tuple[str, ...]
+    ports: tuple[tuple[Port, ...], ...]
+    start: tuple[float, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, names: Sequence[str]) -> LoopParameters:
+        """Find parameters by their names.
+
+        Raises
+        ------
+        ValueError
+            If a name is not that of a number, or matches numbers with different values.
+        """
+        ports = tuple(_numbers(machine, name) for name in names)
+        start = tuple(_start(machine, name, found) for name, found in zip(names, ports, strict=True))
+        return cls(machine, tuple(names), ports, start)
+
+    def number(self, name: str, raw: Raw) -> float:
+        """Return a value of a parameter in its unit.
+
+        Raises
+        ------
+        ValueError
+            If it is not allowed for the parameter.
+        """
+        return convert(raw, self.ports[self.names.index(name)][0], name)
+
+    def values(self, numbers: Array | Sequence[float]) -> dict[str, dict[str, float]]:
+        """Return the values of all variables that the names match."""
+        result: dict[str, dict[str, float]] = {}
+        for name, ports, number in zip(self.names, self.ports, numbers, strict=True):
+            component, _ = self.machine.planned.assembly.system.divide(name)
+            result.setdefault(component, {}).update({port.name: float(number) for port in ports})
+        return result
+
+    def machine_with(self, numbers: Array | Sequence[float], rotor: Rotor) -> Machine:
+        """Return the machine with other values of the parameters and a rotor."""
+        plan, values = self.machine.planned.plan, self.values(numbers)
+        parameters = {name: {**of, **values.get(name, {})} for name, of in plan.parameters.items()}
+        return self.machine.with_plan(replace(plan, parameters=parameters), rotor)
+
+
+def is_of_component(scenario: Scenario, name: str) -> bool:
+    """Return whether a name begins with a component of the system of a scenario."""
+    component, variable = system_of(scenario).divide(name)
+    return bool(variable) and component in {item.name for item in system_of(scenario).components}
+
+
+def differences(parameters: Values, others: Values) -> dict[str, dict[str, float]]:
+    """Return the parameters whose values differ from others, beyond rounding."""
+    return {
+        component: found
+        for component, values in parameters.items()
+        if (found := {name: v for name, v in values.items() if not math.isclose(v, others[component][name])})
+    }
+
+
+def _numbers(machine: Machine, name: str) -> tuple[Port, ...]:
+    system, interfaces = machine.planned.assembly.system, machine.planned.interfaces
+    component, pattern = system.divide(name)
+    ports = interfaces[component].matching(pattern)
+    numbers = tuple(port for port in ports if port.causality == "parameter" and port.type == "Real")
+    if not numbers:
+        if ports:
+            raise ValueError(f"parameter {name!r} is not allowed; it is {ports[0].kind} of type {ports[0].declared}")
+        known = [port.name for port in interfaces[component].of("parameter") if port.type == "Real"]
+        raise ValueError(f"parameter {name!r} is not in {component}: {suggest(pattern, known)}")
+    return numbers
+
+
+def _start(machine: Machine, name: str, ports: Sequence[Port]) -> float:
+    component, _ = machine.planned.assembly.system.divide(name)
+    values = {port.name: machine.parameters[component][port.name] for port in ports}
+    first, *rest = values.items()
+    for other in rest:
+        if is_pattern(name) and not math.isclose(other[1], first[1]):
+            pair = " and ".join(f"{key} = {value:g}{ports[0].display_unit}" for key, value in (first, other))
+            raise ValueError(f"{name} matches {pair}; fit them by their names, or set one value for both")
+    return first[1]
