@@ -26,7 +26,9 @@ SAMPLED_ROWS = 50  # rows whose number of cells shows the separator
 POWER = r"(?:[eE][+-]?\d+)?"
 COMMA = re.compile(rf"[+-]?(?:\d+,\d*|,\d+){POWER}")
 POINT = re.compile(rf"[+-]?(?:\d+\.\d*|\.\d+){POWER}")
-COMMENT = re.compile(r"[ \t]*[#%]+")
+COMMENT = re.compile(
+    r"[ \t]*(?!#(?:REF!|N/A|VALUE!|DIV/0!|NAME\?|NUM!|NULL!))[#%]+"
+)  # which are errors of a spreadsheet
 NUMBER = re.compile(rf"\s*[\"']?[+-]?(?:\d+[.,]?\d*|[.,]\d+){POWER}(?![^\s,;\"'])")
 GROUP = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")  # a group of three digits, or three decimals
 GROUPED = re.compile(r"[+-]?\d[\d.,'’]*")  # with any separators

@@ -55,19 +55,20 @@ def _responses(content: dict[str, Any], units: StatedUnits) -> Measurement:
             coherence = np.repeat(_shaped(content, "coherence", shape[:2])[:, :, None], shape[2], axis=2)
         else:
             coherence = _shaped(content, "coherence", shape).real
-    return Measurement(
-        tuple(
-            response_above_zero(
-                output,
-                source,
-                frequencies,
-                np.asarray(values[:, k, j] * (factor / divisor), np.complex128),
-                None if coherence is None else coherence[:, k, j].real,
+    with np.errstate(invalid="ignore"):  # infinite numbers, which the response refuses but at 0 Hz
+        return Measurement(
+            tuple(
+                response_above_zero(
+                    output,
+                    source,
+                    frequencies,
+                    np.asarray(values[:, k, j] * (factor / divisor), np.complex128),
+                    None if coherence is None else coherence[:, k, j].real,
+                )
+                for k, (factor, output) in enumerate(outputs)
+                for j, (divisor, source) in enumerate(inputs)
             )
-            for k, (factor, output) in enumerate(outputs)
-            for j, (divisor, source) in enumerate(inputs)
         )
-    )
 
 
 def _channels(content: dict[str, Any], kind: str, stated: StatedUnits) -> list[tuple[float, Channel]]:

@@ -33,6 +33,7 @@ CURVE = re.compile(
 )
 DECIBEL = re.compile(r"dB\b[\s,]*(?:re(?:f|l)?\b\.?:?)?\s*(?:1\s+)?(?P<unit>.*)", re.IGNORECASE)
 MOST_BYTES = 2**28
+SHOWN = 60  # characters of a row
 
 Column = tuple[str, Array]  # unit and numbers
 
@@ -56,7 +57,8 @@ def read_table(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     if [name.lower() for name in columns] == ["damping ratio"]:
         ((name, (unit, ratios)),) = columns.items()
         return Measurement(modes=Modes(frequencies, ratios * _ratio(unit, name)))
-    return Measurement(_responses(frequencies, columns))
+    with np.errstate(invalid="ignore"):  # infinite numbers, which the response refuses but at 0 Hz
+        return Measurement(_responses(frequencies, columns))
 
 
 def _columns(path: Path, stated: StatedUnits) -> dict[str, Column]:
@@ -71,6 +73,12 @@ def _columns(path: Path, stated: StatedUnits) -> dict[str, Column]:
         numbers = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows])
     except ValueError as error:
         raise ValueError(f"a cell is not a number: {error}") from None
+    for k, row in enumerate(rows):
+        text = "".join(row)  # Python reads 1_0 and digits of any script as numbers
+        if "_" in text or not text.isascii():
+            raise ValueError(
+                f"row {k + 1} below the headings, {', '.join(row)[:SHOWN]!r}, must have decimal numbers alone"
+            )
     units = [stated.of(head["name"], (head["unit"] or head["round"] or "").strip()) for head in heads if head]
     return {name: (unit, numbers[:, k]) for k, (name, unit) in enumerate(zip(names, units, strict=True))}
 

@@ -16,7 +16,6 @@ height). Definitions of the sets: Structural Dynamics Research Laboratory, Unive
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -32,6 +31,7 @@ from amb_analysis.measured.records import (
     TimeRecord,
     response_above_zero,
 )
+from amb_analysis.measured.uff_lines import unpadded
 from amb_analysis.measured.units import StatedUnits, even_step, factor_to, si_unit, split_quotient
 from amb_files.temporary_folders import temporary_folder
 from array_types import Array
@@ -47,10 +47,7 @@ SI_BY_TYPE = {8: ("m", LENGTH), 11: ("m/s", LENGTH), 12: ("m/s2", LENGTH), 9: ("
 ABSCISSAS = {"s": {0: "s", 1: "s", 17: "s"}, "Hz": {0: "Hz", 1: "Hz", 18: "Hz", 19: "rpm"}}  # units by type of data
 RPM = 19
 NO_LABEL = ("", "NONE")
-BINARY_HEAD = re.compile(rb"^ {4}58b([^\n]*)\n", re.MULTILINE | re.IGNORECASE)
-LINES_OF_TEXT, BYTES = slice(12, 24), slice(24, 36)  # columns of a head after its type
-HEAD = 11  # lines of text of a binary set, if it does not state their number
-END_OF_SET = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*\r?(?=\n|\Z)")
+MOST_FILLING = 5  # zeros at the end of a line of six numbers
 BYTE_ORDERS, IEEE = (1, 2), 2  # of binary sets: little and big endian; formats 1 and 3 are of VAX and IBM
 WIDEST = 1e60  # largest over smallest magnitude of a set's numbers: of a wrong byte order they are random
 SAME_FREQUENCIES = 1e-6  # relative difference between a coherence and its response
@@ -117,36 +114,18 @@ def _sets(path: Path) -> list[dict[str, Any]]:
         if item["type"] == 164:
             factors = _factors(item)
         elif item["type"] == 58:
+            _check_length(item, place + 1)
             n = int(item["num_pts"])
             item |= {"factors": factors, "x": np.asarray(item["x"], np.float64)[:n], "data": item["data"][:n]}
             _check_function(item, place + 1)
     return sets
 
 
-def unpadded(content: bytes) -> bytes:
-    """Return a file without blanks at the ends of its lines, which pyuff takes for numbers, and with one end of line.
-
-    Binary numbers are left as they are. They begin after the lines of text that the head of their set announces, and
-    end with the next line that ends a set, at the earliest after the bytes that the head announces.
-    """
-    parts, at = [], 0
-    for head in BINARY_HEAD.finditer(content):
-        if head.start() < at:
-            continue  # bytes among numbers that look like a head
-        fields = (head[1][columns].strip() for columns in (LINES_OF_TEXT, BYTES))
-        lines, size = (int(field) if field.isdigit() else 0 for field in fields)
-        begin = head.end()
-        for _ in range(min(lines, HEAD) or HEAD):
-            begin = content.find(b"\n", begin) + 1 or len(content)
-        end = END_OF_SET.search(content, begin + size) or END_OF_SET.search(content, begin)
-        stop = len(content) if end is None else end.start()
-        parts += [_stripped(content[at:begin]), content[begin:stop]]
-        at = stop
-    return b"".join([*parts, _stripped(content[at:])])
-
-
-def _stripped(text: bytes) -> bytes:
-    return re.sub(rb"[ \t]+(?=[\r\n]|\Z)", b"", text).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+def _check_length(item: Set, number: int) -> None:
+    """Raise ValueError if a function of text has more numbers than it announces; zeros may fill its last line."""
+    n, data = int(item["num_pts"]), item["data"]
+    if n < 0 or (not item["binary"] and (len(data) - n > MOST_FILLING or np.any(data[n:] != 0.0))):
+        raise ValueError(f"set {number} announces {n} points, and has {len(data)}; it is damaged or incomplete")
 
 
 def _check_function(item: Set, number: int) -> None:

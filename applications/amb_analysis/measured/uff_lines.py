@@ -1,0 +1,36 @@
+"""Lines of universal files as pyuff reads them: without blanks at their ends, and with one kind of end."""
+
+from __future__ import annotations
+
+import re
+
+BINARY_HEAD = re.compile(rb"^ {4}58b([^\n]*)\n", re.MULTILINE | re.IGNORECASE)
+LINES_OF_TEXT, BYTES = slice(12, 24), slice(24, 36)  # columns of a head after its type
+HEAD = 11  # lines of text of a binary set, if it does not state their number
+END_OF_SET = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*\r?(?=\n|\Z)")
+
+
+def unpadded(content: bytes) -> bytes:
+    """Return a file without blanks at the ends of its lines, which pyuff takes for numbers, and with one end of line.
+
+    Binary numbers are left as they are. They begin after the lines of text that the head of their set announces, and
+    end with the next line that ends a set, at the earliest after the bytes that the head announces.
+    """
+    parts, at = [], 0
+    for head in BINARY_HEAD.finditer(content):
+        if head.start() < at:
+            continue  # bytes among numbers that look like a head
+        fields = (head[1][columns].strip() for columns in (LINES_OF_TEXT, BYTES))
+        lines, size = (int(field) if field.isdigit() else 0 for field in fields)
+        begin = head.end()
+        for _ in range(min(lines, HEAD) or HEAD):
+            begin = content.find(b"\n", begin) + 1 or len(content)
+        end = END_OF_SET.search(content, begin + size) or END_OF_SET.search(content, begin)
+        stop = len(content) if end is None else end.start()
+        parts += [_stripped(content[at:begin]), content[begin:stop]]
+        at = stop
+    return b"".join([*parts, _stripped(content[at:])])
+
+
+def _stripped(text: bytes) -> bytes:
+    return re.sub(rb"[ \t]+(?=[\r\n]|\Z)", b"", text).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
