@@ -31,7 +31,7 @@ from array_types import Array, Complex, Indices
 PROMINENCE = 0.6  # decades of power by which a peak rises above its surroundings: 6 dB
 ITERATIONS = 30
 LEAST_LINES = 7  # frequencies of a fit
-HEAVY = (0.05, 0.7)  # damping ratios of a mode without a peak of 6 dB
+HEAVY = (0.05, 0.5)  # damping ratios of a mode without a peak of 6 dB; beyond, 1 % of noise shifts it by 15 %
 PEAK = 6.0  # half widths, or lines, on each side of a light mode that are left out of its fit
 NONE: Complex = np.zeros(0, np.complex128)
 SMOOTH = 0.1  # relative error of a polynomial, below which a curve has no mode
