@@ -92,9 +92,17 @@ def test_critical_speeds_beyond_the_table_of_a_seal_are_marked():
     assert "extrapolated" not in str(crossing_poles())
 
 
+def test_poles_begin_with_the_stability_and_the_least_damped_vibration():
+    stable = crossing_poles()
+    assert_names(stable.text()[0], "stable up to")
+    assert "not stable" not in stable.text()[0]
+    unstable = replace(stable, unstable=(float(stable.speeds[1]),))
+    assert_names(unstable.text()[0], "not stable", "95.49 rpm")
+
+
 def heads_of(result):
     """Heads of the first table of a result, and the first cell of each column."""
-    table = result.text()[0]
+    table = next(part for part in result.text() if not isinstance(part, str))
     return {str(column.header): next(iter(column.cells)) for column in table.columns}
 
 

@@ -105,11 +105,28 @@ class CampbellDiagram(WarnedResult, DrawnResult):
             table.add_row(unit.number(row.speed, 6), str(row.mode), ratio, whirl + mark)
         notes = [*limit_notes(self.limits, self.speeds), *self.warning_lines()]
         if self.coordinates == self.of:
-            return [table, *notes]
+            return [self._answer(), table, *notes]
         reduced = (
             f"{self.coordinates} coordinates in place of {self.of}; eigenvalues within {self.error:.0e} of those of the"
         )
-        return [table, *notes, f"{reduced} full model, which --full analyses"]
+        return [self._answer(), table, *notes, f"{reduced} full model, which --full analyses"]
+
+    def _answer(self) -> str:
+        """Return the number of critical speeds, the least damped, and the nearest to the operating speed."""
+        unit, criticals = speed_unit(), self.critical_speeds
+        if not criticals:
+            return f"No critical speed of {self.rotor} up to {unit.text(self.speeds[-1])}"
+        worst = min(criticals, key=lambda row: row.damping_ratio)
+        count = f"{len(criticals)} critical speed{'s' * (len(criticals) > 1)} of {self.rotor}"
+        least = (
+            f"the least damped at {unit.text(worst.speed)} (mode {worst.mode}, damping ratio {worst.damping_ratio:.3g})"
+        )
+        answer = f"{count} up to {unit.text(self.speeds[-1])}, {least}"
+        if self.operating_speed is None:
+            return answer
+        speed = self.operating_speed
+        nearest = min(criticals, key=lambda row: abs(row.speed - speed))
+        return f"{answer}; the nearest to {unit.text(speed)} is {unit.text(nearest.speed)}"
 
 
 def campbell(

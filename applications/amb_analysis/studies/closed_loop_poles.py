@@ -146,7 +146,8 @@ class ClosedLoopPoles(MachineResult):
             for c in self.critical_speeds
         )
         notes = [*limit_notes(self.limits, self.speeds), *self.warning_lines()]
-        return [table, f"critical speeds: {criticals or 'none'}", *self._verdict(), *notes]
+        answer, *details = self._verdict()
+        return [answer, table, f"critical speeds: {criticals or 'none'}", *details, *notes]
 
     def _mark(self, speed: float) -> str:
         return f", {EXTRAPOLATED}" if is_extrapolated(self.limits, speed) else ""
@@ -163,13 +164,17 @@ class ClosedLoopPoles(MachineResult):
         worst = self.least_stable
         at = f"at {speed_unit().text(worst.speed)} {worst.motion}, |z| = {worst.radius:.7g}"
         notes = [worst.note] if worst.note else []
-        if self.least_damped is not None:
-            notes.insert(0, f"least damped: at {speed_unit().text(self.least_damped.speed)} {self.least_damped}")
         if not self.unstable:
-            return ["stable at all of these speeds", f"least stable: {at}", *notes]
+            up_to = f"{self.rotor} is stable up to {speed_unit().text(self.speeds[-1])}"
+            return [f"{up_to}{self._least_damped()}", f"least stable: {at}", *notes]
         unit, pieces = speed_unit(), self.unstable_ranges
         ranges = [f"from {unit.number(a)} to {unit.text(b)}" if a < b else f"at {unit.text(a)}" for a, b in pieces]
-        return [f"not stable {', '.join(ranges)}: {at}", *notes]
+        return [f"{self.rotor} is not stable {', '.join(ranges)}: {at}{self._least_damped()}", *notes]
+
+    def _least_damped(self) -> str:
+        if self.least_damped is None:
+            return ""
+        return f"; least damped: at {speed_unit().text(self.least_damped.speed)} {self.least_damped}"
 
 
 def poles(

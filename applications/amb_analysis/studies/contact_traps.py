@@ -146,9 +146,9 @@ class Traps(MachineResult):
                 "allowed (A)",
                 "growth (1/s)",
                 f"whirl ({unit.label})",
-                "it",
+                "outcome",
             ),
-            left=("contact", "it"),
+            left=("contact", "outcome"),
         )
         for state in self.states:
             forces = ", ".join(map(number, state.normal_forces.values())) or "-"
@@ -157,18 +157,21 @@ class Traps(MachineResult):
             place = "+".join(state.contact) or "free"
             motion = f"{state.growth:.3g}", unit.number(state.whirl_frequency)
             table.add_row(place, forces, *currents, *motion, state.beyond(self.speed))
-        lines: list[TextBlock] = [*self._instability(), table, f"{self.kind}", self._reach(), *self._freeing()]
+        answer = f"At {unit.text(self.speed)} with {_grams(self.unbalance)} {self.kind}"
+        lines: list[TextBlock] = [*self._instability(), answer, table, self._reach(), *self._freeing()]
         for state in (state for state in self.states if state.contact):
             whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:MOST_LISTED]
             frequencies = ", ".join(f"{cycles.number(v.frequency)} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
             where = "+".join(f"{site} with {force:.4g} N" for site, force in state.normal_forces.items())
-            lines.append(f"in contact at {where} it vibrates at {frequencies} {cycles.label} (damping ratio)")
+            lines.append(f"in contact at {where} the rotor vibrates at {frequencies} {cycles.label} (damping ratio)")
         for lasting in self.own:
             slow, fast = (", ".join(f"{site} {_newtons(N[k])}" for site, N in lasting.N.items()) for k in (0, 1))
             opposite = " on opposite sides" if -1 in lasting.signs else ""
+            where = "+".join(lasting.contact) + opposite
+            low, high = map(unit.text, lasting.frequencies)
             lines.append(
-                f"with large forces at {'+'.join(lasting.contact)}{opposite} it may whirl long at a natural frequency, "
-                f"{unit.text(lasting.frequencies[0])} ({slow}) to {unit.text(lasting.frequencies[1])} ({fast})"
+                f"a large knock can start a long-lasting whirl in contact with {where}, at {low} ({slow}) to {high} "
+                f"({fast})"
             )
         stable = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
         for whirl in sorted(stable, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
@@ -193,22 +196,24 @@ class Traps(MachineResult):
         """Return the smallest unbalances that touch and trap at any speed of the map, or the largest without a trap."""
         unit = speed_unit()
         highest, largest, (touching, at) = self.speeds[-1], self.unbalances[-1], self.touching
-        touches = f"{_grams(touching)} at {unit.text(at)} touches" if touching <= largest else "nothing touches"
+        least = f"contact needs at least {_grams(touching)} (at {unit.text(at)})"
+        touches = least if touching <= largest else f"no unbalance up to {_grams(largest)} leads to contact"
         if self.trapping is not None:
-            traps = f"{_grams(self.trapping[0])} at {unit.text(self.trapping[1])} can trap"
+            smallest = f"{_grams(self.trapping[0])} on (at {unit.text(self.trapping[1])})"
+            traps = f"a rotor already in contact can stay there from {smallest}"
         else:
             times = f"{largest / self.grade_limit_at_speed:.3g} times the limit of G 2.5 at {unit.text(self.speed)}"
-            traps = f"up to {_grams(largest)}, {times}, none traps"
-        return f"at any speed up to {unit.text(highest)} the least unbalance: {touches}; {traps}"
+            traps = f"no contact is stable with up to {_grams(largest)}, {times}"
+        return f"up to {unit.text(highest)}: {touches}; {traps}"
 
     def _freeing(self) -> list[str]:
         lines = []
         if self.least_trapping is None and self.loop_growth > 0.0:
             lines.append(f"up to {_grams(self.unbalances[-1])} no steady contact settles at this speed")
         elif self.least_trapping is None:
-            lines.append(f"up to {_grams(self.unbalances[-1])} nothing traps it at this speed")
+            lines.append(f"at this speed no contact is stable with up to {_grams(self.unbalances[-1])}")
         else:
-            lines.append(f"the smallest unbalance that traps it at this speed is {_grams(self.least_trapping)}")
+            lines.append(f"at this speed a rotor in contact can stay there from {_grams(self.least_trapping)} on")
         if self.loop_growth > 0.0:
             return lines
         if self.smallest_force is None:

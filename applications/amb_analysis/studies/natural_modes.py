@@ -138,12 +138,12 @@ class ModeShapes(WarnedResult, DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return tables of the modes and of their shapes."""
-        headings = ("speed", "mode", "rigid motion (% of kinetic energy)", "crossings")
-        table = labelled_table("Mode shapes; speed in rad/s", "kind", *headings)
+        headings = (f"speed ({speed_unit().label})", "mode", "rigid motion (% of kinetic energy)", "crossings")
+        table = labelled_table("Mode shapes", "kind", *headings)
         for speed, shapes in self.shapes.items():
             for number, shape in enumerate(shapes, start=1):
                 share = f"{100.0 * shape.rigid_share:.1f}"
-                table.add_row(shape.kind, f"{speed:g}", str(number), share, str(shape.crossings))
+                table.add_row(shape.kind, speed_unit().number(speed, 6), str(number), share, str(shape.crossings))
         return [*self.frequencies.text(), table, *self.warning_lines()]
 
 

@@ -30,10 +30,11 @@ from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.plain_console import plain_console
 from amb_cosim.presentation.progress import STARTING, bars
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 
-HEADINGS = ("speed (Hz)", "periods", "force (N)", "condition number", "differs from the model (%)", "")
+HEADINGS = ("periods", "force (N)", "condition number", "differs from the model (%)", "")
 
 
 class IdentificationProgress(NamedTuple):
@@ -78,7 +79,7 @@ class Identification(WarnedResult):
 
     def text(self) -> list[TextBlock]:
         """Return a table with a row for each speed."""
-        table = text_table("Identification", HEADINGS, left=("",))
+        table = text_table("Identification", (f"speed ({speed_unit().label})", *HEADINGS), left=("",))
         for result in self.results:
             condition, difference, outcome = "-", "-", result.reason or "done"
             if result.receptance is not None:
@@ -87,7 +88,7 @@ class Identification(WarnedResult):
                     outcome = "computed, not compared"
                 else:
                     difference = f"{100.0 * np.abs(ratios(result.receptance, result.model) - 1.0).max():.2g}"
-            numbers = f"{result.frequency:.6g}", str(result.periods), number(result.force)
+            numbers = speed_unit().number(2.0 * np.pi * result.frequency, 6), str(result.periods), number(result.force)
             table.add_row(*numbers, condition, difference, outcome)
         return [table, *self.warning_lines()]
 

@@ -12,7 +12,7 @@ from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.presentation.units import speed_unit
+from amb_cosim.presentation.units import frequency_unit, speed_unit
 from array_types import Array
 from rotor_analysis.damping import free_modes
 from rotor_analysis.implausible_sizes import implausible_sizes
@@ -100,11 +100,10 @@ class RotorLayout(WarnedResult, DrawnResult):
         where = "at rest on its bearings" if self.description.bearings else "free, without bearings"
         where += "" if planes_are_alike(self.description) else ", which differ in x and y"
         where += f" ({EXTRAPOLATED})" if is_extrapolated(self.limits, 0.0) else ""
-        modes = text_table(f"Undamped, {where}", ("mode", "frequency (rad/s)", "(Hz)", "plant (%)"))
+        modes = text_table(f"Undamped, {where}", ("mode", f"frequency ({frequency_unit().label})", "plant (%)"))
         for k, (frequency, error) in enumerate(zip(self.frequencies, self.error, strict=True), start=1):
             percent = "-" if math.isnan(error) else f"{error:+z.4f}"
-            hertz = f"{frequency / (2.0 * math.pi):.3f}" if frequency > 0.0 else "diverges"
-            modes.add_row(str(k), f"{frequency:.3f}", hertz, percent)
+            modes.add_row(str(k), frequency_unit().number(frequency, 6) if frequency > 0.0 else "diverges", percent)
         return [
             f"{self.rotor}: {self.mass:.4g} kg, {self.length:.4g} m, {self.nodes} nodes",
             f"centre of mass at {self.centre:.4g} m; {inertia}",

@@ -20,6 +20,7 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.places import places
 from amb_cosim.results.result import Result
 from amb_cosim.results.series import cycles, signal, speed, speed_changes, turns
@@ -73,10 +74,10 @@ class BearingSpectra:
 
     @property
     def other(self) -> tuple[str, str, str]:
-        """Amplitude (mm), frequency and spin speed (Hz) of the other vibration as texts; dashes without any."""
+        """Amplitude (mm), frequency and spin speed of the other vibration as texts; dashes without any."""
         if not self.other_amplitude:
             return ("-", "-", "-")
-        return number(1e3 * self.other_amplitude), f"{self.other_frequency:.2f}", f"{self.other_speed:.2f}"
+        return number(1e3 * self.other_amplitude), f"{self.other_frequency:.2f}", _speed(self.other_speed)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,19 +112,25 @@ class Waterfall(WarnedResult, DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return a table of the largest synchronous and non-synchronous vibration of each bearing."""
-        headings = ("synchronous (mm)", "at (Hz)", "peaks at (Hz)", "other (mm)", "frequency (Hz)", "at speed (Hz)")
+        at, peaks, other_at = (f"{what} ({speed_unit().label})" for what in ("at", "peaks at", "at speed"))
+        headings = ("synchronous (mm)", at, peaks, "other (mm)", "frequency (Hz)", other_at)
         table = labelled_table(f"{self.scenario}: spectra, windows of {self.window:.3g} s", "bearing", *headings)
         for name, result in self.bearings.items():
             table.add_row(
                 name,
                 number(1e3 * result.largest),
-                f"{result.largest_at:.2f}",
-                ", ".join(f"{peak:.2f}" for peak in result.resonances) or "-",
+                _speed(result.largest_at),
+                ", ".join(map(_speed, result.resonances)) or "-",
                 *result.other,
             )
         nearby = f"up to {NEAR / self.window:.3g} Hz from the spin, from 0 Hz or from each other"
         note = f"negative frequencies are backward whirl; vibrations {nearby} are not distinguished"
         return [table, note, *self.warning_lines()]
+
+
+def _speed(turns: float) -> str:
+    """Return a spin speed (turns per s) in the unit of speeds."""
+    return speed_unit().number(2.0 * np.pi * turns, 5)
 
 
 def waterfall(

@@ -178,12 +178,16 @@ class StabilityMargin(MachineResult):
                 axis.zone,
                 *(f"{difference:.3f}" for difference in differences),
             )
-        worst = max(axis.peak for axis in self.axes.values())
+        name, worst = max(self.axes.items(), key=lambda item: item[1].peak)
+        answer = (
+            f"Zone {worst.zone}: the largest peak of |S| at {speed_unit().text(self.speed)} is {worst.peak:.3f} at "
+            f"{worst.peak_frequency:.1f} Hz ({name})"
+        )
         all_loops = text_table(self._all_frequencies, ("broken at", "disk margin", "at (Hz)", "gain", "phase (deg)"))
         for place, margin in self.disk_margins.items():
             numbers = (f"{margin.least:.3f}", f"{margin.frequency:.1f}", f"{margin.gain:.3f}", f"{margin.phase:.1f}")
             all_loops.add_row(place, *numbers)
-        lines = [f"zone {zone(worst)} (ISO 14839-3: A below 3, B below 4, C below 5)"]
+        lines = ["zones of ISO 14839-3: A below 3, B below 4, C below 5"]
         above = [(axis.beyond, name) for name, axis in self.axes.items() if axis.beyond is not None]
         if above:
             largest, name = max(above, key=lambda item: item[0].peak)
@@ -191,7 +195,7 @@ class StabilityMargin(MachineResult):
                 f"above {HIGHEST:g} Hz, where the standard ends, the largest peak is {largest.peak:.3f} at "
                 f"{largest.frequency:.1f} Hz ({name})"
             )
-        return [table, all_loops, *lines, *self.warning_lines()]
+        return [answer, table, all_loops, *lines, *self.warning_lines()]
 
     @property
     def _all_frequencies(self) -> str:

@@ -49,17 +49,23 @@ def control_of(
         words = "free (no stable steady contact)" if possible else "free only with currents beyond its limits"
         words += _within(free_currents)
     else:
-        words = "may leave it in contact" if free else "cannot free it: no stable orbit misses all sites"
+        words = (
+            "may leave the rotor in contact" if free else "cannot free the rotor: no stable contact-free orbit exists"
+        )
     result = {"feedback alone": Freed(bool(free) and not trapped and possible, free_currents, words)}
     if not machine.loop(Omega).currents:
         return result
     result["synchronous control"] = _synchronous(machine, Omega)
     if not demands:
-        freed = Freed(False, {}, "cannot free it: no synchronous currents do")
+        freed = Freed(False, {}, "cannot free the rotor: no synchronous currents do")
     else:
         within = [d for d in demands if _are_allowed(d)]
         needed = within[0] if within else demands[-1]
-        words = "can free it from any steady contact" if within else "cannot free it from all contact within its limits"
+        words = (
+            "can free the rotor from any steady contact"
+            if within
+            else "cannot free the rotor from all contact within limits"
+        )
         freed = Freed(bool(within), needed, f"{words}{_within(needed)}")
     result["contact-aware synchronous control"] = freed
     return result
@@ -73,13 +79,15 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
     values: Complex = converged.currents[1] @ force
     currents = currents_of(dict(zip(machine.loop(Omega).currents, values, strict=True)), machine, Omega)
     if not len(orbit.points):
-        return Freed(False, currents, "cannot free it: every orbit under its steady force touches a site")
+        return Freed(False, currents, "cannot free the rotor: every orbit under its steady force touches a site")
     possible = _are_allowed(currents)
-    words = ("can hold it free" if possible else "cannot hold it free within its limits") + _within(currents)
+    words = ("can hold the rotor free" if possible else "cannot hold the rotor free within its limits") + _within(
+        currents
+    )
     stuck = {contact for contact, rate in _adaptation_growth(machine, at, converged) if rate < 0.0}
     diverging = list(dict.fromkeys(contact for contact, rate in _adaptation_growth(machine, at, at) if rate > 0.0))
     if stuck:
-        words += f"; it may also come to rest in contact at {', '.join(sorted(stuck))}"
+        words += f"; the rotor may also come to rest in contact at {', '.join(sorted(stuck))}"
     elif diverging:
         words += f"; in contact at {', '.join(diverging)} its adaptation diverges"
     return Freed(possible and not stuck and not diverging, currents, words)

@@ -20,10 +20,11 @@ from amb_cosim.results.component_names import ACTUATOR
 
 VIBRATIONS = 6  # reported vibrations about a state, the least damped first
 KINDS = {
-    Regime.FREE: "free rotation; no stable steady contact",
-    Regime.BOTH: "free rotation or contact, depending on the start",
-    Regime.CONTACT: "contact; no stable orbit misses all sites",
-    Regime.WHIRL: f"unsteady rub; no stable orbit misses all sites, and no steady contact settles in {TURNS:.0f} turns",
+    Regime.FREE: "the rotor rotates freely; no steady contact is stable",
+    Regime.BOTH: "the rotor rotates freely or stays in contact, depending on the start",
+    Regime.CONTACT: "the rotor stays in contact; no stable contact-free orbit exists",
+    Regime.WHIRL: "the rotor rubs unsteadily; no stable contact-free orbit exists, and no steady contact settles in "
+    f"{TURNS:.0f} turns",
 }
 
 
@@ -92,7 +93,8 @@ class SynchronousState:
     def beyond(self, Omega: float) -> str:
         """Return in words whether the rotor stays there."""
         if self.stable:
-            return "stays" if self.settles else "stays, vibrating"
+            stays = "stays in contact" if self.contact else "stays free"
+            return stays if self.settles else f"{stays}, vibrating"
         if abs(self.whirl_frequency - Omega) < 1e-6 * Omega:
             return "leaves to another state"
         return "whirls backward" if self.whirl_frequency < 0.0 else "whirls forward"

@@ -10,7 +10,7 @@ import numpy as np
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
-from amb_cosim.presentation.units import length_unit, speed_unit
+from amb_cosim.presentation.units import ShownUnit, length_unit, speed_unit
 from array_types import Array
 from rotor_analysis.peaks import UNDAMPED
 from rotor_analysis.shaft import MassModel
@@ -176,7 +176,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
             notes = [f"the loop is not stable above {unit.text(self.stable_up_to, 5)}", *notes]
         notes = [*self._floating_note(), *self._backward_notes(), *notes, *self.warning_lines()]
         if not self.critical_speeds:
-            return [table, "no critical speed in this range", *notes]
+            return [self._answer(length), table, *notes]
         heads = (f"speed ({unit.label})", "highest at", f"amplitude ({length.label})", "amplification")
         heads += () if self.operating_speed is None else (f"margin to {unit.text(self.operating_speed, 5)} (%)",)
         criticals = labelled_table(f"Critical speeds with {self.load}", *heads)
@@ -186,7 +186,32 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
             row = (speed, item.place, amplitude, amplification_text(item))
             criticals.add_row(*row, *(() if item.margin is None else (f"{item.margin:.1f}",)))
         undamped = ", ".join(unit.text(item.speed) for item in self._unbounded)
-        return [table, criticals, *([f"nothing damps the motion at {undamped}"] if undamped else []), *notes]
+        return [
+            self._answer(length),
+            table,
+            criticals,
+            *([f"nothing damps the motion at {undamped}"] if undamped else []),
+            *notes,
+        ]
+
+    def _answer(self, length: ShownUnit) -> str:
+        """Return the largest amplitude with its place and speed, the place nearest to its clearance, and the count."""
+        unit, n = speed_unit(), len(self.critical_speeds)
+        count = f"{n} critical speed{'s' * (n != 1)}" if n else "no critical speed"
+        within = f"{count} up to {unit.text(self.speeds[-1])}"
+        if self._unbounded:
+            return (
+                f"{within}; the response has no bound at {unit.text(self._unbounded[0].speed)}, where nothing damps it"
+            )
+        tops = {name: (float(place.amplitude.max()), place) for name, place in self.places.items()}
+        name = max(tops, key=lambda of: tops[of][0])
+        at = self.speeds[int(np.argmax(tops[name][1].amplitude))]
+        largest = f"largest amplitude {length.text(tops[name][0])} at {name} and {unit.text(at)}"
+        shares = {of: peak / place.clearance for of, (peak, place) in tops.items() if place.clearance is not None}
+        if not shares:
+            return f"{within}; {largest}"
+        nearest = max(shares, key=lambda of: shares[of])
+        return f"{within}; {largest}; {100.0 * shares[nearest]:.3g} % of the clearance at {nearest}"
 
     def _floating_note(self) -> list[str]:
         if not self.floating:

@@ -85,7 +85,7 @@ class Comparison:
         """
         short = verdicts_and_facts(self.labels, [side.result.summary for side in self.sides])
         outcomes = [f"{side.label}: {side.result.outcome}" for side in self.sides]
-        others = [table_of(self.rows, self.labels), *outcomes] if whole else []
+        others: list[TextBlock] = [table_of(self.rows, self.labels), *outcomes] if whole else []
         return [*short, *others, *self.signals.text()]
 
     def __str__(self) -> str:

@@ -92,10 +92,8 @@ def _in_display_units(row: ComparedValue) -> ComparedValue:
     if row.unit != "rad/s":
         return row
     unit = frequency_unit() if row.quantity == BAND else speed_unit()
-    values, differences = (
-        tuple(value / unit.size if isinstance(value, float) else value for value in of)
-        for of in (row.values, row.differences)
-    )
+    values = tuple(value / unit.size if isinstance(value, float) else value for value in row.values)
+    differences = tuple(None if difference is None else difference / unit.size for difference in row.differences)
     return replace(row, unit=unit.label, values=values, differences=differences)
 
 

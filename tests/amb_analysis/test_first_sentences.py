@@ -1,0 +1,107 @@
+"""Studies begin with a sentence that has the answer, in the units of their tables."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from amb_analysis import studies
+from amb_analysis.studies.receptance_identification import Identification, IdentifiedReceptance
+from amb_analysis.studies.run_spectra import BearingSpectra, Waterfall
+from amb_analysis.studies.stability_margin import StabilityMargin
+from amb_analysis.studies.trap_states import KINDS, Regime, SynchronousState
+from amb_cosim.presentation.text_tables import rendered
+from amb_cosim.presentation.units import units
+from tests.support.messages import assert_names
+
+
+def rpm(speed):
+    return f"{30.0 / math.pi * speed:.0f} rpm"
+
+
+def first_line(result):
+    return str(result.text()[0])
+
+
+def test_campbell_counts_critical_speeds_and_names_the_least_damped_and_the_nearest():
+    result = studies.campbell("compressor", speed="9000 rpm")
+    worst = min(result.critical_speeds, key=lambda row: row.damping_ratio)
+    nearest = min(result.critical_speeds, key=lambda row: abs(row.speed - 300.0 * math.pi))
+    count = f"{len(result.critical_speeds)} critical speeds"
+    assert_names(first_line(result), count, rpm(worst.speed), f"{worst.damping_ratio:.3g}", rpm(nearest.speed), "9000")
+    assert_names(first_line(studies.campbell("compressor", up_to="100 rpm")), "No critical speed", "100 rpm")
+
+
+def test_unbalance_response_states_the_largest_amplitude_and_share_of_a_clearance():
+    result = studies.unbalance_response("compressor", unbalance="1 g.m", place="impeller1")
+    peaks = {name: float(place.amplitude.max()) for name, place in result.places.items()}
+    name = max(peaks, key=peaks.get)
+    shares = {n: 100.0 * peaks[n] / p.clearance for n, p in result.places.items() if p.clearance is not None}
+    nearest = max(shares, key=shares.get)
+    assert_names(
+        first_line(result), f"{len(result.critical_speeds)} critical", name, nearest, f"{shares[nearest]:.3g} %"
+    )
+
+
+def test_sensitivity_begins_with_the_worst_axis_and_its_zone():
+    def axis(peak, zone):
+        return SimpleNamespace(
+            **{"peak": peak, "peak_frequency": 40.0, "zone": zone, "beyond": None},
+            **{"largest_difference_below_500_hz": 0.0, "largest_difference": 0.0},
+        )
+
+    axes = {"a.x": axis(2.0, "A"), "b.y": axis(3.5, "B")}
+    margin = SimpleNamespace(
+        rotor="r", speed=100.0 * math.pi, axes=axes, disk_margins={}, _all_frequencies="", warning_lines=list
+    )
+    assert_names(str(StabilityMargin.text(margin)[0]), "Zone B", "3.500", "40.0 Hz", "b.y", "3000 rpm")
+
+
+def test_modes_and_their_shapes_have_one_unit_of_speeds():
+    result = studies.modes("compressor", speeds="0, 3000 rpm", count=1)
+    text = rendered(result.text())
+    assert "rad/s" not in text
+    assert [line.split()[1] for line in text.splitlines() if line.split()[:1] in (["conical"], ["cylindrical"])] == [
+        "0",
+        "3000",
+    ]
+
+
+@pytest.fixture
+def waterfall():
+    none, line = np.zeros((1, 1)), np.zeros(1)
+    spectra = BearingSpectra(none, line, line, np.array([10.0]), line, 1e-3, 20.0, 33.0, 1e-4, 30.0)
+    return Waterfall(
+        scenario="run",
+        window=1.0,
+        times=line,
+        speeds=line,
+        frequencies=line,
+        changing_speed=True,
+        bearings={"west": spectra},
+    )
+
+
+def test_spin_speeds_of_spectra_are_in_rpm_and_frequencies_in_hz(waterfall):
+    """10, 20 and 30 turns per s are 600, 1200 and 1800 rpm; a vibration has 33 Hz."""
+    header, row = (line for line in rendered(waterfall.text()).splitlines() if "(mm)" in line or line[:4] == "west")
+    assert (header.count("(rpm)"), header.count("(Hz)")) == (3, 1)
+    assert row.split() == ["west", "1", "1200", "600", "0.1", "33.00", "1800"]
+    with units("Hz"):
+        assert_names(rendered(waterfall.text()), "at speed (Hz)")
+
+
+def test_speeds_of_an_identification_are_in_rpm():
+    failed = IdentifiedReceptance(20.0 * math.pi, 1, 3, 1.0, None, None, reason="too short")
+    text = rendered(Identification(warnings=(), speeds=(20.0 * math.pi,), results=(failed,), table=None).text())
+    assert_names(text, "speed (rpm)", "600", "too short")
+
+
+def test_outcomes_of_states_say_whether_the_rotor_is_in_contact():
+    state = SimpleNamespace(contact=("rb1",), stable=True, settles=True)
+    assert "in contact" in SynchronousState.beyond(state, 1.0)
+    state.contact = ()
+    assert "free" in SynchronousState.beyond(state, 1.0)
+    assert "in contact" not in SynchronousState.beyond(state, 1.0)
+    assert_names(KINDS[Regime.CONTACT], "stays in contact", "contact-free orbit")
