@@ -38,3 +38,4 @@ def live(scenario: str | None, rotor: str | None, output: Path, only: bool, docs
 
 
 main.add_section("Run", live)
+main.add_examples({"live": ("live drop", "live pump/levitation.toml -o pump.html")})

@@ -171,4 +171,13 @@ add_study(
     FLAVOUR,
     shows_progress=True,
 )
-study.list_in_section("Is a result right?", "robustness")
+study.list_in_section("Checks of a result", "robustness")
+main.add_examples(
+    {
+        "sweep": (
+            "sweep drop --vary Omega='200:300 rad/s:11'",
+            "sweep drop --vary 'rotor_contact.rb?.mu=0.1:0.5:5' -o results/friction",
+        )
+    }
+)
+study.add_examples({"robustness": ("study robustness drop", "study robustness pump/landing.toml --change 0.02")})

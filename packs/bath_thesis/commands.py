@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from amb_analysis.studies.commands.analysis import CLOSED_BEARINGS, UP_TO_50_HZ, add_study
+from amb_analysis.studies.commands.analysis import CLOSED_BEARINGS, UP_TO_50_HZ, add_study, study
 from amb_cosim.commands.cli import main
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SPEED, STIFFNESS, UNBALANCE, WithUnit
 from source_check.report_command import report
@@ -67,4 +67,17 @@ add_study(
     click.option("--alpha", default="3.5,7 1/s", show_default=True, help="Adaptation rates."),
     FLAVOUR,
     shows_progress=True,
+)
+main.add_examples({"report": ("report --pack bath_thesis", "report --only fig4_9 -o results/fig4_9_report")})
+study.add_examples(
+    {
+        "tables": ("study tables", "study tables --planes 1,4,11,13"),
+        "reduction": ("study reduction", "study reduction --unbalance '1 g.m'"),
+        "coupling_error": ("study coupling_error", "study coupling_error --flavour python"),
+        "contact_laws": ("study contact_laws", "study contact_laws --speed '0.2 m/s' --restitution 0.5"),
+        "synchronous_response": ("study synchronous_response", "study synchronous_response --at '10 Hz,16 Hz'"),
+        "test_force": ("study test_force", "study test_force --up-to '35 Hz'"),
+        "h_matrix": ("study h_matrix", "study h_matrix --up-to '35 Hz'"),
+        "recovery": ("study recovery", "study recovery --steps '12,24 g.m' --instants 2"),
+    }
 )

@@ -113,3 +113,4 @@ def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -
 
 
 main.add_section("Design and judge", assess)
+main.add_examples({"assess": ("assess turbo_expander", "assess pump/machine.toml --only closed_loop")})

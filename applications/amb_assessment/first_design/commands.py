@@ -247,3 +247,11 @@ def _rotor_text(name: str, rotor: str | None, mass: str | None, length: str | No
 
 
 main.add_section("Design and judge", new)
+main.add_examples(
+    {
+        "new": (
+            "new pump --mass '60 kg' --length '1.2 m' --speed '12000 rpm'",
+            "new blower --rotor drawing.toml --speed '12000 rpm'",
+        )
+    }
+)

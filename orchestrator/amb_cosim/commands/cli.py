@@ -64,3 +64,21 @@ main.add_section("Run", *run.COMMANDS, *compare.COMMANDS, *plot.COMMANDS, *listi
 main.add_section("Design and judge", *rotor.COMMANDS, *controller.COMMANDS)
 main.add_section("FMUs and other tools", *fmus.COMMANDS)
 main.add_section("Housekeeping", *cache.COMMANDS)
+main.epilog = "\b\nExamples:\n  amb-cosim run drop\n  amb-cosim list --filter friction"
+main.add_examples(
+    {
+        "run": ("run drop", "run drop --until 0.5 --set 'rotor_contact.rb?.mu=0.1' -o results/slippery"),
+        "simulate": ("simulate my_system.toml", "simulate plant.ssp --until 0.3 --step 1ms"),
+        "compare": ("compare results/before results/after", "compare drop drop --set 2:rotor_contact.*.mu=0.1"),
+        "plot": ("plot results/drop 'mb1.?' 'rb?.f_n' --until 0.3", "plot results/drop 'rb?.f_n' -o drop.csv"),
+        "list": ("list --filter 'base shock'", "list drop"),
+        "rotor": ("rotor show pump/rotor.toml", "rotor import ross_rotor.toml"),
+        "rotor import": ("rotor import ross_rotor.toml", "rotor import ross_rotor.toml --frequency '100 Hz'"),
+        "controller": ("controller show pump/controller.toml", "controller import law.mat --sample-time 100us"),
+        "controller import": ("controller import law.mat", "controller import law.npz --sample-time 100us"),
+        "build": ("build -o fmus --rotor pump/rotor.toml", "build -o fmus --scenario drop --fmi 3"),
+        "export-ssp": ("export-ssp drop -o drop.ssp", "export-ssp pump/levitation.toml -o pump.ssp"),
+        "verify": ("verify plant.fmu", "verify fmus/amb_actuator.fmu"),
+        "cache": ("cache", "cache --clear"),
+    }
+)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 
 import click
@@ -94,6 +96,29 @@ class WithUnit(click.ParamType):  # type: ignore[type-arg]  # generic in later v
         return value
 
 
+class RotorOption(click.Option):
+    """The option of a rotor, whose help names the default rotor of the installed packs."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """Return the names and the help of the option."""
+        record = super().get_help_record(ctx)
+        has_scenario = any(isinstance(parameter, click.Argument) for parameter in ctx.command.params)
+        default = "the scenario's, or " * has_scenario + _default_rotor()
+        return None if record is None else (record[0], f"{record[1]}; default: {default}.")
+
+
+def _default_rotor() -> str:
+    """Return the default rotor in the files of packs, which are read without the library that checks them."""
+    from amb_files.packs import packs
+
+    for folder in packs().values():
+        with suppress(OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, AttributeError):
+            name = tomllib.loads((folder / "pack.toml").read_text(encoding="utf-8")).get("rotor")
+            if name:
+                return str(name)
+    return "that of a pack"
+
+
 SPEED = WithUnit("12000 rpm", "200 Hz", "1257 rad/s")
 FREQUENCY = WithUnit("100 Hz", "628 rad/s")
 UNBALANCE = WithUnit("20 g.m", "65 g.mm")
@@ -113,7 +138,7 @@ UNITS: Option = click.option(
 )
 ALL = click.option("--all", "show_all", is_flag=True, help="Print all values, and warnings whole.")
 UNTIL = click.option("--until", metavar="TIME", help="End time after cycle 0 begins, 0.3 (s) or 300ms.")
-ROTOR = click.option("--rotor", metavar="NAME|FILE", help="Packaged rotor or rotor file; default: the packs' default.")
+ROTOR = click.option("--rotor", metavar="NAME|FILE", cls=RotorOption, help="Packaged rotor or rotor file")
 FLAVOUR = click.option(
     "--flavour",
     type=click.Choice(FLAVOURS),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import textwrap
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import click
@@ -44,6 +45,17 @@ class PackCommands(click.Group):
         """List commands, which may be added later, in the section with a title, after those that it has."""
         self.sections.setdefault(title, []).extend(names)
 
+    def add_examples(self, examples: Mapping[str, Sequence[str]]) -> None:
+        """Print examples at the end of the help of commands, by name; `show` of the group `rotor` is `rotor show`.
+
+        An example is the command line after `amb-cosim`.
+        """
+        for path, lines in examples.items():
+            command: click.Command = self
+            for name in path.split():
+                command = command.commands[name]  # type: ignore[attr-defined]  # groups have them
+            command.epilog = "\b\nExamples:\n" + "\n".join(f"  amb-cosim {line}" for line in lines)
+
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
         """Add a command, whose help needs no docstrings in memory."""
         restore_help(cmd)
@@ -71,7 +83,7 @@ class PackCommands(click.Group):
             if command is None or command.hidden:
                 continue
             package = package_of(command)
-            title = heading.get(name) or ("Commands" if package == GENERAL else f"Package {package}")
+            title = heading.get(name) or ("Commands" if package == GENERAL else f"Of the pack {package}")
             listed.setdefault(title, []).append((name, command))
         limit = formatter.width - 6 - max(len(name) for commands in listed.values() for name, _ in commands)
         for title, commands in listed.items():

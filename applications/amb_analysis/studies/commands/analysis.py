@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from amb_analysis import studies
-from amb_cosim.commands.cli_errors import refusing
+from amb_cosim.commands.cli_errors import Refused, refusing
 from amb_cosim.commands.options import (
     CURRENT,
     DAMPING,
@@ -103,10 +103,33 @@ def study() -> None:
 study.list_in_section("Rotor", "campbell", "modes", "unbalance_response")
 study.list_in_section("Bearings and control", "linearisation", "receptance", "response", "fit", "sensitivity", "poles")
 study.list_in_section("Contact", "traps", "waterfall")
-study.list_in_section("Is a result right?", "convergence", "coupling")
+study.list_in_section("Checks of a result", "convergence", "coupling")
 
 
-def add_study(name: str, *options: Option, shows_progress: bool = False) -> None:
+class RotorStudy(click.Command):
+    """A study of a rotor alone, which refuses a scenario and names the study of the levitated machine."""
+
+    levitated = "poles"
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse options, and refuse other arguments."""
+        ctx.allow_extra_args = True
+        rest = super().parse_args(ctx, args)
+        if rest:
+            machine = f"'amb-cosim study {self.levitated} {rest[0]}' for the levitated machine"
+            raise Refused(f"study {self.name} takes no scenario; use {machine}, or --rotor NAME for a rotor")
+        return rest
+
+
+class ResponseOfRotor(RotorStudy):
+    """A study of the responses of a rotor alone."""
+
+    levitated = "response"
+
+
+def add_study(
+    name: str, *options: Option, shows_progress: bool = False, cls: type[click.Command] = click.Command
+) -> None:
     """Add a study of `amb_analysis.studies.STUDIES` to the command line; modules `commands` of packs do so, too.
 
     Parameters
@@ -117,6 +140,8 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
         Options of the command. Their values are passed by keyword.
     shows_progress
         Whether the study shows its own progress bar.
+    cls
+        Class of the command.
     """
 
     entry = studies.study_of(name)
@@ -146,7 +171,7 @@ def add_study(name: str, *options: Option, shows_progress: bool = False) -> None
     always: tuple[Option, ...] = (output(f"Folder for the results; default results/study_{name}."), UNITS)
     for add_option in (*always, *reversed(options)):
         decorated = add_option(decorated)
-    added = study.command(name, help=entry.description)(decorated)
+    added = study.command(name, cls=cls, help=entry.description)(decorated)
     PACKAGES[added] = entry.module.partition(".")[0] or GENERAL
 
 
@@ -158,6 +183,7 @@ add_study(
     COUNT,
     click.option("--speed", type=SPEED, help="Speed of the machine, marked in the figure."),
     click.option("--full", is_flag=True, help="Analyse the full model, not the smallest sufficient one."),
+    cls=RotorStudy,
 )
 add_study(
     "modes",
@@ -167,6 +193,7 @@ add_study(
         "--speeds", type=SPEED, default="0", show_default=True, help="Spin speeds; mode shapes are drawn at the first."
     ),
     COUNT,
+    cls=RotorStudy,
 )
 add_study(
     "unbalance_response",
@@ -232,7 +259,7 @@ add_study(
     click.option("--static-current", type=CURRENT, help="Current that carries the static load; default: the axis's."),
     SETTINGS,
 )
-add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS)
+add_study("receptance", ROTOR, UP_TO_50_HZ, *CLOSED_BEARINGS, cls=ResponseOfRotor)
 add_study(
     "response",
     *MACHINE,
@@ -297,3 +324,37 @@ def linearise(scenario: str | None, controller: str | None, output: Path, **opti
         click.echo(f"notice: {note}", err=True)
     for sentence in model.warnings:
         click.echo(f"warning: {sentence}", err=True)
+
+
+study.add_examples(
+    {
+        "campbell": ("study campbell --rotor compressor --speed '9000 rpm'", "study campbell --rotor pump/rotor.toml"),
+        "modes": ("study modes --rotor compressor", "study modes --rotor compressor --speeds '0,9000 rpm'"),
+        "unbalance_response": (
+            "study unbalance_response compressor_levitated",
+            "study unbalance_response --rotor compressor --unbalance '65 g.mm' --place impeller1",
+        ),
+        "coupling": ("study coupling compressor_levitated", "study coupling pump/levitation.toml"),
+        "convergence": ("study convergence pump/landing.toml", "study convergence pump/landing.toml --starts 8"),
+        "sensitivity": (
+            "study sensitivity compressor_levitated",
+            "study sensitivity pump/levitation.toml --speed '12000 rpm' --delay",
+        ),
+        "poles": (
+            "study poles compressor_levitated",
+            "study poles pump/levitation.toml --controller lead.npz --up-to '15000 rpm'",
+        ),
+        "traps": ("study traps pump/levitation.toml", "study traps pump/levitation.toml --unbalance '20 g.mm'"),
+        "linearisation": ("study linearisation drop", "study linearisation pump/levitation.toml --bias-current '4 A'"),
+        "receptance": ("study receptance --rotor compressor", "study receptance --rotor compressor --up-to '150 Hz'"),
+        "response": (
+            "study response compressor_levitated",
+            "study response --rotor pump/rotor.toml --measured impact.csv --channel-unit acc1=g",
+        ),
+        "fit": (
+            "study fit --rotor fan.toml --measured impact.csv --free bodies.fan.mass=3:5",
+            "study fit --rotor fan.toml --measured impact.uff --free bodies.fan.mass=3:5 --up-to '500 Hz'",
+        ),
+        "waterfall": ("study waterfall results/drop", "study waterfall compressor_levitated --up-to '500 Hz'"),
+    }
+)
