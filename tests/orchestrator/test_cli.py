@@ -8,10 +8,13 @@ import zipfile
 import numpy as np
 import pytest
 from command_line import COMMAND
+from rich.console import Console
 
+from amb_cosim.commands import listing
 from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.cosim.run.dataset import load
 from amb_cosim.design.plant_data import plant
+from amb_cosim.presentation import plain_console
 from amb_cosim.results.summary import summarise
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor_file import load_rotor
@@ -21,6 +24,22 @@ def test_list_describes_a_scenario_or_suggests_the_nearest(runner):
     text = runner("list", "compressor_touchdown").stdout
     assert all(word in text for word in ("theme", "rubs at its seal", "Timbo", "compressor_touchdown.toml"))
     assert "did you mean compressor_touchdown" in runner("list", "compressor_touchdow").stderr
+
+
+def test_a_terminal_of_80_columns_shows_what_distinguishes_each_entry(monkeypatch):
+    """Descriptions differ at their ends, which must not be cut; no two entries look the same."""
+    text = io.StringIO()
+    console = Console(file=text, width=80, force_terminal=True, color_system=None)
+    monkeypatch.setattr(plain_console, "plain_console", lambda: console)
+    listing.list_scenarios.callback(None, "")
+    lines = text.getvalue().splitlines()
+    assert max(map(len, lines)) <= 80
+    words = " ".join(text.getvalue().split())
+    entries = list(listing._entries())
+    assert len(entries) > 50
+    for entry in entries:
+        assert f"{entry.name} {' '.join(entry.description.split())}" in words
+    assert len({entry.description for entry in entries}) == len(entries)
 
 
 @pytest.mark.parametrize("arguments", [("list",), ("run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out")])

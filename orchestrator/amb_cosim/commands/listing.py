@@ -5,6 +5,7 @@ An application adds entries in its module `listing`: `entries()` returns them, `
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
@@ -64,16 +65,17 @@ def list_scenarios(name: str | None, words: str) -> None:
         entries = [entry for entry in entries if entry.has(required)]
         if not entries:
             raise ValueError(f"no entry has the words {words!r}")
-    console, width, described = plain_console(), max(len(entry.name) for entry in entries), _descriptions()
+    console, described = plain_console(), _descriptions()
     for pack, folder in packs().items():
         of_pack = [entry for entry in entries if entry.file.parents[1] == folder]
         if of_pack:
             _line(console, f"{pack}: {described[pack]}" if pack in described else pack, style="bold")
         for _, theme in sorted({(entry.command != "run", entry.theme) for entry in of_pack}):
             _line(console, f"  {theme}", style="italic")
-            for entry in of_pack:
-                if entry.theme == theme:
-                    _line(console, f"    {entry.name:{width}}  {entry.description}")
+            of_theme = [entry for entry in of_pack if entry.theme == theme]
+            width = max(len(entry.name) for entry in of_theme)
+            for entry in of_theme:
+                _line(console, f"    {entry.name:{width}}  {entry.description}", indent=6 + width)
     run = ", ".join(f"amb-cosim {command} NAME" for command in sorted({entry.command for entry in entries}))
     _line(console, f"Details: amb-cosim list NAME. To run: {run}.")
 
@@ -116,12 +118,17 @@ def readable(file: Path, read: Callable[..., T], *arguments: str | Path) -> T | 
         return None
 
 
-def _line(console: Console, text: str, style: str | None = None) -> None:
-    """Print a line, cut to the width of the terminal."""
-    if console.is_terminal:
-        console.print(text, style=style, no_wrap=True, overflow="ellipsis", markup=False, highlight=False)
-    else:
+def _line(console: Console, text: str, style: str | None = None, indent: int = 4) -> None:
+    """Print a line; a terminal wraps it and indents what follows, since the ends of descriptions differ."""
+    if not console.is_terminal:
         click.echo(text)
+        return
+    indent = min(indent, console.width // 2)
+    lines = textwrap.wrap(
+        text, console.width, subsequent_indent=" " * indent, drop_whitespace=True, break_on_hyphens=False
+    )
+    for line in lines:
+        console.print(line, style=style, no_wrap=True, overflow="ellipsis", markup=False, highlight=False)
 
 
 COMMANDS = (list_scenarios,)
