@@ -176,7 +176,7 @@ main.add_examples(
     {
         "sweep": (
             "sweep drop --vary Omega='200:300 rad/s:11'",
-            "sweep drop --vary 'rotor_contact.rb?.mu=0.1:0.5:5' -o results/friction",
+            "sweep drop --vary 'rotor_contact.*.mu=0.1:0.5:5'",
         )
     }
 )

@@ -9,7 +9,7 @@ from amb_cosim.commands.cli import main
 from amb_cosim.commands.options import FLAVOUR, ROTOR, SPEED, STIFFNESS, UNBALANCE, WithUnit
 from source_check.report_command import report
 
-main.add_command(report)
+main.add_section("Design and judge", report)
 main.former |= {"tables": "study tables"}  # commands that left
 
 MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"

@@ -67,10 +67,10 @@ main.add_section("Housekeeping", *cache.COMMANDS)
 main.epilog = "\b\nExamples:\n  amb-cosim run drop\n  amb-cosim list --filter friction"
 main.add_examples(
     {
-        "run": ("run drop", "run drop --until 0.5 --set 'rotor_contact.rb?.mu=0.1' -o results/slippery"),
+        "run": ("run drop", "run drop --until 0.5 --set 'rotor_contact.*.mu=0.1'"),
         "simulate": ("simulate my_system.toml", "simulate plant.ssp --until 0.3 --step 1ms"),
-        "compare": ("compare results/before results/after", "compare drop drop --set 2:rotor_contact.*.mu=0.1"),
-        "plot": ("plot results/drop 'mb1.?' 'rb?.f_n' --until 0.3", "plot results/drop 'rb?.f_n' -o drop.csv"),
+        "compare": ("compare results/before results/after", "compare drop drop --set '2:rotor_contact.*.mu=0.1'"),
+        "plot": ("plot results/drop '*.f_n' --until 0.3", "plot results/drop '*.f_n' -o drop.csv"),
         "list": ("list --filter 'base shock'", "list drop"),
         "rotor": ("rotor show pump/rotor.toml", "rotor import ross_rotor.toml"),
         "rotor import": ("rotor import ross_rotor.toml", "rotor import ross_rotor.toml --frequency '100 Hz'"),

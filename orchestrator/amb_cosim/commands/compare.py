@@ -44,7 +44,7 @@ def compare(
     no_plots: bool,
     show_all: bool,
 ) -> None:
-    """Compare runs or saved results: verdicts, then rows side by side.
+    """Compare runs or saved results side by side.
 
     A, B, ... are names of scenarios, their TOML files, or folders (or files .nc) of saved results. To apply an option
     to one run only, put its number in front: --set 2:rotor_contact.*.law=hertz.

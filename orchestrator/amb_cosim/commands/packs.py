@@ -20,7 +20,7 @@ class PackCommands(click.Group):
     """A group to which others add commands; they are imported for listings, and for commands not defined here.
 
     `sections` has the names of commands by the heading under which help lists them; all others are listed under the
-    name of their package. `former` has the names of former commands, with the replacement of each.
+    name of their pack, or as commands. `former` has the names of former commands, with the replacement of each.
     """
 
     def __init__(self, *args: Any, former: dict[str, str] | None = None, **options: Any) -> None:
@@ -74,7 +74,10 @@ class PackCommands(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the commands by section."""
+        from amb_files.packs import packs
+
         names = self.list_commands(ctx)  # which adds those of other packages
+        installed = packs()
         heading = {name: title for title, section in self.sections.items() for name in section}
         rest = (name for name in names if name not in heading)
         listed: dict[str, list[tuple[str, click.Command]]] = {title: [] for title in self.sections}
@@ -83,7 +86,7 @@ class PackCommands(click.Group):
             if command is None or command.hidden:
                 continue
             package = package_of(command)
-            title = heading.get(name) or ("Commands" if package == GENERAL else f"Of the pack {package}")
+            title = heading.get(name) or (f"Of the pack {package}" if package in installed else "Commands")
             listed.setdefault(title, []).append((name, command))
         limit = formatter.width - 6 - max(len(name) for commands in listed.values() for name, _ in commands)
         for title, commands in listed.items():

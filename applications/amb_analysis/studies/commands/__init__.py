@@ -12,7 +12,7 @@ main.add_examples(
         "study": ("study campbell --rotor compressor", "study poles compressor_levitated"),
         "identify": (
             "identify -o table.toml",
-            "identify --scenario pump/levitation.toml --speeds '9000 rpm' --computed",
+            "identify --scenario pump/levitation.toml --computed",
         ),
         "linearise": ("linearise compressor_levitated -o loop.mat", "linearise drop --component rotor_contact"),
         "rotor show": ("rotor show compressor", "rotor show pump/rotor.toml -o pump.png"),

@@ -332,7 +332,7 @@ study.add_examples(
         "modes": ("study modes --rotor compressor", "study modes --rotor compressor --speeds '0,9000 rpm'"),
         "unbalance_response": (
             "study unbalance_response compressor_levitated",
-            "study unbalance_response --rotor compressor --unbalance '65 g.mm' --place impeller1",
+            "study unbalance_response --rotor compressor --place impeller1",
         ),
         "coupling": ("study coupling compressor_levitated", "study coupling pump/levitation.toml"),
         "convergence": ("study convergence pump/landing.toml", "study convergence pump/landing.toml --starts 8"),
@@ -342,18 +342,18 @@ study.add_examples(
         ),
         "poles": (
             "study poles compressor_levitated",
-            "study poles pump/levitation.toml --controller lead.npz --up-to '15000 rpm'",
+            "study poles pump/levitation.toml --controller lead.npz",
         ),
         "traps": ("study traps pump/levitation.toml", "study traps pump/levitation.toml --unbalance '20 g.mm'"),
         "linearisation": ("study linearisation drop", "study linearisation pump/levitation.toml --bias-current '4 A'"),
         "receptance": ("study receptance --rotor compressor", "study receptance --rotor compressor --up-to '150 Hz'"),
         "response": (
             "study response compressor_levitated",
-            "study response --rotor pump/rotor.toml --measured impact.csv --channel-unit acc1=g",
+            "study response --rotor pump/rotor.toml --measured impact.csv",
         ),
         "fit": (
-            "study fit --rotor fan.toml --measured impact.csv --free bodies.fan.mass=3:5",
-            "study fit --rotor fan.toml --measured impact.uff --free bodies.fan.mass=3:5 --up-to '500 Hz'",
+            "study fit --rotor x.toml --measured x.csv --free bodies.a.mass=3:5",
+            "study fit --rotor x.toml --measured x.uff --free bodies.a.mass=3:5",
         ),
         "waterfall": ("study waterfall results/drop", "study waterfall compressor_levitated --up-to '500 Hz'"),
     }
