@@ -107,6 +107,10 @@ def test_parts_are_marked_on_the_drawing_of_a_rotor():
     above = layout.draw(result).axes[0]
     marked = {round(float(line.get_xdata()[0]), 6) for line in above.lines if line.get_marker() not in ("", "None")}
     assert {round(part.z, 6) for part in result.parts if part.kind != "disc"} <= marked
+    places = [
+        (line.get_xdata()[0], line.get_ydata()[0]) for line in above.lines if line.get_marker() not in ("", "None")
+    ]
+    assert len(places) == len({*places}) == 3 * 1 + 2 * (2 + 3)  # sensors above; bearings and sites on both sides
 
 
 @pytest.mark.parametrize("width", [4.0, 10.0])

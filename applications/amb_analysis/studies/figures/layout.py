@@ -32,7 +32,7 @@ WIDTH, LEFT, RIGHT = 8.2, 0.13, 0.98  # width of the figure (inches), and ends o
 def draw(result: RotorLayout) -> Figure:
     """Draw the rotor, and lanes with its discs, bearings, seals, contact sites, sensors and master planes."""
     rotor = result.description
-    _z, radius = np.array(rotor.shaft.nodes), 1.08 * _largest_radius(rotor)
+    radius = 1.15 * _largest_radius(rotor)
     lanes = [kind for kind in LANES if any(part.kind == kind for part in result.parts)]
     margin = 0.03 * result.length
     to_scale = (RIGHT - LEFT) * WIDTH * 2.0 * radius / (result.length + 2.0 * margin)
@@ -93,19 +93,21 @@ def _draw_shaft(axes: Axes, rotor: Rotor) -> None:
 
 
 def _mark_parts(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
-    """Draw the mark of each part on the shaft where it is, above the axis and, but for sensors, below."""
-    for kind in lanes:
+    """Draw the mark of each part but discs, which are bodies, on both sides of the shaft, at one place side by side.
+
+    Sensors are above only.
+    """
+    outward, taken = 0.11 * axes.get_ylim()[1], list[float]()
+    for kind in [lane for lane in lanes if lane != "disc"]:
         colour, marker = LANES[kind]
-        if kind == "disc":
-            continue  # a body, which is drawn to scale
-        for part in result.parts:
-            if part.kind == kind:
-                radius = _radius_at(result.description, part.z)
-                sides = (1.0,) if kind == "sensor" else (1.0, -1.0)
-                for side in sides:
-                    mark = {"^": "v", "v": "^"}.get(marker, marker) if side > 0.0 else marker
-                    axes.plot(part.z, side * radius, marker=mark, ms=6, color=colour, mec="white", mew=0.5, zorder=5)
-                axes.axvline(part.z, color=colour, lw=0.6, ls=":", zorder=0.5)
+        for part in (part for part in result.parts if part.kind == kind):
+            below = sum(abs(z - part.z) < 0.015 * result.length for z in taken)
+            radius = _radius_at(result.description, part.z) + below * outward
+            for side in (1.0,) if kind == "sensor" else (1.0, -1.0):
+                mark = {"^": "v", "v": "^"}.get(marker, marker) if side > 0.0 else marker
+                axes.plot(part.z, side * radius, marker=mark, ms=6, color=colour, mec="white", mew=0.5, zorder=5)
+            axes.axvline(part.z, color=colour, lw=0.6, ls=":", zorder=0.5)
+            taken.append(part.z)
 
 
 def _radius_at(rotor: Rotor, z: float) -> float:
