@@ -134,7 +134,7 @@ def contact(runs: Runs, sites: list[str]) -> Figure:
         _write_events(column[0], runs)
         for panel, site in zip(column, sites, strict=True):
             mark_forces(panel, forces[site])
-    return _with_legend(figure, "Normal contact force, thick: mean over 1 ms, pale: peaks", columns[0][0], runs)
+    return _with_legend(figure, "Normal contact force (thick: mean over 1 ms, pale: peaks)", columns[0][0], runs)
 
 
 def _forces_at(runs: Runs, site: str, changing: bool) -> list[tuple[Array, SiteForce, str]]:
