@@ -32,6 +32,7 @@ from array_types import Array
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
 WORD_WIDTH, WORD_SHAPE = 0.014, 2.0  # of a letter over the map's width; width over height of the words of an area
+ALIKE = 0.95  # of the largest room for a word, of places that have as much; the middle one is chosen
 WORD_LENGTH = 10  # letters of a line of them
 INSIDE = 6  # most entries of a legend inside the panel
 NO_CONTACT = "no steady contact at this unbalance, at any of these speeds"
@@ -130,7 +131,8 @@ def _name_areas(panel: Axes, result: Traps, speeds: Array, amounts: Array) -> se
         area = np.pad(result.kinds == kind, 1)
         area[star[0] + 1, star[1] + 1] = False  # the machine's mark
         room = distance_transform_edt(area, sampling=(1.0 / WORD_SHAPE, aspect))[1:-1, 1:-1]
-        k, m = np.unravel_index(int(np.argmax(room)), room.shape)
+        widest = np.argwhere(room >= ALIKE * room.max())
+        k, m = widest[np.square(widest - widest.mean(axis=0)).sum(axis=1).argmin()]
         lines = wrap(word, WORD_LENGTH)
         if room[k, m] * WORD_SHAPE > 0.5 * WORD_WIDTH * max(map(len, lines)) * len(speeds):
             panel.text(speeds[k], amounts[m], "\n".join(lines), ha="center", va="center", fontsize=8)
