@@ -105,6 +105,7 @@ PICTURES = {
     "stability_map": _of_study("stability_map", f"traps {LEVITATION}", needs=EXP, width=1000),
     "waterfall": _of_study("waterfall", "waterfall run_up", needs=("run_up",), width=1000),
     "robustness": _of_study("robustness", "robustness fig5_6", width=900),
+    "coupling": _of_study("coupling", "coupling", width=800),
     "phase": _of_run("phase", "phase", "phase", 700, "sweep_phase.png"),
     "rolling": _of_run("rolling", "rolling", "rolling", 700, "sweep_rolling.png"),
     "recovery": _of_run("recovery", "outcome", "recovery", 1460, "sweep_recovery.png"),
