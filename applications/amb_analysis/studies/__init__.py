@@ -91,7 +91,7 @@ _GENERAL = {
     ),
     "fit": Study(
         ".rotor_fit",
-        "Fit a rotor file to a measurement. Parameters get 95 % intervals, or are refused.",
+        "Fit a rotor or a machine to a measurement. Parameters get 95 % intervals, or are refused.",
     ),
     "waterfall": Study(
         ".run_spectra",
