@@ -100,7 +100,6 @@ def test_a_run_writes_results_and_prints_the_summary(runner, tmp_path):
     folder = tmp_path / "results" / "fig4_9"
     assert "results/fig4_9" in done.stderr
     assert sorted(p.name for p in folder.iterdir()) == [
-        "contact.png",
         "displacement.png",
         "magnets.png",
         "orbits.png",

@@ -201,7 +201,7 @@ def test_computed_receptance_is_compared_with_nothing() -> None:
     found = studies.identify("9000 rpm", scenario="compressor_levitated", computed=True, progress=False)
     (result,), (table,) = found.results, found.text()
     assert isinstance(table, Table)
-    cells = dict(zip(HEADINGS, (next(iter(column.cells)) for column in table.columns), strict=True))
+    cells = dict(zip(("speed", *HEADINGS), (next(iter(column.cells)) for column in table.columns), strict=True))
     assert result.receptance is not None
     assert result.model is None
     assert (cells["differs from the model (%)"], cells[""]) == ("-", "computed, not compared")

@@ -132,10 +132,11 @@ def test_a_fault_that_ends_at_a_magnet_uses_the_whole_gap(tmp_path, monkeypatch)
     (kind,) = (name for name in kinds if name.startswith("coils"))
     name, events = next(iter(kinds[kind].items()))
     monkeypatch.setattr(faults, "_kinds", lambda _: {kind: {name: events}})
-    (measured,), (row,) = faults._faults(subject)
+    (measured,), (row,), (curve,) = faults._faults(subject)
     assert measured.value == pytest.approx(100.0, abs=3.0)
     assert measured.value >= 100.0
     assert_names(measured.where, "air gap of amb_a")
+    assert max(curve.y) == pytest.approx(measured.value, rel=0.01)
     assert_names(" ".join(row), "ends at the magnet")
 
 
