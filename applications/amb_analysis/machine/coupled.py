@@ -15,6 +15,7 @@ from amb_cosim.results.component_names import ACTUATOR, PLANT
 from array_types import Array
 from rotor_analysis.assembly import with_bearings
 from rotor_analysis.parts import Bearing
+from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.reduction import reduce_by
 
 
@@ -84,7 +85,7 @@ def _varied_magnets(part: LinearComponent, v: MachineVariation) -> Law:
 
 def _reduced(machine: Machine) -> tuple[Array, Array, Array, Array]:
     """Return M of the plant with its seals, K without seals, and `right` and `left` of its `Reduction`."""
-    reduction = machine.sampled_rotor
+    reduction = reduced_rotor(machine.rotor)
     model, order = reduction.model, reduction.model.translations_first
     at = np.ix_(order, order)
     with_seals = with_bearings(machine.free, machine.rotor.seals)
