@@ -44,7 +44,9 @@ def test_synchronous_control_holds_the_rotor_free_within_its_limits_alone(machin
     north = verdict.currents["north"]
     assert north.amplitude == pytest.approx(needed, rel=0.03)
     assert verdict.frees == (needed <= north.allowed)
-    assert verdict.words.startswith("can hold it free" if verdict.frees else "cannot hold it free within its limits")
+    assert verdict.words.startswith(
+        "can hold the rotor free" if verdict.frees else "cannot hold the rotor free within its limits"
+    )
 
 
 def test_feedback_whose_currents_exceed_their_limits_does_not_free(machine):
