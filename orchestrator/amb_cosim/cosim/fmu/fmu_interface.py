@@ -48,7 +48,7 @@ class Port:
     array: tuple[str | int, ...] = ()
     units: Mapping[str, UnitDefinition] = field(default_factory=dict, compare=False, repr=False)
     relative: bool = False
-    initial: str = ""
+    initial: str = field(default="", compare=False)
 
     @property
     def set_as(self) -> str:
