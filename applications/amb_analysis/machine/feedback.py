@@ -43,31 +43,20 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
     linear_source = machine.linear_components.at(Omega)
     rows = force_feeds(machine, linear_source)
     forces = np.zeros((2 * len(machine.z), 2 * len(machine.z)), dtype=np.complex128)
-    np.add.at(forces, list(rows.values()), component_outputs(machine, linear_source, list(rows), omega))
+    np.add.at(forces, list(rows.values()), _component_outputs(machine, linear_source, list(rows), omega))
     return forces
 
 
 def demanded_currents(machine: Machine, omega: float, Omega: float) -> Complex:
     """Return the demanded currents (A) of all axes over displacements (m) at all nodes, shape (axes, 2 nodes)."""
-    return component_outputs(machine, machine.linear_components.at(Omega), list(machine.loop.sources), omega)
+    return _component_outputs(machine, machine.linear_components.at(Omega), list(machine.loop.sources), omega)
 
 
-def component_outputs(
-    machine: Machine,
-    linear_source: LinearSource,
-    outputs: Sequence[str],
-    omega: float,
-    injected: Sequence[str] = (),
-    components: Sequence[str] | None = None,
-) -> Complex:
-    """Return outputs of components over displacements (m) at all nodes and injected inputs at a frequency (rad/s).
-
-    Shape (outputs, 2 nodes + injected); other arguments as of `component_responses`.
-    """
-    rows, responses = component_responses(machine, linear_source, outputs, np.array([omega]), injected, components)
-    columns = 2 * len(machine.z)
-    result = np.zeros((len(outputs), columns + len(injected)), dtype=np.complex128)
-    result[:, [*rows, *range(columns, columns + len(injected))]] = responses[0]
+def _component_outputs(machine: Machine, linear_source: LinearSource, outputs: Sequence[str], omega: float) -> Complex:
+    """Return outputs of components over displacements (m) at all nodes, shape (outputs, 2 nodes)."""
+    rows, responses = component_responses(machine, linear_source, outputs, np.array([omega]))
+    result = np.zeros((len(outputs), 2 * len(machine.z)), dtype=np.complex128)
+    result[:, rows] = responses[0]
     return result
 
 

@@ -16,9 +16,9 @@ def landing_rows(dataset: Signals, fall: Touchdown) -> Iterator[tuple[str, str]]
     """Yield labels and texts of a landing; values that were not recorded are left out."""
     if any(item.whirl is not None for item in fall.retainers.values()):
         yield "whirl", whirl_text(fall) or "none"
-    touched = {site: item for site, item in fall.retainers.items()}
-    of_retainers = [site.upper() for site in touched if site in {*places(dataset).retainers, *places(dataset).second}]
-    others = [site.upper() for site in touched if site.upper() not in of_retainers]
+    touched, retainers = fall.retainers, {*places(dataset).retainers, *places(dataset).second}
+    of_retainers = [site.upper() for site in touched if site in retainers]
+    others = [site.upper() for site in touched if site not in retainers]
     beside = f", and outside the retainers {', '.join(others)}" if others else ", nothing else"
     yield "touched", f"{', '.join(of_retainers) or 'no retainer'}{beside}"
     heats = {site.upper(): item.heat for site, item in touched.items() if item.heat is not None}

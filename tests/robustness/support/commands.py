@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 # Cases of each kind, a few in every test run; command lines and ten kinds of files make more than 8000 in a long one.
-FEW, MANY, LONG = 2, 60, 800
+FEW, MANY, LONG = 2, 10, 800
 
 TIME = 3.0  # s after which a command is stopped; a busy machine may need more
 MEMORY = 2e9  # bytes that a command may take

@@ -208,6 +208,12 @@ def _add_omitted(description: Any, folder: Path) -> None:
             v.min, v.max = element.get("min"), element.get("max")
 
 
+def _has_start(variable: Any) -> bool:
+    """Return whether a user may start an output or local variable: FMI calls such values `exact` or `approx`."""
+    is_computed = variable.causality in (None, "local", "output") and variable.variability != "constant"
+    return is_computed and variable.initial in ("exact", "approx")
+
+
 def _is_time(variable: Any, major: str) -> bool:
     """Return whether a variable is the time, which every FMU of FMI 3.0 has."""
     return major == "3" and variable.causality == "independent"
@@ -260,7 +266,7 @@ def _ports(
         variability=variable.variability or "continuous",
         stored=variable.type,
         relative=bool(_inherited(variable, "relativeQuantity")),
-        initial=variable.initial or "",
+        has_start=_has_start(variable),
     )
     if not variable.shape:
         yield first

@@ -24,8 +24,8 @@ class Port:
     define the unit; `units` are all units that it defines, and the display units of this one. `depends_on` of an output
     lists the inputs that reach it without delay. `warning` is the sentence of an output that is a warning. `items` are
     the names of the values of an Enumeration, whose type is Integer. A `relative` quantity is a difference, such as a
-    rise of temperature: between units it is converted without their offsets. `initial` is FMI's word for where the
-    value at the start comes from: exact, approx or calculated.
+    rise of temperature: between units it is converted without their offsets. `has_start` is true of an output or
+    local variable, such as a state, that the FMU lets a user start.
     """
 
     name: str
@@ -48,19 +48,17 @@ class Port:
     array: tuple[str | int, ...] = ()
     units: Mapping[str, UnitDefinition] = field(default_factory=dict, compare=False, repr=False)
     relative: bool = False
-    initial: str = field(default="", compare=False)
+    has_start: bool = False
 
     @property
     def set_as(self) -> str:
         """How a user sets it: `input`, `parameter`, or an empty text if the FMU alone computes it.
 
-        FMI allows a start value also for outputs and local variables that are `exact` or `approx` at the start, such as
-        the height of a ball that falls. Like a parameter, such a value is set before initialisation.
+        A start value, such as the height of a ball that falls, is set before initialisation like a parameter.
         """
         if self.causality in ("input", "parameter"):
             return self.causality
-        has_start = self.causality in ("output", "local") and self.initial in ("exact", "approx")
-        return "parameter" if has_start and self.variability != "constant" else ""
+        return "parameter" if self.has_start else ""
 
     @property
     def position(self) -> int:

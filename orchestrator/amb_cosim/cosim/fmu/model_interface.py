@@ -38,7 +38,6 @@ def _port(v: Variable, reference: int, definitions: dict[str, UnitDefinition], i
         definition=definitions.get(v.unit) if unit is not None else None,
         minimum=-math.inf if v.type == "Boolean" or v.minimum <= -LARGEST else float(v.minimum),
         maximum=math.inf if v.type == "Boolean" or v.maximum >= LARGEST else float(v.maximum),
-        initial={"parameter": "exact", "output": "calculated"}.get(v.causality, ""),
         start=None if v.causality == "output" else float(v.start if v.type == "Real" else int(v.start)),
         description=v.description,
         depends_on=tuple(name for name in v.depends_on if name in inputs),

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import spread, write_in_corner
-from amb_cosim.presentation.units import ShownUnit, force_unit
+from amb_cosim.presentation.units import force_unit
 from amb_cosim.results.contact_forces import averaged_force, peaks
 from amb_cosim.results.series import cycles
 from array_types import Array
@@ -59,8 +59,9 @@ def site_force(dataset: Signals, site: str) -> SiteForce | None:
 
 def draw_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None:
     """Draw forces over their times, each in its colour, on one scale that holds the marked numbers."""
-    unit = force_unit(max(force.highest for _, force, _ in forces))
-    top = ROOM * max(force.highest for _, force, _ in forces) / unit.size
+    end = _end_of(forces)
+    unit = force_unit(end)
+    top = ROOM * end / unit.size
     for times, force, colour in forces:
         panel.plot(times, unit.of(force.peak), color=colour, alpha=PALE, lw=THIN, zorder=1.9)
         panel.plot(times, unit.of(force.mean), color=colour, lw=THICK)
@@ -72,7 +73,7 @@ def draw_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None
 
 def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None:
     """Mark the number of the summary of each force within the limits of a panel, and write it beside the mark."""
-    unit, (begin, end) = _unit_of(panel, forces), panel.get_xlim()
+    unit, (begin, end) = force_unit(_end_of(forces)), panel.get_xlim()
     places = [(float(times[force.marked[0]]), force.marked[1], colour) for times, force, colour in forces]
     places = [place for place in places if begin <= place[0] <= end]
     top = panel.get_ylim()[1]
@@ -87,6 +88,6 @@ def mark_forces(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> None
         panel.annotate(text, (at, height), shift, textcoords="offset points", **style)
 
 
-def _unit_of(panel: Axes, forces: list[tuple[Array, SiteForce, str]]) -> ShownUnit:
-    """Return the unit in which `draw_forces` drew forces."""
-    return force_unit(max(force.highest for _, force, _ in forces))
+def _end_of(forces: list[tuple[Array, SiteForce, str]]) -> float:
+    """Return the end of the axis of forces (N)."""
+    return max(force.highest for _, force, _ in forces)
