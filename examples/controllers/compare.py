@@ -11,15 +11,18 @@ from lqg import AXES, SCENARIO, lqg
 
 import amb_cosim
 from amb_cosim import studies
+from rotor_analysis.reduced_rotor import with_modes_up_to
+from rotor_analysis.rotor_file import load_rotor
 
 HERE = Path(__file__).parent
+ROTOR = with_modes_up_to(load_rotor("compressor"), 2.0 * np.pi * 1e4)  # all modes up to the sample rate
 
 
 def controllers():
     """Return the controllers by name; None is the PID of the scenario."""
     return {
         "PID": None,
-        "lead with two notches": HERE / "lead_notches.toml",
+        "lead with two sections": HERE / "lead_notches.toml",
         "cross-feedback": HERE / "cross_feedback.toml",
         "LQG": lqg(),
         "H-infinity": h_infinity()[0],
@@ -30,7 +33,7 @@ def compared(controller):
     """Return margins and run of the compressor under a controller."""
     margins = studies.sensitivity(SCENARIO, controller=controller)
     fmu = None if controller is None else {"rolac_controller": controller}
-    return margins, amb_cosim.run(SCENARIO, fmu=fmu, progress=False)
+    return margins, amb_cosim.run(SCENARIO, rotor=ROTOR, fmu=fmu, progress=False)
 
 
 def summary(margins, run):

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import control
 import numpy as np
-from lqg import AXES, DEMANDS, SAMPLE_TIME, SCENARIO
+from lqg import AXES, DEMANDS, SAMPLE_TIME, SCENARIO, design_model
 from numpy.typing import NDArray
 from scipy.linalg import block_diag, matrix_balance, solve_continuous_are
 
@@ -45,9 +45,7 @@ class Problem(NamedTuple):
 
 def h_infinity(scenario: Any = SCENARIO) -> tuple[Any, float]:
     """Return the controller u = gain K y, and the bound of the norm that it keeps."""
-    demands, shown = [f"amb_actuator.{name}" for name in DEMANDS], [f"rotor_contact.{name}" for name in AXES]
-    machine = ["rotor_contact", "amb_actuator"]
-    plant = amb_cosim.linearise(scenario, inputs=demands, outputs=shown, components=machine)
+    plant = design_model(scenario)
     problem = mixed_sensitivity(*control.ssdata(control.sample_system(plant, SAMPLE_TIME, "zoh"))[:3])
     norm = SUBOPTIMAL * least_norm(problem)
     A, B, C = central_controller(problem, norm)

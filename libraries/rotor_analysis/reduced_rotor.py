@@ -21,6 +21,7 @@ from rotor_analysis.spinning_shapes import whirl, with_spinning_shapes
 from rotor_analysis.undamped import undamped_frequencies
 
 DEFAULT_BAND = 2000.0  # Hz
+ALL_RESIDUALS = 1e-9  # of the static displacement, so that no residual shape is left out
 HOLDS_WITHIN = 0.01  # relative error of the natural frequency up to which a reduced mode represents one of the rotor
 
 
@@ -95,6 +96,19 @@ def with_modes(rotor: Rotor, modes: int) -> Rotor:
     """Return the rotor with `modes` elastic modes in each plane of motion of its plant, accurate at the same speed."""
     by_modes = rotor.reduction if rotor.reduction.method == "free_modes" else ReductionOptions("free_modes")
     return replace(rotor, reduction=replace(by_modes, modes=modes, band=None))
+
+
+def with_modes_up_to(rotor: Rotor, highest: float) -> Rotor:
+    """Return the rotor whose plant has all free modes up to a frequency (rad/s), for analyses of its control.
+
+    The modes above act by their residual shapes, all of which are retained (`modal_reduction`). A rotor with a node
+    without inertia, or without reduction, is returned unchanged: it has all elements.
+    """
+    full = assemble(rotor)
+    if rotor.reduction.method == "none" or lacks_inertia(full.M, full.K):
+        return rotor
+    count = int(np.searchsorted(free_rotor(full).frequencies, highest))
+    return replace(rotor, reduction=ReductionOptions("free_modes", modes=count, accuracy=ALL_RESIDUALS))
 
 
 def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:

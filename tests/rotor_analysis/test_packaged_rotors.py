@@ -52,6 +52,7 @@ def test_eigenvalues_of_the_compressor_on_oil_films_match_ross(speed, pairs):
         sites=(),
         sensors=(),
         reduction=source.reduction,
+        damping=source.damping,
     )
     assert largest_difference(rotor, float(speed), pairs) < 1e-4  # between the speeds of a table
 

@@ -11,12 +11,11 @@ from scipy.optimize import brentq
 from slow import slow_but_first
 from strange_machine import LEVITATION
 
-from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.loop import Loop
-from amb_analysis.linear.rotor_and_magnets import rotor_component
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.machine.feedback import bearing_forces
+from amb_analysis.machine.machine import Machine
 from amb_analysis.machine.response import passive, synchronous_response
 from amb_assessment.assessment.analyses import critical_map, cross_coupling, rest
 from amb_assessment.assessment.analyses.envelope import largest_needed
@@ -27,7 +26,6 @@ from amb_assessment.assessment.retainer_bearings import TITLE
 from amb_assessment.assessment.stages import anticipated, co_simulated, real_coefficients
 from amb_assessment.assessment.subject import subject_of
 from amb_assessment.assessment.unbalance_cases import unbalance_cases
-from amb_cosim.design.plant_data import plant
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.assembly import with_bearings
@@ -62,13 +60,14 @@ def test_fast_parts_use_the_names_of_the_machine(name):
 
 
 def test_level_one_is_without_seals_and_level_two_with_them(expander):
-    """The rotor in the loop equals a rotor with an empty seal and its thrust disc, or the plant itself."""
+    """The rotor in the loop equals a rotor with an empty seal and its thrust disc, or the rotor itself."""
     Omega = expander.file.speed.highest
     rotor = expander.rotor
     emptied = (Bearing(seal.name, seal.node) for seal in rotor.seals)
     nothing = replace(rotor, seals=(*emptied, *expander.thrust_tilt))
-    model, constants = plant(nothing)
-    bare = rotor_component(PLANT, model.layout, constants, expander.parameters[PLANT], Omega).law.A
+    bare_machine = expander.with_plan(expander.planned.plan, nothing)
+    (of_bare,) = bare_machine.linear_components.at(Omega).parts([PLANT])
+    bare = of_bare.law.A
 
     def of_loop(others):
         (part,) = coupled_loop(expander, others).linear_components.at(Omega).parts([PLANT])
@@ -106,7 +105,7 @@ def test_the_co_simulated_rotor_has_the_stages_of_the_loop(expander):
     for others, levitated in (((stage,), False), ((stage, disc), True)):
         (of_loop,) = coupled_loop(expander, others).linear_components.at(Omega).parts([PLANT])
         scenario = co_simulated(expander, Omega, levitated=levitated)
-        (of_run,) = source_of_run(plan_run(scenario)).parts([PLANT])
+        (of_run,) = Machine(plan_run(scenario)).linear_components.parts([PLANT])
         np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)
         assert np.abs(of_run.law.A - bare.law.A).max() > 1e-6 * size
 

@@ -47,12 +47,15 @@ class LinearSource:
         Operating point, by signal or `component.variable`; `Omega` in rad/s.
     changed
         Returns another law of a component, by its name and its linear part.
+    rotor
+        Constants of the plant, by default those of the run, whose planes it must have.
     """
 
     assembly: Assembly
     plan: Plan
     point: Mapping[str, float]
     changed: Callable[[LinearSource, str, LinearComponent], Law] | None = None
+    rotor: Array | None = None
     _cache: dict[str, Any] = field(default_factory=dict)  # parts that do not depend on the speed
     _constants: dict[str, Array] = field(default_factory=dict)  # of components, which do not depend on the plan either
 
@@ -77,7 +80,7 @@ class LinearSource:
         return [replace(part, law=self.changed(self, name, part)) for name, part in zip(names, parts, strict=True)]
 
     def _part(self, name: str) -> LinearComponent:
-        kind, Omega = self._kind(name), self.speed_of(name)
+        kind, Omega = self.kind(name), self.speed_of(name)
         if kind == PLANT:
             return rotor_component(name, self.layout(name), self.constants(name), self.parameters(name), Omega)
         makers = {ACTUATOR: self._actuator, CONTROLLER: self._pid, LINEAR: self._law}
@@ -103,7 +106,7 @@ class LinearSource:
         links = {link.target: link.source for link in system.connections}
         return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
 
-    def _kind(self, name: str) -> str:
+    def kind(self, name: str) -> str:
         """Return the name of a component's model, or the path of its FMU."""
         fmu = self.assembly.system.component(name).fmu
         return model_of(fmu) or str(fmu)
@@ -163,6 +166,8 @@ class LinearSource:
 
     def constants(self, name: str) -> Array:
         """Return the constants of a component that is a model of this project."""
+        if self.rotor is not None and self.kind(name) == PLANT:
+            return self.rotor
         fmu = self.assembly.system.component(name).fmu
         key = repr(fmu)
         if key not in self._constants:
@@ -171,7 +176,7 @@ class LinearSource:
 
     def table_speeds(self) -> list[float]:
         """Return the speeds (rad/s) at which linear controllers have laws; between these they are interpolated."""
-        return sorted({speed for name in self.names if self._kind(name) == LINEAR for speed in self._speeds(name)})
+        return sorted({speed for name in self.names if self.kind(name) == LINEAR for speed in self._speeds(name)})
 
     def _speeds(self, name: str) -> list[float]:
         """Return the speeds (rad/s) at which a linear controller has laws."""
@@ -179,7 +184,7 @@ class LinearSource:
 
     def mass(self, name: str) -> Array:
         """Return the mass matrix of a rotor; empty if a component is not this project's model."""
-        if self._kind(name) != PLANT:
+        if self.kind(name) != PLANT:
             return np.zeros((0, 0))
         structure = structure_of(self.constants(name))
         return structure.forms[: len(structure.K)]
@@ -219,7 +224,7 @@ def linear_source(
 
 
 def source_of_run(planned: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
-    """Return the source of the linear model of a planned run; `at` replaces start values by name."""
+    """Return the source of the linear model of a planned run, with its reduced rotor; `at` replaces start values."""
     return LinearSource(planned.assembly, planned.plan, _point(planned.assembly, at or {}))
 
 

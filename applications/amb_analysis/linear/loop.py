@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import control
 import numpy as np
@@ -29,7 +30,7 @@ from rotor_analysis.refinement import refined
 
 NYQUIST = 1.0 - 1e-9  # of half the sample rate: python-control warns if rounding takes a frequency beyond it
 BALANCING = 60  # steps of Osborne's iteration
-CHECKED = 24  # frequencies at which a response by eigenvectors is compared with that by solution
+CHECKED = 8  # frequencies at which a response by eigenvectors is compared with that by solution
 CLOSE_RESPONSE = 1e-7  # largest difference of both, over the largest value of an output over an input
 CLOSE = 1e-5  # relative error of the largest growth rate
 
@@ -66,6 +67,7 @@ class Loop:
     """
 
     linear_components: LinearSource
+    _poles: dict[float, LoopPoles] = field(default_factory=dict, repr=False, compare=False)  # by speed (rad/s)
 
     def __post_init__(self) -> None:
         missing = [component for component in (PLANT, ACTUATOR) if component not in self.linear_components.names]
@@ -133,7 +135,12 @@ class Loop:
         return max(part.late for part in self.linear_components.parts(list(controllers)))
 
     def poles(self, Omega: float) -> LoopPoles:
-        """Return all poles at a spin speed (rad/s)."""
+        """Return all poles at a spin speed (rad/s); they are computed once."""
+        if Omega not in self._poles:
+            self._poles[Omega] = self._poles_at(Omega)
+        return self._poles[Omega]
+
+    def _poles_at(self, Omega: float) -> LoopPoles:
         bearings = list(dict.fromkeys(bearing for bearing, _ in self.axes))
         names = [f"{bearing}.{axis}" for bearing in bearings for axis in "xy"]
         displacements = [f"{PLANT}.{name}" for name in names]
@@ -224,23 +231,41 @@ def pole_frequency(pole: complex | Array | Complex, sample_time: float) -> float
     return np.abs(np.angle(pole)) / (2.0 * math.pi * sample_time)
 
 
-def response(system: control.StateSpace, frequencies: Array) -> Complex:
+class Modes(NamedTuple):
+    """Eigenvalues lambda of A, C V and V^-1 B, with the eigenvectors V in columns."""
+
+    poles: Complex
+    of_outputs: Complex
+    of_inputs: Complex
+
+
+def modes_of(system: control.StateSpace) -> Modes | None:
+    """Return the modes of a model; None if it has no state, or its eigenvectors are parallel."""
+    if not len(system.A):
+        return None
+    poles, V = np.linalg.eig(system.A)
+    try:
+        of_inputs = np.linalg.solve(V, system.B.astype(np.complex128))
+    except np.linalg.LinAlgError:
+        return None
+    return Modes(poles.astype(np.complex128), (system.C @ V).astype(np.complex128), of_inputs)
+
+
+def response(system: control.StateSpace, frequencies: Array, modes: Modes | None = None) -> Complex:
     """Return a frequency response, shape (outputs, inputs, n), at frequencies (Hz), shape (n,).
 
         H(z) = C (z - A)^-1 B + D = (C V) (z - lambda)^-1 (V^-1 B) + D                                (1)
 
     by eigenvalues lambda and eigenvectors V of A, or by python-control, which solves for each frequency, if these are
-    nearly parallel. Frequencies above half the sample rate are limited to it.
+    nearly parallel. `modes` are those of the system, if they are known. Frequencies above half the sample rate are
+    limited to it.
     """
     omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
-    if len(omega) > CHECKED and len(system.A):
+    known = (modes or modes_of(system)) if len(omega) > CHECKED else None
+    if known is not None:
         z = np.exp(1j * omega * system.dt)
-        poles, V = np.linalg.eig(system.A)
-        try:
-            modal = np.linalg.solve(V, system.B.astype(np.complex128))
-        except np.linalg.LinAlgError:
-            return _solved_response(system, omega)
-        result = np.einsum("ik,kn,kj->ijn", system.C @ V, 1.0 / (z - poles[:, None]), modal, optimize=True)
+        terms = 1.0 / (z - known.poles[:, None])
+        result = np.einsum("ik,kn,kj->ijn", known.of_outputs, terms, known.of_inputs, optimize=True)
         result += np.asarray(system.D)[:, :, None]
         largest = int(np.abs(result).max(axis=(0, 1)).argmax())
         compared = np.unique([*np.linspace(0, len(z) - 1, CHECKED, dtype=int), largest])
@@ -256,9 +281,9 @@ def _solved_response(system: control.StateSpace, omega: Array) -> Complex:
     return np.asarray(full.magnitude * np.exp(1j * full.phase), dtype=np.complex128)
 
 
-def diagonal_response(system: control.StateSpace, frequencies: Array) -> Complex:
-    """Return the diagonal of a frequency response, shape (axes, n), at frequencies (Hz), shape (n,)."""
-    return np.einsum("kkn->kn", response(system, frequencies))
+def diagonal_response(system: control.StateSpace, frequencies: Array, modes: Modes | None = None) -> Complex:
+    """Return the diagonal of a frequency response, shape (axes, n); arguments as of `response`."""
+    return np.einsum("kkn->kn", response(system, frequencies, modes))
 
 
 def disk_margin(S: Complex) -> Array:

@@ -15,7 +15,6 @@ from amb_cosim.results.component_names import ACTUATOR, PLANT
 from array_types import Array
 from rotor_analysis.assembly import with_bearings
 from rotor_analysis.parts import Bearing
-from rotor_analysis.reduced_rotor import reduced_rotor
 from rotor_analysis.reduction import reduce_by
 
 
@@ -38,7 +37,10 @@ NOMINAL = MachineVariation()
 
 
 def coupled_loop(machine: Machine, others: tuple[Bearing, ...] = (), variation: MachineVariation = NOMINAL) -> Loop:
-    """Return the sampled loop of a machine with the bearings `others` added, and with factors on its constants."""
+    """Return the sampled loop of a machine with the bearings `others` added, and with factors on its constants.
+
+    The same loop is returned for the same arguments, because analyses share its poles.
+    """
     source = machine.linear_components
 
     def changed(at: LinearSource, name: str, part: LinearComponent) -> Law:
@@ -48,7 +50,8 @@ def coupled_loop(machine: Machine, others: tuple[Bearing, ...] = (), variation: 
             return _varied_magnets(part, variation)
         return part.law
 
-    return Loop(replace(source, changed=changed))
+    loop: Loop = source.cached(f"loop with {others!r}, {variation!r}", lambda: Loop(replace(source, changed=changed)))
+    return loop
 
 
 def _coupled_rotor(machine: Machine, at: LinearSource, law: Law, others: tuple[Bearing, ...], modes: float) -> Law:
@@ -85,7 +88,7 @@ def _varied_magnets(part: LinearComponent, v: MachineVariation) -> Law:
 
 def _reduced(machine: Machine) -> tuple[Array, Array, Array, Array]:
     """Return M of the plant with its seals, K without seals, and `right` and `left` of its `Reduction`."""
-    reduction = reduced_rotor(machine.rotor)
+    reduction = machine.sampled_rotor
     model, order = reduction.model, reduction.model.translations_first
     at = np.ix_(order, order)
     with_seals = with_bearings(machine.free, machine.rotor.seals)

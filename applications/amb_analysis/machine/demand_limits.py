@@ -20,7 +20,7 @@ def demand_amplitude(machine: Machine, bearing: str, axis: str) -> float:
 
     The limits are those of the controller that feeds the axis and, if it is on, of its DAC (`signal_chain.demands`).
     """
-    source = machine.loop.sources[machine.loop.axes.index((bearing, axis))]
+    source = machine.run_loop.sources[machine.run_loop.axes.index((bearing, axis))]
     component, _, demand = source.partition(".")
     p = machine.parameters.get(component, {})
     owner, _, signal = demand.rpartition(".")

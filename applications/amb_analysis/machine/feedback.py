@@ -40,7 +40,7 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
     ndarray
         Shape (2 nodes, 2 nodes), alternating x and y of each node; f = K q, so positive stiffness is negative.
     """
-    linear_source = machine.linear_components.at(Omega)
+    linear_source = machine.run_components.at(Omega)
     rows = force_feeds(machine, linear_source)
     forces = np.zeros((2 * len(machine.z), 2 * len(machine.z)), dtype=np.complex128)
     np.add.at(forces, list(rows.values()), _component_outputs(machine, linear_source, list(rows), omega))
@@ -49,7 +49,7 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
 
 def demanded_currents(machine: Machine, omega: float, Omega: float) -> Complex:
     """Return the demanded currents (A) of all axes over displacements (m) at all nodes, shape (axes, 2 nodes)."""
-    return _component_outputs(machine, machine.linear_components.at(Omega), list(machine.loop.sources), omega)
+    return _component_outputs(machine, machine.run_components.at(Omega), list(machine.run_loop.sources), omega)
 
 
 def _component_outputs(machine: Machine, linear_source: LinearSource, outputs: Sequence[str], omega: float) -> Complex:

@@ -197,16 +197,16 @@ def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Pl
         return None
     if structure.loop == "open" and any(place.unit == "A" for place in outputs):
         raise ValueError("an open loop demands no current; use loop 'closed'")
-    axes = machine.loop.axis_names
+    axes = machine.run_loop.axis_names
     for place in electric:
         if place.axis_name not in axes:
             raise ValueError(f"{place.name} is not a current of this machine; its axes are {', '.join(axes)}")
-    linear_source = machine.linear_components.at(structure.Omega)
+    linear_source = machine.run_components.at(structure.Omega)
     injected = [f"{ACTUATOR}.{p.place}.i_{p.direction}" for p in inputs if p.unit == "A"]
     components = (ACTUATOR,) if structure.loop == "open" else None
     rows = force_feeds(machine, linear_source)
-    ends = [*rows, *(machine.loop.sources if structure.loop == "closed" else ())]
-    late = lateness(linear_source, machine.loop.sources if structure.loop == "closed" else ())
+    ends = [*rows, *(machine.run_loop.sources if structure.loop == "closed" else ())]
+    late = lateness(linear_source, machine.run_loop.sources if structure.loop == "closed" else ())
     return _Magnets(
         list(rows.values()),
         axes,

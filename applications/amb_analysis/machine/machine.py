@@ -11,11 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from amb_actuator.interface import DYNAMIC
 from amb_actuator.records import AXIS
 from amb_analysis.linear.linear_source import LinearSource, source_of_run
 from amb_analysis.linear.loop import Loop
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.design.plant_data import flat_constants, plant_structure
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.plan_run import PlannedRun
@@ -24,12 +26,16 @@ from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.assembly import Matrices, assemble
 from rotor_analysis.modal_reduction import reduce_to_modes
 from rotor_analysis.parts import Bearing, Point, table_speeds
+from rotor_analysis.reduced_rotor import force_nodes
+from rotor_analysis.reduction import Reduction
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
+from rotor_analysis.sampled_rotor import Sampling, sampled_rotor
 from rotor_analysis.supported_rotor import SupportedRotor
 
 AXES = "xy"
 FAULT = "Fault:"  # prefix of the description of an input that is a fault
+HIGHEST = 2.0 * math.pi * 4000.0  # rad/s, twice the 2 kHz up to which ISO 14839-3 judges sensitivities
 MODES = 40  # of the free rotor in each plane; error of 1e-5 at a resonance of amplification 50
 
 
@@ -80,18 +86,59 @@ class Machine:
     @cached_property
     def parameters(self) -> Mapping[str, Mapping[str, float]]:
         """Values of the components' parameters (SI)."""
-        return {name: self.linear_components.parameters(name) for name in self.linear_components.names}
+        return {name: self.run_components.parameters(name) for name in self.run_components.names}
+
+    @cached_property
+    def run_components(self) -> LinearSource:
+        """Source of the linear models of its runs, whose rotor is reduced as in its file."""
+        return self._source or source_of_run(self.planned)
+
+    @cached_property
+    def run_loop(self) -> Loop:
+        """The sampled loop of its runs: that of `loop` but for the rotor, which has fewer modes."""
+        return Loop(self.run_components)
+
+    @cached_property
+    def sampled_rotor(self) -> Reduction:
+        """Its free rotor with all modes that its control can notice, whatever the reduction in its file."""
+        return sampled_rotor(self.rotor, self._sampling, HIGHEST)
+
+    @property
+    def _sampling(self) -> Sampling:
+        """How its control acts; a machine without control is as accurate for forces at all places, held over a step."""
+        try:
+            loop = self.run_loop
+        except ValueError:
+            nodes = force_nodes(self.rotor)
+            return Sampling(self.planned.plan.step_size, nodes, tuple({*nodes, *self.rotor.sensor_nodes}))
+        links = {link.target: link.source for link in self.planned.assembly.system.connections}
+        read = [links[reading].removeprefix(f"{PLANT}.") for reading in loop.readings]
+        sensors = {self.signals[name][0] for name in read if name in self.signals}
+        forces = {bearing.node for bearing in self.rotor.bearings if bearing.name in self.magnets}
+        p = self.parameters[ACTUATOR]
+        is_dynamic = p.get("amplifier") == DYNAMIC
+        bandwidths = [value for name, value in p.items() if is_dynamic and ".bandwidth_" in name]
+        fastest = 2.0 * math.pi * max(bandwidths, default=math.inf)
+        return Sampling(loop.sample_time, tuple(forces), tuple(sensors or forces), fastest)
 
     @cached_property
     def linear_components(self) -> LinearSource:
-        """Source of its linear models."""
-        return self._source or source_of_run(self.planned)
+        """Source of its linear models, with `sampled_rotor`."""
+        source = self.run_components
+        if source.kind(PLANT) != PLANT:
+            return source
+        structure, _ = plant_structure(self.rotor, source.assembly.options.get("stators", ()), self.sampled_rotor)
+        return replace(source, rotor=flat_constants(structure), _cache={})
 
     def with_plan(self, plan: Plan, rotor: Rotor) -> Machine:
-        """Return the machine with another plan of the same components, and a rotor; constants are not made anew."""
+        """Return the machine with another plan of the same components, and a rotor.
+
+        Constants of the electronics are not made anew. Those of the plant in `run_components` remain those of the rotor
+        before; `linear_components` has the new rotor.
+        """
         scenario = self.planned.scenario.model_copy(update={"rotor": rotor})
         planned = replace(self.planned, plan=plan, scenario=scenario)
-        return Machine(planned, _source=self.linear_components.with_plan(plan))
+        return Machine(planned, _source=self.run_components.with_plan(plan))
 
     @cached_property
     def loop(self) -> Loop:
@@ -130,12 +177,12 @@ class Machine:
     @cached_property
     def table_speeds(self) -> tuple[float, ...]:
         """Speeds (rad/s) at which its controllers and seals have entries in tables, ascending."""
-        return tuple(sorted({*self.linear_components.table_speeds(), *table_speeds(self.rotor.seals)}))
+        return tuple(sorted({*self.run_components.table_speeds(), *table_speeds(self.rotor.seals)}))
 
     @cached_property
     def magnets(self) -> tuple[str, ...]:
         """Bearings that have a magnet and a controller."""
-        return tuple(dict.fromkeys(bearing for bearing, _ in self.loop.axes))
+        return tuple(dict.fromkeys(bearing for bearing, _ in self.run_loop.axes))
 
     @cached_property
     def bearings(self) -> dict[str, int]:
@@ -193,7 +240,7 @@ class Machine:
     @cached_property
     def unbalance(self) -> Mapping[str, complex]:
         """Unbalance (kg m) at the end of the run, by disc or bearing."""
-        layout, last = self.linear_components.layout(PLANT), self.last_inputs
+        layout, last = self.run_components.layout(PLANT), self.last_inputs
         amounts = {place: last.get(f"{PLANT}.{place}.u", 0.0) for place in (*layout["discs"], *layout["bearings"])}
         return {place: u * cmath.exp(1j * last.get(f"{PLANT}.{place}.phi", 0.0)) for place, u in amounts.items()}
 

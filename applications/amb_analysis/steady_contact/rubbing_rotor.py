@@ -69,12 +69,12 @@ class RubbingRotor:
     @property
     def valid_to(self) -> float:
         """Frequency (rad/s) up to which the reduced rotor is accurate."""
-        return self.machine.linear_components.layout(PLANT).get("valid_to") or math.inf
+        return self.machine.run_components.layout(PLANT).get("valid_to") or math.inf
 
     def loop(self, Omega: float) -> ForwardLoop:
         """Return the loop of forward motion at a speed (rad/s)."""
         if Omega not in self._loops:
-            self._loops[Omega] = forward_loop(self.machine.linear_components, Omega, self.sites)
+            self._loops[Omega] = forward_loop(self.machine.run_components, Omega, self.sites)
         return self._loops[Omega]
 
     def receptances(self, Omega: float) -> Receptances:
@@ -118,7 +118,7 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
         If the run has no `rotor_contact`, or none of its sites is enabled.
     """
     machine = machine_of(planned)
-    source, p = machine.linear_components, machine.parameters[PLANT]
+    source, p = machine.run_components, machine.parameters[PLANT]
     enabled = [site["name"] for site in source.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"]]
     if not enabled:
         raise ValueError(f"scenario {planned.name} has no enabled site; a rub needs one")

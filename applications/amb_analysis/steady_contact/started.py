@@ -112,7 +112,7 @@ def _with_contact(
 
 def _linear_rotor(rotor: RubbingRotor) -> linear.LinearComponent:
     """Return the rotor, with the magnets' gradient if it acts within a step; the rotor's states come first."""
-    source = rotor.machine.linear_components.at(rotor.Omega)
+    source = rotor.machine.run_components.at(rotor.Omega)
     within_a_step = any(target.endswith(".k_xx") for target in source.feeds([PLANT, ACTUATOR]))
     parts, feeds = parts_in_contact(source, [PLANT, ACTUATOR] if within_a_step else [PLANT])
     return linear.connected(parts, linear.within(parts, feeds))

@@ -214,7 +214,7 @@ def poles(
     --------
     >>> result = poles("compressor_levitated", count=2)
     >>> [f"{crossing.speed:.0f} rad/s" for crossing in result.critical_speeds]
-    ['297 rad/s', '298 rad/s']
+    ['303 rad/s', '303 rad/s']
     """
     require(count >= 1, "count", count, "1 or more")
     chosen = controlled(scenario, rotor, controller)

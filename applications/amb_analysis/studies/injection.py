@@ -16,6 +16,7 @@ import numpy as np
 
 from amb_actuator.interface import DYNAMIC
 from amb_analysis.linear.loop import Loop
+from amb_analysis.machine.machine import HIGHEST as MODES_TO
 from amb_analysis.machine.machine import Machine
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmus import model_of
@@ -31,6 +32,7 @@ from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import SPEED, Scenario
 from amb_cosim.scenario.simulation import run_planned
 from array_types import Array, Complex, Indices
+from rotor_analysis.reduced_rotor import with_modes_up_to
 from signal_chain.presets import CUSTOM, is_on
 
 PERIOD = 4.0  # s: lines every 0.25 Hz, for each of four axes every 1 Hz
@@ -60,6 +62,8 @@ def plan_measurement(
 ) -> PlannedRun:
     """Return a planned run of a scenario's machine, levitated without unbalance, with its sample time.
 
+    Its rotor has all modes up to half the sample rate, whatever the reduction in its file, because the sensitivity of a
+    rotor with fewer modes is another.
     The controller's signal chain retains delay and filter; noise and converters are off, because they are not linear.
 
     Parameters
@@ -82,11 +86,13 @@ def plan_measurement(
     values[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
     base = scenario.machine(parameters=values)
     first = plan_run(base, settings, options=options)
-    loop, parameters = Machine(first).loop, Machine(first).parameters
+    machine = Machine(first)
+    loop, parameters = machine.loop, machine.parameters
     dynamic = amplifier or parameters[ACTUATOR]["amplifier"] == DYNAMIC
     linear = _linear_chain(parameters[CONTROLLER], delay)
     sample_time = loop.sample_time
     measuring = base.changed(
+        rotor=with_modes_up_to(machine.rotor, max(MODES_TO, math.pi / sample_time)),
         description="Levitated rotor with injected currents",
         end_time=sample_time,
         communication_step=sample_time / (STEPS_OF_A_SAMPLE if dynamic or loop.late > 0.0 else 1),

@@ -171,7 +171,7 @@ def waterfall(
     --------
     >>> spectra = waterfall(run("compressor_levitated", until="0.1 s"))
     >>> f"{1e3 * max(bearing.largest for bearing in spectra.bearings.values()):.3f} mm"
-    '0.040 mm'
+    '0.039 mm'
     """
     highest = None if up_to is None else spin_speed(up_to, "up-to") / (2.0 * np.pi)
     if highest is not None:

@@ -38,9 +38,7 @@ def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
     """
     omega, parameters = order * machine.Omega, machine.parameters[CONTROLLER]
     added = list(_places_of_currents(machine).values())
-    loop = model_of(
-        machine.linear_components, added, [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names]
-    )
+    loop = model_of(machine.run_components, added, [f"{PLANT}.{sensor}" for sensor in machine.controlled.sensor_names])
     record = parameters_of_loop(machine.controlled, parameters)
     G = harmonic_response(loop, omega, loop.dt)
     if is_on(parameters["chain.preset"], parameters["chain.delay"]):
@@ -54,7 +52,7 @@ def inner_response(machine: Machine, order: int = 1) -> Complex | None:
     None if the currents reach the magnetic bearings directly, or that controller reads displacements that the sensors
     of the synchronous control do not measure.
     """
-    source, added = machine.linear_components, _places_of_currents(machine)
+    source, added = machine.run_components, _places_of_currents(machine)
     system = source.assembly.system
     inner = {target.partition(".")[0] for target in added.values()}
     if inner == {ACTUATOR}:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import control
 import numpy as np
 
-from amb_analysis.linear.loop import diagonal_response, pole_frequency
+from amb_analysis.linear.loop import Modes, diagonal_response, modes_of, pole_frequency
 from amb_analysis.studies.injection import HIGHEST, LOWEST
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
@@ -33,7 +33,7 @@ def curve_frequencies(
 
 
 def sensitivity_curves(
-    system: control.StateSpace, lowest: float = LOWEST, highest: float = HIGHEST
+    system: control.StateSpace, lowest: float = LOWEST, highest: float = HIGHEST, modes: Modes | None = None
 ) -> tuple[Array, Complex]:
     """Return frequencies (Hz) and S of each axis there, shape (axes, n), with the peaks of all axes refined.
 
@@ -43,10 +43,14 @@ def sensitivity_curves(
         Sensitivity of a stable sampled loop.
     lowest, highest
         Frequencies (Hz); at most half the sample rate.
+    modes
+        Those of the system, if they are known.
     """
+    modes = modes or modes_of(system)
+    poles = system.poles() if modes is None else modes.poles
     frequencies, curves = refined(
-        lambda more: diagonal_response(system, more).T,
-        curve_frequencies(system.poles(), float(system.dt), lowest, highest),
+        lambda more: diagonal_response(system, more, modes).T,
+        curve_frequencies(poles, float(system.dt), lowest, highest),
         np.abs,
     )
     return frequencies, np.asarray(curves.T)
@@ -60,7 +64,8 @@ def bands(sample_time: float) -> list[tuple[float, float]]:
 
 def sensitivity_bands(system: control.StateSpace) -> list[tuple[Array, Complex]]:
     """Return the `sensitivity_curves` of each of the `bands`."""
-    return [sensitivity_curves(system, *band) for band in bands(float(system.dt))]
+    modes = modes_of(system)
+    return [sensitivity_curves(system, *band, modes) for band in bands(float(system.dt))]
 
 
 def peaks_of(frequencies: Array, curves: Array | Complex) -> list[tuple[float, float]]:

@@ -14,7 +14,6 @@ VARIABLES: Mapping[str, tuple[str, ...]] = {
     "cross_coupling_ratio": ("Q_a",),
     "current_demand": (),
     "decrement": ("frequency", "N"),
-    "decrement_all_modes": ("frequency", "N"),
     "decrement_anticipated": ("frequency", "N"),
     "decrement_anywhere": ("frequency", "N"),
     "decrement_varied": ("frequency", "N"),

@@ -10,15 +10,20 @@ from amb_assessment.assessment.axial_cases import axial_instability
 from amb_assessment.assessment.findings import Quantity
 from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.subject import Subject, hertz, rpm
+from array_types import Array
 
 SPEEDS = 41  # from zero to the trip speed, before refinement
 
 
 def least_stable(subject: Subject, variation: MachineVariation = NOMINAL, count: int = SPEEDS) -> LoopStability:
     """Return the stability at the least stable speed from zero to the trip speed, the range of a run-up."""
+    return coupled_loop(subject, real_coefficients(subject), variation).least_stable(speeds_of_run_up(subject, count))
+
+
+def speeds_of_run_up(subject: Subject, count: int) -> Array:
+    """Return `count` even speeds (rad/s) from zero to the trip speed, and those that its files name, ascending."""
     speed = subject.file.speed
-    speeds = with_tables(subject, np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest]))
-    return coupled_loop(subject, real_coefficients(subject), variation).least_stable(speeds)
+    return with_tables(subject, np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest]))
 
 
 def spectral_radius(quantity: str, stability: LoopStability, name: str = "") -> Quantity:

@@ -18,6 +18,7 @@ from rotor_analysis.pairs import turned
 from rotor_analysis.parts import Bearing, Site
 from rotor_analysis.receptance_error import receptance_error
 from rotor_analysis.reduced_rotor import reduced_rotor, valid_to
+from rotor_analysis.reduction import Reduction
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
@@ -77,8 +78,12 @@ def stator_bores(rotor: Rotor, bearings: Sequence[str]) -> tuple[Site, ...]:
     return tuple(bores)
 
 
-def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structure, Planes]:
-    """Return the data of a rotor for the plant's kernels (`reduced_rotor`), and the planes by their names in its file.
+def plant_structure(
+    rotor: Rotor, stators: Sequence[str] = (), reduction: Reduction | None = None
+) -> tuple[Structure, Planes]:
+    """Return the data of a rotor for the plant's kernels, and the planes by their names in its file.
+
+    The rotor is reduced as in its file (`reduced_rotor`), unless another `reduction` is set.
 
     The moments of a seal are a seal of their own, NAME.tilt, with the slopes of its node as x and y
     (`Bearing.tilting`).
@@ -94,7 +99,7 @@ def plant_structure(rotor: Rotor, stators: Sequence[str] = ()) -> tuple[Structur
         raise ValueError(f"rotor {rotor.name!r} has no bearings; a plant needs at least one")
     full = assemble(rotor)
     _require_mass(rotor, full)
-    reduction = reduced_rotor(rotor)
+    reduction = reduction or reduced_rotor(rotor)
     reduced = reduction.model.viscous()
     order = reduced.translations_first
     place = {row: k for k, row in enumerate(order)}

@@ -85,7 +85,7 @@ def test_no_derivative_exists_where_contact_begins(plant):
     slave.setReal([push], [0.9 * low])
     free = derivatives(plant, ["mb1.x"], ["mb1.f_x"])
     slave.setReal([push], [0.0])
-    np.testing.assert_allclose(derivatives(plant, ["mb1.x"], ["mb1.f_x"]), free, rtol=1e-9)
+    np.testing.assert_allclose(derivatives(plant, ["mb1.x"], ["mb1.f_x"]), free, rtol=1e-7)  # of 1e8 N
     slave.setReal([push], [low])
     with pytest.raises(FMICallException):
         derivatives(plant, ["mb1.x"], ["mb1.f_x"])

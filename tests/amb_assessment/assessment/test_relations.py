@@ -50,12 +50,10 @@ OF_UNBALANCE = ("probe_displacement", "current_demand", "slew_demand")
 SAMPLES = (
     (stability, "SPEEDS"),
     (closed_loop, "POINTS"),
-    (closed_loop, "SPEEDS_OF_ALL_MODES"),
     (cross_coupling, "POINTS"),
     (envelope, "POINTS"),
     (sensitivity, "SPEEDS"),
     (robustness, "SPEEDS"),
-    (robustness, "OPERATING"),
 )
 
 

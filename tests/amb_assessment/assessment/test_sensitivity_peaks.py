@@ -108,8 +108,8 @@ def test_sensitivity_of_the_worst_corner_is_that_between_its_speeds(monkeypatch)
         return SimpleNamespace(variation=variation, axis_names=("left.x",))
 
     monkeypatch.setattr(robustness, "coupled_loop", corner)
-    for module in (robustness, sensitivity):
-        monkeypatch.setattr(module, "with_tables", lambda subject, speeds: speeds)
+    monkeypatch.setattr(sensitivity, "with_tables", lambda subject, speeds: speeds)
+    monkeypatch.setattr(robustness, "speeds_of_run_up", lambda subject, count: np.linspace(0.0, 1050.0, count))
     monkeypatch.setattr(robustness, "real_coefficients", lambda subject: ())
     monkeypatch.setattr(robustness, "least_decrement_over", lambda quantity, *_: Quantity(quantity, "", 0.2, "1"))
     monkeypatch.setattr(robustness, "least_stable", lambda *_: LoopStability(0.99, -100.0, 10.0))

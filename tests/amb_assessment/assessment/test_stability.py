@@ -80,7 +80,7 @@ def test_parts_that_need_levitation_stay_open_for_a_falling_rotor(weak):
     (reason,) = set(weak.unanswered.values())
     assert_names(reason, "not stable", "drift", "amb_a.x")
     assert not [item for part in weak.parts if part.key in OF_LEVITATION for item in part.findings]
-    keys = {"stable_with_all_modes", "level_one_decrement", "level_one_ratio", "level_two_decrement"}
+    keys = {"level_one_decrement", "level_one_ratio", "level_two_decrement"}
     assert weak.unevaluated == dict.fromkeys(keys, reason.partition("; ")[0])
 
 

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from amb_analysis.linear.stability import LARGEST
 from amb_analysis.machine.coupled import coupled_loop
-from amb_analysis.machine.machine import MODES
 from amb_analysis.studies.closed_loop_poles import whirl_of
 from amb_analysis.studies.damping_zones import REQUIRED, ZONES
 from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, vibrations
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius
 from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
-from amb_assessment.assessment.subject import Subject, hertz, rpm, subject_of
+from amb_assessment.assessment.subject import Subject, hertz, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
-from rotor_analysis.reduced_rotor import elastic_shapes
 from rotor_analysis.refinement import refined
 
 POINTS = 41  # speeds
 MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic
 ROUNDING = 1e-9  # relative difference of decrements of the same pole
-SPEEDS_OF_ALL_MODES = 21  # from zero to the trip speed, before refinement about the least decrement
 
 
 def answer(subject: Subject) -> AnalysisResult:
@@ -60,27 +56,8 @@ def answer(subject: Subject) -> AnalysisResult:
     ]
     if subject.file.has_synchronous_control:
         notes.append("The scenario's synchronous control (rolac_enable) is off in all parts of this assessment.")
-    measured = (stability, least, at_all_frequencies, *_with_all_modes(subject))
+    measured = (stability, least, at_all_frequencies)
     return AnalysisResult(measured, _panels(subject, speeds, result, tracks), (table,), tuple(notes))
-
-
-def _with_all_modes(subject: Subject) -> list[Quantity]:
-    """Return the smallest decrement of a rotor including the modes that its reduction omits, if any.
-
-    Sampled control may drive a mode that co-simulations omit (spillover: M. J. Balas, IEEE Trans. Autom. Control 23
-    (1978) 673). Modes far above half the sample rate are still omitted.
-    """
-    retained, most = elastic_shapes(subject.rotor)
-    if subject.rotor.reduction.method == "none" or retained >= min(MODES, most):
-        return []
-    finer = subject_of(subject.file, subject.flavour, min(MODES, most))
-    loop = coupled_loop(finer, real_coefficients(finer))
-    edges = (finer.file.speed.lowest, finer.file.speed.highest)
-    speeds = np.unique([*np.linspace(0.0, finer.file.speed.tripping, SPEEDS_OF_ALL_MODES), *edges])
-    speeds = with_tables(finer, speeds)
-    result = least_decrement_over("decrement_all_modes", lambda Omega: vibrations(loop, Omega), speeds)
-    note = f"with {elastic_shapes(finer.rotor)[0]} shapes in a plane of motion, {retained} in co-simulation"
-    return [replace(result, note=note)]
 
 
 def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]]) -> Quantity:

@@ -14,12 +14,11 @@ from amb_assessment.assessment.analyses.closed_loop import least_decrement_over
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities, sensitivities_over
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.machine_file import Tolerances
-from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius
-from amb_assessment.assessment.stages import real_coefficients, with_tables
+from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius, speeds_of_run_up
+from amb_assessment.assessment.stages import real_coefficients
 from amb_assessment.assessment.subject import Subject, rpm
 
-OPERATING = 4  # speeds of a corner from the smallest to the trip speed, before refinement about the least decrement
-SPEEDS = 9  # of a corner from zero to the trip speed, before refinement about the least stable speed
+SPEEDS = 9  # of a corner from zero to the trip speed, before refinement about the least stable one and least decrement
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
 UNSTABLE_CORNER = "not stable, so without a sensitivity; the value stands for that"
 
@@ -37,14 +36,12 @@ def answer(subject: Subject) -> AnalysisResult:
     decrements: list[Quantity] = []
     peaks: list[Quantity] = []
     for name, variation in variations(tolerances).items():
-        loop = coupled_loop(subject, others, variation)
-        speeds = np.unique([*np.linspace(speed.lowest, speed.tripping, OPERATING), speed.highest])
-        speeds = with_tables(subject, speeds)
+        loop, speeds = coupled_loop(subject, others, variation), speeds_of_run_up(subject, SPEEDS)
 
         def vibrating(Omega: float, loop: Loop = loop) -> Vibrations:
             return vibrations(loop, Omega).up_to(limit)
 
-        least = least_decrement_over("decrement_varied", vibrating, speeds)
+        least = least_decrement_over("decrement_varied", vibrating, speeds[speeds >= speed.lowest])
         decrements.append(Quantity(least.quantity, f"{name}: {least.where}", least.value, "1", least.facts))
         stability = least_stable(subject, variation, SPEEDS)
         radii.append(spectral_radius("spectral_radius_varied", stability, f"{name}: "))

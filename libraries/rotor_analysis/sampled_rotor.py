@@ -1,0 +1,84 @@
+"""The rotor for analyses of sampled control: the modes that the samples see, whatever their frequency.
+
+Control that acts by currents held over a sample T excites every mode, and sees a fast one as a slow one. A mode of
+frequency omega and damping ratio zeta, with the displacements phi_f where forces act and phi_s at sensors, per unit of
+modal mass, answers a harmonic sequence of such currents by at most about
+
+    phi_f phi_s/omega^2  2/(1 - exp(-zeta omega T))  1/sqrt(1 + (omega/omega_b)^2)                  (1)
+
+This is its static displacement times the amplification of its decay within a sample, times what amplifiers of bandwidth
+omega_b let through at its frequency. All modes up to a frequency are retained, and those above with more than `SMALL`
+of what the rotor moves by at half the sample rate. The others act by their residual shapes, all of which are retained
+(`free_rotor.residual_modes`). Several modes act in a residual shape, which is no mode: it is damped so much that
+samples see its static displacement only.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rotor_analysis.assembly import assemble
+from rotor_analysis.free_rotor import free_rotor, residual_modes
+from rotor_analysis.inertia import lacks_inertia
+from rotor_analysis.modal_reduction import ROUNDING, ShapeSpace, reduce_to_shapes
+from rotor_analysis.reduced_rotor import force_nodes
+from rotor_analysis.reduction import Reduction, unreduced
+from rotor_analysis.rotor import Rotor
+
+RESIDUAL = math.sqrt(0.5)  # damping ratio of residual shapes, with which they do not resonate
+SMALL = 0.03  # (1) of a neglected mode over the displacement at half the sample rate
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How sampled control acts on a rotor.
+
+    time
+        T, between samples (s).
+    forces, sensors
+        Nodes at which it acts, and at which it reads displacements.
+    bandwidth
+        omega_b (rad/s) of a lag of first order between the held currents and the forces; infinite without a lag.
+    """
+
+    time: float
+    forces: tuple[int, ...]
+    sensors: tuple[int, ...]
+    bandwidth: float = math.inf
+
+
+def sampled_rotor(rotor: Rotor, sampling: Sampling, highest: float) -> Reduction:
+    """Return the free rotor with all modes that sampled control can notice.
+
+    Parameters
+    ----------
+    rotor
+        Its description; its `reduction` is ignored.
+    sampling
+        How the control acts.
+    highest
+        Frequency (rad/s) up to which all modes are retained, even above half the sample rate.
+    """
+    full = assemble(rotor)
+    if lacks_inertia(full.M, full.K):
+        return unreduced(full)
+    free, half, damping = free_rotor(full), math.pi / sampling.time, rotor.damping
+    omega, forces, sensors = free.frequencies, free.rows(sampling.forces), free.rows(sampling.sensors)
+    phi = np.abs(free.modes(len(omega))[:, 2:])
+    ratios = damping.ratios(len(omega)) + 0.5 * (damping.stiffness * omega + damping.loss_factor)
+    decay = -np.expm1(-ratios * omega * sampling.time)
+    lag = np.hypot(1.0, omega / sampling.bandwidth) / np.hypot(1.0, half / sampling.bandwidth)
+    size = free.sizes(sorted({*forces, *sensors}), half).min()
+    answers = 2.0 * phi[forces].max(axis=0) * phi[sensors].max(axis=0)
+    retained = (answers > SMALL * size * omega**2 * decay * lag) | (omega <= highest)
+    order, count = np.argsort(~retained, kind="stable"), int(retained.sum())
+    ordered = replace(free, mu=free.mu[order], shapes=free.shapes[:, order])
+    nodes = force_nodes(rotor)
+    residual = residual_modes(ordered, count, nodes, ROUNDING)
+    momenta = full.M[::2, ::2] @ residual.shapes
+    added = (momenta * (2.0 * RESIDUAL * residual.frequencies)) @ momenta.T
+    damped = replace(full, C=full.C + np.kron(added, np.eye(2)))
+    return reduce_to_shapes(damped, ShapeSpace(ordered, count, residual), nodes)
