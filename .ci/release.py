@@ -113,7 +113,7 @@ def make(target: Path) -> None:
 
         say("site")
         os.environ["XDG_CACHE_HOME"] = str(Path(work, "cache"))
-        run(python, "-m", "mkdocs", "build", "--strict", "--quiet", "-d", Path(work, "site"), cwd=source)
+        build_site(tools, source, Path(work, "site"))
         archive(Path(work, "site"), target / "site.zip")
 
         say("SBOM, notes, checksums")
@@ -124,6 +124,12 @@ def make(target: Path) -> None:
         text = (source / "CHANGELOG.md").read_text(encoding="utf-8")
         (target / "notes.md").write_text(notes(text, version), encoding="utf-8")
         (target / "SHA256SUMS").write_text(checksums(target), encoding="utf-8")
+
+
+def build_site(tools: Path, source: Path, target: Path) -> None:
+    """Build the site after the report, whose table of statements it shows."""
+    run(tools / "bin" / "amb-cosim", "report", cwd=source)
+    run(tools / "bin" / "python", "-m", "mkdocs", "build", "--strict", "--quiet", "-d", target, cwd=source)
 
 
 def notes(changelog: str, version: str) -> str:

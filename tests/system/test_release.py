@@ -52,6 +52,42 @@ def test_an_archive_of_a_folder_depends_on_its_content_alone(release, tmp_path):
     assert release.differences(tmp_path / "one", tmp_path / "two") == ["a", "d"]
 
 
+def test_the_site_of_a_release_has_the_table_of_statements(release, tmp_path, monkeypatch):
+    """The page shows it only if the report has run in the same folder before."""
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "mkdocs"))
+    import declarations
+
+    table, ran = declarations.REPORT.relative_to(ROOT), []
+
+    def run(*command, cwd):
+        arguments = [str(part) for part in command]
+        ran.append("mkdocs" if "mkdocs" in arguments else arguments[1])
+        if ran[-1] == "report":
+            assert arguments[2:] == [], "into the folder that the page reads"
+            (cwd / table).parent.mkdir(parents=True)
+            (cwd / table).touch()
+        else:
+            assert (cwd / table).exists()
+
+    monkeypatch.setattr(release, "run", run)
+    release.build_site(tmp_path / "tools", tmp_path, tmp_path / "site")
+    assert ran == ["report", "mkdocs"]
+
+
+def test_the_report_writes_where_the_page_of_statements_reads():
+    from source_check.report_command import report
+    from source_check.statements import packs_with_statements
+    from source_check.table import TABLE
+
+    (output,) = (option.default for option in report.params if option.name == "output")
+    sys.path.insert(0, str(ROOT / "docs" / "mkdocs"))
+    import declarations
+
+    sys.path.pop(0)
+    assert len(packs_with_statements()) == 1, "several packs have a folder each"
+    assert ROOT / str(output) / TABLE == declarations.REPORT
+
+
 def test_a_release_runs_the_scenario_of_the_readme(release):
     from amb_cosim.scenario.scenario import load_scenario
 
