@@ -15,7 +15,7 @@ from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.presentation.style import BLUE, ORANGE, SKY_BLUE, STYLE, StyledFigure, fitted, write_png, write_title
-from amb_cosim.presentation.units import ShownUnit, force_unit, length_unit
+from amb_cosim.presentation.units import ShownUnit, force_unit, length_unit, speed_unit
 from amb_files.atomic import plain_file
 from amb_sweeps.axes import is_moment
 from amb_sweeps.outcomes import BROKEN_OFF, COLOURS
@@ -78,7 +78,7 @@ def draw_maps(swept: Sweep) -> list[str]:
 def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
     """Draw a variable of a sweep."""
     across = _across(swept)
-    dataset, label = in_display_unit(dataset, name)
+    dataset, label = in_display_unit(with_speeds_shown(dataset), name)
     parts = panels(swept.design, {*across, SAMPLE}, descriptions(dataset))[:MOST_PANELS]
     width = 3.4 * len(parts) + 1.0
     figure = StyledFigure(figsize=(max(4.6, width), 3.6), layout="constrained")
@@ -101,15 +101,23 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
     if name == "outcome":
         occurring = [outcome for outcome in COLOURS if (dataset["outcome"] == outcome).any()]
         handles = [Patch(color=COLOURS[outcome], label=outcome or "not run") for outcome in occurring]
-        figure.legend(handles=handles, loc="outside right upper", frameon=False)
+        figure.legend(handles=handles, loc="outside right center", frameon=False)
     elif name in EITHER and drawn is not None:
         handles = [Patch(color=colour, label=words) for words, colour in EITHER[name].items()]
-        figure.legend(handles=handles, loc="outside right upper", frameon=False)
+        figure.legend(handles=handles, loc="outside right center", frameon=False)
     elif drawn is not None:
         figure.colorbar(drawn, ax=list(axes), label=fitted(label, 2.8))
     add_legend(figure, [*([boundary] if boundary else []), *(failed_sample(dataset) if name != "outcome" else [])])
     write_title(figure, swept.title)
     return figure
+
+
+def with_speeds_shown(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a sweep with its spin speeds, which are stored in rad/s, in the unit of speeds."""
+    unit = speed_unit()
+    speeds = {name: c for name, c in dataset.coords.items() if c.attrs.get("units") == "rad/s"}
+    shown = {name: (c / unit.size).assign_attrs(c.attrs | {"units": unit.label}) for name, c in speeds.items()}
+    return dataset.assign_coords({name: (c.dims, c.values, c.attrs) for name, c in shown.items()})
 
 
 def in_display_unit(dataset: xr.Dataset, name: str) -> tuple[xr.Dataset, str]:
@@ -201,7 +209,7 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
     label = f"boundary ({swept.boundary.replace('_', ' ')})"
     group = boundary_group(swept.boundary)
     if (swept.folder / STORE / group).is_dir():
-        points = open_sweep(swept.folder, group)
+        points = with_speeds_shown(open_sweep(swept.folder, group))
         here = np.ones(points.sizes["point"], bool)
         for name in dataset.coords:
             if dataset[name].ndim == 0 and name in points:

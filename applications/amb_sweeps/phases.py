@@ -67,7 +67,7 @@ def draw_distribution(swept: Sweep, dataset: xr.Dataset, along: str) -> StyledFi
     axes[0].set_ylabel(label)
     handles, labels = axes[0].get_legend_handles_labels()
     if handles:
-        figure.legend(handles, labels, loc="outside right upper", frameon=False)
+        figure.legend(handles, labels, loc="outside right center", frameon=False)
     add_legend(figure, failed_sample(dataset))
     write_title(figure, swept.title)
     return figure

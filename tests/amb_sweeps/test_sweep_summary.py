@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from drawn import cut_texts
 
+import amb_cosim
 from amb_sweeps.commands import _request
 from amb_sweeps.figures import draw_sweep
 from amb_sweeps.maps import draw_map
@@ -22,6 +23,7 @@ from amb_sweeps.worker import PointResult
 from tests.amb_sweeps.conftest import filled
 from tests.support.messages import assert_names
 
+RPM = np.pi / 30.0
 CONTROLS = {"PID": {}, "ROLAC": {"a.on": True}}
 
 
@@ -106,7 +108,11 @@ def test_maps_describe_their_axes_and_count_failed_runs(tmp_path):
     store.add([PointResult(n, ends[n], "", {"contact_share": 0.1 * n} if n < 8 else {}) for n in range(9)])
     swept = Sweep(tmp_path, design)
     figure = draw_map(swept, swept.dataset, "contact_share")
-    assert figure.axes[0].get_xlabel() == "Omega (rad/s)"
+    assert figure.axes[0].get_xlabel() == "Omega (rpm)"
+    lowest, highest = figure.axes[0].get_xlim()
+    assert lowest < 200.0 / RPM < 260.0 / RPM < highest < 300.0 / RPM
+    with amb_cosim.units("rad/s"):
+        assert draw_map(swept, swept.dataset, "contact_share").axes[0].get_xlabel() == "Omega (rad/s)"
     assert figure.axes[0].get_ylabel().replace("\n", " ") == "Unbalance of turbine, from the step on (g.mm)"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["failed: 1 of 9"]
     assert figure.axes[0].get_title() == "Adapts to contact: true"
@@ -134,6 +140,8 @@ def test_two_outcomes_have_two_colours_and_the_title_is_the_description(tmp_path
     figure = draw_map(replace(swept, description=words), swept.dataset, "rolling")
     assert figure.get_suptitle().split() == words.split()
     assert not cut_texts(figure)
+    legends = [legend.get_window_extent() for legend in figure.legends]
+    assert not any(legend.overlaps(figure._suptitle.get_window_extent()) for legend in legends)
 
 
 def test_ready_sweep_has_its_description_in_the_title():
