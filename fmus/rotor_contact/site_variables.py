@@ -218,8 +218,8 @@ def site_outputs(site: str, planes: Planes) -> list[Variable]:
             f"Whether the rotor is beyond the clearance {at}, which it cannot touch because enabled is false",
             type="Boolean",
             initially_depends_on=journal,
-            warning=f"the rotor passes {site.upper()}, which {site}.enabled = false leaves out: the gap is "
-            f"{{{site}.gap}} m with a clearance of {{{site}.clearance}} m",
+            warning=f"{site.upper()} is switched off ({site}.enabled = false); the rotor would have touched it (gap "
+            f"{{{site}.gap}} m, negative beyond the clearance of {{{site}.clearance}} m)",
         ),
         output(
             f"{site}.beyond_reduction",

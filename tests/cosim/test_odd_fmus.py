@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from command_line import run_command
 from fmu_systems import system_text
 from slow import slow_but_first
 from waiting import LONGEST, wait_until
@@ -61,6 +62,15 @@ def test_an_error_that_is_logged_by_a_successful_step_is_a_warning(run):
     result = run("complain")
     assert result.outcome.status == "completed"
     assert [w.sentence for w in warnings_of(result.dataset)] == ["no table, defaults apply"]
+
+
+def test_the_command_prints_what_a_foreign_fmu_logs(system, hostile, tmp_path):
+    """With the name of the component, as `run` prints the warnings of a scenario."""
+    hostile.will("complain", 5, "DoStep")
+    done = run_command("simulate", system, "-o", tmp_path / "out", cwd=tmp_path)
+    (line,) = [line for line in done.stdout.splitlines() if "no table, defaults apply" in line]
+    assert line.startswith("warning: ")
+    assert "one" in line.partition("apply")[2]
 
 
 def test_a_nan_fails_the_run_and_keeps_its_record(run):
