@@ -324,17 +324,17 @@ def force_at_touch(result: ContactLaws, law: str) -> Annotated[float, "N"]:
 
 
 def smallest_force(result: ContactLaws, law: str) -> Annotated[float, "N"]:
-    """Return the smallest force of a contact law in a blow (N), point B of Fig. 4.1 if negative."""
+    """Return the smallest force of a contact law in an impact (N), point B of Fig. 4.1 if negative."""
     return result.laws[law].smallest_force
 
 
 def law_panels(result: ContactLaws) -> list[Panel]:
-    """Return force over penetration of each contact law in one blow."""
+    """Return force over penetration of each contact law in an impact."""
     curves = (
         curve(f"{name.replace('_', ' ')} ({loop.equation})", 1e6 * loop.penetration, 1e-3 * loop.force)
         for name, loop in result.laws.items()
     )
-    return [Panel("Contact laws in one blow", "penetration (um)", "force (kN)", tuple(curves))]
+    return [Panel("Contact laws in an impact", "penetration (um)", "force (kN)", tuple(curves))]
 
 
 def end_panels(run: Signals) -> Iterator[Panel]:

@@ -1,4 +1,4 @@
-"""Study of the classical contact laws: force over penetration in one blow (thesis Figs 4.1, 4.2; 4.1 to 4.9, 4.13)."""
+"""Study of the classical contact laws: force over penetration in one impact (thesis Figs 4.1, 4.2; 4.1 to 4.9, 4.13)."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def journal_mass() -> float:
 
 
 def _loop(equation: str, law: ForceLaw, mass: float, speed: float, duration: float) -> HysteresisLoop:
-    """Return the loop of one blow."""
+    """Return the loop of one impact."""
     delta, rate, force = blow(law, mass, speed, duration)
     return HysteresisLoop(
         equation=equation,
