@@ -235,9 +235,14 @@ def _list(name: str, values: Sequence[Any]) -> Column:
     return Column(name, tuple(items))
 
 
+def is_speed(name: str) -> bool:
+    """Return whether a variation is the spin speed of a scenario."""
+    return name.rpartition(".")[2] == SPEED
+
+
 def _require_speed_unit(name: str, text: str) -> None:
     """Refuse values of the speed that are texts without a unit; numbers of Python are in rad/s."""
-    if name.rpartition(".")[2] == SPEED:
+    if is_speed(name):
         raise ValueError(f"{name} = {text} has no unit; write it after a value, such as 60 rpm or 60 rad/s")
 
 

@@ -17,12 +17,13 @@ from matplotlib.ticker import MaxNLocator
 from amb_cosim.presentation.style import BLUE, ORANGE, SKY_BLUE, STYLE, StyledFigure, fitted, write_png, write_title
 from amb_cosim.presentation.units import ShownUnit, force_unit, length_unit, speed_unit
 from amb_files.atomic import plain_file
-from amb_sweeps.axes import is_moment
+from amb_sweeps.axes import is_moment, is_speed
 from amb_sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_sweeps.panels import descriptions, numeric_axes, panels, words_of
 from amb_sweeps.refine import boundary_group
 from amb_sweeps.sampling import SAMPLE
 from amb_sweeps.store import STORE, open_sweep
+from fmi_export.building.units import to_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,12 +113,17 @@ def draw_map(swept: Sweep, dataset: xr.Dataset, name: str) -> StyledFigure:
     return figure
 
 
-def with_speeds_shown(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a sweep with its spin speeds, which are stored in rad/s, in the unit of speeds."""
-    unit = speed_unit()
-    speeds = {name: c for name, c in dataset.coords.items() if c.attrs.get("units") == "rad/s"}
-    shown = {name: (c / unit.size).assign_attrs(c.attrs | {"units": unit.label}) for name, c in speeds.items()}
-    return dataset.assign_coords({name: (c.dims, c.values, c.attrs) for name, c in shown.items()})
+def with_speeds_shown(dataset: xr.Dataset, sweep: xr.Dataset | None = None) -> xr.Dataset:
+    """Return a data set in which spin speeds are in the unit of speeds; `sweep` has their units if it has none."""
+    unit, shown = speed_unit(), {}
+    for name, speeds in dataset.variables.items():
+        if not is_speed(str(name)):
+            continue
+        attributes = speeds.attrs if sweep is None else sweep[name].attrs
+        if stored := attributes.get("units"):
+            factor = to_unit(f"1 {stored}", unit.name, str(name))
+            shown[name] = (speeds.dims, factor * speeds.values, attributes | {"units": unit.label})
+    return dataset.assign(shown)
 
 
 def in_display_unit(dataset: xr.Dataset, name: str) -> tuple[xr.Dataset, str]:
@@ -209,7 +215,7 @@ def _draw_boundary(ax: Axes, swept: Sweep, dataset: xr.Dataset, across: list[str
     label = f"boundary ({swept.boundary.replace('_', ' ')})"
     group = boundary_group(swept.boundary)
     if (swept.folder / STORE / group).is_dir():
-        points = with_speeds_shown(open_sweep(swept.folder, group))
+        points = with_speeds_shown(open_sweep(swept.folder, group), swept.dataset)
         here = np.ones(points.sizes["point"], bool)
         for name in dataset.coords:
             if dataset[name].ndim == 0 and name in points:

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import xarray as xr
 from drawn import cut_texts
 
@@ -116,6 +117,31 @@ def test_maps_describe_their_axes_and_count_failed_runs(tmp_path):
     assert figure.axes[0].get_ylabel().replace("\n", " ") == "Unbalance of turbine, from the step on (g.mm)"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["failed: 1 of 9"]
     assert figure.axes[0].get_title() == "Adapts to contact: true"
+
+
+@pytest.mark.parametrize("speeds", ["14 Hz:18 Hz:3", "840 rpm:1080 rpm:3", "87.9646 rad/s:113.097 rad/s:3"])
+def test_a_map_has_speeds_in_rpm_whatever_the_unit_of_their_range(speeds, tmp_path):
+    """The data set keeps the unit of the range."""
+    swept = filled(tmp_path, {"Omega": speeds, "a.x": "1:2:2"}, force)
+    (panel, *_) = draw_map(swept, swept.dataset, "peak_contact_force").axes
+    (lowest, highest), half = panel.get_xlim(), 60.0  # of a cell
+    assert panel.get_xlabel() == "Omega (rpm)"
+    np.testing.assert_allclose((lowest + half, highest - half), (840.0, 1080.0), rtol=1e-5)
+    assert swept.dataset["Omega"].attrs["units"] == speeds.split(":")[1].split()[1]
+
+
+def test_the_refined_boundary_is_where_the_map_has_it(tmp_path):
+    """Its points are stored without units."""
+    vary = {"Omega": "10 Hz:20 Hz:3", "a.x": "0:1:3"}
+    swept = filled(tmp_path, vary, lambda s: {"recovered": float(s["a.x"] < 0.3)})
+    refinement = Refinement(swept.design, swept.dataset, 0.1, "recovered")
+    while (points := refinement.next_round()) is not None:
+        values = [float(points.settings(n)["a.x"] < 0.3) for n in range(points.size)]
+        refinement.learn(xr.Dataset({"recovered": ("point", values)}))
+    refinement.save(SweepStore(swept.folder, swept.design, {"scenario": {"name": "made up"}}, {}))
+    (panel, *_) = draw_map(replace(swept, boundary="recovered"), swept.dataset, "outcome").axes
+    (line,) = panel.lines
+    assert sorted({*line.get_xdata()}) == [600.0, 900.0, 1200.0]
 
 
 def test_variables_of_one_axis_are_described_by_their_common_words():
