@@ -8,10 +8,11 @@ from falls import CLEARANCE, LANDED, OMEGA, fall
 from matplotlib.text import Text
 from slow import slow_but_first
 
+import amb_cosim
 from amb_cosim.results import plots
 from amb_cosim.results.plots import motion
 from amb_cosim.results.plots.joined import joined
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 RPM = 30.0 / np.pi  # 1/min per rad/s
 USUAL = ["orbits", "displacement", "contact"]
@@ -34,6 +35,16 @@ def test_every_figure_is_drawn_from_the_data_set_alone(synthetic, without, tmp_p
     figures = json.dumps([*USUAL, "whirl", "energy"])
     dataset = without(synthetic(plot_figures=figures), *left_out)
     assert drawn(dataset, tmp_path) == json.loads(figures)
+
+
+def test_a_title_has_speeds_in_a_single_unit(synthetic):
+    """Scenarios state speeds as their source does; a title beside its own speed in rpm has no rad/s."""
+    dataset = synthetic().assign_attrs(description="lost at 260 rad/s: it loses 7 rad/s")
+    title = plots.figure(dataset, "orbits").get_suptitle().split("\n", 1)[1]
+    assert_names(title, f"{260.0 * RPM:.0f} rpm", "66.85 rpm")
+    assert "rad/s" not in title
+    with amb_cosim.units("rad/s"):
+        assert "260 rad/s" in plots.figure(dataset, "orbits").get_suptitle()
 
 
 def test_a_run_that_rolls_shows_its_whirl(synthetic, tmp_path):

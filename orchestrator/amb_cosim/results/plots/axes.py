@@ -15,7 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, YELLOW, write_title
-from amb_cosim.presentation.units import spin_text
+from amb_cosim.presentation.units import speed_unit, spin_text, with_speeds_in
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.orbits import directions, path, turned_upright, upright
 from amb_cosim.results.places import places
@@ -44,11 +44,12 @@ def clearance(dataset: Signals, site: str) -> float:
 
 
 def add_title(figure: Figure, dataset: Signals) -> None:
-    """Write the name of the scenario, its spin speed and its description above the figure."""
+    """Write the name of the scenario, its spin speed and its description, with speeds in the same unit, above it."""
     speeds = speed(dataset)
     name = Path(dataset.attrs["scenario"]).stem
     ends = (speeds[0], speeds[-1]) if speed_is_drawn(dataset) else (speeds[0],)
-    write_title(figure, f"{name}, {spin_text(*ends)}\n{dataset.attrs.get('description', '')}")
+    description = with_speeds_in(dataset.attrs.get("description", ""), speed_unit())
+    write_title(figure, f"{name}, {spin_text(*ends)}\n{description}")
 
 
 def orbit_labels(dataset: Signals, unit: str) -> tuple[str, str]:

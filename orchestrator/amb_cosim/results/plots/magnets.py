@@ -35,7 +35,7 @@ from amb_cosim.results.plots.axes import (
 from array_types import Array
 
 AXES = {"x": BLUE, "y": ORANGE}
-LIMIT = "limit; of a force: with the rotor in the centre"
+LIMIT = "limit (force: rotor centred)"
 UNPOWERED = "0.9"
 NEAR = 0.4  # fraction of a limit above which it is drawn; otherwise it is written
 
