@@ -21,6 +21,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.dataset import git_revision
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
+from amb_cosim.presentation.units import speed_unit, with_speeds_in
 from amb_cosim.scenario.rotors import RotorSource, is_rotor
 from amb_cosim.scenario.scenario import Scenario, as_scenario, load_scenario
 from amb_files.pack_file import rotor_path
@@ -77,9 +78,10 @@ class Sweep:
 
     @property
     def title(self) -> str:
-        """Title of its figures: its description, or name and description of its scenario."""
+        """Title of its figures: its description, or name and description of its scenario, with speeds in their unit."""
         about = str(json.loads(self.dataset.attrs["request"])["scenario"].get("description", ""))
-        return self.description or (f"{self.name}: {about}" if about else self.name)
+        text = self.description or (f"Variations of {self.name}: {about}" if about else self.name)
+        return with_speeds_in(text, speed_unit())
 
     @property
     def summary(self) -> str:

@@ -170,6 +170,16 @@ def test_two_outcomes_have_two_colours_and_the_title_is_the_description(tmp_path
     assert not any(legend.overlaps(figure._suptitle.get_window_extent()) for legend in legends)
 
 
+def test_a_title_says_that_the_scenario_is_varied_and_has_speeds_in_rpm(tmp_path):
+    """At the speed of the scenario lies a single point of a map over speed."""
+    design = sample_plan({"Omega": "200:260 rad/s:3"})
+    about = {"name": "rub", "description": "a step at 260 rad/s"}
+    swept = Sweep(tmp_path, design)
+    SweepStore(tmp_path, design, {"scenario": about}, {}).add([PointResult(0, "recovered", "", {})])
+    assert_names(swept.title, "rub", "Variations", f"{260.0 / RPM:.0f} rpm")
+    assert "rad/s" not in swept.title
+
+
 def test_ready_sweep_has_its_description_in_the_title():
     options = {"vary": {}, "set": {}, "rotor": None, "receptances": None, "flavour": "native"}
     assert "friction" in _request("rolling", options)[1]
