@@ -1,4 +1,4 @@
-"""Study of the classical contact laws: force over penetration in one impact (thesis Figs 4.1, 4.2; 4.1 to 4.9, 4.13)."""
+"""Study of the classical contact laws: force over penetration in impacts (thesis Figs 4.1, 4.2; 4.1 to 4.9, 4.13)."""
 
 from __future__ import annotations
 
