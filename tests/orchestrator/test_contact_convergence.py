@@ -107,6 +107,18 @@ def test_scattering_starts_are_called_chaotic_and_their_medians_compared(study):
     assert "chaotic, medians are compared" in str(result)
 
 
+def test_the_figure_has_forces_in_kn_and_its_legend_beside_the_marks(study):
+    figure = studies.figure(study(lambda case: 20e3))
+    figure.draw_without_rendering()
+    panel = figure.axes[0]
+    assert panel.get_ylabel() == "peak force (kN)"
+    (mark,) = panel.lines[0].get_ydata()
+    assert mark == pytest.approx(20.0)
+    (legend,) = figure.legends
+    assert not any(legend.get_window_extent().overlaps(axes.get_window_extent()) for axes in figure.axes)
+    assert all(axes.get_legend() is None for axes in figure.axes)
+
+
 def test_warnings_of_the_plan_follow_the_verdict(study):
     result = study(lambda case: 1000.0, starts=0, warnings=("a switch is idle",))
     assert result.text()[-1] == "warning: a switch is idle"

@@ -7,12 +7,9 @@ from matplotlib.figure import Figure
 
 from amb_analysis.studies.contact_convergence import CONVERGED, ContactConvergence, ConvergenceRow
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, YELLOW, StyledFigure, write_title
+from amb_cosim.presentation.units import ShownUnit, force_unit
 
-QUANTITIES = (
-    ("peak_force", "peak force (N)"),
-    ("mean_force", "mean over 1 ms (N)"),
-    ("peak_impulse", "largest impact (N s)"),
-)
+QUANTITIES = {"peak_force": "peak force", "mean_force": "mean over 1 ms", "peak_impulse": "largest impact"}
 NAMED = 8  # most runs of a group whose names are written
 SITE_STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"), (YELLOW, "v"))
 
@@ -31,17 +28,18 @@ def draw(result: ContactConvergence) -> Figure:
     figure = StyledFigure(figsize=(9.2, 7.0), layout="constrained")
     widths = [min(len(rows), NAMED) + 0.6 for rows in groups.values()]
     grid = figure.subplots(len(QUANTITIES), len(groups), sharey="row", sharex="col", squeeze=False, width_ratios=widths)
-    for (quantity, label), line in zip(QUANTITIES, grid, strict=True):
-        for axes, (varied, rows) in zip(line, groups.items(), strict=True):
-            _draw_rows(axes, quantity, rows, sites)
-            if quantity == QUANTITIES[0][0]:
-                axes.set_title(varied)
+    for axes, varied in zip(grid[0], groups, strict=True):
+        axes.set_title(varied)
+    for (quantity, label), line in zip(QUANTITIES.items(), grid, strict=True):
+        unit = _unit(quantity, result)
+        for axes, rows in zip(line, groups.values(), strict=True):
+            _draw_rows(axes, quantity, unit, rows, sites)
             if len(rows) <= NAMED:
                 axes.set_xticks(range(len(rows)), [_name(row) for row in rows], rotation=60, ha="right")
-        line[0].set_ylabel(label)
+        line[0].set_ylabel(f"{label} ({unit.label})")
         line[0].set_ylim(0.0, 1.05 * line[0].get_ylim()[1])
     if sites:
-        grid[0, 0].legend(loc="best")
+        figure.legend(*grid[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=len(SITE_STYLES))
     write_title(
         figure,
         f"{result.scenario} with {result.rotor}: band of {100.0 * CONVERGED:g} % around the scenario; "
@@ -54,18 +52,25 @@ def _name(row: ConvergenceRow) -> str:
     return f"start {row.start}" if row.start else row.label
 
 
-def _draw_rows(axes: Axes, quantity: str, rows: list[ConvergenceRow], sites: list[str]) -> None:
+def _unit(quantity: str, result: ContactConvergence) -> ShownUnit:
+    """Return the unit of a quantity: that of forces up to the largest, or N s."""
+    if quantity == "peak_impulse":
+        return ShownUnit("N s", 1.0)
+    return force_unit(max((getattr(site, quantity) for row in result.rows for site in row.sites.values()), default=0.0))
+
+
+def _draw_rows(axes: Axes, quantity: str, unit: ShownUnit, rows: list[ConvergenceRow], sites: list[str]) -> None:
     """Draw a quantity of each site over the runs."""
     for site, (colour, marker) in zip(sites, SITE_STYLES, strict=False):
         reference = rows[0].sites.get(site)
         if reference is not None:
-            value = getattr(reference, quantity)
+            value = getattr(reference, quantity) / unit.size
             axes.axhspan(value * (1.0 - CONVERGED), value * (1.0 + CONVERGED), color=colour, alpha=0.12, lw=0)
         for k, row in enumerate(rows):
             if site in row.sites:
                 face = colour if row.recovery == rows[0].recovery else "white"
                 label = site.upper() if k == 0 else None
-                value = getattr(row.sites[site], quantity)
+                value = getattr(row.sites[site], quantity) / unit.size
                 axes.plot(k, value, marker, ms=5, color=colour, markerfacecolor=face, label=label, ls="none")
     axes.set_xlim(-0.5, len(rows) - 0.5)
     axes.grid(color="0.9", lw=0.5)
