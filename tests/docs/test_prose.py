@@ -112,6 +112,34 @@ def test_page_is_written_plainly(page):
     assert "\n".join(fault for fault in reported if not allowed(name_of(page), fault)) == ""
 
 
+def per_thousand_words(pattern: str, texts: list[str]) -> float:
+    text = "\n".join(texts)
+    return 1000.0 * len(re.findall(pattern, text)) / len(re.findall(r"[A-Za-z][A-Za-z'-]*", text.replace(CODE, "code")))
+
+
+@pytest.mark.parametrize("measure", [name for name in RULES["rhythm"] if name != "left_out"])
+def test_pages_are_connected_prose_for_a_reader(measure):
+    """Compressed prose has colons in place of connectives, numbers in place of tables, and does not address you."""
+    pages = [ROOT / "README.md", *(page for page in PAGES if name_of(page).startswith("docs/"))]
+    left_out = RULES["rhythm"]["left_out"]
+    chosen = [page for page in pages if not any(fnmatch(name_of(page), form) for form in left_out)]
+    texts = [passage.text for page in chosen for passage in passages_of(page) if passage.kind == "p"]
+    limits = RULES["rhythm"][measure]
+    assert limits.get("least", 0.0) <= per_thousand_words(limits["pattern"], texts) <= limits.get("most", 1000.0)
+
+
+def test_compressed_prose_is_refused():
+    compressed = ["Three numbers suffice: mass 60 kg, length 1.2 m, speed 12000 rpm; a drawing begins with its file."]
+    connected = ["You can start from mass, length and speed. However, if you have a drawing, start from its file."]
+    for name, limits in RULES["rhythm"].items():
+        if name != "left_out":
+            allowed = [
+                limits.get("least", 0.0) <= per_thousand_words(limits["pattern"], texts) <= limits.get("most", 1000.0)
+                for texts in (compressed, connected)
+            ]
+            assert allowed == [False, True], name
+
+
 def test_each_entry_of_the_changelog_is_complete_and_occurs_once():
     """A merge can keep both versions of an entry, or the first line of one."""
     entries = re.findall(r"^- .*(?:\n  .*)*", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE)
