@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from amb_cosim.cosim.system.values import plain_number
+from amb_cosim.presentation.descriptions import common_words
 from amb_cosim.scenario.far_values import StatedValues
 from amb_sweeps.overlaps import refuse_idle_settings, refuse_overlaps
-from amb_sweeps.panels import common_words, first_words
+from amb_sweeps.panels import first_words
 from amb_sweeps.sampling import SamplePlan
 from amb_sweeps.worker import Runner, Task, event_of
 

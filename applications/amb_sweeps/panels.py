@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from itertools import takewhile
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,6 @@ from amb_sweeps.sampling import SAMPLE, SamplePlan
 if TYPE_CHECKING:
     import xarray as xr
 
-PREPOSITIONS = ("at", "of", "in", "on", "to")
 NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
@@ -51,13 +49,6 @@ def panels(design: SamplePlan, across: Collection[str], described: Mapping[str, 
 def descriptions(dataset: xr.Dataset) -> dict[str, str]:
     """Return the descriptions of the variations of a sweep, by name."""
     return {str(name): str(c.attrs["description"]) for name, c in dataset.coords.items() if "description" in c.attrs}
-
-
-def common_words(descriptions: Sequence[str]) -> str:
-    """Return the common first words of all descriptions, without a preposition at the end: `Friction`, not `at A`."""
-    at_each_place = zip(*(text.split() for text in descriptions), strict=False)  # as many as the shortest has
-    words = [words[0] for words in takewhile(lambda words: len(set(words)) == 1, at_each_place)]
-    return " ".join(words[:-1] if words and words[-1] in PREPOSITIONS else words)
 
 
 def value_text(name: str, value: Any, unit: str, described: str = "") -> str:

@@ -11,10 +11,10 @@ import xarray as xr
 from drawn import cut_texts
 
 import amb_cosim
+from amb_cosim.presentation.descriptions import common_words
 from amb_sweeps.commands import _request
 from amb_sweeps.figures import draw_sweep
 from amb_sweeps.maps import draw_map
-from amb_sweeps.panels import common_words
 from amb_sweeps.phases import distribution, draw_distribution, draw_phases
 from amb_sweeps.refine import Refinement
 from amb_sweeps.run import Sweep

@@ -37,6 +37,14 @@ def test_variables_of_a_unit_share_a_panel(result):
     assert state.get_title("left").startswith("rotor_contact.contact_state: contact_state")
 
 
+def test_a_panel_of_several_variables_says_what_they_have_in_common(result):
+    for name, axis in (("mb1.x", "x"), ("mb1.y", "y")):
+        result.dataset[f"rotor_contact.{name}"].attrs["description"] = f"Displacement at MB1 in {axis}"
+    result.dataset["rotor_contact.mb2.x"].attrs["description"] = "Position at MB2"
+    titles = [result.plot("mb1.x", name).axes[0].get_title("left") for name in ("mb1.y", "mb2.x")]
+    assert titles == ["Displacement at MB1", "2 variables of rotor_contact"]
+
+
 def test_traces_span_the_chosen_interval(result):
     (panel,) = result.plot("mb1.x", begin="cycle 4", until="0.2 s").axes
     assert panel.get_xlim() == pytest.approx((4.0, 10.0))

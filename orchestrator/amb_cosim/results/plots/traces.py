@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from amb_cosim.presentation.descriptions import common_words
 from amb_cosim.presentation.style import COLOURS, StyledFigure, fitted, write_title
 from amb_cosim.presentation.units import QUANTITIES, ShownUnit, force_unit, length_unit, speed_unit
 from amb_cosim.results.plots.axes import (
@@ -81,10 +82,12 @@ def _short(names: list[str], name: str) -> str:
 
 
 def _heading(selection: Selection, names: list[str]) -> str:
-    """Return the description of a single variable, or the number of variables."""
+    """Return the description of a single variable, or what those of several have in common, or their number."""
     if len(names) == 1:
         description = str(selection.dataset[names[0]].attrs.get("description", ""))
         return f"{names[0]}: {description}" if description else names[0]
+    if common := common_words([str(selection.dataset[name].attrs.get("description", "")) for name in names]):
+        return common
     components = {name.partition(".")[0] for name in names}
     return f"{len(names)} variables of {', '.join(sorted(components))}"
 
