@@ -141,7 +141,7 @@ def currents_of(values: Mapping[str, complex], machine: RubbingRotor, Omega: flo
 def allowed_current(machine: RubbingRotor, bearing: str, Omega: float) -> float:
     """Return the largest amplitude (A) that coils, voltage, controller and DAC can follow at a speed (rad/s).
 
-    The voltage limits the coils of dynamic amplifiers alone (`amb_actuator.amplifier`).
+    The voltage limit applies only to the coils of dynamic amplifiers (`amb_actuator.amplifier`).
     """
     levitated, result = machine.machine, math.inf
     if ACTUATOR in levitated.parameters:
