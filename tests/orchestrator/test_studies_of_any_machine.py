@@ -77,7 +77,7 @@ def test_a_response_needs_a_stable_loop():
 
 
 def test_peaks_of_a_machine_do_not_depend_on_the_range():
-    whole, part = (studies.unbalance_response(scenario=COMPRESSOR, up_to=f"{top} rad/s") for top in (9000, 700))
+    whole, part = (studies.unbalance_response(scenario=COMPRESSOR, up_to=f"{top} rad/s") for top in (2000, 700))
     assert part.critical_speeds
     for a, b in zip(whole.critical_speeds, part.critical_speeds, strict=False):
         assert (a.place, a.speed) == (b.place, pytest.approx(b.speed, rel=0.01))
