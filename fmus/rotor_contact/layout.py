@@ -12,6 +12,7 @@ from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.bodies import SPIN, place_bodies
+from rotor_contact.constant_speed import ConstantSpeed, constant_speed_of, constant_speed_size
 from rotor_contact.contact import MAX_UNKNOWNS
 from rotor_contact.dynamics import N_ROWS, Motion
 from rotor_contact.linear_solver import Equations, equations_of
@@ -64,7 +65,7 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 class State(NamedTuple):
-    """The state: record `HEAD`, in an array of length 1; the latest keys; the sites; z = (q, v, energy integrals).
+    """The state: record `HEAD`, in an array of length 1; latest keys and constant speed; sites; z = (q, v, integrals).
 
     z has room for all bodies; with fewer bodies it ends earlier.
     """
@@ -72,6 +73,7 @@ class State(NamedTuple):
     head: Records
     key: Key
     matrices_key: MatricesKey
+    constant: ConstantSpeed
     sites: Records
     z: Array
 
@@ -123,10 +125,17 @@ def stage_size(n: int, n_sites: int) -> int:
 
 
 @views
-def place_of_sites(structure: Structure) -> int:
-    """Return where the records of the sites begin in the state."""
+def place_of_constant_speed(structure: Structure) -> int:
+    """Return where the constant speed begins in the state."""
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
     return N_HEAD + key_size(n_bearings) + matrices_key_size(n, n_bearings, n_sites)
+
+
+@views
+def place_of_sites(structure: Structure) -> int:
+    """Return where the records of the sites begin in the state."""
+    n_bearings = structure.bearings.shape[0]
+    return place_of_constant_speed(structure) + constant_speed_size(n_bearings)
 
 
 @views
@@ -168,6 +177,7 @@ def state_of(state: Array, structure: Structure) -> State:
         part(state, 0, HEAD, 1),
         key_of(state, N_HEAD, n_bearings),
         matrices_key_of(state, N_HEAD + key_size(n_bearings), structure.K.shape[0], n_bearings, n_sites),
+        constant_speed_of(state, place_of_constant_speed(structure), n_bearings),
         part(state, place_of_sites(structure), SITE_STATE, n_sites),
         part(state, place_of_motion(structure), REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
     )

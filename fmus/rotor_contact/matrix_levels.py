@@ -14,7 +14,7 @@ from rotor_contact.passive_bearings import add_bearings
 from rotor_contact.products import row_combination
 from rotor_contact.seals import add_seals, seals_are_isotropic
 from rotor_contact.site import Sites
-from rotor_contact.speed_grid import quantum_for, spacing_for, stride_for
+from rotor_contact.speed_grid import CONSTANT, quantum_for, spacing_for, stride_for
 from rotor_contact.step_matrices import (
     MAX_COORDINATES,
     MAX_LEVELS,
@@ -65,8 +65,8 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     if n > MAX_COORDINATES:
         return
     write_coefficients(structure, motion, sites, matrices, 0, motion.Omega)
-    isotropic = seals_are_isotropic(motion.seals)
-    sizes.isotropic = 1.0 if isotropic and _is_isotropic(structure.Minv, coefficients_at(matrices, 0).columns) else 0.0
+    sizes.grid_isotropic = 1.0 if _is_isotropic(structure, motion, coefficients_at(matrices, 0).columns) else 0.0
+    sizes.isotropic = sizes.grid_isotropic
     fastest = _fastest(coefficients_at(matrices, 0).columns)
     if motion.seals.records.shape[1] > 0:
         for place in range(motion.seals.records.shape[0]):
@@ -79,11 +79,42 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
         shortest *= 0.5
     if n_built > MOST_LEVELS:
         return
-    sizes.n_built, sizes.n_levels, sizes.n_terms = n_built, min(n_built, MAX_LEVELS), 0.0
-    term = 1.0
-    while term > SMALLEST_TERM or sizes.n_terms < N_LOBATTO:
-        sizes.n_terms += 1.0
-        term *= rate * shortest / sizes.n_terms
+    sizes.n_built, sizes.n_levels = n_built, min(n_built, MAX_LEVELS)
+    sizes.n_terms = _terms_for(rate * shortest)
+
+
+@kernel
+def _terms_for(reach: float) -> float:
+    """Return the number of terms of a series of motion; `reach` is its length times the highest rate of change."""
+    n_terms, term = 0.0, 1.0
+    while term > SMALLEST_TERM or n_terms < N_LOBATTO:
+        n_terms += 1.0
+        term *= reach / n_terms
+    return n_terms
+
+
+@kernel
+def begin_slot(
+    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, index: float, Omega: float
+) -> None:
+    """Assign a slot to a place, with no row built; write its K and C.
+
+    The matrices of a constant speed include the gradients of `StepMatrices.constant`.
+    """
+    sizes, slot = matrices.sizes[0], matrices.slots[which]
+    slot.index, slot.n_rows, slot.n_terms, slot.isotropic = index, 0.0, sizes.n_terms, sizes.grid_isotropic
+    write_coefficients(structure, motion, sites, matrices, which, Omega)
+    if index < CONSTANT:
+        return
+    KC, gradients = coefficients_at(matrices, which).columns, matrices.constant[int(index - CONSTANT), 1:]
+    for b in range(motion.bearings.shape[0]):
+        for axis in range(2):
+            row = motion.bearings[b].row + axis
+            for i in range(structure.K.shape[0]):
+                KC[row, i] -= structure.Minv[i, row] * gradients[2 * b + axis]
+    slot.isotropic = 1.0 if _is_isotropic(structure, motion, KC) else 0.0
+    shortest = sizes.step_size * 0.5 ** (sizes.n_built - 1.0)
+    slot.n_terms = max(sizes.n_terms, _terms_for((_fastest(KC) + abs(Omega)) * shortest))
 
 
 @kernel
@@ -110,9 +141,11 @@ def _port_of(matrices: StepMatrices, row: int) -> int:
 
 
 @kernel
-def _is_isotropic(Minv: Array, KC: Array) -> bool:
+def _is_isotropic(structure: Structure, motion: Motion, KC: Array) -> bool:
     """Return whether the rotor is isotropic: whether y behaves like x turned by a right angle."""
-    n = KC.shape[1]
+    if not seals_are_isotropic(motion.seals):
+        return False
+    n, Minv = KC.shape[1], structure.Minv
     largest = unlike = 0.0
     for j in range(0, 2 * n, 2):
         for i in range(0, n, 2):

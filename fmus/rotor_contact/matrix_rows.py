@@ -19,7 +19,7 @@ from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
 from rotor_contact.lobatto import FIRST_HALF, LAGRANGE, LOBATTO_POINTS, N_LOBATTO, SECOND_PART
 from rotor_contact.matrix_dampers import double_heat_row, integrate_heat_row
-from rotor_contact.matrix_levels import write_coefficients
+from rotor_contact.matrix_levels import begin_slot
 from rotor_contact.products import rotate_row, row_combination
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import grid_speed
@@ -45,8 +45,7 @@ def build_slot(
     n, Omega = int(sizes.n), grid_speed(matrices, index)
     rows = n_rows(n, int(sizes.n_ports))
     if slot.index != index:
-        slot.index, slot.n_rows = index, 0.0
-        write_coefficients(structure, motion, sites, matrices, which, Omega)
+        begin_slot(structure, motion, sites, matrices, which, index, Omega)
     x = matrices.pieces[:rows]
     room = matrices.pieces[rows:]
     while slot.n_rows < share * rows * sizes.n_built:
@@ -64,7 +63,7 @@ def build_slot(
             else:
                 double_heat_row(matrices, which, level, row, Omega, x, room)
         slot.n_rows += 1.0
-        if sizes.isotropic != 0.0:
+        if slot.isotropic != 0.0:
             _rotate_rows(matrices, which, level, row)
             slot.n_rows += 1.0
 
@@ -219,7 +218,7 @@ def _integrate_row(
     point = (row - 2 * n - 4) // (2 * int(sizes.n_ports)) if row >= 2 * n + 4 else -1
     cosine, sine = 1.0, 0.0  # terms of cos(Omega t) and sin(Omega t)
     p_1 = p_2 = 1.0
-    for term in range(1, int(sizes.n_terms) + 1):
+    for term in range(1, int(matrices.slots[slot].n_terms) + 1):
         dt = h / term
         row_combination(y, KC, a, n)
         for i in range(n):

@@ -32,17 +32,16 @@ STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every spe
 
 @kernel
 def steps_with_matrices(
-    motion: Motion, sites: Sites, step_size: float, origin: float, key: MatricesKey, memory: np.record
-) -> float:
-    """Return the number of steps with an unchanged key of the matrices, at most a few more than STEPS_BEFORE_BUILD.
+    motion: Motion, sites: Sites, step_size: float, key: MatricesKey, memory: np.record
+) -> tuple[bool, float]:
+    """Return whether the key of the matrices is unchanged, and since how many steps, up to a few more than 32.
 
-    `key` is updated; `origin` is a speed (rad/s) of the grid. Each speed that has to be built on the way counts against
-    `STEPS_PER_SPEED` steps, so fast speed changes are integrated: building the matrices costs as much as about thirty
-    steps.
+    `key` is updated. Each speed that has to be built on the way counts against `STEPS_PER_SPEED` steps, so fast speed
+    changes are integrated: building the matrices costs as much as about thirty steps.
     """
-    same = is_near(step_size, key.step_size[0], STEP_TOLERANCE) and key.origin[0] == origin
+    same = is_near(step_size, key.step_size[0], STEP_TOLERANCE)
     if not same:
-        key.step_size[0], key.origin[0] = step_size, origin
+        key.step_size[0] = step_size
     excitation = forces(motion)
     for k in range(motion.bearings.shape[0]):
         if not same_passive(motion.bearings[k], key.bearings[k], 0.0):
@@ -56,7 +55,7 @@ def steps_with_matrices(
             same = False
             copy(force, key.forces[i])
     between_built = stride_for(motion.seals) * spacing_for(key.step_size[0], motion.seals)
-    place = math.floor((motion.Omega - origin) / between_built)
+    place = math.floor(motion.Omega / between_built)
     moved = abs(place - float(memory.place))
     memory.place = place
     n_steps = 0.0
@@ -64,7 +63,7 @@ def steps_with_matrices(
         count = max(float(memory.n_matrix_steps) - STEPS_PER_SPEED * moved, -1.0)
         n_steps = count_of_steps(count, memory, STEPS_BEFORE_BUILD + STEPS_PER_SPEED)
     memory.n_matrix_steps = n_steps
-    return n_steps
+    return same, n_steps
 
 
 @kernel
@@ -102,7 +101,7 @@ def update_matrices(
     index, stride = place_on_grid(matrices, motion.Omega), matrices.sizes[0].stride
     low = float(math.floor(index))  # the type of `first`: for two types all that follows is compiled twice
     n_near = 1 if index == low else 2
-    is_direct = stride == 1.0 or key.origin[0] == motion.Omega
+    is_direct = stride == 1.0
     first = low if is_direct else middle_of(low) - 1.0
     n_built = n_near if is_direct else int(middle_of(low + n_near - 1.0) + 1.0 - first) + 1
     for i in range(n_built):

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 
+from fmi_export.flat import is_near
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.dynamics import forces
+from rotor_contact.dynamics import Motion, forces
 from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_ratio
 from rotor_contact.linear_solver import solve
@@ -19,6 +20,7 @@ from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.path import Point
 from rotor_contact.piece import INTEGRALS, Piece, piece_of
 from rotor_contact.products import add_combination, add_multiples
+from rotor_contact.propagator import ROUNDING
 from rotor_contact.site import Site, is_constrained, race_radius
 from rotor_contact.step_matrices import PORT_COLUMNS, StepMatrices, place_index, velocity_index
 from rotor_contact.workspace import Workspace, stages_of
@@ -51,8 +53,25 @@ def first_port_number(matrices: StepMatrices) -> int:
 
 
 @kernel
+def gradient_change(motion: Motion, matrices: StepMatrices, b: int, axis: int) -> float:
+    """Return the gradient (N/m) of a magnet beyond that in the matrices, 0 within rounding."""
+    gradient, known = motion.bearings[b].gradient[axis], matrices.gradients[2 * b + axis]
+    return 0.0 if is_near(gradient, known, ROUNDING) else gradient - known
+
+
+@kernel
+def gradients_change(motion: Motion, matrices: StepMatrices) -> bool:
+    """Return whether any magnet has another gradient than in the matrices."""
+    for b in range(motion.bearings.shape[0]):
+        for axis in range(2):
+            if gradient_change(motion, matrices, b, axis) != 0.0:
+                return True
+    return False
+
+
+@kernel
 def magnets_act(w: Workspace) -> bool:
-    """Return whether any bearing has a magnetic force."""
+    """Return whether any bearing has a magnetic force, be its gradient in the matrices or not."""
     excitation = forces(w.motion)
     for bearing in w.motion.bearings:
         for axis in range(2):
@@ -66,19 +85,19 @@ def magnets_act(w: Workspace) -> bool:
 def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
     """Return the first column of S after those of accelerations, and the number of columns of relevant ports.
 
-    Observations at bearings without force are not computed.
+    Observations at bearings are not computed if no force depends on them.
     """
     sizes = matrices.sizes[0]
-    n_ports = sizes.n_ports if magnets_act(w) else sizes.n_site_ports
+    n_ports = sizes.n_ports if gradients_change(w.motion, matrices) else sizes.n_site_ports
     return 2 * (1 + int(sizes.n_ports)), PORT_COLUMNS * (1 + int(n_ports))
 
 
 @kernel
-def magnet_force(w: Workspace, b: int, axis: int, displacement: float) -> float:
-    """Return the force (N) of a magnetic bearing at a displacement (m) along an axis."""
-    bearing, excitation = w.motion.bearings[b], forces(w.motion)
-    row = bearing.row + axis
-    force: float = excitation.steady[row] - excitation.without_magnets[row] + bearing.gradient[axis] * displacement
+def magnet_force(w: Workspace, matrices: StepMatrices, b: int, axis: int, displacement: float) -> float:
+    """Return the force (N) of a magnetic bearing at a displacement (m) along an axis, beyond that in the matrices."""
+    excitation, row = forces(w.motion), w.motion.bearings[b].row + axis
+    force: float = excitation.steady[row] - excitation.without_magnets[row]
+    force += gradient_change(w.motion, matrices, b, axis) * displacement
     return force
 
 
@@ -95,7 +114,7 @@ def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float
             else:
                 displacement = piece.observed[6, place_index(n_ports, point, port) + axis]
             unit = 2 * (n_ports * point + port) + axis
-            force = magnet_force(w, b, axis, displacement)
+            force = magnet_force(w, matrices, b, axis, displacement)
             change = max(change, abs(force - piece.magnets[unit]))
             piece.magnets[unit] = force
     return change

@@ -37,8 +37,6 @@ class Point(NamedTuple):
 def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: float) -> bool:
     """Return whether the path at a site keeps a distance of `margin` times the clearance from its retainer.
 
-    A cubic lies within the convex hull of its four Bezier points, so checking these suffices.
-
     Parameters
     ----------
     site
@@ -50,12 +48,19 @@ def stays_within(site: Site, z: Array, z_new: Array, dt: float, n: int, margin: 
     n, margin
         Degrees of freedom, and a fraction of the clearance.
     """
-    row = site.row
+    return keeps_distance(site, point_of(site, z, n), point_of(site, z_new, n), dt, margin)
+
+
+@kernel
+def keeps_distance(site: Site, begin: Point, end: Point, dt: float, margin: float) -> bool:
+    """Return whether the path between two points keeps a distance of `margin` times the clearance from its retainer.
+
+    A cubic lies within the convex hull of its four Bezier points, so checking these suffices.
+    """
     limit = (1.0 - margin) * site.clearance
     third = dt * (1.0 / 3.0)
-    for y, lead in ((z, 0.0), (z, third), (z_new, -third), (z_new, 0.0)):
-        r_x = y[row] + lead * y[n + row] - site.offset_x
-        r_y = y[row + 1] + lead * y[n + row + 1] - site.offset_y
+    for point, lead in ((begin, 0.0), (begin, third), (end, -third), (end, 0.0)):
+        r_x, r_y = point.x + lead * point.v_x, point.y + lead * point.v_y
         if not r_x * r_x + r_y * r_y < limit * limit:
             return False
     return True
@@ -66,6 +71,15 @@ def point_of(site: Site, z: Array, n: int) -> Point:
     """Return the position of a journal in a fixed retainer in a state; arguments as for `stays_within`."""
     row = site.row
     return Point(z[row] - site.offset_x, z[row + 1] - site.offset_y, z[n + row], z[n + row + 1])
+
+
+@kernel
+def journal_of(site: Site, z: Array, n: int) -> Point:
+    """Return the position of a journal in its retainer, whose housing may move; arguments as for `stays_within`."""
+    at, row = point_of(site, z, n), site.housing
+    if row >= 0:
+        return Point(at.x - z[row], at.y - z[row + 1], at.v_x - z[n + row], at.v_y - z[n + row + 1])
+    return at
 
 
 @kernel

@@ -104,6 +104,8 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
         for k in range(w.sites.shape[0]):
             race = w.sites[k].race
             piece.races[k, point] = z[w.n + race] if race >= 0 else 0.0
+    if w.spin[0].row < 0:
+        return  # its torque alone depends on the rest
     key_forces, v = matrices.key.forces, z[w.n :]
     cosine = sine = 0.0
     for i in range(key_forces.shape[1]):

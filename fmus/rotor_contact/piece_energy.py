@@ -116,7 +116,7 @@ def _accelerate(
     for b in range(w.motion.bearings.shape[0]):
         for axis in range(2):
             row = w.motion.bearings[b].row + axis
-            force = magnet_force(w, b, axis, z[row])
+            force = magnet_force(w, matrices, b, axis, z[row])
             if force != 0.0:
                 for i in range(n):
                     a[i] += w.Minv[row, i] * force
@@ -181,11 +181,18 @@ def _work_of_unbalance(w: Workspace, matrices: StepMatrices, piece: Piece, h: fl
 
 @kernel
 def add_energies(
-    w: Workspace, matrices: StepMatrices, h: float, taken: float, before: ShaftDamping, after: ShaftDamping
+    w: Workspace,
+    matrices: StepMatrices,
+    h: float,
+    taken: float,
+    supplied: float,
+    before: ShaftDamping,
+    after: ShaftDamping,
 ) -> None:
     """Add heat and work of a piece of length h (s) from z to z_new; update the peak forces.
 
-    `taken` is `energy_taken`; `before` and `after` are torque of damping and power of seals at both ends.
+    `taken` is `energy_taken`, `supplied` the work of the unbalance at a given speed, NaN if it is not computed yet;
+    `before` and `after` are torque of damping and power of seals at both ends.
     """
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     z, z_new, piece = stages.z, stages.z_new, piece_of(matrices)
@@ -224,7 +231,7 @@ def add_energies(
         else:
             work -= share * torque * Omega
     if not is_free:
-        work += _work_of_unbalance(w, matrices, piece, h)
+        work += _work_of_unbalance(w, matrices, piece, h) if math.isnan(supplied) else supplied
     integrals.damping_heat += damping
     integrals.friction_heat += friction
     integrals.work += work

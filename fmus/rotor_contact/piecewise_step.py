@@ -9,6 +9,8 @@ matrices do not know, to the end of the step.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fmi_export.flat import copy
@@ -16,10 +18,12 @@ from fmi_export.jit import inlined_kernel, kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import couple_spin, drag_slope, drive_slope
 from rotor_contact.compliant import is_any_compliant
+from rotor_contact.constant_speed import ConstantSpeed, follow, use_constant_speed, use_grid
 from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import collect_coefficients, motion_at
 from rotor_contact.enumerations import EVENTS, EXACT, PIECES
 from rotor_contact.events import EVENT_LIMIT, SHORTEST_FLIGHT, advance, apply_impacts
+from rotor_contact.flight import can_fly, fly
 from rotor_contact.matrix_schedule import complete_speeds, steps_with_matrices, update_matrices
 from rotor_contact.modes import FAULT_SINGULAR, resolve_modes
 from rotor_contact.piece_cut import cut_piece
@@ -56,6 +60,7 @@ OF_TWICE_THE_LENGTH = 8.0  # roughness of a piece over that of its half
 LONGER_BELOW = 0.4  # expected roughness, at which twice the length is tried
 ROUGHEST = 8.0  # roughness of a shortest piece, at which it is still more accurate than a substep
 TOO_ROUGH = 2.0  # of a piece whose forces do not settle
+UNKNOWN = math.nan  # work of the unbalance, before `add_energies`
 FASTEST_DRIVE = 0.3  # largest length of a piece times the rate at which drive and drag change the speed
 
 
@@ -65,24 +70,23 @@ def advance_by_pieces(
     w: Workspace,
     matrices: StepMatrices,
     key: MatricesKey,
+    constant: ConstantSpeed,
     solver: np.record,
     law: int,
     step_size: float,
-    is_steady: bool,
+    may_turn: bool,
     memory: np.record,
 ) -> int:
     """Advance z over a communication step; return a fault code, or NO_MATRICES_YET with z as it was.
 
-    `is_steady` states whether the speed is prescribed and constant: then it is on the grid.
+    `may_turn` states whether a spin that is held at its speed may be released.
 
     `memory.method` is set to one piece, several, or partly integrated.
     """
     is_rigid = structure.K.shape[0] == structure.n_translations
     if (is_rigid and step_size <= FEW_SUBSTEPS * solver.max_substep) or is_any_compliant(w.sites):
         return NO_MATRICES_YET
-    origin = w.motion.Omega if is_steady else 0.0
-    share = steps_with_matrices(w.motion, w.sites, step_size, origin, key, memory) / STEPS_BEFORE_BUILD
-    if share == 0.0 or not update_matrices(structure, w.motion, w.sites, key, matrices, min(share, 1.0)):
+    if not _choose_matrices(structure, w, matrices, key, constant, step_size, may_turn, memory):
         return NO_MATRICES_YET
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
     z, z_new, finest = stages.z, stages.z_new, int(sizes.n_levels) - 1
@@ -103,7 +107,7 @@ def advance_by_pieces(
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
         if can_solve and complete_speeds(matrices, index):
             latest = min(left * 2.0**level, 1.0)
-            outcome, share, roughness, taken = _try_piece(
+            outcome, share, roughness, taken, supplied = _try_piece(
                 w, matrices, level, index, h, latest, theta, Omega, damping.torque
             )
             if outcome != REJECTED:
@@ -114,7 +118,7 @@ def advance_by_pieces(
                     outcome, share, roughness = REJECTED, 1.0, TOO_ROUGH
                     are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
             if outcome != REJECTED:
-                add_energies(w, matrices, share * h, taken, damping, after)
+                add_energies(w, matrices, share * h, taken, supplied, damping, after)
                 copy(z_new, z)
                 theta, Omega, damping, are_valid = new_theta, new_Omega, after, True
                 done, least_level = done + share * 0.5**level, 0
@@ -152,6 +156,38 @@ def advance_by_pieces(
     return 0
 
 
+@noinline_kernel
+def _choose_matrices(
+    structure: Structure,
+    w: Workspace,
+    matrices: StepMatrices,
+    key: MatricesKey,
+    constant: ConstantSpeed,
+    step_size: float,
+    may_turn: bool,
+    memory: np.record,
+) -> bool:
+    """Build and choose the matrices of a step, at a constant speed or around it; return whether they can be used.
+
+    Those around a constant speed are built early only for a spin that may be released.
+    """
+    motion, speed = w.motion, constant.speed[0]
+    is_constant = w.spin[0].row < 0 and motion.Omega_dot == 0.0
+    is_same, n_steps = steps_with_matrices(motion, w.sites, step_size, key, memory)
+    follow(motion, is_constant, is_same, constant, memory)
+    is_constant = is_constant and motion.Omega == speed.Omega and is_same
+    share, is_known = min(n_steps / STEPS_BEFORE_BUILD, 1.0), is_constant and speed.is_known != 0.0
+    use_grid(matrices)
+    can_use = False
+    if share > 0.0 and (not is_constant or may_turn or (not is_known and share == 1.0 and speed.uses_grid != 0.0)):
+        can_use = update_matrices(structure, motion, w.sites, key, matrices, share)
+    if is_constant and use_constant_speed(structure, motion, w.sites, key, matrices, constant):
+        return True
+    if can_use:
+        speed.uses_grid = 1.0
+    return can_use
+
+
 @inlined_kernel
 def _try_piece(
     w: Workspace,
@@ -163,34 +199,40 @@ def _try_piece(
     theta: float,
     Omega: float,
     torque: float,
-) -> tuple[int, float, float, float]:
+) -> tuple[int, float, float, float, float]:
     """Solve a piece of length h (s) and write its end, at most after the share `latest`, to z_new.
 
-    Returns how it ended, after which share of the piece, the roughness of its forces, and the energy that dampers took
-    (J). A piece that is not short enough for its series is rejected if it has to be cut: then no event is before the
-    share.
+    Returns how it ended, after which share of the piece, the roughness of its forces, the energy that dampers took (J),
+    and the work of the unbalance (J) or `UNKNOWN`. A piece that is not short enough for its series is rejected if it
+    has to be cut: then no event is before the share.
     """
+    if level == 0 and latest == 1.0 and can_fly(w, matrices):
+        is_clear, taken, supplied = fly(w, matrices, theta, h)
+        if is_clear:
+            return ENDS, 1.0, 0.0, taken, supplied
     note_use(matrices, level, index)
     begin_piece(w, matrices, level, index)
     if not solve_piece(w, matrices, level, index, h, theta, Omega, torque):
-        return REJECTED, 1.0, TOO_ROUGH, 0.0
+        return REJECTED, 1.0, TOO_ROUGH, 0.0, UNKNOWN
     share, roughness = smooth_share(w, matrices, h)
     if roughness > (1.0 if level + 1.0 < matrices.sizes[0].n_levels else ROUGHEST):
-        return REJECTED, 1.0, roughness, 0.0
+        return REJECTED, 1.0, roughness, 0.0, UNKNOWN
     complete_forces(matrices)
     if share < latest or latest < 1.0:
         if level < series_level(matrices):
-            return REJECTED, share, roughness, 0.0
+            return REJECTED, share, roughness, 0.0, UNKNOWN
         n_terms, event = find_event(w, matrices, index, h, share, latest)
         if n_terms == 0:
-            return REJECTED, share, roughness, 0.0
+            return REJECTED, share, roughness, 0.0, UNKNOWN
         if event <= latest:
-            return HAS_EVENT, event, roughness, cut_piece(w, matrices, index, n_terms, h, event, torque, True)
+            taken = cut_piece(w, matrices, index, n_terms, h, event, torque, True)
+            return HAS_EVENT, event, roughness, taken, UNKNOWN
         if latest < 1.0:
-            return ENDS, latest, roughness, cut_piece(w, matrices, index, n_terms, h, latest, torque, False)
+            taken = cut_piece(w, matrices, index, n_terms, h, latest, torque, False)
+            return ENDS, latest, roughness, taken, UNKNOWN
     if not end_piece(w, matrices, level, index, h):
-        return REJECTED, 1.0, TOO_ROUGH, 0.0
-    return ENDS, 1.0, roughness, energy_taken(matrices, level, index)
+        return REJECTED, 1.0, TOO_ROUGH, 0.0, UNKNOWN
+    return ENDS, 1.0, roughness, energy_taken(matrices, level, index), UNKNOWN
 
 
 @noinline_kernel

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from fmi_export.flat import copy
+from fmi_export.flat import copy, is_near
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
 from rotor_contact.bodies import (
@@ -24,6 +24,7 @@ from rotor_contact.dynamics import (
     add_magnetic_forces,
     collect_coefficients,
     collect_forces,
+    motion_at,
     motion_of,
     set_bearings,
 )
@@ -52,13 +53,14 @@ from rotor_contact.over_step import average
 from rotor_contact.piecewise_step import NO_MATRICES_YET, advance_by_pieces, angle_and_speed_after
 from rotor_contact.planes import Planes
 from rotor_contact.products import quadratic_form
+from rotor_contact.propagator import ROUNDING as UNCHANGED
 from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_left_to_pieces, steps_unchanged, without_rounding
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.site import Sites
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
 from rotor_contact.step_cache import is_valid, store
 from rotor_contact.structure import Structure, structure_of
-from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, site_integrals, stages_of
+from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, site_integrals, stages_of, with_motion
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL, FAULT_FAST = 3, 4, 5, 6, 7
 FAULT_ENERGY = 9
@@ -189,9 +191,13 @@ def step(
             energy_integrals(z, n).work += _work_of_jump(w, Omega)
         fault, by_series = NO_MATRICES_YET, n_steps > 0.0 and not is_left_to_pieces(scratch.propagator)
         if solver.exact_motion != 0.0 and not by_series:
-            is_steady = n_steps > 0.0
-            key = x.matrices_key
-            fault = advance_by_pieces(structure, w, scratch.matrices, key, solver, law, step_size, is_steady, head)
+            if spin.row < 0 and is_near(motion.Omega, x.constant.speed[0].Omega, UNCHANGED):
+                motion = motion_at(motion, head.theta, x.constant.speed[0].Omega)
+                w = with_motion(w, motion)
+            key, constant = x.matrices_key, x.constant
+            fault = advance_by_pieces(
+                structure, w, scratch.matrices, key, constant, solver, law, step_size, is_held, head
+            )
         if fault == NO_MATRICES_YET:
             head.method = _method(solver, scratch.sites, by_series and n_steps >= STEPS_BEFORE_BUILD)
             collect_coefficients(structure, motion)

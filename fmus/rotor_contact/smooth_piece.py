@@ -16,6 +16,7 @@ from rotor_contact.friction import friction_excess
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.node_forces import (
     columns_in_use,
+    gradients_change,
     locate_nodes,
     magnet_force,
     magnets_act,
@@ -29,7 +30,7 @@ from rotor_contact.node_forces import (
     set_magnet_forces,
     solve_nodes,
 )
-from rotor_contact.path import Point, point_of
+from rotor_contact.path import Point, journal_of
 from rotor_contact.piece import advance_rotations, end_rotations, phase_error, piece_of, start_rotations
 from rotor_contact.products import (
     combination,
@@ -77,7 +78,7 @@ def find_contact_forces(
     for b in range(w.motion.bearings.shape[0]):
         port, row = port_of_bearing(matrices, b), w.motion.bearings[b].row
         for axis in range(2):
-            force = magnet_force(w, b, axis, z[row + axis])
+            force = magnet_force(w, matrices, b, axis, z[row + axis])
             if force != 0.0:
                 unit = 2 * n + 4 + 2 * port + axis
                 for c in range(m):
@@ -224,10 +225,11 @@ def solve_piece(
                 node.f_n, node.f_t = site.f_n, site.f_t
     set_contact_forces(w, matrices)
     start_rotations(w, matrices, theta, Omega)
-    with_magnets, axes = magnets_act(w), 2 * int(matrices.sizes[0].n_ports)
+    with_magnets, axes = gradients_change(w.motion, matrices), 2 * int(matrices.sizes[0].n_ports)
     responds = in_contact or _has_rotations(w)
     piece.magnets[:] = 0.0
-    if with_magnets:
+    are_magnets = magnets_act(w)
+    if are_magnets:
         set_magnet_forces(w, matrices, 0)
         for unit in range(axes):
             for point in range(1, N_LOBATTO):
@@ -244,7 +246,7 @@ def solve_piece(
             locate_nodes(w, matrices)
         if sweep > 0 and change <= SETTLED * largest + 1e-300:
             return True
-        if sweep > 0 and not with_magnets and moves_on_circles(w, matrices, of_forces, largest):
+        if sweep > 0 and not are_magnets and moves_on_circles(w, matrices, of_forces, largest):
             return True
         change = largest = 0.0
         if with_magnets:
@@ -301,7 +303,7 @@ def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float,
         site = w.sites[k]
         if can_touch(site):
             points = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2), _journal(site, matrices, k, 3)
-            share = min(share, clear_share(site, _journal_at_start(site, z, w.n), points, h, margin))
+            share = min(share, clear_share(site, journal_of(site, z, w.n), points, h, margin))
         elif is_constrained(site):
             a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
             rough_n = abs(5.0 * (d.f_n - a.f_n) + CUBIC * (b.f_n - c.f_n))
@@ -318,15 +320,6 @@ def _journal(site: Site, matrices: StepMatrices, k: int, point: int) -> Point:
     """Return the journal of site k relative to its retainer's centre at a Lobatto point after the first."""
     at = observed_journal(site, matrices, piece_of(matrices).observed[6], k, point)
     return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
-
-
-@kernel
-def _journal_at_start(site: Site, z: Array, n: int) -> Point:
-    """Return the same at the first point."""
-    begin, row = point_of(site, z, n), site.housing
-    if row >= 0:
-        return Point(begin.x - z[row], begin.y - z[row + 1], begin.v_x - z[n + row], begin.v_y - z[n + row + 1])
-    return begin
 
 
 @kernel

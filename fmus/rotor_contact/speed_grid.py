@@ -1,9 +1,9 @@
 """Matrices of exact motion between the speeds for which they are built.
 
 P and S (`step_matrices`) depend on the speed through gyroscopic terms, rotating damping and the rotation of the
-unbalance. A constant prescribed speed is on the grid. Other speeds are rounded to `QUANTUM` of d below, an error of
-g d h/4096, so that a level in use is interpolated once for many pieces; it gives the bits of an interpolation in each
-product.
+unbalance. A constant prescribed speed has matrices of its own (`constant_speed`). Other speeds are rounded to
+`QUANTUM` of d below, an error of g d h/4096, so that a level in use is interpolated once for many pieces; it gives the
+bits of an interpolation in each product.
 
 Matrices are built for speeds m d apart. Those of the grid, d/4 apart, follow from the parabola through the nearest
 three that are built, at t of m d from the middle one, -1/2 <= t <= 1/2, and those between two speeds of the grid from
@@ -42,6 +42,8 @@ GYROSCOPIC = 2.0  # largest g, see above
 FINER = 4  # spacing of the grid over that for all of whose speeds matrices are built
 STRIDE = 8 * FINER  # of the grid, from one speed whose matrices are built to the next
 BLENDS = N_SLOTS  # slot of the levels that are interpolated
+FIRST_CONSTANT = BLENDS + 1  # slot of a constant speed
+CONSTANT = 2.0**40  # place of the first slot of a constant speed, beyond all speeds of the grid
 QUANTUM = 2.0**-11  # of d, to which speeds are rounded
 USES_BEFORE_BLEND = 3.0  # pieces of a level at a speed before it is interpolated, which costs as much as some pieces
 
@@ -72,8 +74,11 @@ def quantum_for(seals: Seals) -> float:
 
 @kernel
 def grid_speed(matrices: StepMatrices, index: float) -> float:
-    """Return a speed (rad/s) of the grid."""
-    speed: float = matrices.key.origin[0] + index * matrices.sizes[0].spacing
+    """Return the speed (rad/s) at a position on the grid."""
+    if index >= CONSTANT:
+        constant: float = matrices.constant[int(index - CONSTANT), 0]
+        return constant
+    speed: float = index * matrices.sizes[0].spacing
     return speed
 
 
@@ -81,8 +86,10 @@ def grid_speed(matrices: StepMatrices, index: float) -> float:
 def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
     """Return the position of a speed (rad/s) on the grid, rounded to a multiple of the quantum."""
     sizes = matrices.sizes[0]
-    place: float = (Omega - matrices.key.origin[0]) / sizes.spacing
-    return math.floor(place / sizes.quantum + 0.5) * sizes.quantum
+    place: float = sizes.place
+    if place == 0.0:
+        place = math.floor(Omega / sizes.spacing / sizes.quantum + 0.5) * sizes.quantum
+    return place
 
 
 @kernel
@@ -93,7 +100,9 @@ def stride_for(seals: Seals) -> int:
 
 @kernel
 def slot_of(index: float) -> int:
-    """Return the slot of a point of the grid."""
+    """Return the slot of a point of the grid, or of a constant speed."""
+    if index >= CONSTANT:
+        return FIRST_CONSTANT + int(index - CONSTANT)
     return int(index - N_NEAR * math.floor(index / N_NEAR))
 
 

@@ -12,7 +12,8 @@ cosine . q and sine . q, which give the unbalance's work and its torque on a fre
 `matrix_rows` builds the levels, starting from a piece so short that the series converges fast. Levels shorter than
 h/2^(MAX_LEVELS - 1) are not stored.
 
-P and S depend on the speed: slots of memory have them for speeds on a grid (`speed_grid`).
+P and S depend on the speed: slots of memory have them for speeds on a grid (`speed_grid`), and two for a constant
+speed, with the gradients of the magnets (`constant_speed`).
 """
 
 from __future__ import annotations
@@ -38,28 +39,35 @@ MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their sq
 N_NEAR = 3  # slots of the speeds of the grid around the present one, and of the next
 N_BUILT = 4  # slots of speeds from which those are interpolated
 N_SLOTS = N_NEAR + N_BUILT
+N_CONSTANT = 2  # slots of a constant speed: the one in use, and the next
+ALL_SLOTS = N_SLOTS + 1 + N_CONSTANT  # with that of the levels that are interpolated
 MAX_TERMS = 40  # of the series of a piece (`piece_series`)
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 
 # Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
-# built, `n_built`, and those stored), terms of the series; length of a step (s), spacing of the speeds (rad/s), number
-# of them from one that is built to the next, share of the spacing to which speeds are rounded.
+# built, `n_built`, and those stored); length of a step (s), spacing of the speeds (rad/s), number of them from one that
+# is built to the next, share of the spacing to which speeds are rounded; whether there are dampers. Of the matrices for
+# speeds on the grid: terms of the series, and whether y responds as x does, turned by a right angle. Of the matrices in
+# use: the place of a constant speed (`speed_grid`), else 0, and whether y responds as x does.
 SIZES = record(
     ("n", np.float64),
     ("n_ports", np.float64),
     ("n_site_ports", np.float64),
     ("n_levels", np.float64),
     ("n_built", np.float64),
-    ("n_terms", np.float64),
     ("step_size", np.float64),
     ("spacing", np.float64),
     ("stride", np.float64),
     ("quantum", np.float64),
-    ("isotropic", np.float64),  # whether y responds as x does, turned by a right angle
     ("damped", np.float64),  # whether dampers other than seals dissipate energy
+    ("n_terms", np.float64),
+    ("grid_isotropic", np.float64),
+    ("place", np.float64),
+    ("isotropic", np.float64),
 )
-# What is stored for a speed: its number on the grid, and how many rows of all levels are complete.
-SLOT = record(("index", np.float64), ("n_rows", np.float64))
+# What is stored for a speed: its number on the grid, how many rows of all levels are complete, the number of terms of
+# the series of a shortest piece, and whether y responds as x does.
+SLOT = record(("index", np.float64), ("n_rows", np.float64), ("n_terms", np.float64), ("isotropic", np.float64))
 # What motion depends on, per site: 1/m, stiffness and damping in x and y, base acceleration.
 SITE_KEY = record(
     ("mobility", np.float64),
@@ -79,13 +87,12 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 class MatricesKey(NamedTuple):
     """Key of the matrices without the speed: all numbers, and named views into them.
 
-    `step_size` and `origin`, a speed on the grid (rad/s), in arrays of length 1, records of types `BEARING`, without
-    magnets and rows, and `SITE_KEY`, and the forces (N) multiplied by 1, A and B, shape (3, n).
+    `step_size`, in an array of length 1, records of types `BEARING`, without magnets and rows, and `SITE_KEY`, and the
+    forces (N) multiplied by 1, A and B, shape (3, n).
     """
 
     values: Array
     step_size: Array
-    origin: Array
     bearings: Bearings
     sites: Records
     forces: Array
@@ -102,6 +109,13 @@ class StepMatrices(NamedTuple):
         Coordinate of x of each port; the ports of the sites, of their housings (-1: none) and of the bearings.
     memory
         Matrices of all slots and of the blends, see `level_of`.
+    constant
+        Constant speeds (rad/s) of their slots, each with the gradients (N/m) of the magnets there, in x and y of each
+        bearing, shape (N_CONSTANT, 1 + 2 n_bearings).
+    flights
+        Matrices of free flight at these speeds, see `flight`.
+    gradients
+        Those in the matrices in use, shape (2 n_bearings,).
     effects
         Accelerations due to the forces multiplied by A, B and 1, shape (3, n).
     damping
@@ -120,6 +134,9 @@ class StepMatrices(NamedTuple):
     blends: Records
     ports: Array
     memory: Array
+    constant: Array
+    flights: Array
+    gradients: Array
     effects: Array
     damping: Array
     pieces: Array
@@ -248,7 +265,6 @@ def matrices_key_of(array: Array, at: int, n: int, n_bearings: int, n_sites: int
     return MatricesKey(
         part(array, at, REAL, matrices_key_size(n, n_bearings, n_sites)),
         part(array, at, REAL, 1),
-        part(array, at + 1, REAL, 1),
         part(array, bearings, BEARING, n_bearings),
         part(array, sites, SITE_KEY, n_sites),
         part(array, sites + N_SITE_KEY * n_sites, REAL, (3, n)),
@@ -270,13 +286,33 @@ def pieces_size(n: int, n_bearings: int, n_sites: int) -> int:
 
 
 @views
+def flight_rows(n: int, n_bearings: int) -> int:
+    """Return the size of x in free flight (`flight`)."""
+    return 2 * n + 4 + 2 * N_LOBATTO * n_bearings
+
+
+@views
+def flight_columns(n: int) -> int:
+    """Return the size of its end."""
+    return 2 * n + 2
+
+
+@views
+def flight_size(n: int, n_bearings: int) -> int:
+    """Return the number of float64, even, of a flight at a constant speed."""
+    rows, columns = flight_rows(n, n_bearings), flight_columns(n)
+    return rows * columns + rows * rows + rows + columns
+
+
+@views
 def matrices_size(n: int, n_bearings: int, n_sites: int) -> int:
     """Return the number of float64 in a `StepMatrices`, an even number."""
     n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
-    size = N_SIZES + matrices_key_size(n, n_bearings, n_sites) + N_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
+    size = N_SIZES + matrices_key_size(n, n_bearings, n_sites) + ALL_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
     size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites)
+    size += N_CONSTANT * (1 + 2 * n_bearings + flight_size(n + 2 * n_sites, n_bearings)) + 2 * n_bearings
     size += series_size(n + 2 * n_sites) + 6 * n + 4 + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
-    return size + ((N_SLOTS + 1) * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0)
+    return size + (ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0)
 
 
 @views
@@ -286,9 +322,12 @@ def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int
     n_pieces = 2 * pieces_size(n, n_bearings, n_sites) + series_size(n + 2 * n_sites)
     key = at + N_SIZES
     slots = key + matrices_key_size(n, n_bearings, n_sites)
-    blends = slots + N_SLOTS * N_SLOT
+    blends = slots + ALL_SLOTS * N_SLOT
     ports = blends + MAX_LEVELS * N_BLEND
-    effects = ports + 2 * (n_ports + n_bearings + 2 * n_sites)
+    constant = ports + 2 * (n_ports + n_bearings + 2 * n_sites)
+    flights, n_flight = constant + N_CONSTANT * (1 + 2 * n_bearings), flight_size(n + 2 * n_sites, n_bearings)
+    gradients = flights + N_CONSTANT * n_flight
+    effects = gradients + 2 * n_bearings
     damping = effects + 4 * n
     pieces = damping + 2 * n + 4
     nodes = pieces + n_pieces
@@ -297,10 +336,13 @@ def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int
     return StepMatrices(
         part(work, at, SIZES, 1),
         matrices_key_of(work, key, n, n_bearings, n_sites),
-        part(work, slots, SLOT, N_SLOTS),
+        part(work, slots, SLOT, ALL_SLOTS),
         part(work, blends, BLEND, MAX_LEVELS),
         part(work, ports, REAL, 2 * n_ports),
-        part(work, memory, REAL, (N_SLOTS + 1) * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0),
+        part(work, memory, REAL, ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0),
+        part(work, constant, REAL, (N_CONSTANT, 1 + 2 * n_bearings)),
+        part(work, flights, REAL, (N_CONSTANT, n_flight)),
+        part(work, gradients, REAL, 2 * n_bearings),
         part(work, effects, REAL, (3, n)),
         part(work, damping, REAL, 2 * n + 4),
         part(work, pieces, REAL, n_pieces),
