@@ -417,3 +417,11 @@ def test_an_interrupt_waits_for_a_safe_moment():
         assert interruption.received
         assert signal.getsignal(signal.SIGINT) is before, "a second one ends the process"
     assert signal.getsignal(signal.SIGINT) is before
+
+
+@pytest.mark.parametrize(("name", "recorded"), [("sampler.i", ["sampler.i"]), ("sampler.*", ["sampler.i"])])
+def test_outputs_of_a_replacing_component_are_recorded_by_name(name, recorded):
+    """Those of `rotor` are recorded, too, and an output that the component lacks is left out."""
+    record = f'record.variables = ["{name}", "sampler.j", "rotor.x"]\n'
+    planned = plan(system=SYSTEM.with_fmu("sampler", "folder/own.fmu"), extra=record)
+    assert sorted(planned.recorded) == sorted([*recorded, "rotor.x"])

@@ -121,11 +121,12 @@ class Assignments:
         return dropped
 
     def lacks(self, name: str, only: str | None = None) -> bool:
-        """Return whether a replacing component has nothing that `name` matches; see `set` for `only`."""
+        """Return whether a replacing component has nothing that `name` matches; `only` as of `set`, or `output`."""
         component, pattern = self.system.divide(name)
-        if self._text(component, pattern) is not None:
+        if component not in self.system.replaced or self._text(component, pattern) is not None:
             return False
-        return component in self.system.replaced and not matching_names(self._settable_names(component, only), pattern)
+        names = self._outputs(component) if only == "output" else self._settable_names(component, only)
+        return not matching_names(names, pattern)
 
     def missing(self, name: str) -> str:
         """Return what the FMU of a component lacks, and similar names that it has."""
@@ -138,6 +139,11 @@ class Assignments:
         interface = self.interfaces[component]
         ports = [port.name for port in interface.ports.values() if port.set_as in causalities]
         return ports + [text.name for text in interface.texts.values() if text.causality in causalities]
+
+    def _outputs(self, component: str) -> list[str]:
+        interface = self.interfaces[component]
+        texts = [text.name for text in interface.texts.values() if text.causality == "output"]
+        return [port.name for port in interface.of("output")] + texts
 
     def set_defaults_of_signals(self) -> None:
         """Set signals without a value to the start value of an input that they feed."""
