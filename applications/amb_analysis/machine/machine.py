@@ -105,7 +105,7 @@ class Machine:
 
     @property
     def _sampling(self) -> Sampling:
-        """How its control acts; a machine without control is as accurate for forces at all places, held over a step."""
+        """How its control acts; without control, forces may act at all places and are held over a step."""
         try:
             loop = self.run_loop
         except ValueError:

@@ -121,7 +121,10 @@ class Assignments:
         return dropped
 
     def lacks(self, name: str, only: str | None = None) -> bool:
-        """Return whether a replacing component has nothing that `name` matches; `only` as of `set`, or `output`."""
+        """Return whether a replacing component has nothing that `name` matches.
+
+        `only` is the causality of what may match, as in `set`, or `output`.
+        """
         component, pattern = self.system.divide(name)
         if component not in self.system.replaced or self._text(component, pattern) is not None:
             return False
