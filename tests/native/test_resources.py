@@ -87,14 +87,6 @@ def test_the_data_beside_the_library_replace_a_wrong_location(library2, location
         assert (fmu.pointer is not None, fmu.log) == (True, [])
 
 
-def test_data_of_another_fmu_are_refused(library2, tmp_path):
-    data = bytearray((library2.path.parents[2] / "resources" / "model.bin").read_bytes())
-    (tmp_path / "model.bin").write_bytes(data[:-1])
-    fmu = library2.instantiate(resources=str(tmp_path))
-    assert fmu.pointer is None
-    assert_names(fmu.log[0][2], "resources/model.bin", "not whole")
-
-
 @pytest.mark.parametrize(
     ("location", "facts"),
     [
@@ -125,15 +117,18 @@ def test_a_location_without_data_is_refused_with_the_reason(alone, location, fac
     assert_names(fmu.log[0][2], *facts)
 
 
-def test_a_long_file_in_place_of_the_data_is_refused(library2, tmp_path):
-    (tmp_path / "model.bin").write_bytes(bytes(1 << 18))
-    fmu = library2.instantiate(resources=str(tmp_path))
+@pytest.mark.parametrize(
+    ("content", "facts"),
+    [(slice(-1), ("not whole",)), (bytes(1 << 18), ("no data",)), (None, ("Is a directory",))],
+    ids=["short", "long", "folder"],
+)
+def test_a_file_or_folder_in_place_of_the_data_is_refused(library2, alone, tmp_path, content, facts):
+    file = tmp_path / "model.bin"
+    if content is None:
+        file.mkdir()
+    else:
+        whole = (library2.path.parents[2] / "resources" / "model.bin").read_bytes()
+        file.write_bytes(content if isinstance(content, bytes) else whole[content])
+    fmu = (alone if content is None else library2).instantiate(resources=str(tmp_path))
     assert fmu.pointer is None
-    assert_names(fmu.log[0][2], "resources/model.bin", "no data")
-
-
-def test_a_folder_in_place_of_the_data_is_refused(alone, tmp_path):
-    (tmp_path / "model.bin").mkdir()
-    fmu = alone.instantiate(resources=str(tmp_path))
-    assert fmu.pointer is None
-    assert_names(fmu.log[0][2], "model.bin", "Is a directory")
+    assert_names(fmu.log[0][2], "model.bin" if content is None else "resources/model.bin", *facts)
