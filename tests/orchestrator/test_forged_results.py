@@ -29,43 +29,36 @@ def result(tmp_path):
     return file
 
 
-def external_storage(file, other):
-    return file.create_dataset("spy.x", shape=(N,), dtype="u1", external=[(str(other), 0, N)])
-
-
 def virtual_array(file, other):
     layout = h5py.VirtualLayout(shape=(N,), dtype="f8")
     layout[:] = h5py.VirtualSource(f"{other}.h5", "secret", shape=(N,))
     return file.create_virtual_dataset("spy.x", layout)
 
 
-def external_link(file, other):
-    file["spy.x"] = h5py.ExternalLink(f"{other}.h5", "secret")
+SPIES = {  # arrays and links in a result, to another file
+    "external storage": lambda file, other: file.create_dataset(
+        "spy.x", shape=(N,), dtype="u1", external=[(str(other), 0, N)]
+    ),
+    "virtual array": virtual_array,
+    "external link": lambda file, other: file.update({"spy.x": h5py.ExternalLink(f"{other}.h5", "secret")}),
+    "soft link": lambda file, other: file.update({"spy.x": h5py.SoftLink("/one.x")}),
+    "link in a group": lambda file, other: file.create_group("some/where").update(
+        {"spy.x": h5py.ExternalLink(f"{other}.h5", "secret")}
+    ),
+}
 
 
-def soft_link(file, other):
-    file["spy.x"] = h5py.SoftLink("/one.x")
-
-
-def link_in_a_group(file, other):
-    file.create_group("some").create_group("where")["spy.x"] = h5py.ExternalLink(f"{other}.h5", "secret")
-
-
-@pytest.mark.parametrize("forge", [external_storage, virtual_array, external_link, soft_link, link_in_a_group])
-def test_a_result_that_reads_another_file_is_refused(result, tmp_path, forge):
+@pytest.mark.parametrize("kind", SPIES)
+def test_a_result_that_reads_another_file_is_refused(result, tmp_path, kind):
     (tmp_path / "secret").write_bytes(SECRET)
     with h5py.File(tmp_path / "secret.h5", "w") as other:
         other["secret"] = np.frombuffer(SECRET, np.uint8).astype(np.float64)
     with h5py.File(result, "a") as file:
-        array = forge(file, tmp_path / "secret")
+        array = SPIES[kind](file, tmp_path / "secret")
         if array is not None:
             array.dims[0].attach_scale(file["time"])
     with raises_naming(ValueError, str(result), "spy.x"):
         Result.load(result)
-
-
-def unstored_chunks(file):
-    file.create_dataset("big", shape=(10**9,), chunks=(10**6,), dtype="f8")
 
 
 def compressed_twice(file):
@@ -78,32 +71,19 @@ def compressed_twice(file):
     array.write_direct_chunk((0,), zlib.compress(zlib.compress(bytes(8 * 10**6), 9), 9))
 
 
-def one_array_under_many_names(file):
-    for k in range(100):
-        file[f"big.{k}"] = file["one.x"]
+BOMBS = {
+    "unstored chunks": lambda file: file.create_dataset("big", shape=(10**9,), chunks=(10**6,), dtype="f8"),
+    "compressed twice": compressed_twice,
+    "one array under many names": lambda file: file.update({f"big.{k}": file["one.x"] for k in range(100)}),
+    "texts": lambda file: file.create_dataset("big", data=["a" * 1000] * 10, dtype=h5py.string_dtype()),
+    "texts of an attribute": lambda file: file.attrs.create("big", ["a" * 1000] * 10, dtype=h5py.string_dtype()),
+}
 
 
-def texts_of_variable_length(file):
-    file.create_dataset("big", data=["a" * 1000] * 10, dtype=h5py.string_dtype())
-
-
-def attribute_of_many_texts(file):
-    file.attrs.create("big", ["a" * 1000] * 10, dtype=h5py.string_dtype())
-
-
-FORGERIES = [
-    unstored_chunks,
-    compressed_twice,
-    one_array_under_many_names,
-    texts_of_variable_length,
-    attribute_of_many_texts,
-]
-
-
-@pytest.mark.parametrize("forge", FORGERIES)
-def test_a_result_that_announces_more_than_it_holds_is_refused(result, forge):
+@pytest.mark.parametrize("kind", BOMBS)
+def test_a_result_that_announces_more_than_it_holds_is_refused(result, kind):
     with h5py.File(result, "a") as file:
-        forge(file)
+        BOMBS[kind](file)
     with raises_naming(ValueError, str(result)) as error:
         Result.load(result)
     assert "big" in str(error.value)
@@ -160,18 +140,6 @@ def test_a_result_of_a_scenario_has_the_attributes_that_figures_use(synthetic, t
         Result.load(file)
 
 
-def rename_time(file):
-    file.move("time", "clock")
-
-
-def descending_time(file):
-    file["time"][...] = file["time"][()][::-1]
-
-
-def unit_that_is_a_number(file):
-    file["one.x"].attrs["units"] = 3.0
-
-
 def longer_than_time(file):
     attributes = dict(file["one.x"].attrs)
     del file["one.x"]
@@ -180,28 +148,22 @@ def longer_than_time(file):
     array.dims[0].attach_scale(file["time"])
 
 
-def fewer_names_than_values(file):
-    file["one.x"].attrs["flag_values"] = np.array([0, 1, 2], np.int32)
-    file["one.x"].attrs["flag_meanings"] = "off on"
+FLAGS = np.array([0, 1, 2], np.int32)
+UNLABELLED = {
+    "no time": lambda file: file.move("time", "clock"),
+    "descending time": lambda file: file["time"].write_direct(file["time"][()][::-1].copy()),
+    "a unit that is a number": lambda file: file["one.x"].attrs.update({"units": 3.0}),
+    "longer than time": longer_than_time,
+    "fewer names than values": lambda file: file["one.x"].attrs.update(
+        {"flag_values": FLAGS, "flag_meanings": "off on"}
+    ),
+    "values without names": lambda file: file["one.x"].attrs.update({"flag_values": FLAGS}),
+}
 
 
-def values_without_names(file):
-    file["one.x"].attrs["flag_values"] = np.array([0, 1, 2], np.int32)
-
-
-@pytest.mark.parametrize(
-    "forge",
-    [
-        rename_time,
-        descending_time,
-        unit_that_is_a_number,
-        longer_than_time,
-        fewer_names_than_values,
-        values_without_names,
-    ],
-)
-def test_a_result_without_labelled_variables_over_time_is_refused(result, forge):
+@pytest.mark.parametrize("kind", UNLABELLED)
+def test_a_result_without_labelled_variables_over_time_is_refused(result, kind):
     with h5py.File(result, "a") as file:
-        forge(file)
+        UNLABELLED[kind](file)
     with raises_naming(ValueError, str(result)):
         Result.load(result)

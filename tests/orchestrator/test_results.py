@@ -57,24 +57,17 @@ def test_shares_of_methods_count_steps_after_the_settling(synthetic):
     assert figures_of(dataset)["steps_by_method"] == pytest.approx({"exact": 1.0 - in_pieces, "pieces": in_pieces})
 
 
-def test_share_reaches_to_the_end_without_a_removal(synthetic, without):
+def test_share_spans_from_the_step_to_the_end_or_the_whole_run(synthetic, without):
     share = contact_history.contact_share(without(synthetic(15), "relief_cycle"))
     assert share["2"] == pytest.approx(100 / 1001)
     assert sum(share.values()) == pytest.approx(1.0)
+    whole = contact_history.contact_share(without(synthetic(10), "disturbance_cycle", "relief_cycle"))
+    assert whole["1"] == pytest.approx(100 / 1001)
 
 
-def test_share_spans_the_whole_run_without_a_step(synthetic, without):
-    share = contact_history.contact_share(without(synthetic(10), "disturbance_cycle", "relief_cycle"))
-    assert share["1"] == pytest.approx(100 / 1001)
-
-
-@pytest.mark.parametrize(("end", "expected"), [(20, True), (17, True), (16, False), (12, False)])
-def test_recovered_means_free_for_the_last_five_cycles(synthetic, end, expected):
+@pytest.mark.parametrize(("end", "expected"), [(20, True), (17, True), (16, False), (12, False), (4, True)])
+def test_recovered_means_free_for_the_last_five_cycles_or_from_the_start(synthetic, end, expected):
     assert contact_history.recovered(synthetic(end)) is expected
-
-
-def test_a_rotor_that_never_touched_counts_as_recovered(synthetic):
-    assert contact_history.recovered(synthetic(4)) is True
 
 
 def free_of_contact(dataset, begin=0.0, end=np.inf):
@@ -187,10 +180,6 @@ def test_settling_is_excluded_from_the_key_values(synthetic):
     assert contact_history.contact_cycles(early)[0] == pytest.approx(3.0)
 
 
-def test_orbit_before_needs_a_step(synthetic, without):
-    assert orbits.orbit_before(without(synthetic(), "disturbance_cycle")) == {"mb1": None, "mb2": None}
-
-
 def test_key_values_need_no_variables_and_no_samples(synthetic):
     dataset = synthetic().drop_vars(["rotor_contact.contact_state", "rotor_contact.rb1.f_n", "rotor_contact.mb1.x"])
     figures = figures_of(dataset)
@@ -251,14 +240,10 @@ def test_a_turn_need_not_be_a_whole_number_of_samples(synthetic, stride):
     assert orbits.settled_amplitudes(dataset)["end"]["mb1"] == pytest.approx(0.3, rel=1e-9)
 
 
-def test_a_turn_of_few_samples_has_no_amplitude(synthetic):
-    sparse = synthetic().isel(time=slice(None, None, 20))
-    assert orbits.settled_amplitudes(sparse)["end"] == {"mb1": None, "mb2": None}
-
-
-def test_settled_amplitude_before_needs_a_step_and_a_whole_turn(synthetic, without):
-    nothing = {"mb1": None, "mb2": None}
-    assert orbits.settled_amplitudes(without(synthetic(), "disturbance_cycle"))["before"] == nothing
+def test_amplitudes_need_a_step_before_them_and_a_whole_turn_of_samples(synthetic, without):
+    nothing, stepless = {"mb1": None, "mb2": None}, without(synthetic(), "disturbance_cycle")
+    assert orbits.settled_amplitudes(synthetic().isel(time=slice(None, None, 20)))["end"] == nothing
+    assert orbits.orbit_before(stepless) == orbits.settled_amplitudes(stepless)["before"] == nothing
     assert orbits.settled_amplitudes(synthetic(20, disturbance_cycle=0.5))["before"] == nothing
     assert orbits.settled_amplitudes(synthetic(0.5))["end"] == nothing
 
@@ -297,34 +282,20 @@ def rolling(dataset, site, cycles, turns):
     return set_within(dataset, f"{site}.mode", cycles, 2)
 
 
-def test_rolling_counts_from_the_first_turn_without_a_break(synthetic):
-    assert contact_history.rolling_from(synthetic()) is None
+def test_rolling_counts_from_the_first_turn_of_whirl_without_a_break(synthetic):
+    """In a single sample, before cycle 0, which is settling, and to and fro there is no turn."""
+    rolling_from = contact_history.rolling_from
     dataset = rolling(synthetic(), "rb2", (11.2, 11.6), turns=30)
-    assert contact_history.rolling_from(dataset) == pytest.approx(11.2)
-    assert contact_history.rolling_from(rolling(dataset, "rb1", (7.1, 7.3), turns=2)) == pytest.approx(7.1)
-
-
-def test_sticking_for_less_than_a_turn_is_no_rolling(synthetic):
-    dataset = rolling(synthetic(), "rb1", (6.0, 6.2), turns=0.9)
-    assert contact_history.rolling_from(dataset) is None
-    rolling(dataset, "rb1", (6.3, 6.5), turns=0.9)
-    assert contact_history.rolling_from(dataset) is None, "two parts do not make a turn"
-
-
-def test_rolling_in_a_single_sample_is_no_turn(synthetic):
-    assert contact_history.rolling_from(rolling(synthetic(), "rb1", (6.0, 6.01), turns=100)) is None
-
-
-def test_rolling_before_cycle_0_is_settling(synthetic):
-    dataset = rolling(synthetic(), "rb1", (6.0, 7.0), turns=10)
-    assert contact_history.rolling_from(dataset.assign_coords(cycle=dataset["cycle"] - 8.0)) is None
-
-
-def test_rolling_to_and_fro_is_no_turn_of_whirl(synthetic):
-    dataset = rolling(synthetic(), "rb1", (6.0, 12.0), turns=30)
-    whirl = dataset["rotor_contact.rb1.whirl_speed"].values
-    whirl[1::2] *= -1.0
-    assert contact_history.rolling_from(dataset) is None
+    assert rolling_from(dataset) == pytest.approx(11.2)
+    assert rolling_from(rolling(dataset, "rb1", (7.1, 7.3), turns=2)) == pytest.approx(7.1)
+    parts = rolling(synthetic(), "rb1", (6.0, 6.2), turns=0.9)
+    settling = rolling(synthetic(), "rb1", (6.0, 7.0), turns=10)
+    settling = settling.assign_coords(cycle=settling["cycle"] - 8.0)
+    to_and_fro = rolling(synthetic(), "rb1", (6.0, 12.0), turns=30)
+    to_and_fro["rotor_contact.rb1.whirl_speed"].values[1::2] *= -1.0
+    for none in (synthetic(), parts, rolling(synthetic(), "rb1", (6.0, 6.01), turns=100), settling, to_and_fro):
+        assert rolling_from(none) is None
+    assert rolling_from(rolling(parts, "rb1", (6.3, 6.5), turns=0.9)) is None, "two parts do not make a turn"
 
 
 def test_rolling_on_a_turning_race_is_reported_but_no_whirl(synthetic):
@@ -337,18 +308,14 @@ def test_rolling_on_a_turning_race_is_reported_but_no_whirl(synthetic):
     assert "rolling on a turning race" in table(summarise(dataset), whole=True).columns[0].cells
 
 
-def test_whirl_at_the_end_is_a_mean_over_the_last_cycle(synthetic):
-    dataset = rolling(synthetic(), "rb1", (6.0, 21.0), turns=-15 * 9)
-    whirl = dataset["rotor_contact.rb1.whirl_speed"].values
-    mean, whirl[-1] = float(whirl[-1]), 0.0
-    assert contact_history.whirl_at_the_end(dataset, "rb1") == pytest.approx(mean, rel=0.02)
-
-
-def test_whirl_at_the_end_is_that_of_sites_in_contact(synthetic):
+def test_whirl_at_the_end_is_a_mean_over_the_last_cycle_at_sites_in_contact(synthetic):
     dataset = rolling(synthetic(), "rb1", (6.0, 21.0), turns=-15 * 9)
     figures = figures_of(dataset)
     assert figures["whirl_speed_rad_s"] == {"rb1": pytest.approx(9 * dataset.attrs["speed_rad_s"]), "rb2": None}
     assert figures["rolling_from_cycle"] == pytest.approx(6.0)
+    whirl = dataset["rotor_contact.rb1.whirl_speed"].values
+    mean, whirl[-1] = float(whirl[-1]), 0.0
+    assert contact_history.whirl_at_the_end(dataset, "rb1") == pytest.approx(mean, rel=0.02)
 
 
 def test_bushes_are_listed_only_after_contact(synthetic):

@@ -1,7 +1,5 @@
 """Studies of synchronous control: receptance, test force, H and recovery; their results, files and errors."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -22,9 +20,6 @@ MB1, MB2 = 0, 2  # forces in x
 
 def matrices(parts: dict) -> np.ndarray:
     return np.array(parts["real"]) + 1j * np.array(parts["imaginary"])
-
-
-# Receptance
 
 
 def responses(k_b: str = "1e6 N/m", c_b: str = "5000 N.s/m") -> np.ndarray:
@@ -70,12 +65,6 @@ def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
     np.testing.assert_allclose(result[:, :2], result[:, 2:4], rtol=1e-12)
 
 
-# Test force
-
-
-# H
-
-
 @pytest.fixture(scope="module")
 def inverse() -> InverseReceptance:
     return studies.h_matrix()
@@ -105,9 +94,6 @@ def test_interpolation_error_falls_with_the_square_of_the_spacing():
         table = 2.0 * np.pi * np.arange(12.0, 20.0 + spacing, spacing)
         errors.append(np.abs(interpolated(LOOP, table, receptance(table), speeds) - exact).max())
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
-
-
-# Recovery
 
 
 def test_last_unit_in_a_list_of_unbalances_applies_to_all():

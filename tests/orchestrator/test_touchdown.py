@@ -75,53 +75,46 @@ def test_a_rotor_without_contact_at_the_end_is_not_at_rest():
     assert result.free_after == pytest.approx(2.0 - RELEASE, abs=2 * H)
 
 
-def test_backward_whirl_is_negative_and_rest_does_not_count(fall_summary):
-    assert fall_summary.retainers["rb1"].whirl == "backward"
-    assert fall_summary.retainers["rb1"].whirl_speed == pytest.approx(WHIRL)
+BACKWARD = ("backward", pytest.approx(WHIRL, rel=0.05))
+MOTIONS = {  # mode and whirl speed of RB1 over time, None as in the fall, and the whirl that the summary states
+    "backward whirl, then rest": (None, None, ("backward", pytest.approx(WHIRL))),
+    "rocking at the bottom": (None, lambda t: 30.0 * np.cos(50.0 * t), ("none", None)),
+    "rocking that gets around": (None, lambda t: 30.0 * np.cos(50.0 * t) + 4.0, ("none", None)),
+    # 6.4 turns within a second, and then to and fro by 15 of them
+    "rocking after a whirl": (None, lambda t: np.where(t < WHIRLED, WHIRL, 80.0 * np.cos(100.0 * t)), BACKWARD),
+    # the orbit continues at 25 rad/s for the rest of the run, of which 5 ms are in contact
+    "free orbit after a short contact": (
+        lambda t: np.where((t > LANDED) & (t < LANDED + 5e-3), SLIDING, 0),
+        lambda t: np.full(len(t), 25.0),
+        ("none", None),
+    ),
+    # from 1.2 s on the rotor turns forward with the spin by 86 turns, without contact to the end or until 3 s
+    **{
+        f"free orbit after a whirl{', touching again' * touched}": (
+            lambda t, touched=touched: 1 * ((t > LANDED) & (t < WHIRLED) | (t > 2.99) & touched),
+            lambda t: np.where(t < WHIRLED, WHIRL, OMEGA),
+            ("backward", pytest.approx(WHIRL)),
+        )
+        for touched in (False, True)
+    },
+    # the sample next to the centre has v/r = 1e5 rad/s, 100 rad in its step of 1 ms; on its way it turns by pi
+    "passing the centre": (
+        lambda t: np.where((t > LANDED) & ~np.isclose(t, 0.3), SLIDING, 0),
+        lambda t: np.where(t < 0.5, 80.0 * np.cos(100.0 * t), 0.0) - 1e5 * np.isclose(t, 0.3),
+        ("none", None),
+    ),
+}
 
 
-def test_rocking_at_the_bottom_is_no_whirl():
-    dataset = fall()
-    rocking = 30.0 * np.cos(50.0 * dataset["time"].values)
-    for whirl in (rocking, rocking + 4.0):  # the latter gets around, but mostly goes to and fro
-        assert touchdown(fall(**{"rb1.whirl_speed": whirl})).retainers["rb1"].whirl == "none"
-
-
-def test_free_orbit_after_a_short_contact_is_no_whirl():
-    """The orbit continues at 25 rad/s for the rest of the run, of which 5 ms are in contact."""
-    dataset = fall()
-    time = dataset["time"].values
-    mode = np.where((time > LANDED) & (time < LANDED + 5e-3), SLIDING, 0)
-    result = touchdown(fall(**{"rb1.mode": mode, "rb1.whirl_speed": np.full(len(time), 25.0)})).retainers["rb1"]
-    assert result.sliding == pytest.approx(5e-3, abs=2 * H)
-    assert (result.whirl, result.whirl_speed) == ("none", None)
-
-
-def test_backward_whirl_remains_one_however_long_the_rotor_rocks_after_it():
-    """It whirls by 6.4 turns within a second, and then goes to and fro by 15 of them."""
+@pytest.mark.parametrize("case", MOTIONS)
+def test_whirl_is_a_lasting_turning_in_contact(case):
+    mode, whirl, expected = MOTIONS[case]
     t = fall()["time"].values
-    whirl = np.where(t < WHIRLED, WHIRL, 80.0 * np.cos(100.0 * t))
-    result = touchdown(fall(**{"rb1.whirl_speed": whirl})).retainers["rb1"]
-    assert (result.whirl, result.whirl_speed) == ("backward", pytest.approx(WHIRL, rel=0.05))
-
-
-@pytest.mark.parametrize("touched_again", [False, True])
-def test_orbit_of_a_rotor_that_levitates_again_is_no_whirl(touched_again):
-    """From 1.2 s on the rotor turns forward with the spin by 86 turns, without contact to the end or until 3 s."""
-    t = fall()["time"].values
-    touching = (t > LANDED) & (t < WHIRLED) | (t > 2.99) & touched_again
-    whirl = np.where(t < WHIRLED, WHIRL, OMEGA)
-    result = touchdown(fall(**{"rb1.mode": 1 * touching, "rb1.whirl_speed": whirl})).retainers["rb1"]
-    assert (result.whirl, result.whirl_speed) == ("backward", pytest.approx(WHIRL))
-
-
-def test_passing_the_centre_is_no_whirl():
-    """The sample next to the centre has v/r = 1e5 rad/s, 100 rad in its step of 1 ms; on its way it turns by pi."""
-    t = fall()["time"].values
-    passes = np.isclose(t, 0.3)
-    whirl = np.where(t < 0.5, 80.0 * np.cos(100.0 * t), 0.0) - 1e5 * passes
-    mode = np.where((t > LANDED) & ~passes, SLIDING, 0)
-    assert touchdown(fall(**{"rb1.mode": mode, "rb1.whirl_speed": whirl})).retainers["rb1"].whirl == "none"
+    changes = {"rb1.mode": mode, "rb1.whirl_speed": whirl}
+    retainer = touchdown(fall(**{name: of(t) for name, of in changes.items() if of})).retainers["rb1"]
+    assert (retainer.whirl, retainer.whirl_speed) == expected
+    if case == "free orbit after a short contact":
+        assert retainer.sliding == pytest.approx(5e-3, abs=2 * H)
 
 
 def test_times_in_each_mode_add_up_to_the_time_from_the_release(fall_summary):
