@@ -1,7 +1,5 @@
 """The baseline computes what the co-simulation computes, and every result is printed. No time is asserted."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -76,13 +74,15 @@ set.rotor_contact."d1.u" = "0.5 g.m"
 
 def compared_with_baseline(scenario: str, until: str | None = None) -> dict[str, Any]:
     """Return the differences between co-simulation and baseline, and the data of the run of a text or a name."""
+    import tomllib
+
     from amb_cosim.cosim.run.options import RunOptions
     from amb_cosim.scenario.plan_run import plan_run
-    from amb_cosim.scenario.scenario import load_scenario, parse_scenario
+    from amb_cosim.scenario.scenario import load_scenario, make_scenario
     from amb_cosim.scenario.simulation import run_planned
     from benchmarks.baseline import Baseline
 
-    parsed = parse_scenario(scenario, "case") if "\n" in scenario else load_scenario(scenario)
+    parsed = make_scenario(tomllib.loads(scenario), "case") if "\n" in scenario else load_scenario(scenario)
     planned = plan_run(parsed, until=until, options=RunOptions(flavour="native"))
     dataset, result = run_planned(planned).dataset, Baseline(planned).run()
     profiled = Baseline(planned).run(profile=True)

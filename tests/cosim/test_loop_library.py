@@ -1,6 +1,6 @@
 """Source of the compiled loop, and the plain loop if none is available."""
 
-from __future__ import annotations
+import tomllib
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from amb_cosim.cosim.basics import loop_library
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.run import simulator
 from amb_cosim.scenario.plan_run import plan_run
-from amb_cosim.scenario.scenario import parse_scenario
+from amb_cosim.scenario.scenario import make_scenario
 from amb_cosim.scenario.simulation import run_planned
 from fmi_export.building.native.compiler import PLATFORMS
 
@@ -52,7 +52,7 @@ def test_without_compiler_or_cache_no_compiled_loop_is_loaded(load_anew, monkeyp
 
 
 def test_plain_loop_replaces_a_missing_compiled_loop_with_equal_results(monkeypatch):
-    planned = plan_run(parse_scenario(SHORT, "short"))
+    planned = plan_run(make_scenario(tomllib.loads(SHORT), "short"))
     expected = run_planned(planned)
     monkeypatch.setattr(simulator, "load_loop", lambda: None)
     monkeypatch.setattr(compiled, "run", lambda *_, **__: pytest.fail("not the plain loop"))

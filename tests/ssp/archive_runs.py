@@ -1,7 +1,5 @@
 """Runs an SSP archive with other tools. Each function is run in a separate process."""
 
-from __future__ import annotations
-
 from typing import Any
 
 
@@ -9,14 +7,14 @@ def exported(
     scenario: str, archive: str, flavour: str = "native", connectors: bool = False, integers: bool = False
 ) -> list[str]:
     """Write a scenario (TOML) as an archive; return the names in it."""
+    import tomllib
     import zipfile
 
     import amb_cosim
-    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.scenario import make_scenario
 
-    amb_cosim.export_ssp(
-        parse_scenario(scenario, "rig"), archive, flavour=flavour, connectors=connectors, integers=integers
-    )
+    case = make_scenario(tomllib.loads(scenario), "rig")
+    amb_cosim.export_ssp(case, archive, flavour=flavour, connectors=connectors, integers=integers)
     return zipfile.ZipFile(archive).namelist()
 
 
@@ -24,15 +22,18 @@ def with_this_project(
     scenario: str, flavour: str = "native", set: dict[str, Any] | None = None, nanoseconds: bool = False
 ) -> dict[str, list[Any]]:
     """Return the values of a run of the scenario at its steps. With `nanoseconds` steps are those of libcosim."""
+    import tomllib
+
     import amb_cosim
     from amb_cosim.cosim.record.signals import AT_STEPS
-    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.scenario import make_scenario
     from tests.support.nanoseconds import step_between_nanoseconds
 
     if nanoseconds:
         step_between_nanoseconds()
 
-    result = amb_cosim.run(parse_scenario(scenario, "rig"), flavour=flavour, set=set, loop="plain", progress=False)
+    case = make_scenario(tomllib.loads(scenario), "rig")
+    result = amb_cosim.run(case, flavour=flavour, set=set, loop="plain", progress=False)
     assert result.outcome.failure is None, result.outcome.failure
     return {name: v.values.tolist() for name, v in result.dataset.items() if not str(name).endswith(AT_STEPS)}
 

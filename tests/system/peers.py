@@ -3,8 +3,6 @@
 Each function is run in a process of its own.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 
@@ -13,9 +11,11 @@ def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any
 
     With `nanoseconds`, the FMUs get the times that libcosim passes.
     """
+    import tomllib
+
     from amb_cosim.cosim.run.options import RunOptions
     from amb_cosim.scenario.plan_run import plan_run
-    from amb_cosim.scenario.scenario import parse_scenario
+    from amb_cosim.scenario.scenario import make_scenario
     from amb_cosim.scenario.simulation import run_planned
     from benchmarks.system import plain_system
     from tests.support.nanoseconds import step_between_nanoseconds
@@ -23,7 +23,7 @@ def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any
     if nanoseconds:
         step_between_nanoseconds()
 
-    planned = plan_run(parse_scenario(scenario, "peers"))
+    planned = plan_run(make_scenario(tomllib.loads(scenario), "peers"))
     result = run_planned(planned, RunOptions(loop="plain"))  # it alone calls the Python method replaced above
     assert result.outcome.failure is None, result.outcome.failure
     recorded = {name: s.values.tolist() for name, s in result.dataset.items() if name not in planned.plan.inputs}

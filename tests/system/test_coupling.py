@@ -4,9 +4,8 @@ With its gradient the linear law is followed exactly, and what remains is the ro
 orders of other couplings are in `test_convergence.py`.
 """
 
-from __future__ import annotations
-
 import math
+import tomllib
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -20,7 +19,7 @@ from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.results.summary import Summary
 from amb_cosim.scenario.plan_run import plan_run
-from amb_cosim.scenario.scenario import load_scenario, parse_scenario
+from amb_cosim.scenario.scenario import load_scenario, make_scenario
 from amb_cosim.scenario.simulation import run_planned
 from bath_thesis.studies.monolithic import Levitation, free_orbit
 
@@ -63,7 +62,7 @@ FIXED = """
 @cache
 def recorded(text: str, stride: int) -> dict[str, np.ndarray]:
     """Displacements and contact forces of a scenario, every `stride` points."""
-    result = run_planned(plan_run(parse_scenario(text, "coupling")))
+    result = run_planned(plan_run(make_scenario(tomllib.loads(text), "coupling")))
     assert result.outcome.failure is None, result.outcome.failure
     names = ["mb1.x", "mb1.y", "mb2.x", "mb2.y", "rb1.f_n", "rb2.f_n"]
     return {name: result.dataset[f"rotor_contact.{name}"].values[::stride] for name in names}

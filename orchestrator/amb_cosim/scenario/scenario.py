@@ -19,7 +19,6 @@ from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
 from amb_cosim.scenario.file import (
-    check_speed_units,
     overlaid,
     packaged_scenarios,
     read_scenario,
@@ -43,7 +42,7 @@ from amb_cosim.scenario.scenario_tables import Event, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_file
 from amb_files.checks import errors_in, require
 from amb_files.pack_file import default
-from amb_files.toml import parse_toml, validate
+from amb_files.toml import validate
 
 _MACHINE = (  # fields that define the machine and its parameters
     *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "communication_step"),
@@ -293,14 +292,6 @@ def as_scenario(
     changes = {key: str(new) if isinstance(new, Path) else new for key, new in others.items() if new is not None}
     scenario = scenario.model_copy(update=changes)
     return scenario.changed(fmu={component: as_fmu(new) for component, new in fmu.items()}) if fmu else scenario
-
-
-def parse_scenario(text: str, name: str) -> Scenario:
-    """Return a scenario from TOML text; `name` is used in messages. Raises ValueError as `load_scenario` does."""
-    data = parse_toml(text, f"scenario {name}")
-    with errors_in(f"scenario {name}"):
-        check_speed_units(data)
-    return make_scenario(data, name)
 
 
 def make_scenario(data: dict[str, Any], name: str) -> Scenario:
