@@ -1,7 +1,5 @@
 """Fixtures of all tests: subprocesses, and builds made once per test run and shared by the workers of pytest-xdist."""
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 import json

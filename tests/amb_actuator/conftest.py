@@ -1,7 +1,5 @@
 """The fixture `bearing`: a running actuator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import pytest

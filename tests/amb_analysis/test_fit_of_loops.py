@@ -1,7 +1,5 @@
 """Magnets, amplifiers and delay from closed-loop responses, which state-space arithmetic of a rigid rotor made."""
 
-from __future__ import annotations
-
 import tomllib
 
 import numpy as np

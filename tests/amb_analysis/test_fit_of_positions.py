@@ -1,7 +1,5 @@
 """Positions and lengths of a rotor file, fitted to responses of a rotor that is built otherwise."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Studies of a machine and its assessment show the warnings of its plan, as a run does."""
 
-from __future__ import annotations
-
 import pytest
 
 from amb_analysis.linear.linearise import linearise

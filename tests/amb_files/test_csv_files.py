@@ -1,7 +1,5 @@
 """Tables that tools and spreadsheets of other countries write."""
 
-from __future__ import annotations
-
 import pytest
 
 from amb_files.csv_files import read_csv

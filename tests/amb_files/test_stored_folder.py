@@ -1,7 +1,5 @@
 """Cached folders are complete, or rebuilt."""
 
-from __future__ import annotations
-
 import pytest
 
 from amb_files.stored_folder import DIGEST, is_undamaged, keep

@@ -1,7 +1,5 @@
 """TOML checked against a declared class: each error is one line with key, value and allowed range."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import pytest

@@ -1,7 +1,5 @@
 """A cache writable by other users is not used, because it holds machine code."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """The rig in node is the run of the orchestrator: the same machine code for another processor."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Modules joined to one script behave as before; unsupported syntax is refused."""
 
-from __future__ import annotations
-
 import subprocess
 
 import pytest

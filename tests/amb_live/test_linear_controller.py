@@ -1,7 +1,5 @@
 """The live rig with a linear controller whose gains change by hand during a run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The page of the live rig in Debian's Chromium: display and controls."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from live_browser import FASTEST

@@ -1,7 +1,5 @@
 """The scripts of the page pass their unit tests, type checks and linter."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

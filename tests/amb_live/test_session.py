@@ -1,7 +1,5 @@
 """Sessions of the live rig: changes, refusals, rewinding, saved scenarios and links."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

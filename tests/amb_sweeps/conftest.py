@@ -1,7 +1,5 @@
 """A cluster that tests share, and a small sweep."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Axes of a sweep, and the points that they span."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Who can reach the processes of a sweep, and schedulers that do not answer."""
 
-from __future__ import annotations
-
 import os
 import signal
 import socket

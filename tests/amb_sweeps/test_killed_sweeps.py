@@ -1,7 +1,5 @@
 """Sweeps whose client is killed: a resumed sweep equals an undisturbed one."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

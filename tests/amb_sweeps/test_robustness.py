@@ -1,7 +1,5 @@
 """Robustness of outcomes: the parameters of a machine that are varied, and the verdict."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import pytest

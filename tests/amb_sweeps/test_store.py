@@ -1,7 +1,5 @@
 """Stores of sweeps: damage is reported and never read as numbers; foreign files are left untouched."""
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -1,7 +1,5 @@
 """Sweeps on a local cluster: stored data, resumption, and points that fail."""
 
-from __future__ import annotations
-
 import os
 import platform
 import signal

@@ -1,7 +1,5 @@
 """The command `amb-cosim sweep`, ready sweeps, maps, and sensitivities."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

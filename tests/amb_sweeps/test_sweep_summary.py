@@ -1,7 +1,5 @@
 """The printed summary of a sweep, and the distribution of its peak force over the phase of an event."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Points of a sweep, run one after another with the same FMUs."""
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

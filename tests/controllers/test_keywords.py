@@ -1,7 +1,5 @@
 """Arguments of `linear_controller` apply to a law in a file as to the object, or are refused; discretisations."""
 
-from __future__ import annotations
-
 import control
 import numpy as np
 import pytest

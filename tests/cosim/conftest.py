@@ -1,7 +1,5 @@
 """The command line, and FMUs that are not this project's, built once by PythonFMU or from C."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A system of foreign FMUs: two instances of a mass and a spring, connected by different names."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 from pathlib import Path

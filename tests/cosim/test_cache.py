@@ -1,7 +1,5 @@
 """The cache of built and unpacked FMUs has a size limit, and removes only its entries."""
 
-from __future__ import annotations
-
 import os
 import time
 import zipfile

@@ -1,7 +1,5 @@
 """Capability flags of FMI that have no effect, and functions that every FMU receives."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

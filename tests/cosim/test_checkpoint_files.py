@@ -1,7 +1,5 @@
 """Checkpoint files: they are loaded without loss, and any other file is refused with one message."""
 
-from __future__ import annotations
-
 import json
 import os
 import zipfile

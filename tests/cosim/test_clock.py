@@ -1,7 +1,5 @@
 """The clock that the runs of a process share."""
 
-from __future__ import annotations
-
 import multiprocessing
 import sys
 import threading

@@ -1,7 +1,5 @@
 """The compiled loop compared with the plain one, on components whose C functions are a few lines of Python."""
 
-from __future__ import annotations
-
 import math
 import sys
 import threading

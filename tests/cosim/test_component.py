@@ -1,7 +1,5 @@
 """The FMU adapter with the actuator FMU, in a separate process; the cache of FMUs."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

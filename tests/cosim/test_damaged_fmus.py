@@ -1,7 +1,5 @@
 """Damaged FMUs are refused with one message before any part is loaded, and damaged caches are rebuilt."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Units that an FMU declares are valid under any name; values may be in any of them."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

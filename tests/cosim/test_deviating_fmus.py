@@ -1,7 +1,5 @@
 """Descriptions that break rules of FMI in ways that other importers accept are read, with a notice of each rule."""
 
-from __future__ import annotations
-
 import json
 import sys
 import zipfile

@@ -3,8 +3,6 @@
 FMI 2.0 has values at fmi2LastSuccessfulTime after fmi2Discard with fmi2Terminated, FMI 3.0 at lastSuccessfulTime.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

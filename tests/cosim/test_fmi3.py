@@ -1,7 +1,5 @@
 """FMUs of FMI 3.0: arrays element by element, every number type, and the same outcomes as of FMI 2.0."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 

@@ -1,7 +1,5 @@
 """The example of an FMU from outside: sensors with a lag between rotor and controller."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

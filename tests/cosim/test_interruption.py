@@ -1,7 +1,5 @@
 """Ctrl-C and SIGTERM: exit codes, saved records, and no leftover processes."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

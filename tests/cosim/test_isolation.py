@@ -1,7 +1,5 @@
 """FMUs in a separate process: the same data, and a crash or a hang ends with one message and exit code 1."""
 
-from __future__ import annotations
-
 import os
 import pickle
 import signal

@@ -1,7 +1,5 @@
 """Iterative coupling on components that are a line of arithmetic."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from interfaces import interface

@@ -5,8 +5,6 @@ Speed y in m/s is 0.5 m/s2 t after n steps of h = 0.1 s; the second FMU gets it 
     y_2 = h sum_k (1000 y_1(t_k) + 2),   k = 1 ... 10 in Gauss-Seidel and iterative order, 0 ... 9 in Jacobi order
 """
 
-from __future__ import annotations
-
 import sys
 
 import pytest

@@ -1,7 +1,5 @@
 """The master algorithm on components that are a few lines of arithmetic."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 

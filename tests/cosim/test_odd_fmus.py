@@ -1,7 +1,5 @@
 """FMUs that return undefined statuses, leave processes behind, or crash when they are terminated."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """FMUs that cannot share a process with others: each runs in a separate one."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import zipfile

@@ -1,7 +1,5 @@
 """Archives of SSP 2.0: arrays are connected and bound whole or element by element, in every number type of FMI 3.0."""
 
-from __future__ import annotations
-
 import json
 import sys
 import zipfile

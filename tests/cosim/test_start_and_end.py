@@ -1,7 +1,5 @@
 """Start and stop time that FMUs receive, and the values with which a run begins."""
 
-from __future__ import annotations
-
 import re
 import sys
 

@@ -1,7 +1,5 @@
 """Start values of other tools' states: FMI lets a user set outputs and local variables that are exact or approx."""
 
-from __future__ import annotations
-
 import json
 import sys
 import zipfile

@@ -1,7 +1,5 @@
 """The point at which a condition on a signal is met, and its form in a scenario."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

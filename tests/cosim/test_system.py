@@ -1,7 +1,5 @@
 """Wiring as data: an error names both ends of the connection."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

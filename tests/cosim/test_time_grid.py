@@ -1,7 +1,5 @@
 """Times as users spell them fall on the point of exact arithmetic, for any step."""
 
-from __future__ import annotations
-
 from decimal import Decimal
 from fractions import Fraction
 

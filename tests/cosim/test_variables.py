@@ -1,7 +1,5 @@
 """Variables of other tools' FMUs: texts, bytes, Booleans and Enumerations are set; names have no meaning of ours."""
 
-from __future__ import annotations
-
 import json
 import sys
 import zipfile

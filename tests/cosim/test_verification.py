@@ -1,7 +1,5 @@
 """`verify` reports equality only for compared results of the FMU: inputs and held values do not count."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest

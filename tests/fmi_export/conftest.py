@@ -1,7 +1,5 @@
 """The small model that the tests of the export are run on."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Of several processes that need the same code, one compiles it."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import time

@@ -1,7 +1,5 @@
 """Documentation in an FMU: page, sketch, licences, icon."""
 
-from __future__ import annotations
-
 import re
 import zipfile
 

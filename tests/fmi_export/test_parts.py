@@ -1,7 +1,5 @@
 """Views into flat arrays: the same compiled and in plain Python, and into the same memory."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Records, the views of flat arrays in kernels."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

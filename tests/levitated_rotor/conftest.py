@@ -1,7 +1,5 @@
 """The assembled rotor as a native FMU, built once for each scenario."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The assembled FMU equals the three FMUs under the orchestrator to the last bit, in any host, at any step."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Callable
 from ctypes import byref

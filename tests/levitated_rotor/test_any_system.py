@@ -1,7 +1,5 @@
 """Systems unlike the levitated rotor as one FMU: other components in another order, wiring, coupling and rates."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """A fault of a part names its component and the value, at the sample where the orchestrator has it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

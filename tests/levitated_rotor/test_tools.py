@@ -1,7 +1,5 @@
 """The assembled FMU in tools: the command line, system files, the README's code."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Native FMUs and hosts, built once; tests that need the C compiler are skipped where it is not installed."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib
 import shutil

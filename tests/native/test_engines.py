@@ -1,7 +1,5 @@
 """Engines: their dependencies, where a build looks for them, and the wheel that ships them."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib
 import sys

@@ -1,7 +1,5 @@
 """Building blocks of the orchestrator's tests."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 from collections.abc import Callable

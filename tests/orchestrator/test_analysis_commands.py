@@ -1,7 +1,5 @@
 """Commands that analyse a rotor: their output, files, and messages for bad input."""
 
-from __future__ import annotations
-
 import inspect
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Studies mark results from coefficients beyond a table or of one whirl frequency, and growth beyond rounding."""
 
-from __future__ import annotations
-
 import pytest
 
 from amb_analysis.studies.coefficient_limits import covered_speeds, is_extrapolated, limit_notes, limits_of

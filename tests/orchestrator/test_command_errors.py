@@ -1,7 +1,5 @@
 """Bad input of every command: one message, exit code 2, and nothing written."""
 
-from __future__ import annotations
-
 import json
 import shlex
 import sys

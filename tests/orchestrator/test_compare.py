@@ -1,7 +1,5 @@
 """Comparison of runs: table of differences, signals, figures, files, and errors of the command."""
 
-from __future__ import annotations
-
 import json
 import math
 import shlex

@@ -1,7 +1,5 @@
 """Python without the packages of extras: a plain run works, and errors of other commands name what to install."""
 
-from __future__ import annotations
-
 import pytest
 
 import amb_cosim

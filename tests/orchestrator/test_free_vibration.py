@@ -1,7 +1,5 @@
 """The vibration that is not periodic with the rotation, against the sinusoids of which a motion is made."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

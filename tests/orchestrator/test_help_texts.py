@@ -1,7 +1,5 @@
 """Each command and study has a description that `--help` shows in full."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex

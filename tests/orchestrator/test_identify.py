@@ -1,7 +1,5 @@
 """Identification on the command line: the table that it writes, tables that it refuses, and their use in a run."""
 
-from __future__ import annotations
-
 import io
 import math
 import zipfile

@@ -1,7 +1,5 @@
 """JSON of typed results: keys with units, arrays, complex numbers, and omitted fields."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from typing import Annotated

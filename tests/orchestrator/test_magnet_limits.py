@@ -1,7 +1,5 @@
 """Largest forces of magnets, against the force law of the actuator."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

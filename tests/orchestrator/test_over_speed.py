@@ -1,7 +1,5 @@
 """Campbell diagrams: labels do not overlap, and damping lies in its zones."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from dataclasses import replace

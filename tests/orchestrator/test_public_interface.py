@@ -1,7 +1,5 @@
 """The Python interface of the package, and the command line as a thin layer over it."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Processes that import the script of the process that starts them, and end with it."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Settings of the user's environment change no figure, and no command fails because of them."""
 
-from __future__ import annotations
-
 import json
 import os
 

@@ -1,7 +1,5 @@
 """Studies on the command line: each prints its tables, and writes its figure and its data."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """What commands print: names from files cannot control a terminal, and a sign that it lacks does not end a command."""
 
-from __future__ import annotations
-
 import io
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The default test force of an identification suits the magnets of any machine, and is the thesis's on its rig."""
 
-from __future__ import annotations
-
 import pytest
 
 from amb_analysis.studies.receptance_measurement import force_amplitude, plan_identification

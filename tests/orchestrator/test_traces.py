@@ -1,7 +1,5 @@
 """Variables of a run as figures and files, and the last turns with keyphasor marks."""
 
-from __future__ import annotations
-
 import csv
 import re
 

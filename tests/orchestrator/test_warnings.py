@@ -1,7 +1,5 @@
 """Warnings of a run, from outputs and logs of the FMUs to sentences, and that of its coupling."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The study of classical contact laws: closed forms of an impact, energy, agreement with the plant, bad input."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

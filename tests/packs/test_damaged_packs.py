@@ -1,7 +1,5 @@
 """A pack with an error does not affect other packs."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

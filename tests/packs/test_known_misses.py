@@ -1,7 +1,5 @@
 """Known misses are reported as missed: the whole report against the list of a review."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

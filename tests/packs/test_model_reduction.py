@@ -1,7 +1,5 @@
 """The study of the rig's reduced models: bounds of the meshes, errors, the thesis's numbers beside ours."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What is general names no rig, no scenario and no figure of a pack: packs alone do."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The installed pack of the how-to page: its list, runs, and verdicts on its statements."""
 
-from __future__ import annotations
-
 import json
 import os
 import tomllib

@@ -1,7 +1,5 @@
 """The unbalance of the rig in chapter 6, fitted to the amplitudes that the thesis states under PID (mm)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import least_squares

@@ -3,8 +3,6 @@
 A run that is not at rest after 8 s is repeated over 40 s.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

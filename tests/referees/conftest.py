@@ -1,7 +1,5 @@
 """Runs Siconos, and lets the tests of this folder import modules beside them."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable

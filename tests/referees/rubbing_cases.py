@@ -1,7 +1,5 @@
 """One description of a rubbing case for both sides: the plant, and the second-order system of another code."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -5,8 +5,6 @@ Newton's law of impact and Coulomb friction. What Siconos decides by complementa
 stick, which let go) the plant decides by its modes and events. README.md says what was measured.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 

@@ -4,8 +4,6 @@ Siconos gets the same bodies in other coordinates, s = r - r_h of the journal in
 the clearance is a circle about the origin. With r = s + r_h the matrices are S^T M S, and so on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Random plants, and controllers on them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Sizes and materials of rotors in another unit are noticed; those of real machines, small and large, are not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """A synthetic run with known quantities, and statements about it."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

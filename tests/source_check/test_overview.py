@@ -1,7 +1,5 @@
 """The paragraph with which the report and the page on scenarios begin."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Archives of FMUs whose output is k times their input, each with its units."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Units, laws and mappings on the way from connector to connector of an archive, in gains y = k u."""
 
-from __future__ import annotations
-
 import sys
 
 import pytest

@@ -1,7 +1,5 @@
 """Scenarios as SSP archives: valid, complete, and the same run in this package, in libcosim and in FMPy."""
 
-from __future__ import annotations
-
 import tempfile
 import zipfile
 from pathlib import Path

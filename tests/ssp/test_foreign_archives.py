@@ -1,7 +1,5 @@
 """Archives of other tools: supported content, and content refused with a reason."""
 
-from __future__ import annotations
-
 import json
 import zipfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Archives of nested systems: values, units and laws on the way from connector to connector, in gains y = k u."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

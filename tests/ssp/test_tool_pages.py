@@ -1,7 +1,5 @@
 """The pages on other tools: their programs run with an archive of the rig."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """Runs of the expander that tests share."""
 
-from __future__ import annotations
-
 import pytest
 from strange_machine import LEVITATION, RUB, TOUCHDOWN
 

@@ -1,7 +1,5 @@
 """What the controller of the expander assumes of its magnets follows from them, with gravity and without."""
 
-from __future__ import annotations
-
 import pytest
 from strange_machine import LEVITATION
 

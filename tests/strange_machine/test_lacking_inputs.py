@@ -1,7 +1,5 @@
 """Events and initial values of inputs that a replaced FMU lacks: an error, or the first warning."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Outcomes of a diverging loop, of a run without an event, and of a rotor that relevitates."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sweeps of the expander: every site counts, and so does every run that failed."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """Warnings of settings and demands without effect, and of no others."""
 
-from __future__ import annotations
-
 import pytest
 from strange_machine import LEVITATION, TOUCHDOWN
 

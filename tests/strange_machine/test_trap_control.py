@@ -1,7 +1,5 @@
 """Verdicts of the study of traps on what control can do within the currents that coils and voltage allow."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

@@ -1,7 +1,5 @@
 """Traps of an expander whose loop is unstable: the study names the instability first."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

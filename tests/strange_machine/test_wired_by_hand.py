@@ -1,7 +1,5 @@
 """FMUs with a scenario's values, wired by hand in FMPy: the run of the orchestrator, to the last bit."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Lists why tests were skipped, and fails a run in which one was skipped for a reason that is not on a list."""
 
-from __future__ import annotations
-
 import tomllib
 from collections import Counter
 from pathlib import Path

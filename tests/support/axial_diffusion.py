@@ -6,8 +6,6 @@ The flux through a circle of radius r is 2 pi psi. J is the current density of t
 on the axis and far away. Cells are finest at all surfaces of the iron, where the field has its skin.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

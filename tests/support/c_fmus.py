@@ -1,7 +1,5 @@
 """FMUs compiled from a file of C by ziglang, for Linux on this processor."""
 
-from __future__ import annotations
-
 import platform
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Copies of archives in which some entries are others."""
 
-from __future__ import annotations
-
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path

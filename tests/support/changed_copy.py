@@ -1,7 +1,5 @@
 """Packages changed in a copy, and processes that import the copy, without compiled kernels."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable, Mapping

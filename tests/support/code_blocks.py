@@ -6,8 +6,6 @@ the page, sh in bash, TOML is read, and text after a command is part of what tha
 README with a marker are run by `.ci/run`.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import sys

@@ -1,7 +1,5 @@
 """Programs, and the command line, in separate processes."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

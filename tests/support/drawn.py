@@ -1,7 +1,5 @@
 """What a drawn figure shows: texts that are cut or overlap, and the limits of its axes."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 from matplotlib.figure import Figure

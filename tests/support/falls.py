@@ -1,7 +1,5 @@
 """A run in which a rotor falls onto its retainers, as known functions of time."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -12,8 +12,6 @@ The matrices of the reduced shaft are data of the plant. Equations, events, impa
 it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property

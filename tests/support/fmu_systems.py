@@ -1,7 +1,5 @@
 """Systems of FMUs without connections to anything of this project."""
 
-from __future__ import annotations
-
 
 def system_text(
     components: dict[str, str], event: str = "", end: str = "10 ms", more: str = "", at: str = "5 ms"

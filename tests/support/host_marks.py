@@ -1,7 +1,5 @@
 """Marks of tests that run FMUs in the programs of other projects: rows of the compatibility page."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib.util import find_spec
 from typing import Any

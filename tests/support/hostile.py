@@ -1,7 +1,5 @@
 """An FMU that misbehaves at one of its calls; see `hostile.c`."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from pathlib import Path

@@ -11,8 +11,6 @@ sizes from the files are those of the package. A circle exp(-i omega t) is the c
     S_xx = (F + B)/2,  S_xy = i (F - B)/2,   F = S(omega),  B = conj(S(-omega)).                                 (2)
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

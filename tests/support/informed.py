@@ -1,7 +1,5 @@
 """An FMU whose outputs are the arguments of its host: start, stop, steps, inputs; see `informed.c`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

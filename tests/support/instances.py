@@ -1,7 +1,5 @@
 """Instances of models with values by name."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from fmi_export.model import Array, Instance, Model

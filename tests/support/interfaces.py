@@ -1,7 +1,5 @@
 """Interfaces of FMUs that are not there, for tests of wiring."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port

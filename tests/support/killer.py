@@ -1,7 +1,5 @@
 """Kills a process of a sweep at a point of the sweep's progress."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

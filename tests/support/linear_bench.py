@@ -1,7 +1,5 @@
 """A linear controller that runs without FMI, and random laws."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import control

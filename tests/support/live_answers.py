@@ -1,7 +1,5 @@
 """What a session of the live rig answered."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A page of the live rig in a browser, and the actions of a user."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

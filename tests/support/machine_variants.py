@@ -1,7 +1,5 @@
 """Machine files that describe a machine in another way: mirrored, with shorter elements, in other units."""
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """Writes `.mat` files of Matlab's format 7.3: HDF5 after a header of 512 bytes, arrays transposed."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What each model runs through as an FMU: parameters, and inputs that visit its limits, contacts and faults."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Step sizes in whole nanoseconds, as in libcosim."""
 
-from __future__ import annotations
-
 from typing import Any
 
 

@@ -1,7 +1,5 @@
 """Which parameters and inputs change the initial outputs of a model, found by trying."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The prose of a Markdown page: its paragraphs, headings and table cells, without code, equations and links."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """FMUs with reference results (FMI-LS-REF) for `verify`."""
 
-from __future__ import annotations
-
 import shutil
 import zipfile
 from collections.abc import Mapping

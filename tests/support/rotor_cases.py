@@ -4,8 +4,6 @@
 stiffness from the flexibility of a clamped beam. It shares no code with the package but the rotor's description.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

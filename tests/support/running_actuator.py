@@ -1,7 +1,5 @@
 """A running actuator with values given by name, `mb1__i_x` for `mb1.i_x`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

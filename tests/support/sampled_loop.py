@@ -9,8 +9,6 @@ offset) and filter, S picks the sensor of each axis, C is the PID (`pid.response
 z = exp(j omega h).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

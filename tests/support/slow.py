@@ -1,7 +1,5 @@
 """Parameters of a test of which the first is run always and the others are marked slow."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

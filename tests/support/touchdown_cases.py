@@ -1,7 +1,5 @@
 """The plant of two equal bodies at the ends of a rotor that stays straight, each as in `two_bodies`."""
 
-from __future__ import annotations
-
 import numpy as np
 from flexible_touchdown import FREE
 from rotor_cases import both, head, memory, plant, rigid_rotor, run, state

@@ -3,8 +3,6 @@
 Coordinates are q = (x, y, x_h, y_h, theta, phi): journal, housing, angle of the rotor, angle of the race.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Watching other processes and threads, and waiting for them, however slow a loaded machine makes them."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import time

@@ -3,8 +3,6 @@
 A plugin of pytest, which tests/conftest.py registers.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """FMUs that replace the components of the rig, built once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A levitated rotor that another component excites at a frequency of its own, by the speed that it reads."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Each component of the rig replaced by another's FMU: the rig runs, and the results are those that they must be."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Any

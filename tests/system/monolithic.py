@@ -6,8 +6,6 @@ Between samples the system is that of `bath_thesis.studies.monolithic`, and
     closed site k: Re(conj(n_k) r_k'') = -|r_k'|^2 / c with n_k = r_k / |r_k|, or N_k = 0 if it is open
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.integrate import solve_ivp
 

@@ -1,7 +1,5 @@
 """Observed orders of the coupling: the three FMUs against the levitated rotor as a whole."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Native FMUs give the results of those that PythonFMU runs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

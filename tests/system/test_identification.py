@@ -1,7 +1,5 @@
 """The receptance that the controller FMU identifies on the plant FMU, compared with models of the loop; and its use."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Rotors of the literature that come with the package: their scenarios rub, recover, and close the energy balance."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

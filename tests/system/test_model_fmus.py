@@ -1,7 +1,5 @@
 """Each model as an FMU: valid, equal to its core to the last bit, compiled or not, and saved states."""
 
-from __future__ import annotations
-
 import platform
 from collections.abc import Callable
 from pathlib import Path

@@ -16,8 +16,6 @@ steps are differences of two rounded times. Given constant steps, this project's
 from it by up to 1.2e-12 of an output's largest value (an impulse of the rubbing case).
 """
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

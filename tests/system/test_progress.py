@@ -1,7 +1,5 @@
 """Progress of commands: a bar in a terminal, lines elsewhere."""
 
-from __future__ import annotations
-
 from itertools import count
 from types import SimpleNamespace
 

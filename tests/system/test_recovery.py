@@ -1,7 +1,5 @@
 """Recovery of the rotor of Fig. 5.6: which control frees it, and up to which unbalance."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import pytest

@@ -1,7 +1,5 @@
 """All scenarios of the packs, in both flavours: a continued run equals an uninterrupted one."""
 
-from __future__ import annotations
-
 import pytest
 
 from amb_cosim.cosim.run.checkpoint import Checkpoint

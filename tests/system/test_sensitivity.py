@@ -1,7 +1,5 @@
 """Sensitivity measured in the co-simulation of the three FMUs against the one computed from the sampled linear loop."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A rotor whose magnets have no power, and whose retainers do not stop it, lands on the stators of the magnets."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Touchdown scenarios have their stated outcomes: fall, rest, whirl and recovery."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cache

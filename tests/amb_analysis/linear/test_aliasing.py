@@ -1,7 +1,5 @@
 """Poles of a sampled loop at the frequency of the plant's motion, also above half the sample rate."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

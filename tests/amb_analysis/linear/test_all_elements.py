@@ -1,7 +1,5 @@
 """Sensitivity, disk margin and poles are those of all elements of the rotor, whatever the reduction of its runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Linear parts: connected, sampled, late, realised from their pulse responses; their responses and margins."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import control

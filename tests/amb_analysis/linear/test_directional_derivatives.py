@@ -1,7 +1,5 @@
 """Directional derivatives that the plant of a compressor gives over a step, against its linear model; and contact."""
 
-from __future__ import annotations
-
 from ctypes import byref
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Foreign FMUs: linearised by directional derivatives if these determine a step, else by differences."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

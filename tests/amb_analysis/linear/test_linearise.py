@@ -1,7 +1,5 @@
 """The linear model of a compressor's loop against its co-simulation, and the arguments of `linearise`."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The sampled linear loop of the levitated rotor, and the signals that measure it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cache

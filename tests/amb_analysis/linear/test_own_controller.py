@@ -1,7 +1,5 @@
 """A controller of one's own, an FMU with a law over speed and without a parameter `sample_time`, in linear analyses."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Poles of a levitated machine over its speed."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

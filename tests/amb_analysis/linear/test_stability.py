@@ -1,7 +1,5 @@
 """The pole that decides on the stability of a sampled loop, in closed form."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

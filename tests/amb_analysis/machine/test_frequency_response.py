@@ -1,7 +1,5 @@
 """Responses between any channels of the expander, against its linear models."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Computed responses at many frequencies, as records of an hour have them."""
 
-from __future__ import annotations
-
 import tracemalloc
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Ends of long-lasting whirls in contact, from the closed form of a rotor with one mass and one site."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

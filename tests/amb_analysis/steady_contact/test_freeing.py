@@ -1,7 +1,5 @@
 """The smallest currents that keep orbits within limits, against closed forms and linear programming."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.optimize import linprog

@@ -1,7 +1,5 @@
 """Forces and friction of rolling over the angle between two journals, which is free."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

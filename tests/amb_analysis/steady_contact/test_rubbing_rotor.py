@@ -1,7 +1,5 @@
 """The rotor of a run for the analysis of steady rub: its speed, and the sites that it can touch."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Small motion about states of steady rub, against closed forms of a Jeffcott rotor."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from jeffcott import CLEARANCE, DAMPING, MASS, OWN, STIFFNESS, jeffcott

@@ -1,7 +1,5 @@
 """A fall in the retainers that friction drives over their top: closed form, the plant itself, mounts, drag, weight."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

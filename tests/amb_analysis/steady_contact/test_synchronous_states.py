@@ -1,7 +1,5 @@
 """States of steady rub: equilibrium, and completeness."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from jeffcott import CLEARANCE, DAMPING, MASS, OWN, STIFFNESS, dynamic_stiffness, jeffcott

@@ -1,7 +1,5 @@
 """Magnets that are nearer to the rotor than its retainers: displacements count against the air gap there."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Laws under which a machine does not levitate: every criterion that needs a stable loop is not answered."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Landings that have not ended, or do not happen: their criteria can be missed, but are not met."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The overload at which a rotor touches its retainers."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

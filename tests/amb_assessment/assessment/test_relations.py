@@ -1,7 +1,5 @@
 """Changes without effect on a verdict (mirror, mesh, units, samples, speed range), and changes with a known effect."""
 
-from __future__ import annotations
-
 import shutil
 from functools import partial
 from pathlib import Path

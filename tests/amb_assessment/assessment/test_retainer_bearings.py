@@ -1,7 +1,5 @@
 """Ball bearings of retainers in machine files: refused where they cannot be built, loaded by a landing's force."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

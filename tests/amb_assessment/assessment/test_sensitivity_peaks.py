@@ -1,7 +1,5 @@
 """Peaks of the sensitivity: those of the curve, and above the frequencies of ISO 14839-3 too."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 

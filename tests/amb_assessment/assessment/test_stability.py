@@ -1,7 +1,5 @@
 """Verdicts on the stability of machines: every pole counts, at every speed up to the trip speed."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Thrust bearings in machine files: constants, refusals, signs of thrust and gravity."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Unbalance in runs and responses: its placement, and the worst speed and fault between those of a list."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Upright machines: gravity acts along the shaft, where the co-simulation has no axis."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Whether landings whirl backward is judged by the friction that drives a fall over the top, not by chance."""
 
-from __future__ import annotations
-
 import math
 import shutil
 from dataclasses import replace

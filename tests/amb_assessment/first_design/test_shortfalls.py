@@ -1,7 +1,5 @@
 """Reasons of a first design: coils that the unbalance drives to their limits, and magnets with much K_s."""
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -1,7 +1,5 @@
 """Drives one FMU through fmpy by variable names; for use in a subprocess."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Hides installed packages from a process, so that they are imported only from later entries of `sys.path`."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from importlib.machinery import ModuleSpec, PathFinder

@@ -1,7 +1,5 @@
 """What shared libraries export and ask for: ELF, PE and Mach-O, as LIEF reads them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import lief

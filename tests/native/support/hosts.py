@@ -1,7 +1,5 @@
 """The host in C: its arguments for an FMU, and its answers to a program."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """First-order lag with everything that an export can get wrong: state, all types, ranges, faults, a NaN."""
 
-from __future__ import annotations
-
 import math
 
 from fmi_export.interface import interface

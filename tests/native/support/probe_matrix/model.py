@@ -1,7 +1,5 @@
 """A matrix times a vector, and one array of each type."""
 
-from __future__ import annotations
-
 from fmi_export.interface import interface, repeated
 from fmi_export.jit import kernel
 from fmi_export.model import Array as Numbers
