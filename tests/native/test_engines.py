@@ -134,36 +134,18 @@ def hook(empty, monkeypatch):
 
 
 @pytest.mark.slow  # needs hatchling
-def test_a_wheel_contains_the_engines_that_a_build_looks_for(hook, lag, empty):
-    hook(None)
-    assert {platform for _, platform in empty} == {host_platform()}
-    assert {engine_place(kernels, "win64") for kernels, _ in empty} == {engine_place([lag], "win64")}
-
-
-@pytest.mark.slow  # needs hatchling
-def test_a_wheel_with_native_engines_is_tagged_by_its_platform(hook):
+def test_a_wheel_contains_the_engines_of_its_platforms_and_is_tagged_by_them(hook, lag, empty):
     data, files = hook(None)
-    assert files == {host_platform()}
+    assert {platform for _, platform in empty} == files == {host_platform()}
+    assert {engine_place(kernels, "win64") for kernels, _ in empty} == {engine_place([lag], "win64")}
     assert not data["pure_python"]
     assert data["tag"].startswith("py3-none-")
     assert not data["tag"].endswith("-any")
-
-
-@pytest.mark.slow  # needs hatchling
-def test_a_wheel_is_tagged_by_the_platforms_of_its_engines(hook):
     data, files = hook("win64,linux64,wasm32")
     assert (files, data["tag"]) == ({"linux64", "win64", WASM}, "py3-none-manylinux_2_17_x86_64.win_amd64")
     data, files = hook("all")
     assert (files, data["pure_python"], "tag" in data) == ({*PLATFORMS, WASM}, True, False)
-
-
-@pytest.mark.slow  # needs hatchling
-def test_an_editable_installation_contains_no_engine(hook):
     assert hook("all", "editable") == ({"force_include": {}, "pure_python": True}, set())
-
-
-@pytest.mark.slow  # needs hatchling
-def test_a_wheel_for_an_unknown_platform_is_refused(hook):
     with raises_naming(SystemExit, "AMB_COSIM_PLATFORMS", "amiga", "linux64"):
         hook("amiga")
 
