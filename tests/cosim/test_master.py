@@ -187,22 +187,14 @@ def test_exogenous_inputs_reach_the_components_during_initialisation():
     assert master.components[0].trace == [("gain", "enter", -7 * 0.1), ("gain", "leave")]
 
 
-def test_an_algebraic_loop_is_reported_with_its_path():
+def test_outputs_that_do_not_settle_are_reported_with_their_loop():
     blocks = [Block(name, output=lambda x, u: 1.0 - 0.5 * u[0]) for name in ("a.y", "b.y")]
     wiring = SignalMap(("a.y", "b.y"), 0, (np.array([1]), np.array([0])), ((1,), (0,)))
     with pytest.raises(StartFailed, match=r"algebraic loop (a\.y -> b\.y -> a\.y|b\.y -> a\.y -> b\.y)"):
         Master(blocks, wiring, 0.1).initialise()
-
-
-def test_outputs_that_do_not_converge_without_a_loop_are_reported():
     restless = Block("a.y", output=lambda x, u: u[0] + 1.0)
     with raises_naming(StartFailed, "settle", "initialisation", "no loop"):
         Master([restless], closed_chain("a.y"), 0.1).initialise()
-
-
-def test_wiring_that_names_too_few_signals_is_refused():
-    with raises_naming(ValueError, "1 signals", "2"):
-        Master([Block("a"), Block("b")], closed_chain("a"), 0.1)
 
 
 def test_a_declared_algebraic_loop_that_converges_is_no_error():
@@ -237,21 +229,15 @@ def at(n: int) -> tuple[float, float]:
 
 
 def test_a_profile_is_linear_between_its_points_and_constant_outside():
+    """A value carried on by its slope, as a component does within a step, meets the next value without a jump."""
     assert [at(n)[0] for n in (-7, 0, 3, 4, 5, 6, 8, 9, 10, 50)] == [10, 10, 10, 10, 15, 20, 30, 27.5, 25, 25]
     assert [at(n)[1] for n in (-7, 3, 4, 7, 8, 9, 10)] == [0, 0, 10, 10, -5, -5, 0]
-
-
-def test_a_profile_carried_on_by_its_slope_meets_its_next_value():
-    """What a component does within a step: value + slope t; there is no jump at the end."""
     for n in range(-2, 12):
         value, slope = at(n)
         assert value + slope * 0.5 == pytest.approx(at(n + 1)[0], rel=1e-15)
-
-
-def test_a_profile_of_a_long_run_has_no_accumulated_error():
     exogenous = np.zeros(2)
     PiecewiseLinear([(0, 0.0), (10_000_000, 1.0)], TimeGrid(1e-3), 0, 1)(9_999_999, exogenous)
-    assert exogenous[0] == 9_999_999 / 10_000_000
+    assert exogenous[0] == 9_999_999 / 10_000_000, "a long run has no accumulated error"
 
 
 def test_schedules_write_before_observers_see_a_point():
@@ -392,7 +378,13 @@ def test_a_component_that_refuses_to_start_is_named():
         Master([block], closed_chain("pump"), 0.1).initialise()
 
 
-@pytest.mark.parametrize("step", [0.0, -1e-3, float("nan"), float("inf")])
-def test_communication_step_must_be_positive(step):
-    with pytest.raises(ValueError, match="communication step"):
-        Master([Block("a")], closed_chain("a"), step)
+@pytest.mark.parametrize(
+    ("names", "step", "facts"),
+    [
+        *((["a"], step, ("communication step",)) for step in (0.0, -1e-3, float("nan"), float("inf"))),
+        (["a", "b"], 0.1, ("1 signals", "2")),
+    ],
+)
+def test_steps_that_are_not_positive_and_wiring_of_too_few_signals_are_refused(names, step, facts):
+    with raises_naming(ValueError, *facts):
+        Master([Block(name) for name in names], closed_chain("a"), step)
