@@ -11,11 +11,13 @@ import xarray as xr
 from fmu_systems import system_text
 
 import amb_cosim
+from tests.ssp import gain_archives
 from tests.support.c_fmus import OUTPUT, described
 from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
 
+BRIEF = '<ssd:DefaultExperiment stopTime="0.01"/>'
 SOURCE = Path(__file__).parent / "support" / "falling.c"
 VARIABLES = [
     ("h", f'{OUTPUT} initial="exact"', 'Real start="1.0"'),
@@ -53,16 +55,10 @@ def test_a_system_file_holds_the_start_of_a_state(fmu, tmp_path):
 
 
 def test_a_parameter_set_of_an_archive_holds_the_start_of_a_state(fmu, tmp_path):
-    names = " ".join(
-        f'xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
-        for prefix, name in (("ssd", "Description"), ("ssv", "ParameterValues"))
+    element = gain_archives.component("mass", "Falling.fmu", "")
+    text = gain_archives.structure(
+        gain_archives.system("root", "", element, bindings=gain_archives.bind({"mass.h": 7.0})), experiment=BRIEF
     )
-    text = f"""<ssd:SystemStructureDescription {names} version="1.0" name="s"><ssd:System name="root">
-<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" name="p">
-<ssv:Parameters><ssv:Parameter name="mass.h"><ssv:Real value="7.0"/></ssv:Parameter></ssv:Parameters>
-</ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings>
-<ssd:Elements><ssd:Component name="mass" source="Falling.fmu"/></ssd:Elements></ssd:System>
-<ssd:DefaultExperiment stopTime="0.01"/></ssd:SystemStructureDescription>"""
     with zipfile.ZipFile(tmp_path / "fall.ssp", "w") as archive:
         archive.writestr("SystemStructure.ssd", text)
         archive.write(fmu, "Falling.fmu")

@@ -86,11 +86,6 @@ def test_a_port_without_a_unit_connects_to_any():
     replace(SYSTEM, connections=with_source("rotor.plain", "magnet.x")).check(INTERFACES)
 
 
-def test_a_component_name_must_be_unique():
-    with raises_naming(ValueError, "rotor"):
-        replace(SYSTEM, components=(Component("rotor", "a"), Component("rotor", "b")))
-
-
 def test_wiring_puts_exogenous_signals_first_and_gathers_by_position():
     wiring = Assembly(SYSTEM, {}, INTERFACES).wiring(["Omega"], ["rotor.state"])
     assert wiring.names == ("Omega", "magnet.f", "rotor.x", "rotor.state")
@@ -123,27 +118,11 @@ def test_packaged_systems_share_speed_signals_and_disable_end_bushes(name):
     assert system.parameters["rotor_contact"]["eb?.enabled"] is False
 
 
-def test_unknown_system_lists_the_systems():
-    with raises_naming(ValueError, "levitate", "levitated"):
-        load_system("levitate", {})
-
-
 def test_error_names_the_faulty_system_file(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("description = 'x'\n[[component]]\nname = 'a'\n")
     with raises_naming(ValueError, "mine.toml", "component[0].fmu (a)"):
         load_system(str(path), {})
-
-
-def test_a_time_outside_its_range_is_refused_with_the_range():
-    assert time_of("2 ms", "step") == 2e-3
-    for raw, limits, facts in (
-        (0.0, {}, ("step = 0 s", "> 0 s")),
-        (-1.0, {"least": 0.0}, ("step = -1 s", ">= 0 s")),
-        (3.0, {"most": 2.0}, ("step = 3 s", "<= 2 s")),
-    ):
-        with raises_naming(ValueError, *facts):
-            time_of(raw, "step", **limits)
 
 
 def test_the_same_fmu_is_no_replacement():
@@ -160,15 +139,22 @@ def test_a_file_for_an_open_model_is_not_a_replacement():
     assert filled.with_fmu("linear_controller", "other.npz").replaced == ("linear_controller",)
 
 
-@pytest.mark.parametrize("end", ["rotor", "rotor.", ""])
-def test_an_end_of_a_connection_has_a_component_and_a_variable(end):
-    with raises_naming(ValueError, "component.variable"):
-        SYSTEM.split(end)
-
-
-def test_a_system_without_an_experiment_is_refused_by_name():
-    with raises_naming(ValueError, "system levitated", "[experiment]"):
-        load_experiment("levitated")
+@pytest.mark.parametrize(
+    ("call", "facts"),
+    [
+        (lambda: replace(SYSTEM, components=(Component("rotor", "a"), Component("rotor", "b"))), ("rotor",)),
+        *((lambda end=end: SYSTEM.split(end), ("component.variable",)) for end in ("rotor", "rotor.", "")),
+        (lambda: load_system("levitate", {}), ("levitate", "levitated")),
+        (lambda: load_experiment("levitated"), ("system levitated", "[experiment]")),
+        (lambda: time_of(0.0, "step"), ("step = 0 s", "> 0 s")),
+        (lambda: time_of(-1.0, "step", least=0.0), ("step = -1 s", ">= 0 s")),
+        (lambda: time_of(3.0, "step", most=2.0), ("step = 3 s", "<= 2 s")),
+    ],
+)
+def test_names_ends_and_times_that_no_system_has_are_refused(call, facts):
+    assert time_of("2 ms", "step") == 2e-3
+    with raises_naming(ValueError, *facts):
+        call()
 
 
 @pytest.mark.parametrize(

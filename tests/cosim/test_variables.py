@@ -13,6 +13,7 @@ from amb_cosim.commands.options import parse_settings
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.planning import plan_experiment
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
+from tests.ssp.gain_archives import bind, component, structure, system
 from tests.support.messages import raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")
@@ -191,19 +192,11 @@ def test_fault_code_of_a_foreign_fmu_is_an_ordinary_output(run, version):
 
 def test_strings_and_bytes_of_an_archive_are_set(fmu_from_c, tmp_path):
     fmu = fmu_from_c(SOURCE, DESCRIPTIONS[3], 3)
-    names = " ".join(
-        f'xmlns:{prefix}="http://ssp-standard.org/SSP1/SystemStructure{name}"'
-        for prefix, name in (("ssd", "Description"), ("ssc", "Common"), ("ssv", "ParameterValues"))
-    )
-    values = """<ssv:Parameter name="one.file"><ssv:String value=" a b "/></ssv:Parameter>
-<ssv:Parameter name="one.blob"><ssv:Binary value="0102"/></ssv:Parameter>
-<ssv:Parameter name="one.flag"><ssv:Boolean value="true"/></ssv:Parameter>
-<ssv:Parameter name="one.choice"><ssv:Enumeration value="fast"/></ssv:Parameter>"""
-    text = f"""<ssd:SystemStructureDescription {names} version="1.0" name="s"><ssd:System name="root">
-<ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet version="1.0" name="p">
-<ssv:Parameters>{values}</ssv:Parameters></ssv:ParameterSet></ssd:ParameterValues></ssd:ParameterBinding>
-</ssd:ParameterBindings><ssd:Elements><ssd:Component name="one" source="Texts.fmu"/></ssd:Elements></ssd:System>
-<ssd:DefaultExperiment stopTime="0.01"/></ssd:SystemStructureDescription>"""
+    kinds = {"file": 'String value=" a b "', "blob": 'Binary value="0102"', "flag": 'Boolean value="true"'}
+    kinds["choice"] = 'Enumeration value="fast"'
+    values = {f"one.{name}": f"<ssv:{kind}/>" for name, kind in kinds.items()}
+    root = system("root", "", component("one", "Texts.fmu", ""), bindings=bind(values))
+    text = structure(root, experiment='<ssd:DefaultExperiment stopTime="0.01"/>')
     with zipfile.ZipFile(tmp_path / "texts.ssp", "w") as archive:
         archive.writestr("SystemStructure.ssd", text)
         archive.write(fmu, "Texts.fmu")
