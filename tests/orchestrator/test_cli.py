@@ -58,26 +58,6 @@ def test_a_closed_pipe_ends_a_command_silently(tmp_path, arguments):
     }
 
 
-@pytest.mark.parametrize(
-    ("former", "present"),
-    [
-        (("animate", "results/fig4_9"), "live SCENARIO"),
-        (("modes", "bath_rig"), "study modes"),
-        (("tables",), "study tables"),
-    ],
-)
-def test_a_removed_command_names_its_replacement(refuses, former, present):
-    refuses(f"any more; use 'amb-cosim {present}'", *former)
-
-
-def test_fmus_without_arrays_are_of_fmi_3(refuses):
-    refuses("FMUs without arrays are of FMI 3.0 (--fmi 3); FMI 2.0 has no arrays", "build", "--no-arrays", "-o", "fmus")
-
-
-def test_fmus_of_flavour_python_have_no_c_code(refuses):
-    refuses("--sources requires native FMUs", "build", "--sources", "--flavour", "python", "-o", "fmus")
-
-
 def test_build_takes_a_rotor_file(runner, tmp_path):
     rig = rotor_path().read_text(encoding="utf-8")
     (tmp_path / "heavy.toml").write_text(rig.replace("mass = 10.0", "mass = 12.0"), encoding="utf-8")

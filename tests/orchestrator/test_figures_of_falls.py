@@ -147,9 +147,6 @@ def test_temperature_that_hardly_rises_has_no_offset():
     assert np.ptp(temperature.get_ylim()) >= 1.0
 
 
-# Texts
-
-
 def test_titles_state_positions_and_are_never_cut():
     words = " ".join(f"word{k}" for k in range(60))
     dataset = placed(fall().assign_attrs(description=words), rb1=0.06, rb2=0.5)

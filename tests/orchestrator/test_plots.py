@@ -116,9 +116,6 @@ def test_adjacent_parts_of_a_run_share_a_sample(synthetic):
     assert np.flatnonzero(covered == 2).tolist() == [500, 1000]
 
 
-# Figures in Python and in a notebook
-
-
 def test_figures_that_cannot_be_drawn_are_refused(synthetic):
     dataset = synthetic()
     with raises_naming(ValueError, "figure", "'orbit'", "orbits, displacement"):
