@@ -108,18 +108,14 @@ def test_the_installed_package_is_used_if_its_code_is_the_same(installed_run):
     assert {row[0] for row in rows} == {0}
 
 
-def test_shipped_code_gives_the_same_numbers_as_installed_packages(build_fmu, lag, run_python, installed_run):
-    hidden = ["probe_lag", "fmi_export"]
-    rows, file, _ = run_python(run_lag, path=build_fmu(lag), inputs=inputs(), hidden=hidden)
-    assert Path(file).parts[-4:] == ("resources", "code", "probe_lag", "lag.py")
-    assert rows == installed_run[0]
-
-
-def test_without_numba_the_same_numbers_come_from_plain_python(build_fmu, lag, run_python, installed_run):
-    hidden = ["probe_lag", "fmi_export", "numba"]
+@pytest.mark.parametrize("has_numba", [True, False])
+def test_shipped_code_gives_the_same_numbers_as_installed_packages(
+    build_fmu, lag, run_python, installed_run, has_numba
+):
+    hidden = ["probe_lag", "fmi_export", *([] if has_numba else ["numba"])]
     rows, file, compiled = run_python(run_lag, path=build_fmu(lag), inputs=inputs(), hidden=hidden)
-    assert "resources" in Path(file).parts
-    assert not compiled
+    assert Path(file).parts[-4:] == ("resources", "code", "probe_lag", "lag.py")
+    assert compiled == has_numba
     assert rows == installed_run[0]
 
 

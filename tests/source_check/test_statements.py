@@ -21,36 +21,31 @@ GOOD = {
 }
 
 
+CHAPTER = {"key": "ch5", "name": "chapter 5", "groups": ["*5_*"]}
+
+
+def changed(**change):
+    """The file with its statement changed, or without a field."""
+    return GOOD | {"statement": [{k: v for k, v in (GOOD["statement"][0] | change).items() if v is not None}]}
+
+
 @pytest.mark.parametrize(
-    ("change", "facts"),
+    ("file", "facts"),
     [
-        ({"quantity": ""}, ("quantity", "picture", "missing")),
-        ({"value": None}, ("value", "source")),
-        ({"source": "fun"}, ("'fun'", "run")),
-        ({"relation": "below", "value": "RB1"}, ("relation", "below", "number")),
-        ({"tolerance": -0.1}, ("tolerance", "-0.1", ">= 0")),
-        ({"floor": 1.0}, ("floor", "1", "below")),
-        ({"cause": "bad luck"}, ("cause", "data", "reading")),
-        ({"where": ""}, ("where",)),
-        ({"tolarance": 0.1}, ("statement[0].tolarance", "tolerance")),
+        (changed(quantity=""), ("quantity", "picture", "missing")),
+        (changed(value=None), ("value", "source")),
+        (changed(source="fun"), ("'fun'", "run")),
+        (changed(relation="below", value="RB1"), ("relation", "below", "number")),
+        (changed(tolerance=-0.1), ("tolerance", "-0.1", ">= 0")),
+        (changed(floor=1.0), ("floor", "1", "below")),
+        (changed(cause="bad luck"), ("cause", "data", "reading")),
+        (changed(where=""), ("where",)),
+        (changed(tolarance=0.1), ("statement[0].tolarance", "tolerance")),
+        (GOOD | {"statement": GOOD["statement"] * 2}, ("fig4_9.force",)),  # a key twice
+        (GOOD | {"chapter": [CHAPTER]}, ("fig4_9.force", "chapter")),  # a statement in no chapter
+        ("bath_theses", ("'bath_theses'", "statements.toml", "bath_thesis")),  # a pack without statements
     ],
 )
-def test_an_invalid_statement_is_refused(change, facts):
-    wrong = {k: v for k, v in (GOOD["statement"][0] | change).items() if v is not None}
+def test_an_invalid_file_of_statements_is_refused(file, facts):
     with raises_naming(ValueError, *facts):
-        parse_statements(GOOD | {"statement": [wrong]}, "statements.toml")
-
-
-def test_two_statements_may_not_share_a_key():
-    with raises_naming(ValueError, "fig4_9.force"):
-        parse_statements(GOOD | {"statement": GOOD["statement"] * 2}, "statements.toml")
-
-
-def test_every_statement_is_in_a_chapter():
-    with raises_naming(ValueError, "fig4_9.force", "chapter"):
-        parse_statements(GOOD | {"chapter": [{"key": "ch5", "name": "chapter 5", "groups": ["*5_*"]}]}, "file")
-
-
-def test_a_pack_without_statements_is_refused():
-    with raises_naming(ValueError, "'bath_theses'", "statements.toml", "bath_thesis"):
-        load_statements("bath_theses")
+        load_statements(file) if isinstance(file, str) else parse_statements(file, "statements.toml")

@@ -28,14 +28,8 @@ def with_event(actuator: Path, **values: float | bool) -> Scenario:
 
 def test_an_event_without_any_variable_is_refused(actuator):
     scenario = with_event(actuator, **{"north.amplifier_off_x": True})
-    with raises_naming(
-        ValueError,
-        "event step",
-        "0.008 s",
-        "amb_actuator (own_actuator.fmu)",
-        "north.amplifier_off_x",
-        "north.amplifier_off_y",
-    ):
+    facts = ("event step", "0.008 s", "amb_actuator (own_actuator.fmu)")
+    with raises_naming(ValueError, *facts, "north.amplifier_off_x", "north.amplifier_off_y"):
         plan_run(scenario)
 
 
