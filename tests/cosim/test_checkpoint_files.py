@@ -133,6 +133,20 @@ def test_a_run_from_a_foreign_file_ends_with_code_2_and_one_message(file, tmp_pa
         assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("parameters", [3.0, None, "rotor_contact", [], {"rotor_contact": []}, {"rotor_contact": 1.0}])
+def test_parameters_of_the_past_belong_to_components(tmp_path, parameters):
+    """With a checksum that holds, as a forger writes it."""
+    file = replace(CHECKPOINT, past={"parameters": parameters}).save(tmp_path / "state.npz")
+    with raises_naming(ValueError, str(file), *REFUSED):
+        Checkpoint.load(file)
+
+
+def test_a_run_from_a_past_without_parameters_is_refused(file, tmp_path):
+    done = CliRunner().invoke(main, ["run", "fig4_9", "--from", str(file), "-o", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert_names(done.stderr, "checkpoint", "another run", "parameters")
+
+
 @pytest.mark.parametrize("of_python", [False, True])
 def test_error_names_the_changed_value_of_a_rotor(tmp_path, of_python):
     """A body has 0.8 kg instead of 0.9 kg; the rest, including a comment, is unchanged."""

@@ -72,7 +72,7 @@ def stators_of_run(
     """Return the bearings whose stators are part of a run: those of its past, or the `touchable_stators`."""
     if start is None:
         return touchable_stators(scenario, system, settings)
-    parameters = start.past["parameters"].get(PLANT, {})
+    parameters = start.past.get("parameters", {}).get(PLANT, {})
     if not _is_modelled(system) or not any(name.startswith(stator_site("")) for name in parameters):
         return ()
     return tuple(name for name in _bearings(scenario) if f"{stator_site(name)}.clearance" in parameters)

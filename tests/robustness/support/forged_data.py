@@ -84,7 +84,8 @@ def changed_result(data: bytes, chance: random.Random, folder: Path) -> bytes:
             elif kind < 0.5:
                 _changed_attribute(file[name], chance)
             elif kind < 0.6:
-                file.move(name, chance.choice(("x", "time2", "one.x/y", "..", "\x1b[2J", "a" * 300)))
+                new = [other for other in ("x", "time2", "one.x/y", "..", "\x1b[2J", "a" * 300) if other not in file]
+                file.move(name, chance.choice(new))
             elif kind < 0.7:
                 del file[name]
             else:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 from pydantic_core import from_json
 
 from amb_cosim.cosim.basics.differences import list_differences, list_other_sources
@@ -45,6 +45,15 @@ class Head(BaseModel):
     warnings: dict[str, list[str]]
     names: list[str]
     components: list[str]
+
+    @field_validator("past")
+    @classmethod
+    def _has_parameters_by_component(cls, past: dict[str, Any]) -> dict[str, Any]:
+        """Return the past if its parameters, which the next run reads before it compares, are named by component."""
+        parameters = past.get("parameters", {})
+        if not isinstance(parameters, dict) or not all(isinstance(values, dict) for values in parameters.values()):
+            raise ValueError("parameters")
+        return past
 
 
 OF_FILE = ("version", "names", "components")  # fields of the form alone
