@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from amb_cosim.cosim.system.values import plain_number
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_files.suggestions import suggest
 from fmi_export.building.units import to_unit
@@ -102,6 +103,11 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
         raise ValueError(f"channel {name!r} is not a place of rotor {rotor.name}; {suggest(variable, allowed_names)}")
     if place in rotor.nodes_by_name:
         return Place(name, place, DIRECTIONS[ending], unit)
+    if plain_number(place) is not None:  # a node of an instrument has a number, too
+        raise ValueError(
+            f"channel {name!r}: {place} is not a place of rotor {rotor.name}; a position must have a unit, as in "
+            f"'0.12 m.{ending}', and a measured channel needs a place: --channel '{name}=0.12 m.{ending}'"
+        )
     try:
         position = to_unit(place, "m", name)
     except ValueError:

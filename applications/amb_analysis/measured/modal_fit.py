@@ -47,6 +47,7 @@ WELL = 0.2  # relative error of a fit, below which a peak is one of a pole
 SPIKE = 0.5  # lines of width, below which it may be one of a disturbance, such as the mains
 AROUND = 5  # lines on each side of a peak, whose coherence is averaged: that of a narrow peak is low at its top
 LEAST_COHERENCE = 0.5  # about a peak, below which it is noise: mean of the responses
+CERTAIN = 0.9  # coherence about a peak, below which it is noise if narrower than a line or not fitted `WELL`
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +80,10 @@ class FittedMode:
 
 
 def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ...]:
-    """Return the modes at the peaks of some responses by (1), by ascending frequency; peaks of low coherence have none.
+    """Return the modes at the peaks of some responses by (1), by ascending frequency.
+
+    Noise has peaks, too. A peak of low coherence has no mode, nor has one of uncertain coherence that no pole fits
+    or that is narrower than a line.
 
     Parameters
     ----------
@@ -92,6 +96,7 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
         If they have different frequencies.
     """
     frequencies, H, power, peaks = _peaks(responses)
+    coherences = _coherences(responses, peaks)
     least = RESOLVED if any(item.resolution is not None for item in responses) else 1.0
     result = []
     for k, peak in enumerate(peaks):
@@ -100,6 +105,8 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
         found = [_fits(frequencies[lines], H[:, lines], least * spacing) for lines in regions]
         for mode in next((modes for modes in found if len(modes) == 2), found[0]):
             width = 2.0 * mode.damping_ratio * mode.frequency / spacing
+            if coherences[k] < CERTAIN and (mode.error > WELL or width < 1.0):
+                continue
             result.append(replace(mode, lines=width, is_resolved=width >= least, height=float(power[peak])))
     heavy = _heavily_damped(responses, frequencies, H, result)
     return tuple(sorted([*result, *heavy], key=lambda mode: mode.frequency))
@@ -181,11 +188,17 @@ def _peaks(responses: Sequence[FrequencyResponse]) -> tuple[Array, Complex, Arra
     H = np.stack([item.values for item in responses])
     power = np.mean(np.abs(H) ** 2 / np.median(np.abs(H) ** 2, axis=1, keepdims=True), axis=0)
     peaks, _ = find_peaks(np.log10(np.maximum(power, np.finfo(float).tiny)), prominence=PROMINENCE)
-    known = [item.coherence for item in responses if item.coherence is not None]
-    if known:
-        mean = np.mean(known, axis=0)
-        peaks = peaks[[mean[max(0, k - AROUND) : k + AROUND + 1].mean() >= LEAST_COHERENCE for k in peaks]]
+    peaks = peaks[_coherences(responses, peaks) >= LEAST_COHERENCE]
     return frequencies, H, power, peaks
+
+
+def _coherences(responses: Sequence[FrequencyResponse], peaks: Indices) -> Array:
+    """Return the mean coherence about each peak; 1 if it was not measured."""
+    known = [item.coherence for item in responses if item.coherence is not None]
+    if not known:
+        return np.ones(len(peaks))
+    mean = np.mean(known, axis=0)
+    return np.array([mean[max(0, k - AROUND) : k + AROUND + 1].mean() for k in peaks])
 
 
 def _near(power: Array, frequencies: Array, peaks: Indices, k: int, reach: float) -> slice:

@@ -242,7 +242,7 @@ def laid_over(
         pairs = list(group)
         measured = [c for c, _ in pairs]
         found = fitted_modes(measured)
-        warnings += [unresolved(mode) for mode in found if not mode.is_resolved]
+        warnings += unresolved([mode for mode in found if not mode.is_resolved])
         if not found and not warnings:
             at = ", ".join(f"{peak:.4g}" for peak in peak_frequencies(measured)[:MOST_PEAKS])
             cause = (
@@ -257,12 +257,17 @@ def laid_over(
     return FrequencyResponses(rotor, loop, Omega, responses, listed, warnings=tuple(warnings))
 
 
-def unresolved(mode: FittedMode) -> str:
-    """Return the sentence on a mode whose damping is not resolved."""
-    return (
-        f"the damping of the mode at {mode.frequency:.2f} Hz is not resolved: its peak is {mode.lines:.2g} lines wide; "
-        "take longer segments or a longer record, or closer lines"
-    )
+def unresolved(modes: Sequence[FittedMode]) -> list[str]:
+    """Return a sentence on modes whose damping is not resolved, if there are any."""
+    if not modes:
+        return []
+    at = ", ".join(f"{mode.frequency:.2f} Hz" for mode in modes[:MOST_PEAKS])
+    more = f" and {len(modes) - MOST_PEAKS} more" if len(modes) > MOST_PEAKS else ""
+    widest = max(mode.lines for mode in modes)
+    return [
+        f"the damping of the modes at {at}{more} is not resolved: the half-power width of their peaks is at most "
+        f"{widest:.2g} lines; take longer segments or a longer record, or closer lines"
+    ]
 
 
 def _numbered(names: Sequence[str]) -> list[str]:

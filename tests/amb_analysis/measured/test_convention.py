@@ -143,3 +143,26 @@ def test_peaks_of_low_coherence_are_no_modes():
     (curve,) = estimate(record(0.004, 16.0, noise=0.5), [FORCE.name])
     assert [round(mode.frequency) for mode in fitted_modes([curve])] == [300]
     assert len(fitted_modes([replace(curve, coherence=None)])) > 5
+
+
+def test_noise_at_uncertain_coherence_has_no_modes():
+    """Hammers excite up to a frequency, and above it the coherence falls slowly: 44 of 48 modes were noise."""
+    coherence, averages = np.where(F < 100.0, 0.999, 0.65), 5
+    relative = np.sqrt((1.0 - coherence) / (2.0 * averages * coherence))
+    exact, noise, noise_without = response(zeta=0.01), 0, 0
+    for seed in range(8):
+        a, b = np.random.default_rng(seed).standard_normal((2, len(F)))
+        curve = replace(exact, values=exact.values * (1.0 + relative * (a + 1j * b)), coherence=coherence)
+        modes = [round(mode.frequency) for mode in fitted_modes([curve])]
+        assert 62 in modes
+        noise += len(set(modes) - {62, 151})
+        noise_without += len(fitted_modes([replace(curve, coherence=None)]))
+    assert noise_without > 60
+    assert noise <= 4
+
+
+def test_modes_without_resolved_damping_share_a_warning():
+    curve = replace(response(zeta=1e-4), resolution=0.5)
+    result = laid_over("fan", "free", 0.0, [curve], [response().values])
+    (warning,) = [line for line in result.warnings if "resolved" in line]
+    assert_names(warning, *(f"{mode.frequency:.2f} Hz" for mode in fitted_modes([curve])))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from amb_analysis.measured.files import read_measured
+from amb_cosim import studies
 from tests.support.messages import raises_naming
 
 pyuff = pytest.importorskip("pyuff")
@@ -215,3 +216,17 @@ def test_half_of_a_hysteretic_loss_factor_is_the_damping_ratio(written, viscous,
 def test_two_damping_ratios_that_differ_are_refused(written):
     with raises_naming(ValueError, "159.15 Hz", "0.01", "0.05"):
         read_measured(written(mode(159.15, 0.01, 0.05)))
+
+
+def test_nodes_of_an_instrument_are_not_positions(written, tmp_path):
+    """Nodes 3 and 7 were positions in m on a shaft of 8 m, without a word."""
+    rotor = tmp_path / "long.toml"
+    rotor.write_text(
+        'name = "long"\n[shaft]\nyoungs_modulus = 2.1e11\ndensity = 7800.0\npoissons_ratio = 0.3\n'
+        "[[shaft.sections]]\nlength = 8.0\ndiameter = 0.4\n"
+    )
+    path = written(function(labels=("m", "N")))
+    with raises_naming(ValueError, "7.x", "unit", "--channel"):
+        studies.response(rotor=rotor, measured=path)
+    result = studies.response(rotor=rotor, measured=path, channels={"3.x": "3 m.x", "7.x": "7 m.x"})
+    assert list(result.responses) == ["3 m.x/7 m.x"]
