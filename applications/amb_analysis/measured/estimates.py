@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from scipy.signal import csd, get_window
 
-from amb_analysis.measured.records import FrequencyResponse, TimeRecord
+from amb_analysis.measured.records import FrequencyResponse, TimeRecord, check_sizes
 from amb_cosim.cosim.basics.time_grid import in_steps
 from array_types import Array, Complex
 
@@ -68,6 +68,7 @@ def estimate(
     for channel in (*input_channels, *output_channels):
         if not np.isfinite(record.signals[channel]).all():
             raise ValueError(f"channel {channel.name} has numbers that are not finite")
+        check_sizes(record.signals[channel], f"channel {channel.name}")
     n = _samples(record, segment)
     rows = np.stack([record.signals[c] for c in (*input_channels, *output_channels)])
     rows = rows.reshape(len(rows), record.repeats, -1)

@@ -8,9 +8,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from array_types import Array, Bools, Complex, Indices
+from fmi_export.building.units import LEAST, MOST
 
 EXCITATIONS = ("N", "A", "V")  # units of inputs
 ROUNDED = 1e-3  # of a coherence that a file rounds
+
+
+def check_sizes(values: Array | Complex, name: str) -> None:
+    """Raise ValueError if the square or product of a number that is not 0 is no number."""
+    sizes = np.abs(values)
+    beyond = (sizes > MOST) | ((sizes < LEAST) & (sizes > 0.0))
+    if beyond.any():
+        raise ValueError(
+            f"{name}: {sizes[beyond][0]:g} is not allowed; numbers must be 0, or from {LEAST:g} to {MOST:g} in size"
+        )
 
 
 @dataclass(frozen=True)
@@ -46,8 +57,8 @@ class FrequencyResponse:
     Raises
     ------
     ValueError
-        If the shapes differ, a number is not finite, a coherence is not from 0 to 1, or the frequencies do not ascend
-        from above 0.
+        If the shapes differ, a number is not finite or beyond all measure, a coherence is not from 0 to 1, or the
+        frequencies do not ascend from above 0.
     """
 
     output: Channel
@@ -64,6 +75,7 @@ class FrequencyResponse:
                 raise ValueError(f"{self.name}: {name} of shape {values.shape} is not allowed; it must be ({n},)")
             if values is not None and not np.isfinite(values).all():
                 raise ValueError(f"{self.name}: {name} has numbers that are not finite")
+        check_sizes(self.values, self.name)
         if self.coherence is not None:
             if not (np.abs(self.coherence - 0.5) <= 0.5 + ROUNDED).all():
                 worst = float(self.coherence[np.argmax(np.abs(self.coherence - 0.5))])

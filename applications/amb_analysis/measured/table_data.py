@@ -34,6 +34,8 @@ CURVE = re.compile(
 DECIBEL = re.compile(r"dB\b[\s,]*(?:re(?:f|l)?\b\.?:?)?\s*(?:1\s+)?(?P<unit>.*)", re.IGNORECASE)
 MOST_BYTES = 2**28
 SHOWN = 60  # characters of a row
+MOST_PHASE = 1e9  # rad, beyond which its decimals are lost
+HALF_TURN = 1.05 * np.pi  # rad, between neighbours of an unwrapped phase, which may be rounded
 
 Column = tuple[str, Array]  # unit and numbers
 
@@ -109,7 +111,12 @@ def _response(frequencies: Array, output: str, source: str, parts: Mapping[str, 
         unit, amplitude = parts[first]
         phase_unit, phase = parts["phase"]
         unit, amplitude = _linear(unit, amplitude, f"{name} {first}")
-        values = amplitude * np.exp(1j * phase * factor_to("rad", phase_unit, f"{name} phase"))
+        if (negative := amplitude[(frequencies != 0.0) & (amplitude < 0.0)]).size:
+            raise ValueError(
+                f"{name} amplitude {negative[0]:g} {unit} is not allowed; it must be >= 0; the unit of decibels is "
+                f"[dB re 1 {unit}]"
+            )
+        values = amplitude * np.exp(1j * _radians(phase_unit, phase, f"{name} phase"))
     elif {"real", "imag"} <= set(parts):
         first = "real"
         unit, real = parts[first]
@@ -137,7 +144,27 @@ def _linear(unit: str, amplitude: Array, name: str) -> tuple[str, Array]:
         reference = reference[1:-1]
     if not reference:
         raise ValueError(f"{name} in dB has no reference; state it, for example --channel-unit '{name}=dB re 1 m/N'")
-    return reference, 10.0 ** (amplitude / 20.0)
+    with np.errstate(over="ignore"):  # infinite numbers, which the response refuses
+        return reference, 10.0 ** (amplitude / 20.0)
+
+
+def _radians(unit: str, phase: Array, name: str) -> Array:
+    """Return a phase in rad.
+
+    A phase in rad is within a turn, or unwrapped: then neighbours differ by half a turn at most. Degrees that are
+    called radians do neither.
+    """
+    factor = factor_to("rad", unit, name)
+    radians = phase * factor
+    largest = float(np.max(np.abs(radians), initial=0.0))
+    if largest > MOST_PHASE:
+        raise ValueError(f"{name} of {largest:g} rad is not allowed; it must be within {MOST_PHASE:g} rad")
+    if factor == 1.0 and largest > 2.0 * np.pi and (jump := float(np.max(np.abs(np.diff(phase))))) > HALF_TURN:
+        raise ValueError(
+            f"{name} jumps by {jump:.3g} {unit} between neighbours, and is neither wrapped nor unwrapped; state its "
+            f"unit, for example --channel-unit '{name}=deg'"
+        )
+    return np.asarray(radians)
 
 
 def _ratio(unit: str, name: str) -> float:

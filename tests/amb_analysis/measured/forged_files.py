@@ -150,6 +150,28 @@ def tables() -> Iterator[Case]:
     yield case("a channel without a name", good, "refused", channels={"": "wheel.x"})
 
 
+def polar_tables() -> Iterator[Case]:
+    """Amplitudes and phases whose units are not those of their headings."""
+    heads = (HEADS[0], f"{NAME} amplitude [(m/s2)/N]", f"{NAME} phase [deg]")
+    radians = (*heads[:2], f"{NAME} phase [rad]")
+    size, phase = np.abs(H), np.angle(H)
+
+    def case(title: str, heads: tuple[str, ...], size: Any, phase: Any, expected: str) -> Case:
+        return Case(title, "t.csv", table(heads, (F, size, phase)).encode(), expected)
+
+    yield case("amplitude and phase", heads, size, np.degrees(phase), "true")
+    yield case("unwrapped phase in rad", radians, size, np.unwrap(phase) - 40.0 * np.pi, "true")
+    yield case("decibels that are called (m/s2)/N", heads, 20.0 * np.log10(size), np.degrees(phase), "refused")
+    yield case("a negative amplitude", heads, np.where(np.arange(N) == 7, -size, size), np.degrees(phase), "refused")
+    yield case("columns of amplitude and phase exchanged", heads, np.degrees(phase), size, "refused")
+    yield case("degrees that are called radians", radians, size, np.degrees(phase), "refused")
+    yield case("a phase of 1e300 deg", heads, size, 1e300 + 0.0 * phase, "refused")
+    for factor in (1e300, 1e-305):
+        yield case(f"amplitudes times {factor:g}", heads, factor * size, np.degrees(phase), "refused")
+    decibels = (HEADS[0], f"{NAME} amplitude [dB re 1 (m/s2)/N]", heads[2])
+    yield case("1e5 dB", decibels, 1e5 + 0.0 * size, np.degrees(phase), "refused")
+
+
 def files_of_arrays() -> Iterator[Case]:
     def case(title: str, kind: str, content: bytes, expected: str) -> Case:
         return Case(f"{title} in {kind}", f"a.{kind}", content, expected)
@@ -275,4 +297,4 @@ def damaged(chance: random.Random, count: int) -> Iterator[Case]:
 
 def cases(seed: int, count: int) -> list[Case]:
     """All cases, and some damaged files."""
-    return [*tables(), *files_of_arrays(), *universal_files(), *damaged(random.Random(seed), count)]
+    return [*tables(), *polar_tables(), *files_of_arrays(), *universal_files(), *damaged(random.Random(seed), count)]

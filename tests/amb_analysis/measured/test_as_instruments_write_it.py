@@ -114,6 +114,14 @@ REFUSED = {
         lambda d: table(d / "a.csv", ["amplitude [m/N]", "phase"], *polar(H)),
         ("phase has no unit", "--channel-unit"),
     ),
+    "dB that are called m/N": (
+        lambda d: table(d / "a.csv", ["amplitude [m/N]", "phase [deg]"], LEVEL, polar(H)[1]),
+        ("amplitude -", ">= 0", "dB re 1 m/N"),
+    ),
+    "degrees that are called radians": (
+        lambda d: table(d / "a.csv", ["amplitude [m/N]", "phase [rad]"], *polar(H)),
+        ("phase", "jumps", "--channel-unit", "=deg"),
+    ),
     "a missing sample": (
         lambda d: record(d / "t.csv", np.delete(TIMES, 999), "%.6f"),
         ("not evenly spaced", "resample"),

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from amb_cosim import studies
-from tests.amb_analysis.measured.forged_files import Case, F, H, cases
+from tests.amb_analysis.measured.forged_files import Case, F, H, cases, polar_tables
 
 pytest.importorskip("pyuff")
 if not Path("/proc/self/statm").exists():
@@ -25,6 +25,7 @@ SAMPLE = 20
 FOUND = (  # read as other numbers, or left out, or with a warning of numpy beside the message
     *("'1_0' in column 1", "'٣' in column 2", "'#REF!' in column 0", "'inf' in column 1", "59 points announced"),
     "infinite response in npz",
+    *(case.title for case in polar_tables()),
 )
 
 
@@ -76,7 +77,7 @@ def faults(chosen: list[Case], folder: Path) -> list[str]:
     return result
 
 
-def test_what_the_campaign_found_is_refused(tmp_path, first_seed):
+def test_what_campaigns_found_is_read_right_or_refused(tmp_path, first_seed):
     chosen = [case for case in cases(first_seed, 0) if case.title in FOUND]
     assert len(chosen) == len(FOUND)
     assert faults(chosen, tmp_path) == []
