@@ -35,7 +35,7 @@ MARGINS = ("sensitivity", "robustness")
 RUNS = ("vibration", "faults", "landing", "recovery")
 ORBITS = {"clearance_used": 0.4, "clearance_used_running": 0.4, "clearance_used_fault": 2.5}
 """Displacements in co-simulation (%), with the scatter of noise, and of a motion against the retainers."""
-ACCURACY = 2e-3  # of two values with 0.1 % each, docs/how-to/assess.md
+ACCURACY = 2e-3  # of two values with 0.1 % each, docs/reference/assessment_accuracy.md
 DURATIONS = (
     (runs, "CYCLES"),
     (faults, "FAULT"),
