@@ -19,6 +19,7 @@ import math
 import subprocess
 import sys
 import tempfile
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -32,8 +33,8 @@ PAGE = Path(__file__).parents[2] / "docs" / "validation" / "foreign_fmus.md"
 HEAD = """# Other tools' FMUs, compared with FMPy
 
 `python -m tools.compatibility.foreign_fmus FOLDER ...` writes this page. This master and FMPy {version} ran each FMU
-alone, with its start values, constant inputs, and the step and the stop time of its default experiment. The difference
-is the largest of all outputs and recorded times, the start included.
+alone, with its start values, constant inputs, and the step and the stop time of its default experiment. A row has the
+FMUs of a tool, the sum of their outputs and recorded times, and the largest difference of all of them.
 
 A run has at most {most} steps. An FMU that takes any step has the next smaller power of 2, whose multiples are exact:
 FMPy's steps are differences of times, and their rounding can move an event by a step. The blocks Sensor_Block draw
@@ -46,14 +47,14 @@ The FMUs are those for 64-bit Linux in the public repositories of
 [Maestro](https://github.com/INTO-CPS-Association/maestro), and in the packages crane-fmu and gemseo-fmu.
 
 """
-COLUMNS = ("FMU", "tool", "FMI", "outputs", "times", "largest difference")
+COLUMNS = ("tool", "FMI", "FMUs", "outputs", "times", "largest difference")
 MOST_STEPS = 1000
 LONGEST = 300.0  # s without a new FMU started, after which a process is ended
 EMPTY = ("String", "Binary", "Clock")  # types without numbers
 
 
 class Comparison(NamedTuple):
-    """A row of the page; `difference` is NaN, and `note` the reason, if this master cannot run the FMU."""
+    """An FMU of the page; `difference` is NaN, and `note` the reason, if this master cannot run the FMU."""
 
     name: str
     tool: str
@@ -65,7 +66,7 @@ class Comparison(NamedTuple):
 
 
 def compare(fmus: Iterable[Path]) -> list[Comparison]:
-    """Return a row for each FMU that FMPy can run in co-simulation; print why others are omitted."""
+    """Return the result of each FMU that FMPy can run in co-simulation; print why others are omitted."""
     described = [(fmu, request) for fmu in fmus if (request := describe(fmu)) is not None]
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -174,13 +175,17 @@ def distinct(folders: Iterable[Path]) -> Iterator[Path]:
 
 
 def page(rows: Iterable[Comparison]) -> str:
-    """Return the page: a table with a row for each FMU."""
+    """Return the page: a table with a row for the FMUs of a tool that agree equally well."""
     from importlib.metadata import version
 
-    lines = [f"| {' | '.join(COLUMNS)} |", f"|{' --- |' * len(COLUMNS)}"]
+    groups = defaultdict(list)
     for row in sorted(set(rows)):
         value = row.note if np.isnan(row.difference) else "; ".join(filter(None, (f"{row.difference:.2g}", row.note)))
-        cells = (row.name, row.tool, row.fmi, str(row.outputs), str(row.times), value)
+        groups[row.tool or "not stated", row.fmi, value].append(row)
+    lines = [f"| {' | '.join(COLUMNS)} |", f"|{' --- |' * len(COLUMNS)}"]
+    for (tool, fmi, value), same in sorted(groups.items()):
+        names = ", ".join(dict.fromkeys(row.name for row in same))
+        cells = (tool, fmi, names, str(sum(row.outputs for row in same)), str(sum(row.times for row in same)), value)
         lines.append(f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |")
     return HEAD.format(version=version("fmpy"), most=MOST_STEPS) + "\n".join(lines) + "\n"
 
