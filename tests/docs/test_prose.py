@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tomllib
 from collections import Counter, defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fnmatch import fnmatch
 from functools import cache
 from importlib.util import find_spec
@@ -112,9 +112,19 @@ def test_page_is_written_plainly(page):
     assert "\n".join(fault for fault in reported if not allowed(name_of(page), fault)) == ""
 
 
+def number_of_words(texts: Iterable[str]) -> int:
+    return len(re.findall(r"[A-Za-z][A-Za-z'-]*", "\n".join(texts).replace(CODE, "code")))
+
+
 def per_thousand_words(pattern: str, texts: list[str]) -> float:
-    text = "\n".join(texts)
-    return 1000.0 * len(re.findall(pattern, text)) / len(re.findall(r"[A-Za-z][A-Za-z'-]*", text.replace(CODE, "code")))
+    return 1000.0 * len(re.findall(pattern, "\n".join(texts))) / number_of_words(texts)
+
+
+def test_each_page_answers_one_question():
+    """A longer page is two pages; tables and terms of the reference are looked up, not read."""
+    pages = [page for page in PAGES if name_of(page).startswith("docs/") and "reference" not in page.parts]
+    words = {name_of(page): number_of_words(passage.text for passage in passages_of(page)) for page in pages}
+    assert {name: count for name, count in words.items() if count > RULES["longest_page"]} == {}
 
 
 @pytest.mark.parametrize("measure", [name for name in RULES["rhythm"] if name != "left_out"])
