@@ -15,11 +15,11 @@ from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.presentation.style import BLUE, ORANGE, SKY_BLUE, STYLE, StyledFigure, fitted, write_png, write_title
-from amb_cosim.presentation.units import ShownUnit, force_unit, length_unit, speed_unit
+from amb_cosim.presentation.units import force_unit, length_unit, speed_unit
 from amb_files.atomic import plain_file
 from amb_sweeps.axes import is_moment, is_speed
 from amb_sweeps.outcomes import BROKEN_OFF, COLOURS
-from amb_sweeps.panels import descriptions, numeric_axes, panels, words_of
+from amb_sweeps.panels import descriptions, numeric_axes, panels, shown_unit, words_of
 from amb_sweeps.refine import boundary_group
 from amb_sweeps.sampling import SAMPLE
 from amb_sweeps.store import STORE, open_sweep
@@ -235,4 +235,4 @@ def _axis_label(dataset: xr.Dataset, name: str) -> str:
     """Return the label of a coordinate: the description of its variable, or its name, and the unit."""
     unit, described = (dataset[name].attrs.get(key, "") for key in ("units", "description"))
     words = words_of(name, described) if described or is_moment(name) else name
-    return fitted(f"{words} ({ShownUnit(unit, 1.0).label})" if unit and unit != "1" else words, 3.6)
+    return fitted(f"{words} ({shown_unit(unit)})" if unit and unit != "1" else words, 3.6)

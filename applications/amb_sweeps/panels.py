@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from amb_cosim.presentation.units import ShownUnit
 from amb_sweeps.axes import Axis, is_moment
 from amb_sweeps.sampling import SAMPLE, SamplePlan
 
@@ -52,10 +53,15 @@ def descriptions(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def value_text(name: str, value: Any, unit: str, described: str = "") -> str:
-    """Return the value of a variable as text, `u = 25 g.m`, or with a description `Unbalance: 25 g.m`."""
+    """Return the value of a variable as text, `u = 25 g m`, or with a description `Unbalance: 25 g m`."""
     number = value if isinstance(value, str) else format(value, ".4g")
     begin = f"{words_of(name, described)}:" if described else f"{short(name)} ="
-    return f"{begin} {number} {unit if unit != '1' else ''}".rstrip()
+    return f"{begin} {number} {shown_unit(unit) if unit != '1' else ''}".rstrip()
+
+
+def shown_unit(unit: str) -> str:
+    """Return a unit as figures write it, with a space between factors: `g m` for `g.m`."""
+    return ShownUnit(unit, 1.0).label.replace(".", " ")
 
 
 def words_of(name: str, described: str) -> str:

@@ -7,7 +7,7 @@ import pytest
 from drawn import cut_texts, overlapping_texts
 from matplotlib.text import Text
 
-from amb_analysis.studies.figures import layout, over_speed, sensitivity, traps, waterfall
+from amb_analysis.studies.figures import layout, over_speed, response, sensitivity, traps, waterfall
 from amb_analysis.studies.rotor_layout import layout as layout_of
 from amb_analysis.studies.stability_margin import AxisSensitivity, DiskMargin, GangOfFour, StabilityMargin
 from amb_analysis.studies.unbalance_records import CriticalResponse
@@ -121,3 +121,13 @@ def test_long_titles_are_wrapped(width):
     write_title(figure, words)
     assert figure.get_suptitle().split() == words.split()
     assert not cut_texts(figure)
+
+
+def test_a_resonance_without_damping_does_not_set_the_scale():
+    """A free mass falls by a factor of 1e6, with a pole of 1e12; a damped one of 500 is drawn whole."""
+    f = np.geomspace(1.0, 1e3, 601)
+    low, high = response._limits(np.where(f == f[300], 1e12, 1e-4 / f**2))
+    assert low is None
+    assert 1e-4 <= high < 1e-2
+    assert response._limits(np.where(f == f[300], 500.0, 1.0)) == (None, None)
+    assert response._limits(np.zeros(601)) == (None, None)

@@ -13,6 +13,7 @@ from amb_cosim.presentation.descriptions import common_words
 from amb_sweeps.commands import _request
 from amb_sweeps.figures import draw_sweep
 from amb_sweeps.maps import draw_map
+from amb_sweeps.panels import value_text
 from amb_sweeps.phases import distribution, draw_distribution, draw_phases
 from amb_sweeps.refine import Refinement
 from amb_sweeps.run import Sweep
@@ -112,7 +113,7 @@ def test_maps_describe_their_axes_and_count_failed_runs(tmp_path):
     assert lowest < 200.0 / RPM < 260.0 / RPM < highest < 300.0 / RPM
     with amb_cosim.units("rad/s"):
         assert draw_map(swept, swept.dataset, "contact_share").axes[0].get_xlabel() == "Omega (rad/s)"
-    assert figure.axes[0].get_ylabel().replace("\n", " ") == "Unbalance of turbine, from the step on (g.mm)"
+    assert figure.axes[0].get_ylabel().replace("\n", " ") == "Unbalance of turbine, from the step on (g mm)"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["failed: 1 of 9"]
     assert figure.axes[0].get_title() == "Adapts to contact: true"
 
@@ -182,3 +183,9 @@ def test_ready_sweep_has_its_description_in_the_title():
     options = {"vary": {}, "set": {}, "rotor": None, "receptances": None, "flavour": "native"}
     assert "friction" in _request("rolling", options)[1]
     assert _request("fig4_9", options)[1] == ""
+
+
+def test_units_in_figures_have_spaces_between_their_factors():
+    assert value_text("rotor_contact.d1.u", 25.0, "g.m") == "u = 25 g m"
+    assert value_text("rotor_contact.d1.u", 25.0, "um", "Orbit") == "Orbit: 25 \N{MICRO SIGN}m"
+    assert value_text("rotor_contact.rb1.mu", 0.2, "1") == "mu = 0.2"

@@ -13,7 +13,7 @@ from amb_cosim.results import plots
 from amb_cosim.results.contact_forces import largest_averaged_force
 from amb_cosim.results.places import RotorPlaces
 from amb_cosim.results.summary import summarise
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 RPM = 30.0 / np.pi
 
@@ -113,7 +113,7 @@ def test_touchdown_names_whirl_and_largest_force():
     dataset = fall()
     figure = plots.figure(dataset, "touchdown")
     title = figure.axes[0].get_title()
-    assert f"backward whirl at {abs(WHIRL) * RPM:.3g} rpm" in title
+    assert_names(title, "backward whirl", f"{abs(WHIRL) * RPM:.3g} rpm")
     largest = largest_averaged_force(dataset, "rb1")
     assert force_unit(largest).text(largest, 3) in title
     still = fall(**{f"{site}.whirl_speed": np.zeros(3051) for site in ("rb1", "rb2")})
@@ -190,3 +190,20 @@ def test_layout_of_the_plant_states_positions():
     assert RotorPlaces({"mb1": "rb1"}, ("rb1",)).z == {}
     title = plots.figure(fall(), "contact").axes[0].get_title("left")
     assert title == "Retainer RB1"
+
+
+def test_whirl_of_rolling_follows_a_race_that_turns():
+    """(Omega - omega_r) R_s = omega_r c - omega c: a race at which a journal rolls with the whirl of the run."""
+    radius = 30e-3
+    race = (OMEGA * radius + WHIRL * CLEARANCE) / (radius + CLEARANCE)
+    dataset = fall(**{"rb1.race_speed": np.full(3051, race), "speed": np.full(3051, OMEGA)})
+    parameters = json.loads(dataset.attrs["parameters"])
+    parameters["rotor_contact"] |= {
+        "rb1.journal_radius": radius,
+        "rb2.journal_radius": radius,
+        "rb1.race_inertia": 1e-4,
+    }
+    panels = plots.figure(dataset.assign_attrs(parameters=json.dumps(parameters)), "whirl").axes
+    for panel, whirl, is_written in ((panels[0], WHIRL, False), (panels[2], -OMEGA * radius / CLEARANCE, True)):
+        assert panel.lines[1].get_ydata() == pytest.approx(np.full(3051, whirl * RPM))
+        assert any("rolling" in text.get_text() for text in panel.texts) is is_written

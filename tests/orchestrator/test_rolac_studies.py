@@ -55,6 +55,17 @@ def test_receptance_of_any_number_of_sensors_is_drawn_with_their_names(rotor):
     assert_names(result, *(f"{sensor.x}, z = " for sensor in sensors))
 
 
+def test_speeds_of_machines_are_in_rpm():
+    """20 and 16 Hz, which their data keep."""
+    result = studies.receptance(up_to="20 Hz")
+    assert studies.figure(result).axes[-1].get_xlim()[1] == pytest.approx(1200.0)
+    assert_names(result, "rpm")
+    cell = contact_recovery.RecoveryStatistics(1.0, 2.0, ())
+    compared = contact_recovery.ControlComparison("fig5_6", 16.0, 1.2, (7.0,), 60.0, 1, (0.02,), {"PID": (cell,)})
+    assert_names(compared, "960 rpm")
+    assert "960 rpm" in studies.figure(compared).get_suptitle()
+
+
 def test_receptance_is_that_of_the_rotor_in_the_file(runner, tmp_path):
     (tmp_path / "pump.toml").write_text(LEVITATED + sensors(1, 1, 4, 4))
     assert runner("study", "receptance", "--rotor", "pump.toml", "-o", "out").exit_code == 0

@@ -109,6 +109,9 @@ def test_peak_of_a_sweep_is_its_resonance(make):
     assert result.bearings["mb1"].resonances == pytest.approx([30.0], abs=1.5)
     assert result.bearings["mb1"].resonance_amplitudes == pytest.approx([5e-4], rel=0.2)
     assert result.speeds == pytest.approx(10.0 + 10.0 * result.times)
+    panel = studies.figure(result).axes[0]
+    assert panel.get_ylim()[0] == pytest.approx(60.0 * result.speeds[0])
+    assert "rpm" in panel.get_ylabel()
 
 
 def test_peaks_of_a_fast_spin_are_printed_apart(make):

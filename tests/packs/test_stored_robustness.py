@@ -87,3 +87,14 @@ def test_unknown_pack_or_run_is_refused():
     with raises_naming(ValueError, "--only", "fig4_99"):
         outcome_cases("bath_thesis", ("fig4_99",))
     assert set(PACKS) <= packs().keys()
+
+
+def test_events_of_packs_are_named_after_what_happens(cases):
+    """An engineer reads in a figure that power is lost, not that there is a step."""
+    unnamed = [
+        (name, event.label)
+        for name, case in cases.items()
+        for event in case.scenario.event
+        if event.label in ("step", "removal") and not {"rotor_contact"} >= {*event.set}
+    ]
+    assert unnamed == []

@@ -11,6 +11,7 @@ folder does not run again.
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 import subprocess
 import sys
@@ -51,11 +52,15 @@ def draw(picture: Picture, work: Path) -> None:
 
 
 def produce(command: str, work: Path, result: Path) -> None:
-    """Run a command in the work folder unless its result exists."""
+    """Run a command in the work folder unless its result exists: of `amb-cosim`, or a module of this repository."""
     if not command or result.exists():
         return
-    program = Path(sys.executable).with_name("amb-cosim")
-    subprocess.run([str(program), *shlex.split(command)], cwd=work, check=True, stdout=subprocess.DEVNULL)
+    arguments = shlex.split(command)
+    if arguments[0] == "-m":
+        program, environment = [sys.executable], {**os.environ, "PYTHONPATH": str(DOCS.parent)}
+    else:
+        program, environment = [str(Path(sys.executable).with_name("amb-cosim"))], None
+    subprocess.run([*program, *arguments], cwd=work, check=True, stdout=subprocess.DEVNULL, env=environment)
 
 
 def reduce(drawn: Path, file: Path, width: int) -> None:

@@ -27,8 +27,9 @@ class Picture:
     needs: tuple[str, ...] = ()
 
 
-# Arguments of `amb-cosim` by the folder of the results.
+# Arguments of `amb-cosim`, or of python, by the folder of the results.
 RUNS = {
+    "fan": "-m tools.gallery.fan fan",
     "exp": "new exp --mass '40 kg' --length '0.8 m' --speed '18000 rpm'",
     **{name: f"run {name} -o {name}" for name in ("fig4_9", "fig4_18", "drop", "drop_mount", "run_up")},
     "landing": "run exp/landing.toml -o landing",
@@ -92,6 +93,13 @@ PICTURES = {
     "response": _of_study(
         "response",
         "response --rotor compressor --input impeller1.f_x --response mb1.x --response impeller1.x",
+        width=900,
+    ),
+    "fit": _of_study(
+        "fit",
+        "fit --rotor fan/fan.toml --measured fan/impact.csv"
+        " --free bodies.wheel.mass=3:6 --free damping.modal=0.001:0.02",
+        needs=("fan",),
         width=900,
     ),
     "controller": Picture(

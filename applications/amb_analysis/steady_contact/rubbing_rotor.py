@@ -154,17 +154,16 @@ def _site_notes(p: Mapping[str, float], sites: tuple[str, ...]) -> tuple[str, ..
     result = []
     for site in sites:
         if p[f"{site}.law"] != CONSTRAINT:
-            result.append(f"{site} is taken as rigid; its law is {LAWS[int(p[f'{site}.law'])]}")
+            result.append(f"{site} is computed as rigid, although its law is {LAWS[int(p[f'{site}.law'])]}")
         if p[f"{site}.housing_mass"] > 0.0:
-            result.append(f"{site} is taken as fixed; its housing moves")
+            result.append(f"{site} is computed as fixed, although its housing moves")
         if p[f"{site}.race_inertia"] > 0.0:
-            result.append(f"the race of {site} is taken as non-rotating")
+            result.append(f"the race of {site} is computed at rest, although it can turn")
         if p[f"{site}.offset_x"] != 0.0 or p[f"{site}.offset_y"] != 0.0:
-            result.append(
-                f"{site} is taken as centred; it is offset by {p[f'{site}.offset_x']:g}, {p[f'{site}.offset_y']:g} m"
-            )
+            offset = ", ".join(f"{p[f'{site}.offset_{axis}']:g}" for axis in "xy")
+            result.append(f"{site} is computed as centred, although it is offset by {offset} m")
     if p["spin.free"]:
-        result.append("the spin speed is taken as constant; in the run, friction brakes it")
+        result.append("the spin speed is computed as constant, although friction brakes it in a run")
     if p["gravity"] != 0.0:
         result.append("weight is neglected: the rotor is taken as centred")
     return tuple(result)

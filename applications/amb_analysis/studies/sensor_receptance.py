@@ -12,6 +12,7 @@ from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.presentation.json_data import JsonKey
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
+from amb_cosim.presentation.units import speed_unit
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.receptance import receptance as receptance_of
@@ -54,7 +55,8 @@ class SensorReceptance(WarnedResult, DrawnResult):
     def text(self) -> list[TextBlock]:
         """Return a table of the largest displacement at each sensor in x per force in x."""
         title = f"{self.rotor}: largest receptance of the sensors in x"
-        table = labelled_table(title, "sensor", "force", "(um/N)", "at (Hz)", "phase (deg)")
+        unit = speed_unit()
+        table = labelled_table(title, "sensor", "force", "(µm/N)", f"speed ({unit.label})", "phase (deg)")
         for plane, z in enumerate(self.planes):
             for k in range(0, len(self.forces), 2):
                 curve = self.receptance[:, 2 * plane, k]
@@ -63,7 +65,7 @@ class SensorReceptance(WarnedResult, DrawnResult):
                     f"{self.sensors[2 * plane]}, z = {z:.4g} m",
                     self.forces[k],
                     number(1e6 * abs(curve[top])),
-                    f"{self.speeds[top]:.2f}",
+                    unit.number(HERTZ * self.speeds[top]),
                     f"{np.degrees(np.angle(curve[top])):z.1f}",
                 )
         return [table, *self.warning_lines()]

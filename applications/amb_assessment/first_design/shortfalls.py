@@ -21,6 +21,7 @@ from rotor_analysis.rotor import Rotor
 
 ACCEPTED = "AB"  # zones of unrestricted long-term operation (ISO 14839-3)
 MODES = 6  # of the free rotor that are examined
+MET = 0.99  # share of a target from which it counts as met
 WELL = 0.3  # least reach of a bearing that damps a mode well
 NUTATION = 0.2  # relative difference from that of the rigid rotor, due to bearings and bending
 INDUSTRIAL = 600.0  # V, about the highest voltage of amplifiers that are sold for magnetic bearings
@@ -53,7 +54,7 @@ def _loop_shortfalls(loop: Levitation) -> Iterator[str]:
             f"{loop.peak.axis}, {loop.peak.frequency:.0f} Hz at {loop.peak.speed * RPM:.0f} rpm"
         )
     bands = zip(BANDS, loop.ratios, loop.wanted, strict=True)
-    short = [f"{zeta:.3g} {where} ({wanted:.3g} is wanted)" for where, zeta, wanted in bands if zeta < wanted]
+    short = [f"{zeta:.3g} {where} ({wanted:.3g} is wanted)" for where, zeta, wanted in bands if zeta < MET * wanted]
     if short:
         yield f"damping ratio {', '.join(short)}: {loop.least_damped} lacks most"
 
@@ -70,7 +71,7 @@ def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:
     k_s
         K_s of the bearings (N/m).
     """
-    short = {bearing: k / k_s[bearing] for bearing, k in pid.k_b.items() if k < 0.99 * STIFFNESS * k_s[bearing]}
+    short = {bearing: k / k_s[bearing] for bearing, k in pid.k_b.items() if k < MET * STIFFNESS * k_s[bearing]}
     if short:
         shares = ", ".join(f"{bearing} {share:.2g}" for bearing, share in short.items())
         yield (
@@ -166,6 +167,6 @@ def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
         largest = float(control_amplitude(machine, bearing, axis, speed / (2.0 * math.pi)))
         if demand > largest:
             yield (
-                f"{bearing}.{axis} saturates: its unbalance demands {demand:.3g} A at {speed * RPM:.0f} rpm of "
-                f"{largest:.3g} A that controller, coils and amplifiers allow"
+                f"{bearing}.{axis} saturates: its unbalance demands {demand:.3g} A at {speed * RPM:.0f} rpm, and "
+                f"controller, coils and amplifiers allow {largest:.3g} A"
             )

@@ -37,7 +37,7 @@ def whirl_text(fall: Touchdown) -> str:
     whirling = list[str]()
     for site, item in fall.retainers.items():
         if item.whirl not in (None, "none"):
-            mean = "" if item.whirl_speed is None else f" ({speed_unit().text(abs(item.whirl_speed))})"
+            mean = "" if item.whirl_speed is None else f" (mean {speed_unit().text(abs(item.whirl_speed))})"
             whirling.append(f"{item.whirl} at {site.upper()}{mean}")
     return ", ".join(whirling)
 

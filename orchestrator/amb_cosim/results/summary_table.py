@@ -154,7 +154,7 @@ def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
 
 def _of_retainer(retainer: Retainer) -> str:
     """Return a few lines on the loads of a retainer."""
-    whirl = "" if retainer.whirl_speed is None else f" whirl at {speed_unit().text(abs(retainer.whirl_speed))}"
+    whirl = "" if retainer.whirl_speed is None else f" whirl, mean {speed_unit().text(abs(retainer.whirl_speed))}"
     lines = [
         f"free {number(retainer.free)} s, sliding {number(retainer.sliding)} s, rolling {number(retainer.rolling)} s",
         f"{'no whirl' if retainer.whirl in (None, 'none') else retainer.whirl}{whirl}",

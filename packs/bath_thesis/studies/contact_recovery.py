@@ -23,6 +23,7 @@ from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.units import SIZES, speed_unit
 from amb_cosim.scenario.scenario import load_scenario
 from amb_files.checks import require
 from bath_thesis.studies.recovery_trials import (
@@ -91,7 +92,8 @@ class ControlComparison(DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return a table of shares and durations, and lines that explain it."""
-        title = f"Recovery at {self.speed:g} Hz; unbalance added on D1 (g m)"
+        at = speed_unit().text(SIZES["speed"]["Hz"] * self.speed)
+        title = f"Recovery at {at}; unbalance added on D1 (g m)"
         table = labelled_table(title, "control", *(f"{1e3 * added:g}" for added in self.added))
         for control, cells in self.controls.items():
             table.add_row(control, *(_cell(cell) for cell in cells))

@@ -9,7 +9,13 @@ from amb_analysis.machine.machine import Machine
 from amb_assessment.first_design.levitation import Levitation, Pid
 from amb_assessment.first_design.loop_search import Peak
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
-from amb_assessment.first_design.shortfalls import advice, high_voltage, saturating_axes, soft_bearings
+from amb_assessment.first_design.shortfalls import (
+    _loop_shortfalls,
+    advice,
+    high_voltage,
+    saturating_axes,
+    soft_bearings,
+)
 from amb_assessment.first_design.sizing import MU_0, machine_sizes
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
@@ -87,3 +93,12 @@ def test_nutation_of_a_flywheel_is_not_called_bending(share, facts):
     speed = 3600.0
     growing = Levitation(-0.01, -0.01, -0.01, share * 1.5 * speed, speed, Peak(9.0), Peak(9.0), (0.1, 0.02, 0.002))
     assert_names(advice(flywheel, growing, speed), *facts)
+
+
+@pytest.mark.parametrize(("damping", "count"), [(0.0201, 0), (0.01999, 0), (0.0197, 1)])
+def test_a_damping_that_prints_as_its_target_meets_it(damping, count):
+    loop = Levitation(0.2, damping, 0.01, 1.0, 1.0, Peak(2.0), Peak(1.0), (0.1, 0.02, 0.002))
+    reasons = list(_loop_shortfalls(loop))
+    assert len(reasons) == count
+    for reason in reasons:
+        assert_names(reason, "0.0197", "0.02")

@@ -32,11 +32,12 @@ def draw(result: ControllerDescription) -> Figure:
         axes.grid(alpha=0.3)
     above.set(ylabel="gain (A/m)")
     below.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
-    above.legend(loc="best")
+    figure.legend(loc="outside lower center")
     has_continuous = any(path.continuous is not None for path in result.connections)
+    lines = "sampled" + (", dashed: continuous" if has_continuous else "")
+    modes = "; grey: modes of the rotor" if result.modes else ""
     write_title(
-        figure,
-        "Sampled" + (", dashed: continuous" if has_continuous else "") + ("; grey: modes" if result.modes else ""),
+        figure, f"Controller, sampled every {1e6 * result.controller.sample_time:g} \N{MICRO SIGN}s\n{lines}{modes}"
     )
     return figure
 

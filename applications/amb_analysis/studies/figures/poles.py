@@ -91,13 +91,15 @@ def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: fl
     style: dict[str, Any] = {"color": "black", "mfc": "none", "ls": "", "ms": 7.0, "clip_on": False, "zorder": 5}
     at, real = least.speed / unit.size, -decrement / (2.0 * math.pi) * least.frequency
     places = ((at, least.frequency / unit.size), (at, decrement), (real / plane.size, least.frequency / plane.size))
+    is_beyond = False
     for axes, (x, y) in zip(panels, places, strict=True):
         low, high = axes.get_ylim()
         left, right = axes.get_xlim()
         marker = "^" if y > high else "v" if y < low else "D"
         axes.plot(min(max(x, left), right), min(max(y, low), high), marker, **style)
+        is_beyond |= marker != "D"
     of_least = f"{frequency_unit().text(least.frequency)}, decrement {decrement:.2g}"
-    text = f"least damped: {of_least} (triangle: beyond the axis)"
+    text = f"least damped: {of_least}" + (" (triangle: beyond the axis)" if is_beyond else "")
     return Line2D([], [], marker="D", color="black", mfc="none", ls="", ms=7.0, label=text)
 
 

@@ -9,7 +9,7 @@ from matplotlib.ticker import MultipleLocator
 
 from amb_analysis.studies.sensor_receptance import SensorReceptance
 from amb_cosim.presentation.style import COLOURS, DASHED, StyledFigure, write_title
-from amb_cosim.presentation.units import SIZES, frequency_unit
+from amb_cosim.presentation.units import SIZES, speed_unit, spin_label
 from array_types import Array
 
 WIDTH = 4.2  # inches, of a bearing's panels
@@ -20,8 +20,7 @@ def draw(result: SensorReceptance) -> Figure:
     bearings = len(result.forces) // 2
     figure = StyledFigure(figsize=(WIDTH * max(bearings, 2), 6.0), layout="constrained")
     panels = figure.subplots(2, bearings, squeeze=False, sharex=True, sharey="row", height_ratios=(3, 2))
-    unit = frequency_unit()
-    speeds, R = unit.of(SIZES["speed"]["Hz"] * result.speeds), result.receptance
+    speeds, R = speed_unit().of(SIZES["speed"]["Hz"] * result.speeds), result.receptance
     for column, force in enumerate(range(0, len(result.forces), 2)):
         top, bottom = panels[:, column]
         for plane in range(len(result.planes)):
@@ -31,7 +30,7 @@ def draw(result: SensorReceptance) -> Figure:
             top.semilogy(speeds, 1e6 * np.abs(across), color=colour, ls=DASHED, lw=0.7)
             bottom.plot(speeds, _without_wraps(np.degrees(np.angle(along))), color=colour)
         top.set_title(f"force at {result.forces[force]}")
-        bottom.set(xlabel=f"speed ({unit.label})", xlim=(speeds[0], speeds[-1]), ylim=(-180.0, 180.0))
+        bottom.set(xlabel=spin_label(), xlim=(speeds[0], speeds[-1]), ylim=(-180.0, 180.0))
         bottom.yaxis.set_major_locator(MultipleLocator(90.0))
         for axes in (top, bottom):
             axes.grid(color="0.9", lw=0.5)

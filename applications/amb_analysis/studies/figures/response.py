@@ -15,6 +15,7 @@ from array_types import Array, Complex
 MOST = 6  # responses that are drawn
 COLUMNS = 3
 PANEL = (3.3, 3.9)  # inches, of a response
+SPAN = 1e4  # of amplitudes about their median; a resonance without damping has no height
 LINEAR_BELOW = 8.0  # highest over lowest frequency, up to which the axis is linear
 
 
@@ -46,7 +47,7 @@ def _draw_response(panels: Array, name: str, item: ComputedResponse) -> None:
         middle.plot(f, _phase(item.measured), ".", color=GREY, ms=2.0)
     top.semilogy(f, np.abs(item.computed), color=BLUE, label="computed")
     middle.plot(f, _phase(item.computed), ".", color=BLUE, ms=1.4)
-    top.set_ylabel(item.unit)
+    top.set(ylabel=item.unit, ylim=_limits(np.abs(item.computed if item.measured is None else item.measured)))
     top.set_title(fitted(name, PANEL[0] - 0.8))
     if item.measured is not None:
         top.legend(loc="best")
@@ -57,6 +58,15 @@ def _draw_response(panels: Array, name: str, item: ComputedResponse) -> None:
             panels[2].plot(f, item.coherence, color=ORANGE, lw=0.8)
         panels[2].set(ylabel="coherence", ylim=(0.0, 1.05))
     _set_frequencies(panels, f)
+
+
+def _limits(amplitudes: Array) -> tuple[float | None, float | None]:
+    """Return limits of an axis of amplitudes where needed: within `SPAN` of the median, with both ends inside."""
+    middle, ends = float(np.median(amplitudes)), (float(amplitudes[0]), float(amplitudes[-1]))
+    if middle == 0.0:
+        return None, None
+    low, high = min(middle / SPAN, *ends), max(middle * SPAN, *ends)
+    return (low if amplitudes.min() < low else None, high if amplitudes.max() > high else None)
 
 
 def _set_frequencies(panels: Array, f: Array) -> None:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from amb_analysis.studies.run_spectra import Waterfall
 from amb_cosim.presentation.style import BLUE, StyledFigure, write_title
-from amb_cosim.presentation.units import SIZES, frequency_unit, length_unit
+from amb_cosim.presentation.units import SIZES, length_unit, speed_unit, spin_label
 
 HEIGHT = 0.22  # height of the largest stacked amplitude, over the axis
 MARKS, BESIDE = 12, 0.06  # marks at the frequency of rotation; their distance from it over the axis
@@ -22,9 +22,8 @@ def draw(result: Waterfall) -> Figure:
     """Draw for each bearing the stacked spectra, a colour map, and the peak hold."""
     figure = StyledFigure(figsize=(11.0, 3.6 * len(result.bearings) + 0.4), layout="constrained")
     rows = figure.subplots(len(result.bearings), 3, squeeze=False, sharex=True)
-    spin, hertz = frequency_unit(), SIZES["speed"]["Hz"]
-    spins = spin.of(hertz * result.speeds)
-    place, label = (spins, f"spin speed ({spin.label})") if result.changing_speed else (result.times, "time (s)")
+    spins = speed_unit().of(SIZES["speed"]["Hz"] * result.speeds)
+    place, label = (spins, spin_label()) if result.changing_speed else (result.times, "time (s)")
     # A speed that rises and falls does not order the windows: then time is the axis.
     if result.changing_speed and not np.all(np.diff(place) >= 0.0):
         place, label = result.times, "time (s)"

@@ -32,7 +32,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import large_forces
 from amb_cosim.results.plots.forces import PALE, THICK, THIN, SiteForce, draw_forces, mark_forces, site_force
-from amb_cosim.results.series import parameters, speed
+from amb_cosim.results.series import parameters, signal, speed
 from amb_cosim.results.touchdown import touchdown
 from array_types import Array, Bools
 
@@ -120,10 +120,10 @@ def whirl(dataset: Signals) -> Figure:
     times, unit = time_values(dataset), speed_unit()
     Omega = unit.of(speed(dataset))
     for whirl_panel, mode_panel, site in zip(panels[::2], panels[1::2], sites, strict=True):
-        rolling = -float(parameters(dataset)[f"{site}.journal_radius"]) / clearance(dataset, site) * Omega
+        rolling, is_fixed = _rolling_whirl(dataset, site)
         touching = plant_signal(dataset, f"{site}.mode") > 0.0
         whirl_panel.plot(times, Omega, color="black", lw=0.8, ls=":", label=r"$+\Omega$")
-        whirl_panel.plot(times, rolling, color="black", lw=0.8, ls=DASHED, label=r"rolling, $-(R_s/C_r)\,\Omega$")
+        whirl_panel.plot(times, unit.of(rolling), color="black", lw=0.8, ls=DASHED, label="whirl of rolling")
         whirling = np.where(touching, unit.of(plant_signal(dataset, f"{site}.whirl_speed")), np.nan)
         whirl_panel.plot(times, whirling, ".-", ms=1.5, color=colour_of(dataset, site), label="in contact")
         whirl_panel.set_title(
@@ -131,8 +131,9 @@ def whirl(dataset: Signals) -> Figure:
         )
         low, high = _whirl_limits(Omega, whirling)
         whirl_panel.set(ylabel=f"whirl ({unit.label})", ylim=(low, high))
-        if np.median(rolling) < low:
-            text = f"rolling: {np.median(rolling):,.0f} {unit.label}, below".replace("-", "\N{MINUS SIGN}")
+        at = float(np.median(unit.of(rolling)))
+        if is_fixed and at < low:
+            text = f"rolling: {at:,.0f} {unit.label}, below".replace("-", "\N{MINUS SIGN}")
             whirl_panel.text(0.99, 0.03, text, transform=whirl_panel.transAxes, ha="right", fontsize=8, color="0.3")
         mode_panel.step(times, plant_signal(dataset, f"{site}.mode"), where="post", color="black", lw=0.8)
         mode_panel.set_ylim(-0.4, len(MODES) - 0.6)
@@ -146,6 +147,18 @@ def whirl(dataset: Signals) -> Figure:
     name_events(panels[0], dataset)
     add_title(figure, dataset)
     return figure
+
+
+def _rolling_whirl(dataset: Signals, site: str) -> tuple[Array, bool]:
+    """Return the whirl speed (rad/s) at which a journal rolls, and whether its retainer has no race that turns.
+
+    omega = -(Omega R_s - omega_r (R_s + c))/c                                                     (1)
+    """
+    radius, c = float(parameters(dataset)[f"{site}.journal_radius"]), clearance(dataset, site)
+    race = signal(dataset, f"{site}.race_speed")
+    has_race = race is not None and float(parameters(dataset).get(f"{site}.race_inertia", 0.0)) > 0.0
+    turning = race if race is not None and has_race else np.zeros(dataset.sizes["time"])
+    return -(speed(dataset) * radius - turning * (radius + c)) / c, not has_race
 
 
 def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:

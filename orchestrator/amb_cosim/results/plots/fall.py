@@ -104,7 +104,7 @@ def _facts(dataset: Signals, site: str) -> list[str]:
         return ["no contact"]
     item = fall.retainers[site]
     whirl = {None: "", "none": "no whirl"}.get(item.whirl, f"{item.whirl} whirl")
-    speeds = "" if item.whirl_speed is None else f" at {speed_unit().text(abs(item.whirl_speed), 3)}"
+    speeds = "" if item.whirl_speed is None else f", mean {speed_unit().text(abs(item.whirl_speed), 3)}"
     largest = force_unit(force.marked[1]).text(force.marked[1], 3)
     meaning = "1 ms mean" if np.any(force.mean > 0.0) else "samples"
     return [*([f"{whirl}{speeds}"] if whirl else []), f"up to {largest} ({meaning})"]
@@ -122,7 +122,7 @@ def _add_inset(panel: Axes, dataset: Signals, drawn: list[Station], zoom: tuple[
     mark_events(inset, dataset)
     enlarge(inset, zoom)
     inset.set(ylabel="", facecolor="0.97")
-    inset.set_title(FIRST_TEXT, loc="left", fontsize=8.0)
+    inset.set_title(FIRST_TEXT, loc="left", fontsize=8.0, bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
     inset.yaxis.set_major_locator(MaxNLocator(4))
 
 

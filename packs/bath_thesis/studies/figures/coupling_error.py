@@ -11,6 +11,7 @@ from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, 
 from bath_thesis.studies.coupling_convergence import ComparisonErrors, CouplingConvergence
 
 SCHEME_STYLES = ((ORANGE, "o"), (BLUE, "s"), (PURPLE, "^"), (GREEN, "D"), (SKY_BLUE, "v"), (YELLOW, "x"))
+FLOOR = 1e-10  # smallest error that is drawn; smaller ones are on the axis
 
 
 def draw(result: CouplingConvergence) -> Figure:
@@ -30,8 +31,9 @@ def _draw_errors(axes: Axes, comparison: ComparisonErrors) -> None:
     """Draw the errors of a comparison."""
     steps, schemes = 1e6 * np.array(comparison.steps), comparison.schemes
     for (name, scheme), (colour, marker) in zip(schemes.items(), SCHEME_STYLES, strict=False):
-        order_text = "exact" if scheme.order is None else f"{scheme.order:.2f}"
-        axes.loglog(steps, scheme.errors, color=colour, marker=marker, ms=4, label=f"{name} ({order_text})")
+        order_text = "exact; on the axis if less" if scheme.order is None else f"{scheme.order:.2f}"
+        errors = np.maximum(scheme.errors, FLOOR)
+        axes.loglog(steps, errors, color=colour, marker=marker, ms=4, label=f"{name} ({order_text})", clip_on=False)
     rounded = {name: round(scheme.order) for name, scheme in schemes.items() if scheme.order is not None}
     for order in set(rounded.values()):
         largest = max(schemes[name].errors[-1] for name in rounded if rounded[name] == order)
@@ -42,6 +44,6 @@ def _draw_errors(axes: Axes, comparison: ComparisonErrors) -> None:
     axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.minorticks_off()
-    axes.set_ylim(1e-10, 10.0)
+    axes.set_ylim(FLOOR, 10.0)
     axes.grid(color="0.9", lw=0.5)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1))

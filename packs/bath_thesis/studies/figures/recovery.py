@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from amb_cosim.presentation.style import StyledFigure, write_title
+from amb_cosim.presentation.units import SIZES, speed_unit
 from bath_thesis.studies.contact_recovery import ControlComparison, RecoveryStatistics
 
 
@@ -33,7 +34,8 @@ def draw(result: ControlComparison) -> Figure:
         f"white: still trapped at cycle {result.end_cycle:g}",
         fontsize=8,
     )
-    write_title(figure, f"Recovery from contact at {result.speed:g} Hz by control, adaptation rate and H")
+    at = speed_unit().text(SIZES["speed"]["Hz"] * result.speed)
+    write_title(figure, f"Recovery from contact at {at} by control, adaptation rate and H")
     return figure
 
 
