@@ -42,6 +42,13 @@ def test_a_terminal_of_80_columns_shows_what_distinguishes_each_entry(monkeypatc
     assert len({entry.description for entry in entries}) == len(entries)
 
 
+def test_list_has_speeds_in_the_unit_of_summaries(runner):
+    """260 rad/s in the file."""
+    text = runner("list", "drop").stdout
+    assert "2483 rpm" in text
+    assert "rad/s" not in text
+
+
 @pytest.mark.parametrize("arguments", [("list",), ("run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out")])
 def test_a_closed_pipe_ends_a_command_silently(tmp_path, arguments):
     """As `head -1` closes the pipe; the record of a run is written before."""

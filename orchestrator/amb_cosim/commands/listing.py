@@ -82,6 +82,7 @@ def list_scenarios(name: str | None, words: str) -> None:
 
 def _entries() -> Iterator[ListedItem]:
     """Yield the scenarios of all packs and the entries of applications; an invalid one is skipped with a warning."""
+    from amb_cosim.presentation.units import speed_unit, with_speeds_in
     from amb_cosim.scenario.file import packaged_scenarios
     from amb_cosim.scenario.scenario import load_scenario
     from amb_files.packs import files_of, modules_of
@@ -93,7 +94,8 @@ def _entries() -> Iterator[ListedItem]:
     for name in packaged_scenarios():
         if (read := readable(files[name], load_scenario, name)) is not None:
             outcome = outcomes.get(name, "")
-            yield ListedItem(name, files[name], read.theme or OTHERS, read.description, outcome, read.source)
+            description = with_speeds_in(read.description, speed_unit())
+            yield ListedItem(name, files[name], read.theme or OTHERS, description, outcome, read.source)
     for listing in applications:
         yield from listing.entries()
 
