@@ -300,13 +300,25 @@ def isotropic_dots_between(x: Array, z: Array, share: float, y: Array) -> comple
 
 @kernel
 def triangular_form(A: Array, x: Array, size: int) -> float:
-    """Return x . A x of the first `size` of x (even), with a lower triangular A; eight columns at once."""
+    """Return x . A x of the first `size` of x (even), with a lower triangular A."""
+    return _form(A, x, size, 1)
+
+
+@kernel
+def quadratic_form(A: Array, x: Array) -> float:
+    """Return x . A x of the first n of x and the first n rows of A, which has n columns; n is even."""
+    return _form(A, x, A.shape[1], 0)
+
+
+@kernel
+def _form(A: Array, x: Array, size: int, triangular: int) -> float:
+    """Return x . A x, eight columns at once; `triangular` is 1 if they begin at the diagonal, else 0."""
     n = A.shape[1]
     total = rest = 0.0
     i = 0
     while i + 8 <= size:
         a = b = c = d = e = f = g = h = 0.0
-        for j in range(i, size):
+        for j in range(i * triangular, size):
             w, row = x[j], part(A, j * n + i, REAL, 8)
             a += w * row[0]
             b += w * row[1]
@@ -322,41 +334,7 @@ def triangular_form(A: Array, x: Array, size: int) -> float:
         i += 8
     while i < size:
         a = b = 0.0
-        for j in range(i, size):
-            w, row = x[j], part(A, j * n + i, REAL, 2)
-            a += w * row[0]
-            b += w * row[1]
-        total += a * x[i]
-        rest += b * x[i + 1]
-        i += 2
-    return total + rest
-
-
-@kernel
-def quadratic_form(A: Array, x: Array) -> float:
-    """Return x^T A x of the first n of x and the first n rows of A, which has n columns; n is even."""
-    n = A.shape[1]
-    total = rest = 0.0
-    i = 0
-    while i + 8 <= n:
-        a = b = c = d = e = f = g = h = 0.0
-        for j in range(n):
-            w, row = x[j], part(A, j * n + i, REAL, 8)
-            a += w * row[0]
-            b += w * row[1]
-            c += w * row[2]
-            d += w * row[3]
-            e += w * row[4]
-            f += w * row[5]
-            g += w * row[6]
-            h += w * row[7]
-        y = part(x, i, REAL, 8)
-        total += (a * y[0] + c * y[2]) + (e * y[4] + g * y[6])
-        rest += (b * y[1] + d * y[3]) + (f * y[5] + h * y[7])
-        i += 8
-    while i < n:
-        a = b = 0.0
-        for j in range(n):
+        for j in range(i * triangular, size):
             w, row = x[j], part(A, j * n + i, REAL, 2)
             a += w * row[0]
             b += w * row[1]
