@@ -133,7 +133,7 @@ def couple_spin(motion: Motion, spin: Spin, theta: float) -> float:
     direction_x, direction_y = -math.sin(theta), math.cos(theta)
     p, s = spin_coupling(motion)
     _, cosine, sine, _ = forces(motion)
-    _, cosine_effect, sine_effect = accelerations(motion)
+    _, cosine_effect, sine_effect, _ = accelerations(motion)
     inertia: float = spin.inertia
     for i in range(p.shape[0]):
         p[i] = direction_x * cosine[i] + direction_y * sine[i]

@@ -21,7 +21,7 @@ from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from rotor_contact.dynamics import Motion, collect_coefficients
+from rotor_contact.dynamics import Motion
 from rotor_contact.flight import build_flight
 from rotor_contact.matrix_levels import choose_levels
 from rotor_contact.matrix_rows import build_slot, is_complete
@@ -131,7 +131,6 @@ def use_constant_speed(
 ) -> bool:
     """Build the matrices for the motion's constant speed; return whether they are complete, and now in use."""
     if not is_for(matrices, key):
-        collect_coefficients(structure, motion)
         choose_levels(structure, motion, sites, key, matrices)
     sizes, speed = matrices.sizes[0], constant.speed[0]
     if sizes.n_levels == 0.0:
@@ -188,4 +187,4 @@ def _build(
     if not is_complete(matrices, slot, place):
         build_slot(structure, motion, sites, matrices, slot, place, share)
         if is_complete(matrices, slot, place):
-            build_flight(matrices, which)
+            build_flight(motion, matrices, which)

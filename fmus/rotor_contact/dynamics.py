@@ -27,16 +27,8 @@ class Excitation(NamedTuple):
     """Steady part, cosine part and sine part of forces (N) or of accelerations (m/s^2), shape (n,) each.
 
     Their sum is steady + A cosine + B sine, where A + i B = exp(i theta) (Omega^2 - i Omega') is the acceleration of a
-    unit unbalance.
+    unit unbalance. `without_magnets` is the steady part without that of the magnets.
     """
-
-    steady: Array
-    cosine: Array
-    sine: Array
-
-
-class Forces(NamedTuple):
-    """Excitation forces, and the steady forces `without_magnets`."""
 
     steady: Array
     cosine: Array
@@ -108,14 +100,14 @@ def coefficients(motion: Motion) -> Coefficients:
 def accelerations(motion: Motion) -> Excitation:
     """Return the accelerations due to all excitation forces."""
     n = motion.rows.shape[1]
-    return Excitation(motion.rows[2 * n], motion.rows[2 * n + 1], motion.rows[2 * n + 2])
+    return Excitation(motion.rows[2 * n], motion.rows[2 * n + 1], motion.rows[2 * n + 2], motion.rows[2 * n + 9])
 
 
 @views
-def forces(motion: Motion) -> Forces:
+def forces(motion: Motion) -> Excitation:
     """Return the forces that cause these accelerations."""
     n = motion.rows.shape[1]
-    return Forces(motion.rows[2 * n + 3], motion.rows[2 * n + 4], motion.rows[2 * n + 5], motion.rows[2 * n + 8])
+    return Excitation(motion.rows[2 * n + 3], motion.rows[2 * n + 4], motion.rows[2 * n + 5], motion.rows[2 * n + 8])
 
 
 @views
@@ -148,47 +140,6 @@ def motion_at(motion: Motion, theta: float, Omega: float) -> Motion:
     )
 
 
-@noinline_kernel
-def collect_forces(structure: Structure, parameters: Parameters, inputs: Inputs, motion: Motion) -> None:
-    """Write the non-magnetic forces of a step (3.1 to 3.6), and the rows of the bearings, into a motion.
-
-    The coefficients K, C and the accelerations are not written yet.
-
-    Unbalance: f_x + i f_y = u exp(i (theta + phi)) (Omega^2 - i Omega').
-    Gravity acts like an acceleration of the base against its direction.
-    """
-    n = structure.K.shape[0]
-    u, p = inputs.scalars[0], parameters.scalars[0]
-    _, cosine, sine, steady = forces(motion)
-    a_x, a_y = u.base_acceleration.x, u.base_acceleration.y
-    if p.gravity != 0.0:
-        a_x -= p.gravity * math.cos(p.gravity_angle)
-        a_y -= p.gravity * math.sin(p.gravity_angle)
-    for i in range(n):
-        steady[i] = structure.B_base[0, i] * a_x + structure.B_base[1, i] * a_y
-        cosine[i] = 0.0
-        sine[i] = 0.0
-    for d in range(inputs.discs.shape[0]):
-        disc = inputs.discs[d]
-        if disc.u == 0.0 and disc.f_x == 0.0 and disc.f_y == 0.0:
-            continue
-        u_x, u_y = unbalance_xy(disc.u, disc.phi)
-        for i in range(n):
-            f_x = structure.B_disc[2 * d, i]
-            f_y = structure.B_disc[2 * d + 1, i]
-            steady[i] += f_x * disc.f_x + f_y * disc.f_y
-            cosine[i] += f_x * u_x + f_y * u_y
-            sine[i] += f_y * u_x - f_x * u_y
-    for k in range(motion.bearings.shape[0]):
-        row = int(structure.bearings[k])
-        motion.bearings[k].row = row
-        u_x, u_y = unbalance_xy(inputs.cores[k].u, inputs.cores[k].phi)
-        cosine[row] += u_x
-        cosine[row + 1] += u_y
-        sine[row] -= u_y
-        sine[row + 1] += u_x
-
-
 @kernel
 def set_bearings(parameters: Parameters, motion: Motion) -> None:
     """Set the passive bearings of a motion, and magnets without force."""
@@ -213,17 +164,9 @@ def add_magnetic_forces(inputs: Inputs, motion: Motion) -> None:
             steady[bearing.row + i] += axis.force - axis.gradient * axis.reference
 
 
-@kernel
-def unbalance_xy(unbalance: float, phase: float) -> tuple[float, float]:
-    """Return x and y of an unbalance (kg m) at a rotor angle of zero."""
-    if unbalance == 0.0:
-        return 0.0, 0.0
-    return unbalance * math.cos(phase), unbalance * math.sin(phase)
-
-
 @noinline_kernel
 def collect_coefficients(structure: Structure, motion: Motion) -> None:
-    """Write the coefficients and accelerations of a step from its forces (3.13)."""
+    """Write the coefficients and the steady accelerations of a step (3.13)."""
     n = structure.K.shape[0]
     K, C = coefficients(motion)
     for i in range(n):
@@ -232,14 +175,11 @@ def collect_coefficients(structure: Structure, motion: Motion) -> None:
             C[j, i] = structure.MinvC[i, j] + motion.Omega * structure.over_speed[i, j]
     add_bearings(structure.Minv, motion.bearings, True, K, C)
     add_seals(motion.seals, motion.Omega, K, C)
-    given, caused = forces(motion), accelerations(motion)
-    _divide_by_mass(structure.Minv, given.steady, caused.steady)
-    _divide_by_mass(structure.Minv, given.cosine, caused.cosine)
-    _divide_by_mass(structure.Minv, given.sine, caused.sine)
+    divide_by_mass(structure.Minv, forces(motion).steady, accelerations(motion).steady)
 
 
 @kernel
-def _divide_by_mass(Minv: Array, force: Array, acceleration: Array) -> None:
+def divide_by_mass(Minv: Array, force: Array, acceleration: Array) -> None:
     """Write M^-1 force into `acceleration`."""
     n = force.shape[0]
     for i in range(n):
@@ -268,7 +208,7 @@ def free_acceleration(motion: Motion, speed_gain: float, unbalance: complex, q: 
     """
     n = motion.rows.shape[1]
     A, B = unbalance.real, unbalance.imag
-    steady, cosine, sine = accelerations(motion)
+    steady, cosine, sine, _ = accelerations(motion)
     K, C = coefficients(motion)
     for i in range(n):
         a[i] = steady[i] + A * cosine[i] + B * sine[i]

@@ -19,9 +19,10 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
-from rotor_contact.dynamics import unbalance_direction
+from rotor_contact.dynamics import Motion, forces, unbalance_direction
 from rotor_contact.enumerations import FREE
 from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO
+from rotor_contact.matrix_inputs import combine, flight_is_current, note_flight
 from rotor_contact.node_forces import gradient_change, magnet_force, port_of_bearing
 from rotor_contact.path import journal_of, keeps_distance
 from rotor_contact.piece import advance_rotations, start_rotations
@@ -65,8 +66,10 @@ def flight_of(matrices: StepMatrices, which: int) -> Flight:
 
 
 @noinline_kernel
-def build_flight(matrices: StepMatrices, which: int) -> None:
-    """Derive F and H from the matrices of a whole step at a constant speed, which are complete."""
+def build_flight(motion: Motion, matrices: StepMatrices, which: int) -> None:
+    """Derive F and H from the matrices of a whole step at a constant speed, which are complete, for present inputs."""
+    combine(matrices, FIRST_CONSTANT + which, 0)
+    note_flight(matrices, which)
     flight, level = flight_of(matrices, which), level_of(matrices, FIRST_CONSTANT + which, 0)
     F, H, n, is_damped = flight.F, flight.H, int(matrices.sizes[0].n), matrices.sizes[0].damped != 0.0
     turn = grid_speed(matrices, CONSTANT + which) * matrices.sizes[0].step_size
@@ -77,7 +80,7 @@ def build_flight(matrices: StepMatrices, which: int) -> None:
             u = _row_of(matrices, row, i)
             for c in range(2 * n):
                 F[row, c] += level.P[u, c]
-            a, b = _work_of_unbalance(matrices, level, u, turn)
+            a, b = _work_of_unbalance(motion, matrices, level, u, turn)
             F[row, 2 * n] += a
             F[row, 2 * n + 1] += b
             for other in range(row + 1 if is_damped else 0):
@@ -106,22 +109,24 @@ def _row_of(matrices: StepMatrices, row: int, number: int) -> int:
 
 
 @kernel
-def _work_of_unbalance(matrices: StepMatrices, level: Level, row: int, turn: float) -> tuple[float, float]:
+def _work_of_unbalance(
+    motion: Motion, matrices: StepMatrices, level: Level, row: int, turn: float
+) -> tuple[float, float]:
     """Return w_A and w_B of a row of the matrices of a step, in which the rotor turns by an angle (rad).
 
     With C = cosine . q and S = sine . q at an angle phi from the beginning, and D = A + i B,
 
         p . q = A (C cos(phi) + S sin(phi)) + B (S cos(phi) - C sin(phi)),    p' = i Omega p
     """
-    n_ports, key_forces = int(matrices.sizes[0].n_ports), matrices.key.forces
+    n_ports, force = int(matrices.sizes[0].n_ports), forces(motion)
     a = b = 0.0
     for point in range(N_LOBATTO):
         cosine = sine = 0.0
         if point > 0:
             at = place_index(n_ports, point, -1)
             cosine, sine = level.S[row, at], level.S[row, at + 1]
-        elif row < key_forces.shape[1]:
-            cosine, sine = key_forces[1, row], key_forces[2, row]
+        elif row < force.cosine.shape[0]:
+            cosine, sine = force.cosine[row], force.sine[row]
         phi, share = turn * LOBATTO_POINTS[point], turn * LOBATTO_WEIGHTS[point]
         along = cosine * math.cos(phi) + sine * math.sin(phi)
         across = sine * math.cos(phi) - cosine * math.sin(phi)
@@ -156,7 +161,10 @@ def fly(w: Workspace, matrices: StepMatrices, theta: float, h: float) -> tuple[b
     """
     motion, sizes, stages = w.motion, matrices.sizes[0], stages_of(w.stages)
     z, z_new, n, n_bearings = stages.z, stages.z_new, int(sizes.n), motion.bearings.shape[0]
-    flight = flight_of(matrices, int(sizes.place - CONSTANT))
+    which = int(sizes.place - CONSTANT)
+    if not flight_is_current(matrices, which):
+        build_flight(motion, matrices, which)
+    flight = flight_of(matrices, which)
     F, x, end, axes, first = flight.F, flight.x, flight.end, 2 * n_bearings, 2 * n + 4
     direction = unbalance_direction(theta, motion.Omega, 0.0)
     copy(z[:n], x)

@@ -15,6 +15,7 @@ from rotor_contact.bodies import SPIN, place_bodies
 from rotor_contact.constant_speed import ConstantSpeed, constant_speed_of, constant_speed_size
 from rotor_contact.contact import MAX_UNKNOWNS
 from rotor_contact.dynamics import N_ROWS, Motion
+from rotor_contact.excitation import n_pairs
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.over_step import SITE_STATE, begin_step, end_step
 from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings
@@ -119,6 +120,12 @@ def most_degrees_of_freedom(structure: Structure) -> int:
 
 
 @views
+def pairs_of_inputs(structure: Structure) -> int:
+    """Return the number of pairs of inputs (`excitation`)."""
+    return n_pairs(structure.B_disc.shape[0] // 2, structure.bearings.shape[0])
+
+
+@views
 def stage_size(n: int, n_sites: int) -> int:
     """Return the size of a row of `Workspace.stages`."""
     return 2 * n + N_INTEGRALS + N_SITE_INTEGRALS * n_sites
@@ -127,8 +134,8 @@ def stage_size(n: int, n_sites: int) -> int:
 @views
 def place_of_constant_speed(structure: Structure) -> int:
     """Return where the constant speed begins in the state."""
-    n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
-    return N_HEAD + key_size(n_bearings) + matrices_key_size(n, n_bearings, n_sites)
+    n_bearings, n_sites = structure.bearings.shape[0], structure.sites.shape[0]
+    return N_HEAD + key_size(n_bearings) + matrices_key_size(n_bearings, n_sites)
 
 
 @views
@@ -165,7 +172,7 @@ def n_work(constants: Array) -> int:
         + 2 * n * (2 * n + 1)
         + n_bearings * N_BEARING
         + step_cache_size(s)
-        + matrices_size(n, n_bearings, n_sites)
+        + matrices_size(n, n_bearings, n_sites, pairs_of_inputs(s))
     )
 
 
@@ -176,7 +183,7 @@ def state_of(state: Array, structure: Structure) -> State:
     return State(
         part(state, 0, HEAD, 1),
         key_of(state, N_HEAD, n_bearings),
-        matrices_key_of(state, N_HEAD + key_size(n_bearings), structure.K.shape[0], n_bearings, n_sites),
+        matrices_key_of(state, N_HEAD + key_size(n_bearings), n_bearings, n_sites),
         constant_speed_of(state, place_of_constant_speed(structure), n_bearings),
         part(state, place_of_sites(structure), SITE_STATE, n_sites),
         part(state, place_of_motion(structure), REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
@@ -202,7 +209,9 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     return Scratch(
         part(work, 0, SPIN, 1),
         propagator_of(work, N_SPIN, n, n_bearings, n_sites, structure.is_damped),
-        step_matrices_of(work, step_cache + step_cache_size(structure), n, n_bearings, n_sites),
+        step_matrices_of(
+            work, step_cache + step_cache_size(structure), n, n_bearings, n_sites, pairs_of_inputs(structure)
+        ),
         part(work, stages, REAL, stages_size),
         part(work, sites, SITE, n_sites),
         equations_of(work, equations, n_unknowns),

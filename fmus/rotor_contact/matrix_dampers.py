@@ -22,10 +22,11 @@ from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
 from rotor_contact.lobatto import FIRST_HALF, LOBATTO_WEIGHTS, N_LOBATTO, SECOND_PART
+from rotor_contact.matrix_inputs import unbalances_of
 from rotor_contact.passive_bearings import is_damping
 from rotor_contact.products import dot, dot_between, isotropic_dots, isotropic_dots_between, row_combination
 from rotor_contact.site import Sites
-from rotor_contact.step_matrices import StepMatrices, inner_motion, level_of
+from rotor_contact.step_matrices import StepMatrices, inner_motion, level_of, n_rows
 from rotor_contact.structure import Structure
 
 
@@ -58,7 +59,8 @@ def integrate_heat_row(
     room: Array,
 ) -> None:
     """Write a row of H of the shortest piece, from the motion at its Lobatto points."""
-    n, (P, _, H), inner = int(matrices.sizes[0].n), level_of(matrices, slot, level), inner_motion(matrices, slot, level)
+    (P, _, H, _), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
+    n = int(matrices.sizes[0].n)
     h = matrices.sizes[0].step_size * 0.5**level
     y, damped, rest, target = room[: 2 * n], room[2 * n : 4 * n], room[4 * n :], H[row]
     for s in range(row + 1):
@@ -119,10 +121,11 @@ def double_heat_row(
     sizes, target = matrices.sizes[0], level_of(matrices, slot, level).H[row]
     finer = level_of(matrices, slot, level + 1)
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
-    forces = 2 * n + 4
+    forces, units = 2 * n + 4, n_rows(n, int(sizes.n_ports))
+    unbalances = units + 2 * unbalances_of(matrices)
     of_first, of_second, carried = room[:size], room[size : 2 * size], room[2 * size : 3 * size]
     of_first[:] = 0.0
-    if row < forces:
+    if row < 2 * n or row >= units:
         _add_row(finer.H, row, 1.0, of_first)
     else:
         for j in range(N_LOBATTO):
@@ -134,16 +137,17 @@ def double_heat_row(
         carried[s] = dot(of_motion, finer.P[s])
     angle = Omega * sizes.step_size * 0.5 ** (level + 1)
     c, s_ = math.cos(angle), math.sin(angle)
-    a, b = of_second[2 * n + 2], of_second[2 * n + 3]
-    carried[2 * n] += of_second[2 * n]
-    carried[2 * n + 1] += of_second[2 * n + 1]
-    carried[2 * n + 2] += c * a + s_ * b
-    carried[2 * n + 3] += c * b - s_ * a
+    for s in range(units, unbalances):
+        carried[s] += of_second[s]
+    for s in range(unbalances, size, 2):
+        a, b = of_second[s], of_second[s + 1]
+        carried[s] += c * a + s_ * b
+        carried[s + 1] += c * b - s_ * a
     for s in range(row + 1):
         value = 0.0
-        if s < forces:
+        if s < 2 * n or s >= units:
             value = of_first[s] + carried[s]
-        else:
+        elif s >= forces:
             point, axis = (s - forces) // axes, (s - forces) % axes
             for j in range(N_LOBATTO):
                 at = forces + axes * j + axis

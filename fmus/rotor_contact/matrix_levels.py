@@ -7,11 +7,10 @@ import math
 from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
-from rotor_contact.dynamics import Motion, accelerations
+from rotor_contact.dynamics import Motion
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.matrix_dampers import are_there_dampers
 from rotor_contact.passive_bearings import add_bearings
-from rotor_contact.products import row_combination
 from rotor_contact.seals import add_seals, seals_are_isotropic
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import CONSTANT, quantum_for, spacing_for, stride_for
@@ -21,7 +20,9 @@ from rotor_contact.step_matrices import (
     MOST_LEVELS,
     MatricesKey,
     StepMatrices,
+    all_rows,
     coefficients_at,
+    forget_combined,
     is_for,
 )
 from rotor_contact.structure import Structure
@@ -34,7 +35,7 @@ SMALLEST_TERM = 1e-20  # of the series, as in `series`
 
 @noinline_kernel
 def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices) -> None:
-    """Prepare the matrices for `key`: find sizes and ports; requires the coefficients of the motion."""
+    """Prepare the matrices for `key`: find sizes and ports."""
     if is_for(matrices, key):
         return
     _begin(matrices, key)
@@ -54,10 +55,7 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     sizes.damped = 1.0 if are_there_dampers(structure, motion, sites) else 0.0
     for b in range(n_bearings):
         matrices.ports[first + 2 * n_sites + b] = _port_of(matrices, motion.bearings[b].row)
-    copy(accelerations(motion).cosine, matrices.effects[0])
-    copy(accelerations(motion).sine, matrices.effects[1])
-    steady = matrices.effects[2]
-    row_combination(key.forces[0], structure.Minv, steady, n)
+    sizes.n_rows = all_rows(int(sizes.n), int(sizes.n_ports), matrices.amplitudes.shape[0] // 2)
     step_size: float = key.step_size[0]
     sizes.step_size = step_size
     sizes.spacing, sizes.stride = spacing_for(step_size, motion.seals), float(stride_for(motion.seals))
@@ -103,6 +101,7 @@ def begin_slot(
     """
     sizes, slot = matrices.sizes[0], matrices.slots[which]
     slot.index, slot.n_rows, slot.n_terms, slot.isotropic = index, 0.0, sizes.n_terms, sizes.grid_isotropic
+    forget_combined(matrices, which)
     write_coefficients(structure, motion, sites, matrices, which, Omega)
     if index < CONSTANT:
         return
@@ -159,7 +158,23 @@ def _is_isotropic(structure: Structure, motion: Motion, KC: Array) -> bool:
         for i in range(0, Minv.shape[0], 2):
             largest = max(largest, abs(Minv[j, i]))
             unlike = max(unlike, max(abs(Minv[j, i] - Minv[j + 1, i + 1]), abs(Minv[j, i + 1] + Minv[j + 1, i])))
-    return bool(unlike <= ISOTROPY_TOLERANCE * largest)
+    return bool(unlike <= ISOTROPY_TOLERANCE * largest) and _are_turned(structure.B_base, structure.B_disc)
+
+
+@kernel
+def _are_turned(B_base: Array, B_disc: Array) -> bool:
+    """Return whether all unit forces along y are those along x, turned by a right angle."""
+    largest = unlike = 0.0
+    for row in range(0, B_base.shape[0] + B_disc.shape[0], 2):
+        b_x = B_base[row] if row < B_base.shape[0] else B_disc[row - B_base.shape[0]]
+        b_y = B_base[row + 1] if row < B_base.shape[0] else B_disc[row + 1 - B_base.shape[0]]
+        for i in range(0, b_x.shape[0], 2):
+            largest = max(largest, max(abs(b_x[i]), abs(b_x[i + 1])))
+            unlike = max(unlike, max(abs(b_y[i + 1] - b_x[i]), abs(b_y[i] + b_x[i + 1])))
+        if not unlike <= ISOTROPY_TOLERANCE * largest:
+            return False
+        largest = unlike = 0.0
+    return True
 
 
 @kernel

@@ -5,8 +5,8 @@ with Y_i, the motion up to Lobatto point c_i of a piece of length T,
 
     Y_i(2 T): x -> Y_i(T) (y, e, F'') with y = Y_i(T) (q, v, e, F'),  F'_j = F(c_j/2),  F''_j = F((c_i + c_j)/2)
 
-where F is the cubic over [0, 1] through the values, and e the effect of steady forces and unbalance, the latter turned
-by Omega c_i T. P is Y_3.
+where F is the cubic over [0, 1] through the values, and e the unit inputs (`excitation`), of which unbalances turn by
+Omega c_i T. P is Y_3.
 """
 
 from __future__ import annotations
@@ -17,13 +17,16 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
+from rotor_contact.excitation import OF_HOUSINGS, component
 from rotor_contact.lobatto import FIRST_HALF, LAGRANGE, LOBATTO_POINTS, N_LOBATTO, SECOND_PART
 from rotor_contact.matrix_dampers import double_heat_row, integrate_heat_row
+from rotor_contact.matrix_inputs import unbalances_of
 from rotor_contact.matrix_levels import begin_slot
-from rotor_contact.products import rotate_row, row_combination
+from rotor_contact.products import dot, rotate_row, row_combination
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import grid_speed
 from rotor_contact.step_matrices import (
+    PLANE_COLUMNS,
     PORT_COLUMNS,
     StepMatrices,
     coefficients_at,
@@ -31,7 +34,6 @@ from rotor_contact.step_matrices import (
     level_of,
     n_rows,
     place_index,
-    velocity_index,
 )
 from rotor_contact.structure import Structure
 
@@ -42,8 +44,7 @@ def build_slot(
 ) -> None:
     """Build the levels for a speed of the grid, in the slot `which`, until a share of their rows (0 to 1) is built."""
     sizes, slot = matrices.sizes[0], matrices.slots[which]
-    n, Omega = int(sizes.n), grid_speed(matrices, index)
-    rows = n_rows(n, int(sizes.n_ports))
+    n, rows, Omega = int(sizes.n), int(sizes.n_rows), grid_speed(matrices, index)
     if slot.index != index:
         begin_slot(structure, motion, sites, matrices, which, index, Omega)
     x = matrices.pieces[:rows]
@@ -51,12 +52,15 @@ def build_slot(
     while slot.n_rows < share * rows * sizes.n_built:
         done = int(slot.n_rows)
         level, row = int(sizes.n_built) - 1 - done // rows, done % rows
+        if 2 * n <= row < 2 * n + 4:  # combined when they are used (`matrix_inputs`)
+            slot.n_rows += 2.0
+            continue
         _write_acceleration(structure, sites, matrices, which, level, row)
         if level == int(sizes.n_built) - 1:
             _integrate_row(structure, sites, matrices, which, level, row, Omega, room)
         else:
             _double_row(matrices, which, level, row, Omega, x)
-        _observe_row(matrices, which, level, row)
+        _observe_row(structure, matrices, which, level, row)
         if sizes.damped != 0.0:
             if level == int(sizes.n_built) - 1:
                 integrate_heat_row(structure, motion, sites, matrices, which, level, row, Omega, room)
@@ -71,9 +75,10 @@ def build_slot(
 @kernel
 def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
     """Write the rows for y from the last rows, which are for x."""
-    (P, S, H), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
+    (P, S, H, U), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
     rotate_row(P[row], P[row + 1])
     rotate_row(S[row], S[row + 1])
+    rotate_row(U[row], U[row + 1])
     rotate_row(inner.first[row], inner.first[row + 1])
     rotate_row(inner.second[row], inner.second[row + 1])
     H[row, row + 1] = 0.0
@@ -86,7 +91,7 @@ def share_of(matrices: StepMatrices, which: int, index: float) -> float:
     sizes, slot = matrices.sizes[0], matrices.slots[which]
     if slot.index != index:
         return 0.0
-    share: float = slot.n_rows / (n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_built)
+    share: float = slot.n_rows / (sizes.n_rows * sizes.n_built)
     return share
 
 
@@ -94,7 +99,13 @@ def share_of(matrices: StepMatrices, which: int, index: float) -> float:
 def is_complete(matrices: StepMatrices, which: int, index: float) -> bool:
     """Return whether all levels for a speed of the grid are complete in the slot `which`."""
     sizes, slot = matrices.sizes[0], matrices.slots[which]
-    return bool(slot.index == index and slot.n_rows == n_rows(int(sizes.n), int(sizes.n_ports)) * sizes.n_built)
+    return bool(slot.index == index and slot.n_rows == sizes.n_rows * sizes.n_built)
+
+
+@kernel
+def _unit_of(matrices: StepMatrices, row: int) -> int:
+    """Return the unit input of a row, or a negative number if it is that of the state or a node force."""
+    return row - n_rows(int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports))
 
 
 @kernel
@@ -103,44 +114,37 @@ def _add_force(
 ) -> None:
     """Add to `a` the acceleration due to the force of a row of x, which is `cosine` times its initial value.
 
-    The unbalance force has turned: `sine` times the force of the other direction is added.
+    An unbalance force has turned: `sine` times the force a right angle ahead is added.
     """
     sizes = matrices.sizes[0]
-    n, m = int(sizes.n), structure.K.shape[0]
-    port_forces = matrices.key.forces
+    n, m, unit = int(sizes.n), structure.K.shape[0], _unit_of(matrices, row)
     if row < 2 * n:
         return
-    if row == 2 * n:
-        if cosine != 0.0:
-            for j in range(m):
-                force = cosine * port_forces[0, j]
-                if force != 0.0:
-                    for i in range(m):
-                        a[i] += structure.Minv[j, i] * force
+    if unit >= 0:
+        pair, axis = unit // 2, unit % 2
+        if pair == OF_HOUSINGS:
             for site in sites:
                 if site.housing >= 0:
-                    a[site.housing] -= cosine * site.base_x
-                    a[site.housing + 1] -= cosine * site.base_y
-    elif row == 2 * n + 1:
-        return
-    elif row < 2 * n + 4:
-        turned = sine if row == 2 * n + 2 else -sine
+                    a[site.housing + axis] -= cosine
+            return
+        of_other = (sine if axis == 0 else -sine) if pair >= unbalances_of(matrices) else 0.0
         for j in range(m):
-            c, s = port_forces[1, j], port_forces[2, j]
-            force = cosine * c + turned * s if row == 2 * n + 2 else cosine * s + turned * c
+            force = cosine * component(structure, pair, axis, j)
+            if of_other != 0.0:
+                force += of_other * component(structure, pair, 1 - axis, j)
             if force != 0.0:
                 for i in range(m):
                     a[i] += structure.Minv[j, i] * force
+        return
+    number = (row - 2 * n - 4) % (2 * int(sizes.n_ports))
+    column = int(matrices.ports[number // 2]) + number % 2
+    if column < m:
+        for i in range(m):
+            a[i] += structure.Minv[column, i] * cosine
     else:
-        number = (row - 2 * n - 4) % (2 * int(sizes.n_ports))
-        column = int(matrices.ports[number // 2]) + number % 2
-        if column < m:
-            for i in range(m):
-                a[i] += structure.Minv[column, i] * cosine
-        else:
-            for site in sites:
-                if site.housing >= 0 and site.housing == column - number % 2:
-                    a[column] += site.mobility * cosine
+        for site in sites:
+            if site.housing >= 0 and site.housing == column - number % 2:
+                a[column] += site.mobility * cosine
 
 
 @kernel
@@ -148,45 +152,50 @@ def _write_acceleration(
     structure: Structure, sites: Sites, matrices: StepMatrices, slot: int, level: int, row: int
 ) -> None:
     """Write the observations (S) of the initial acceleration."""
-    S = level_of(matrices, slot, level).S
+    _, S, _, U = level_of(matrices, slot, level)
     KC = coefficients_at(matrices, slot).columns
     n = KC.shape[1]
     a = matrices.pieces[matrices.pieces.shape[0] - n :]
     for i in range(n):
         a[i] = -KC[row, i] if row < 2 * n else 0.0
-    if row < 2 * n + 4 + 2 * int(matrices.sizes[0].n_ports):  # later forces begin at zero
-        _add_force(structure, sites, matrices, row, 1.0, 0.0, a)
-    _observe(matrices, a, S[row], 0, 2, 2)
+    if row < 2 * n + 4 + 2 * int(matrices.sizes[0].n_ports) or _unit_of(matrices, row) >= 0:
+        _add_force(structure, sites, matrices, row, 1.0, 0.0, a)  # node forces at later points begin at zero
+    _observe(matrices, a, S[row], 2, 2)
+    _observe_planes(structure, a, U[row], 0)
 
 
 @kernel
-def _observe(matrices: StepMatrices, x: Array, observed: Array, unbalance: int, first: int, stride: int) -> None:
-    """Write the observations of displacements, velocities or accelerations x to `observed`.
-
-    Unbalance is written to the columns from `unbalance`, port k to those from first + stride k.
-    """
-    n_ports, port_forces = int(matrices.sizes[0].n_ports), matrices.key.forces
-    for port in range(n_ports):
+def _observe(matrices: StepMatrices, x: Array, observed: Array, first: int, stride: int) -> None:
+    """Write displacements, velocities or accelerations x at port k to the columns from first + stride k."""
+    for port in range(int(matrices.sizes[0].n_ports)):
         row, at = int(matrices.ports[port]), first + stride * port
         observed[at], observed[at + 1] = x[row], x[row + 1]
-    cosine = sine = 0.0
-    for i in range(port_forces.shape[1]):
-        cosine += port_forces[1, i] * x[i]
-        sine += port_forces[2, i] * x[i]
-    observed[unbalance], observed[unbalance + 1] = cosine, sine
 
 
 @kernel
-def _observe_row(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
-    """Write the observations (S) at the Lobatto points after the first."""
-    P, S, _ = level_of(matrices, slot, level)
+def _observe_planes(structure: Structure, x: Array, observed: Array, at: int) -> None:
+    """Write b_x . x and b_y . x, with the unit forces of each unbalance, to the columns `at` of its plane."""
+    n_discs, of_shaft = structure.B_disc.shape[0] // 2, x[: structure.K.shape[0]]
+    for d in range(n_discs):
+        for axis in range(2):
+            observed[PLANE_COLUMNS * d + at + axis] = dot(structure.B_disc[2 * d + axis], of_shaft)
+    for b in range(structure.bearings.shape[0]):
+        for axis in range(2):
+            observed[PLANE_COLUMNS * (n_discs + b) + at + axis] = x[int(structure.bearings[b]) + axis]
+
+
+@kernel
+def _observe_row(structure: Structure, matrices: StepMatrices, slot: int, level: int, row: int) -> None:
+    """Write the observations (S, U) at the Lobatto points after the first."""
+    P, S, _, U = level_of(matrices, slot, level)
     n, n_ports = P.shape[1] // 2, int(matrices.sizes[0].n_ports)
     inner = inner_motion(matrices, slot, level)
     for point in range(N_LOBATTO - 1):
         motion = P[row] if point == N_LOBATTO - 2 else (inner.first if point == 0 else inner.second)[row]
-        place, velocity = place_index(n_ports, point + 1, 0), velocity_index(n_ports, point + 1, 0)
-        _observe(matrices, motion[:n], S[row], place - PORT_COLUMNS, place, PORT_COLUMNS)
-        _observe(matrices, motion[n:], S[row], velocity - PORT_COLUMNS, velocity, PORT_COLUMNS)
+        for of_velocity in range(2):
+            x, offset = motion[n * of_velocity : n * (of_velocity + 1)], 2 * of_velocity
+            _observe(matrices, x, S[row], place_index(n_ports, point + 1, 0) + offset, PORT_COLUMNS)
+            _observe_planes(structure, x, U[row], 2 + 4 * point + offset)
 
 
 @kernel
@@ -215,7 +224,9 @@ def _integrate_row(
     copy(y, first)
     copy(y, second)
     copy(y, end)
-    point = (row - 2 * n - 4) // (2 * int(sizes.n_ports)) if row >= 2 * n + 4 else -1
+    unit = _unit_of(matrices, row)
+    point = (row - 2 * n - 4) // (2 * int(sizes.n_ports)) if row >= 2 * n + 4 and unit < 0 else -1
+    turns = unit >= 2 * unbalances_of(matrices)
     cosine, sine = 1.0, 0.0  # terms of cos(Omega t) and sin(Omega t)
     p_1 = p_2 = 1.0
     for term in range(1, int(matrices.slots[slot].n_terms) + 1):
@@ -226,7 +237,7 @@ def _integrate_row(
         if point >= 0:
             if term <= N_LOBATTO:
                 _add_force(structure, sites, matrices, row, LAGRANGE[point][term - 1], 0.0, a)
-        elif row > 2 * n or term == 1:
+        elif turns or term == 1:
             _add_force(structure, sites, matrices, row, cosine, sine, a)
         angle = Omega * dt
         cosine, sine = -angle * sine, angle * cosine
@@ -258,13 +269,13 @@ def _double_row(matrices: StepMatrices, slot: int, level: int, row: int, Omega: 
 def _begin_part(matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, i: int, x: Array) -> None:
     """Write x after the time c_i T, due to a unit in this row at the beginning; T is half the length of the level."""
     sizes = matrices.sizes[0]
-    n, axes = int(sizes.n), 2 * int(sizes.n_ports)
+    n, axes, unit = int(sizes.n), 2 * int(sizes.n_ports), _unit_of(matrices, row)
     forces = 2 * n + 4
     point, axis = (row - forces) // axes, (row - forces) % axes
     finer, ends = inner_motion(matrices, slot, level + 1), level_of(matrices, slot, level + 1).P
     Y = ends if i == 2 else (finer.first if i == 0 else finer.second)
     x[:] = 0.0
-    if row < forces:
+    if row < 2 * n or unit >= 0:
         copy(Y[row], x)
     else:
         for j in range(N_LOBATTO):
@@ -272,10 +283,11 @@ def _begin_part(matrices: StepMatrices, slot: int, level: int, row: int, Omega: 
             for c in range(2 * n):
                 x[c] += weight * Y[forces + axes * j + axis, c]
             x[forces + axes * j + axis] = SECOND_PART[i][j][point]
-    angle = Omega * LOBATTO_POINTS[i + 1] * (sizes.step_size * 0.5 ** (level + 1))
-    if row == 2 * n or row == 2 * n + 1:
+    if 0 <= unit < 2 * unbalances_of(matrices):
         x[row] = 1.0
-    elif row == 2 * n + 2:
-        x[2 * n + 2], x[2 * n + 3] = math.cos(angle), math.sin(angle)
-    elif row == 2 * n + 3:
-        x[2 * n + 2], x[2 * n + 3] = -math.sin(angle), math.cos(angle)
+    elif unit >= 0:
+        angle = Omega * LOBATTO_POINTS[i + 1] * (sizes.step_size * 0.5 ** (level + 1))
+        if unit % 2 == 0:
+            x[row], x[row + 1] = math.cos(angle), math.sin(angle)
+        else:
+            x[row - 1], x[row] = -math.sin(angle), math.cos(angle)

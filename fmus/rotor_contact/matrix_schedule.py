@@ -1,4 +1,4 @@
-"""When the matrices of a step are built: after steps with the same forces, around a speed that changes slowly."""
+"""When the matrices of a step are built: after steps of the same rotor, around a speed that changes slowly."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from fmi_export.flat import copy, is_near, same_bits
+from fmi_export.flat import is_near
 from fmi_export.jit import kernel
-from rotor_contact.dynamics import Motion, accelerations, collect_coefficients, forces
+from rotor_contact.dynamics import Motion
 from rotor_contact.matrix_levels import choose_levels
 from rotor_contact.matrix_rows import build_slot, is_complete, share_of
 from rotor_contact.passive_bearings import same_passive, set_passive
@@ -42,18 +42,12 @@ def steps_with_matrices(
     same = is_near(step_size, key.step_size[0], STEP_TOLERANCE)
     if not same:
         key.step_size[0] = step_size
-    excitation = forces(motion)
     for k in range(motion.bearings.shape[0]):
         if not same_passive(motion.bearings[k], key.bearings[k], 0.0):
             same = False
             set_passive(key.bearings[k], motion.bearings[k])
     for k in range(sites.shape[0]):
         same = _housing_is_unchanged(sites[k], key.sites[k]) and same
-    for i in range(3):
-        force = excitation.without_magnets if i == 0 else (excitation.cosine if i == 1 else excitation.sine)
-        if not same_bits(force, key.forces[i]):
-            same = False
-            copy(force, key.forces[i])
     between_built = stride_for(motion.seals) * spacing_for(key.step_size[0], motion.seals)
     place = math.floor(motion.Omega / between_built)
     moved = abs(place - float(memory.place))
@@ -76,12 +70,10 @@ def _housing_is_unchanged(site: np.record, stored: np.record) -> bool:
         same = same and stored.mobility == site.mobility
         same = same and stored.stiffness[0] == site.mount_stiffness_x and stored.stiffness[1] == site.mount_stiffness_y
         same = same and stored.damping[0] == site.mount_damping_x and stored.damping[1] == site.mount_damping_y
-        same = same and stored.base_acceleration[0] == site.base_x and stored.base_acceleration[1] == site.base_y
     if not same:
         stored.row, stored.mobility = row, site.mobility
         stored.stiffness[0], stored.stiffness[1] = site.mount_stiffness_x, site.mount_stiffness_y
         stored.damping[0], stored.damping[1] = site.mount_damping_x, site.mount_damping_y
-        stored.base_acceleration[0], stored.base_acceleration[1] = site.base_x, site.base_y
     return bool(same)
 
 
@@ -94,7 +86,6 @@ def update_matrices(
     The next set is built while the speed approaches it.
     """
     if not is_for(matrices, key):
-        collect_coefficients(structure, motion)
         choose_levels(structure, motion, sites, key, matrices)
     if matrices.sizes[0].n_levels == 0.0:
         return False
@@ -112,8 +103,6 @@ def update_matrices(
         return False
     if n_near > 1:
         _look_ahead(structure, motion, sites, matrices, is_direct, index)
-    copy(matrices.effects[0], accelerations(motion).cosine)
-    copy(matrices.effects[1], accelerations(motion).sine)
     return True
 
 

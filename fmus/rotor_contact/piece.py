@@ -21,6 +21,7 @@ from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.bodies import drag_slope, drive_slope, drive_torque, race_drag
+from rotor_contact.dynamics import Motion, forces
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, is_constrained, race_radius
@@ -106,11 +107,7 @@ def start_rotations(w: Workspace, matrices: StepMatrices, theta: float, Omega: f
             piece.races[k, point] = z[w.n + race] if race >= 0 else 0.0
     if w.spin[0].row < 0:
         return  # its torque alone depends on the rest
-    key_forces, v = matrices.key.forces, z[w.n :]
-    cosine = sine = 0.0
-    for i in range(key_forces.shape[1]):
-        cosine += key_forces[1, i] * v[i]
-        sine += key_forces[2, i] * v[i]
+    cosine, sine = _along_unbalance(w.motion, z[w.n :])
     piece.spin[4, 0], piece.spin[4, 1] = cosine, sine
     n_ports = int(matrices.sizes[0].n_ports)
     for point in range(1, N_LOBATTO):
@@ -232,11 +229,17 @@ def unbalance_place(w: Workspace, matrices: StepMatrices, point: int) -> tuple[f
     if point > 0:
         observed, at = piece_of(matrices).observed, place_index(int(matrices.sizes[0].n_ports), point, -1)
         return observed[6, at], observed[6, at + 1]
-    key_forces, q = matrices.key.forces, stages_of(w.stages).z
+    return _along_unbalance(w.motion, stages_of(w.stages).z)
+
+
+@kernel
+def _along_unbalance(motion: Motion, x: Array) -> tuple[float, float]:
+    """Return cosine . x and sine . x of displacements or velocities of the shaft."""
+    force = forces(motion)
     cosine = sine = 0.0
-    for i in range(key_forces.shape[1]):
-        cosine += key_forces[1, i] * q[i]
-        sine += key_forces[2, i] * q[i]
+    for i in range(force.cosine.shape[0]):
+        cosine += force.cosine[i] * x[i]
+        sine += force.sine[i] * x[i]
     return cosine, sine
 
 

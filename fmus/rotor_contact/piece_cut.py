@@ -12,7 +12,7 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.contact import project
-from rotor_contact.dynamics import damping_power, shaft_damping
+from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.lobatto import LOBATTO_POINTS, N_LOBATTO, restrict, value_at
 from rotor_contact.over_step import Nodes
 from rotor_contact.piece import advance_rotations, end_rotations, piece_of
@@ -46,7 +46,7 @@ def cut_piece(
     piece, stages, n = piece_of(matrices), stages_of(w.stages), int(matrices.sizes[0].n)
     z_new, y = stages.z_new, series_of(matrices).y
     state_at(matrices, n_terms, share, y)
-    _restrict_observations(matrices, share)
+    _restrict_observations(w.motion, matrices, share)
     for row in range(2):
         restrict(piece.spin[row], share)
     for k in range(w.sites.shape[0]):
@@ -64,16 +64,16 @@ def cut_piece(
 
 
 @kernel
-def _restrict_observations(matrices: StepMatrices, share: float) -> None:
+def _restrict_observations(motion: Motion, matrices: StepMatrices, share: float) -> None:
     """Replace cosine . q, sine . q and their rates at the Lobatto points by those at the points of [0, s h]."""
-    piece, n_ports, key_forces = piece_of(matrices), int(matrices.sizes[0].n_ports), matrices.key.forces
+    piece, n_ports, force = piece_of(matrices), int(matrices.sizes[0].n_ports), forces(motion)
     observed, y = piece.observed[6], piece.x[: 2 * int(matrices.sizes[0].n)]
     n, a, b, c = y.shape[0] // 2, place_index(n_ports, 1, -1), place_index(n_ports, 2, -1), place_index(n_ports, 3, -1)
     for of_velocity in range(2):
         for direction in range(2):
-            start, at = 0.0, 2 * of_velocity + direction
-            for i in range(key_forces.shape[1]):
-                start += key_forces[1 + direction, i] * y[n * of_velocity + i]
+            start, at, of_direction = 0.0, 2 * of_velocity + direction, force.cosine if direction == 0 else force.sine
+            for i in range(of_direction.shape[0]):
+                start += of_direction[i] * y[n * of_velocity + i]
             first, second, last = observed[a + at], observed[b + at], observed[c + at]
             observed[a + at] = value_at(start, first, second, last, share * LOBATTO_POINTS[1])
             observed[b + at] = value_at(start, first, second, last, share * LOBATTO_POINTS[2])

@@ -27,7 +27,7 @@ from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import drive_torque, race_drag
-from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping, unbalance_direction
+from rotor_contact.dynamics import Motion, accelerations, damping_power, forces, shaft_damping, unbalance_direction
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.matrix_dampers import energy_of_dampers
 from rotor_contact.node_forces import magnet_force
@@ -110,9 +110,9 @@ def _accelerate(
     copy(z[w.n : w.n + size], room[size:])
     row_combination(room, coefficients_at(matrices, slot_of(math.floor(index))).columns, a, n)
     direction = unbalance_direction(theta, Omega, w.motion.Omega_dot)
-    steady, A, B = matrices.effects[2], direction.real, direction.imag
+    caused, A, B = accelerations(w.motion), direction.real, direction.imag
     for i in range(n):
-        a[i] = steady[i] + A * matrices.effects[0, i] + B * matrices.effects[1, i] - a[i]
+        a[i] = caused.without_magnets[i] + A * caused.cosine[i] + B * caused.sine[i] - a[i]
     for b in range(w.motion.bearings.shape[0]):
         for axis in range(2):
             row = w.motion.bearings[b].row + axis
@@ -199,7 +199,8 @@ def add_energies(
     integrals, speeds = energy_integrals(z_new, w.n), piece.spin[0]
     is_free = w.spin[0].row >= 0
     torque = before.torque if is_free else 0.5 * (before.torque + after.torque)  # a free spin has it (`solve_piece`)
-    steady, damping, friction, work = matrices.key.forces[0], taken, 0.0, _work_of_magnets(w, z, z_new)
+    steady, damping, friction = forces(w.motion).without_magnets, taken, 0.0
+    work = _work_of_magnets(w, z, z_new)
     if w.motion.seals.records.shape[1] > 0:
         mean_speed = 0.5 * (speeds[0] + speeds[N_LOBATTO - 1])
         damping += h * mean_heat(before, after, h)

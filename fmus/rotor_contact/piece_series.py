@@ -17,6 +17,7 @@ from fmi_export.flat import copy
 from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
+from rotor_contact.dynamics import accelerations
 from rotor_contact.lobatto import LAGRANGE, N_LOBATTO
 from rotor_contact.path import Point
 from rotor_contact.piece import Piece, piece_of
@@ -98,12 +99,12 @@ def _coefficients(matrices: StepMatrices, index: float) -> int:
 def _add_forces(w: Workspace, matrices: StepMatrices, piece: Piece, k: int, direction: complex, a: Array) -> None:
     """Add the accelerations due to term k of all forces; `direction` is that of the unbalance."""
     m, first = w.Minv.shape[0], piece.x.shape[0] - piece.magnets.shape[0]
-    cosine, sine, axes = matrices.effects[0], matrices.effects[1], piece.magnets.shape[0] // N_LOBATTO
+    caused, axes = accelerations(w.motion), piece.magnets.shape[0] // N_LOBATTO
     for i in range(m):
-        a[i] += direction.real * cosine[i] + direction.imag * sine[i]
+        a[i] += direction.real * caused.cosine[i] + direction.imag * caused.sine[i]
     if k == 0:
         for i in range(m):
-            a[i] += matrices.effects[2, i]
+            a[i] += caused.without_magnets[i]
         for site in w.sites:
             if site.housing >= 0:
                 a[site.housing] -= site.base_x

@@ -23,7 +23,6 @@ from rotor_contact.contact import project
 from rotor_contact.dynamics import (
     add_magnetic_forces,
     collect_coefficients,
-    collect_forces,
     motion_at,
     motion_of,
     set_bearings,
@@ -31,6 +30,7 @@ from rotor_contact.dynamics import (
 from rotor_contact.enumerations import COMPLIANT, EVENTS, EXACT, INTEGRATED, NO_MATRICES, NODAL, PIECES, ROLLING
 from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
 from rotor_contact.exact_motion import propagate
+from rotor_contact.excitation import collect_amplitudes, collect_forces
 from rotor_contact.heating import advance_temperature
 from rotor_contact.interface import interface_of
 from rotor_contact.layout import (
@@ -171,9 +171,11 @@ def step(
     motion = motion_of(structure, scratch.motion, scratch.bearings, head.theta, Omega, Omega_dot)
     set_bearings(p, motion)
     add_magnetic_forces(u, motion)
-    if head.is_held != 0.0 and not is_held:
-        head.coupling = coupling_energy(motion, spin, head.theta, x.z[n : 2 * n])
-        energy_integrals(x.z, n).work += head.coupling
+    if spin.row >= 0:
+        if spin.inertia <= least_inertia(motion):
+            return FAULT_INERTIA
+        # a change of the unbalance, or a release, changes the kinetic energy at the same velocities
+        energy_integrals(x.z, n).work += coupling_energy(motion, spin, head.theta, x.z[n : 2 * n]) - head.coupling
     n_steps = steps_unchanged(motion, step_size, x.key, head)
     if n > structure.K.shape[0] or solver.exact_motion == 0.0:
         n_steps = 0.0
@@ -201,10 +203,6 @@ def step(
         if fault == NO_MATRICES_YET:
             head.method = _method(solver, scratch.sites, by_series and n_steps >= STEPS_BEFORE_BUILD)
             collect_coefficients(structure, motion)
-            if spin.row >= 0 and spin.inertia <= least_inertia(motion):
-                return FAULT_INERTIA
-            # a change of the unbalance changes the kinetic energy at the same velocities
-            energy_integrals(z, n).work += coupling_energy(motion, spin, head.theta, z[n : 2 * n]) - head.coupling
             fault = advance(w, solver, law, step_size, head)
         if fault != 0:
             return fault
@@ -264,7 +262,10 @@ def _prepare(structure: Structure, parameters: Array, inputs: Array, scratch: Sc
     if not is_valid(cache, structure, parameters, inputs):
         p, u = parameters_of(parameters, structure), inputs_of(inputs, structure)
         motion = motion_of(structure, scratch.motion, scratch.bearings, 0.0, 0.0, 0.0)
-        collect_forces(structure, p, u, motion)
+        sizes = scratch.matrices.sizes[0]
+        if collect_amplitudes(p, u, scratch.matrices.amplitudes) or sizes.inputs == 0.0:
+            sizes.inputs += 1.0
+            collect_forces(structure, scratch.matrices.amplitudes, motion)
         store(cache, parameters, inputs, place_sites(structure, p, u, scratch))
     return int(cache.n[0])
 

@@ -14,6 +14,7 @@ from rotor_contact.dynamics import spin_coupling, unbalance_direction
 from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_excess
 from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.matrix_inputs import combine_around
 from rotor_contact.node_forces import (
     columns_in_use,
     gradients_change,
@@ -67,6 +68,7 @@ def find_contact_forces(
     piece = piece_of(matrices)
     n, n_ports, level = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), int(matrices.sizes[0].n_levels) - 1
     observed, m = piece.observed, 2 * n_ports + 2
+    combine_around(matrices, level, index)
     around = levels_around(matrices, level, index)
     direction = unbalance_direction(theta, Omega, w.motion.Omega_dot)
     x = piece.x[: 2 * n + 4]
@@ -162,6 +164,7 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
     copy(z[:n], x)
     copy(z[w.n : w.n + n], x[n:])
     x[2 * n], x[2 * n + 1] = 1.0, 0.0
+    combine_around(matrices, level, index)
     around = levels_around(matrices, level, index)
     S, S_high, share = around.low.S, around.high.S, around.share
     _combine(matrices, x, S, S_high, share, observed[0, first:], observed[5], first, columns)
@@ -212,7 +215,8 @@ def solve_piece(
     piece, in_contact = piece_of(matrices), is_any_constrained(w.sites)
     around, of_forces = levels_around(matrices, level, index), piece.of_forces
     if around.share == 0.0:  # rows of S; else `_observe_units` has interpolated them
-        of_forces = part(around.low.S, around.low.S.size - of_forces.size, REAL, of_forces.shape)
+        first = 2 * int(matrices.sizes[0].n) + 4
+        of_forces = part(around.low.S, first * of_forces.shape[1], REAL, of_forces.shape)
     size = number_unknowns(w.sites) if in_contact else 0
     v = stages_of(w.stages).z[w.n : 2 * w.n]
     for k in range(w.sites.shape[0]):

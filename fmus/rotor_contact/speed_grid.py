@@ -25,15 +25,16 @@ from fmi_export.parts import part
 from rotor_contact.products import interpolate
 from rotor_contact.seals import Seals
 from rotor_contact.step_matrices import (
+    MAX_LEVELS,
     N_BUILT,
     N_NEAR,
     N_SLOTS,
     Level,
     StepMatrices,
+    forget_combined,
     level_of,
-    level_size,
-    n_rows,
-    slot_size,
+    place_of_level,
+    place_of_slot,
 )
 from rotor_contact.structure import REAL
 
@@ -119,10 +120,17 @@ def middle_of(index: float) -> float:
 
 
 @views
+def is_blended(matrices: StepMatrices, level: int, index: float) -> bool:
+    """Return whether a level is, or will be, interpolated at a point between the speeds of the grid."""
+    blend = matrices.blends[level]
+    return bool(blend.index == index and blend.n_uses >= USES_BEFORE_BLEND)
+
+
+@views
 def levels_around(matrices: StepMatrices, level: int, index: float) -> LevelsAround:
     """Return the matrices of a level around a point of the grid."""
-    low, blend = math.floor(index), matrices.blends[level]
-    if index == low or (blend.index == index and blend.n_uses >= USES_BEFORE_BLEND):
+    low = math.floor(index)
+    if index == low or is_blended(matrices, level, index):
         of_speed = level_of(matrices, slot_of(low) if index == low else BLENDS, level)
         return LevelsAround(of_speed, of_speed, 0.0)
     return LevelsAround(
@@ -132,42 +140,46 @@ def levels_around(matrices: StepMatrices, level: int, index: float) -> LevelsAro
 
 @kernel
 def note_use(matrices: StepMatrices, level: int, index: float) -> None:
-    """Count a piece of a level at a point of the grid; interpolate the level if there have been several."""
+    """Count a piece of a level at a point of the grid; after several the level is interpolated (`matrix_inputs`)."""
     if index == math.floor(index):
         return
     blend = matrices.blends[level]
     if blend.index != index:
         blend.index, blend.n_uses = index, 0.0
+        matrices.combined[BLENDS * MAX_LEVELS + level] = 0.0
     blend.n_uses += 1.0
-    if blend.n_uses == USES_BEFORE_BLEND:
-        _interpolate(matrices, level, index)
 
 
 @noinline_kernel
-def _interpolate(matrices: StepMatrices, level: int, index: float) -> None:
+def interpolate_level(matrices: StepMatrices, level: int, index: float) -> None:
     """Write a level between the speeds around a point of the grid to the blends."""
-    n, n_ports, low = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), math.floor(index)
-    size, slot = level_size(n, n_ports), slot_size(n, n_ports)
-    at = 2 * n * n + level * size
-    target = part(matrices.memory, BLENDS * slot + at, REAL, size)
-    below = part(matrices.memory, slot_of(low) * slot + at, REAL, size)
-    above = part(matrices.memory, slot_of(low + 1.0) * slot + at, REAL, size)
+    low, size = math.floor(index), _level_size(matrices)
+    target = part(matrices.memory, place_of_level(matrices, BLENDS, level), REAL, size)
+    below = part(matrices.memory, place_of_level(matrices, slot_of(low), level), REAL, size)
+    above = part(matrices.memory, place_of_level(matrices, slot_of(low + 1.0), level), REAL, size)
     interpolate(below, above, index - low, target, size)
+
+
+@kernel
+def _level_size(matrices: StepMatrices) -> int:
+    """Return the number of float64 in a level."""
+    size: int = place_of_level(matrices, 0, 1) - place_of_level(matrices, 0, 0)
+    return size
 
 
 @noinline_kernel
 def interpolate_slot(matrices: StepMatrices, index: float) -> None:
     """Interpolate the slot of a point of the grid, K and C included, from three that are built."""
     sizes, which, middle = matrices.sizes[0], slot_of(index), middle_of(index)
-    n, n_ports = int(sizes.n), int(sizes.n_ports)
-    size, used = slot_size(n, n_ports), 2 * n * n + int(sizes.n_levels) * level_size(n, n_ports)
-    target = part(matrices.memory, which * size, REAL, used)
-    below = part(matrices.memory, built_slot_of(middle - 1.0) * size, REAL, used)
-    at = part(matrices.memory, built_slot_of(middle) * size, REAL, used)
-    above = part(matrices.memory, built_slot_of(middle + 1.0) * size, REAL, used)
+    used = place_of_level(matrices, 0, int(sizes.n_levels) - 1) + _level_size(matrices)
+    target = part(matrices.memory, place_of_slot(matrices, which), REAL, used)
+    below = part(matrices.memory, place_of_slot(matrices, built_slot_of(middle - 1.0)), REAL, used)
+    at = part(matrices.memory, place_of_slot(matrices, built_slot_of(middle)), REAL, used)
+    above = part(matrices.memory, place_of_slot(matrices, built_slot_of(middle + 1.0)), REAL, used)
     t = index / STRIDE - middle
     of_below, of_middle, of_above = 0.5 * t * (t - 1.0), 1.0 - t * t, 0.5 * t * (t + 1.0)
     for i in range(used):
         target[i] = of_middle * at[i] + (of_below * below[i] + of_above * above[i])
     slot = matrices.slots[which]
-    slot.index, slot.n_rows = index, n_rows(n, n_ports) * sizes.n_built
+    slot.index, slot.n_rows = index, sizes.n_rows * sizes.n_built
+    forget_combined(matrices, which)

@@ -32,7 +32,7 @@ def start_on_orbit(motion: Motion, equations: Equations, q: Array, v: Array) -> 
     n = q.shape[0]
     A, b = equations
     K, C = coefficients(motion)
-    steady, cosine, sine = accelerations(motion)
+    steady, cosine, sine, _ = accelerations(motion)
     square = motion.Omega * motion.Omega
     for i in range(n):
         for j in range(n):

@@ -8,9 +8,10 @@ through values F_j at its Lobatto points, matrices map the present state to the 
 
 as in `exact_motion`; 1 multiplies the steady non-magnetic forces, 0 the same turned by a right angle, so that x
 consists of pairs along x and y; A + i B is the direction of the unbalance. In addition to the ports, S observes
-cosine . q and sine . q, which give the unbalance's work and its torque on a free spin. Level l is for a piece of h/2^l;
-`matrix_rows` builds the levels, starting from a piece so short that the series converges fast. Levels shorter than
-h/2^(MAX_LEVELS - 1) are not stored.
+cosine . q and sine . q, which give the unbalance's work and its torque on a free spin. These rows and columns depend on
+the present inputs: `matrix_inputs` combines them from those for unit inputs (`excitation`), which follow the n_x rows
+of x. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the series
+converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
 
 P and S depend on the speed: slots of memory have them for speeds on a grid (`speed_grid`), and two for a constant
 speed, with the gradients of the magnets (`constant_speed`).
@@ -27,6 +28,7 @@ from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
+from rotor_contact.excitation import first_unbalance
 from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.passive_bearings import BEARING, Bearings, bearings_size
@@ -41,8 +43,10 @@ N_BUILT = 4  # slots of speeds from which those are interpolated
 N_SLOTS = N_NEAR + N_BUILT
 N_CONSTANT = 2  # slots of a constant speed: the one in use, and the next
 ALL_SLOTS = N_SLOTS + 1 + N_CONSTANT  # with that of the levels that are interpolated
+N_COMBINED = ALL_SLOTS * MAX_LEVELS + N_CONSTANT
 MAX_TERMS = 40  # of the series of a piece (`piece_series`)
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
+PLANE_COLUMNS = 2 + PORT_COLUMNS  # of U: the initial acceleration before these
 
 # Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
 # built, `n_built`, and those stored); length of a step (s), spacing of the speeds (rad/s), number of them from one that
@@ -64,16 +68,17 @@ SIZES = record(
     ("grid_isotropic", np.float64),
     ("place", np.float64),
     ("isotropic", np.float64),
+    ("n_rows", np.float64),  # of the matrices, those for unit inputs included
+    ("inputs", np.float64),  # number of different amplitudes of the inputs so far
 )
 # What is stored for a speed: its number on the grid, how many rows of all levels are complete, the number of terms of
 # the series of a shortest piece, and whether y responds as x does.
 SLOT = record(("index", np.float64), ("n_rows", np.float64), ("n_terms", np.float64), ("isotropic", np.float64))
-# What motion depends on, per site: 1/m, stiffness and damping in x and y, base acceleration.
+# What motion depends on, per site: 1/m, stiffness and damping in x and y.
 SITE_KEY = record(
     ("mobility", np.float64),
     ("stiffness", np.float64, 2),
     ("damping", np.float64, 2),
-    ("base_acceleration", np.float64, 2),
     ("row", np.float64),
 )
 # Speed of a level, as a position on the grid, and the pieces that it was used for there.
@@ -87,15 +92,13 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 class MatricesKey(NamedTuple):
     """Key of the matrices without the speed: all numbers, and named views into them.
 
-    `step_size`, in an array of length 1, records of types `BEARING`, without magnets and rows, and `SITE_KEY`, and the
-    forces (N) multiplied by 1, A and B, shape (3, n).
+    `step_size`, in an array of length 1, and records of types `BEARING`, without magnets and rows, and `SITE_KEY`.
     """
 
     values: Array
     step_size: Array
     bearings: Bearings
     sites: Records
-    forces: Array
 
 
 class StepMatrices(NamedTuple):
@@ -116,8 +119,11 @@ class StepMatrices(NamedTuple):
         Matrices of free flight at these speeds, see `flight`.
     gradients
         Those in the matrices in use, shape (2 n_bearings,).
-    effects
-        Accelerations due to the forces multiplied by A, B and 1, shape (3, n).
+    amplitudes
+        Those of the inputs (`excitation`), shape (2 n_pairs,).
+    combined
+        Number of the amplitudes (`SIZES.inputs`) for which each level of each slot is combined, then for which each
+        flight was derived, shape (N_COMBINED,).
     damping
         Speed and state at which `piece_energy` last computed the power of damping, and its result, shape (2 n + 4,).
     pieces
@@ -137,7 +143,8 @@ class StepMatrices(NamedTuple):
     constant: Array
     flights: Array
     gradients: Array
-    effects: Array
+    amplitudes: Array
+    combined: Array
     damping: Array
     pieces: Array
     nodes: Nodes
@@ -145,11 +152,20 @@ class StepMatrices(NamedTuple):
 
 
 class Level(NamedTuple):
-    """P, shape (n_x, 2 N), S, shape (n_x, n_columns), and H (`matrix_dampers`), shape (n_x, n_x)."""
+    """Matrices of a level; the rows for unit inputs follow those of x.
+
+    P, S
+        Shapes (all_rows, 2 N) and (all_rows, n_columns).
+    H
+        See `matrix_dampers`, shape (all_rows, all_rows).
+    U
+        Observations as S, by the unit forces of each unbalance, shape (all_rows, PLANE_COLUMNS n_unbalances).
+    """
 
     P: Array
     S: Array
     H: Array
+    U: Array
 
 
 class SlotCoefficients(NamedTuple):
@@ -159,7 +175,7 @@ class SlotCoefficients(NamedTuple):
 
 
 class InnerMotion(NamedTuple):
-    """P up to the first and the second inner Lobatto point, shape (n_x, 2 N) each."""
+    """P up to the first and the second inner Lobatto point, shape (all_rows, 2 N) each."""
 
     first: Array
     second: Array
@@ -169,6 +185,18 @@ class InnerMotion(NamedTuple):
 def n_rows(n: int, n_ports: int) -> int:
     """Return n_x, the size of x."""
     return 2 * n + 4 + 2 * N_LOBATTO * n_ports
+
+
+@views
+def all_rows(n: int, n_ports: int, inputs: int) -> int:
+    """Return the number of rows, those for unit inputs included; `inputs` is the number of pairs of these."""
+    return n_rows(n, n_ports) + 2 * inputs
+
+
+@views
+def n_unbalances(n_bearings: int, inputs: int) -> int:
+    """Return how many of the pairs of inputs are unbalances."""
+    return inputs - first_unbalance(inputs, n_bearings)
 
 
 @views
@@ -196,32 +224,54 @@ def velocity_index(n_ports: int, point: int, port: int) -> int:
 
 
 @views
-def level_size(n: int, n_ports: int) -> int:
+def level_size(n: int, n_ports: int, n_bearings: int, inputs: int) -> int:
     """Return the number of float64 in a level, an even number."""
-    return n_rows(n, n_ports) * (2 * n + n_columns(n_ports) + n_rows(n, n_ports))
+    rows, of_planes = all_rows(n, n_ports, inputs), PLANE_COLUMNS * n_unbalances(n_bearings, inputs)
+    return rows * (2 * n + n_columns(n_ports) + rows + of_planes)
 
 
 @views
-def slot_size(n: int, n_ports: int) -> int:
+def slot_size(n: int, n_ports: int, n_bearings: int, inputs: int) -> int:
     """Return the number of float64 in a slot: K and C, levels, and the motion up to the inner Lobatto points, twice."""
-    return 2 * n * n + MAX_LEVELS * level_size(n, n_ports) + 4 * n_rows(n, n_ports) * 2 * n
+    levels = MAX_LEVELS * level_size(n, n_ports, n_bearings, inputs)
+    return 2 * n * n + levels + 4 * all_rows(n, n_ports, inputs) * 2 * n
 
 
 @views
-def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
-    """Return the matrices of a level at the speed of a slot.
+def place_of_slot(matrices: StepMatrices, slot: int) -> int:
+    """Return where a slot begins in the memory."""
+    sizes = matrices.sizes[0]
+    n, n_ports, inputs = int(sizes.n), int(sizes.n_ports), matrices.amplitudes.shape[0] // 2
+    return slot * slot_size(n, n_ports, matrices.gradients.shape[0] // 2, inputs)
+
+
+@views
+def place_of_level(matrices: StepMatrices, slot: int, level: int) -> int:
+    """Return where a level of a slot begins in the memory, after K and C.
 
     Levels beyond the stored ones alternate in the memory of the last two, which are built after them.
     """
     sizes = matrices.sizes[0]
-    n, n_ports = int(sizes.n), int(sizes.n_ports)
-    rows = n_rows(n, n_ports)
+    n, n_ports, inputs = int(sizes.n), int(sizes.n_ports), matrices.amplitudes.shape[0] // 2
     place = level if level < MAX_LEVELS else MAX_LEVELS - 2 + level % 2
-    at = slot * slot_size(n, n_ports) + 2 * n * n + place * level_size(n, n_ports)
+    size = level_size(n, n_ports, matrices.gradients.shape[0] // 2, inputs)
+    return place_of_slot(matrices, slot) + 2 * n * n + place * size
+
+
+@views
+def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
+    """Return the matrices of a level at the speed of a slot."""
+    sizes = matrices.sizes[0]
+    n, columns, rows = int(sizes.n), n_columns(int(sizes.n_ports)), int(matrices.sizes[0].n_rows)
+    planes = n_unbalances(matrices.gradients.shape[0] // 2, matrices.amplitudes.shape[0] // 2)
+    P = place_of_level(matrices, slot, level)
+    S = P + rows * 2 * n
+    H = S + rows * columns
     return Level(
-        part(matrices.memory, at, REAL, (rows, 2 * n)),
-        part(matrices.memory, at + rows * 2 * n, REAL, (rows, n_columns(n_ports))),
-        part(matrices.memory, at + rows * (2 * n + n_columns(n_ports)), REAL, (rows, rows)),
+        part(matrices.memory, P, REAL, (rows, 2 * n)),
+        part(matrices.memory, S, REAL, (rows, columns)),
+        part(matrices.memory, H, REAL, (rows, rows)),
+        part(matrices.memory, H + rows * rows, REAL, (rows, PLANE_COLUMNS * planes)),
     )
 
 
@@ -229,17 +279,14 @@ def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
 def coefficients_at(matrices: StepMatrices, slot: int) -> SlotCoefficients:
     """Return K and C at the speed of a slot."""
     n = int(matrices.sizes[0].n)
-    return SlotCoefficients(
-        part(matrices.memory, slot * slot_size(n, int(matrices.sizes[0].n_ports)), REAL, (2 * n, n)),
-    )
+    return SlotCoefficients(part(matrices.memory, place_of_slot(matrices, slot), REAL, (2 * n, n)))
 
 
 @views
 def inner_motion(matrices: StepMatrices, slot: int, level: int) -> InnerMotion:
     """Return P up to the inner Lobatto points of a level; those of two levels at a time are stored."""
-    n, n_ports = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports)
-    rows = n_rows(n, n_ports)
-    at = slot * slot_size(n, n_ports) + 2 * n * n + MAX_LEVELS * level_size(n, n_ports) + 2 * (level % 2) * rows * 2 * n
+    n, rows = int(matrices.sizes[0].n), int(matrices.sizes[0].n_rows)
+    at = place_of_slot(matrices, slot + 1) - (4 - 2 * (level % 2)) * rows * 2 * n
     return InnerMotion(
         part(matrices.memory, at, REAL, (rows, 2 * n)),
         part(matrices.memory, at + rows * 2 * n, REAL, (rows, 2 * n)),
@@ -252,22 +299,21 @@ def most_ports(n_bearings: int, n_sites: int) -> int:
 
 
 @views
-def matrices_key_size(n: int, n_bearings: int, n_sites: int) -> int:
+def matrices_key_size(n_bearings: int, n_sites: int) -> int:
     """Return the number of float64 in a `MatricesKey`, an even number."""
-    return 2 + bearings_size(n_bearings) + N_SITE_KEY * n_sites + 4 * n
+    return 2 + bearings_size(n_bearings) + N_SITE_KEY * n_sites
 
 
 @views
-def matrices_key_of(array: Array, at: int, n: int, n_bearings: int, n_sites: int) -> MatricesKey:
+def matrices_key_of(array: Array, at: int, n_bearings: int, n_sites: int) -> MatricesKey:
     """Return a `MatricesKey` in an array, from `at`."""
     bearings = at + 2
     sites = bearings + bearings_size(n_bearings)
     return MatricesKey(
-        part(array, at, REAL, matrices_key_size(n, n_bearings, n_sites)),
+        part(array, at, REAL, matrices_key_size(n_bearings, n_sites)),
         part(array, at, REAL, 1),
         part(array, bearings, BEARING, n_bearings),
         part(array, sites, SITE_KEY, n_sites),
-        part(array, sites + N_SITE_KEY * n_sites, REAL, (3, n)),
     )
 
 
@@ -278,10 +324,10 @@ def series_size(n: int) -> int:
 
 
 @views
-def pieces_size(n: int, n_bearings: int, n_sites: int) -> int:
-    """Return the largest number of float64 in the scratch of a piece."""
+def pieces_size(n: int, n_bearings: int, n_sites: int, inputs: int) -> int:
+    """Return the largest number of float64 in the scratch of a piece, with which the matrices are built, too."""
     n_ports = most_ports(n_bearings, n_sites)
-    n, rows, columns = n + 2 * n_sites, n_rows(n + 2 * n_sites, n_ports), n_columns(n_ports)
+    n, rows, columns = n + 2 * n_sites, all_rows(n + 2 * n_sites, n_ports, inputs), n_columns(n_ports)
     return rows + 8 * n + 8 * columns + (2 * N_LOBATTO * n_ports) * (columns + 3) + (8 + n_sites) * N_LOBATTO
 
 
@@ -305,50 +351,67 @@ def flight_size(n: int, n_bearings: int) -> int:
 
 
 @views
-def matrices_size(n: int, n_bearings: int, n_sites: int) -> int:
-    """Return the number of float64 in a `StepMatrices`, an even number."""
-    n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
-    size = N_SIZES + matrices_key_size(n, n_bearings, n_sites) + ALL_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
-    size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites)
-    size += N_CONSTANT * (1 + 2 * n_bearings + flight_size(n + 2 * n_sites, n_bearings)) + 2 * n_bearings
-    size += series_size(n + 2 * n_sites) + 6 * n + 4 + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
-    return size + (ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0)
+def memory_size(n: int, n_bearings: int, n_sites: int, inputs: int) -> int:
+    """Return the largest number of float64 in all slots; there are none for a shaft with too many coordinates."""
+    n_ports = most_ports(n_bearings, n_sites)
+    return ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports, n_bearings, inputs) if n <= MAX_COORDINATES else 0
 
 
 @views
-def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int) -> StepMatrices:
+def matrices_size(n: int, n_bearings: int, n_sites: int, inputs: int) -> int:
+    """Return the number of float64 in a `StepMatrices`, an even number; `inputs` is the number of pairs of inputs."""
+    n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
+    size = N_SIZES + matrices_key_size(n_bearings, n_sites) + ALL_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
+    size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites, inputs)
+    size += N_CONSTANT * (1 + 2 * n_bearings + flight_size(n + 2 * n_sites, n_bearings)) + 2 * n_bearings
+    size += 2 * inputs + N_COMBINED + 2 * n + 4
+    size += series_size(n + 2 * n_sites) + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
+    return size + memory_size(n, n_bearings, n_sites, inputs)
+
+
+@views
+def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, inputs: int) -> StepMatrices:
     """Return a `StepMatrices` in an array, from `at`."""
     n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
-    n_pieces = 2 * pieces_size(n, n_bearings, n_sites) + series_size(n + 2 * n_sites)
+    n_pieces = 2 * pieces_size(n, n_bearings, n_sites, inputs) + series_size(n + 2 * n_sites)
     key = at + N_SIZES
-    slots = key + matrices_key_size(n, n_bearings, n_sites)
+    slots = key + matrices_key_size(n_bearings, n_sites)
     blends = slots + ALL_SLOTS * N_SLOT
     ports = blends + MAX_LEVELS * N_BLEND
     constant = ports + 2 * (n_ports + n_bearings + 2 * n_sites)
     flights, n_flight = constant + N_CONSTANT * (1 + 2 * n_bearings), flight_size(n + 2 * n_sites, n_bearings)
     gradients = flights + N_CONSTANT * n_flight
-    effects = gradients + 2 * n_bearings
-    damping = effects + 4 * n
+    amplitudes = gradients + 2 * n_bearings
+    combined = amplitudes + 2 * inputs
+    damping = combined + N_COMBINED
     pieces = damping + 2 * n + 4
     nodes = pieces + n_pieces
     equations = nodes + n_sites * N_LOBATTO * N_NODE
     memory = equations + n_equations * (n_equations + 1)
     return StepMatrices(
         part(work, at, SIZES, 1),
-        matrices_key_of(work, key, n, n_bearings, n_sites),
+        matrices_key_of(work, key, n_bearings, n_sites),
         part(work, slots, SLOT, ALL_SLOTS),
         part(work, blends, BLEND, MAX_LEVELS),
         part(work, ports, REAL, 2 * n_ports),
-        part(work, memory, REAL, ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports) if n <= MAX_COORDINATES else 0),
+        part(work, memory, REAL, memory_size(n, n_bearings, n_sites, inputs)),
         part(work, constant, REAL, (N_CONSTANT, 1 + 2 * n_bearings)),
         part(work, flights, REAL, (N_CONSTANT, n_flight)),
         part(work, gradients, REAL, 2 * n_bearings),
-        part(work, effects, REAL, (3, n)),
+        part(work, amplitudes, REAL, 2 * inputs),
+        part(work, combined, REAL, N_COMBINED),
         part(work, damping, REAL, 2 * n + 4),
         part(work, pieces, REAL, n_pieces),
         part(work, nodes, NODE, (n_sites, N_LOBATTO)),
         equations_of(work, equations, n_equations),
     )
+
+
+@kernel
+def forget_combined(matrices: StepMatrices, slot: int) -> None:
+    """Note that no level of a slot is combined."""
+    for level in range(MAX_LEVELS):
+        matrices.combined[slot * MAX_LEVELS + level] = 0.0
 
 
 @kernel

@@ -16,7 +16,7 @@ from fmi_export.model import Instance
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.constant_speed import PATIENCE
-from rotor_contact.enumerations import EXACT, NO_MATRICES, PIECES
+from rotor_contact.enumerations import EXACT, PIECES
 from rotor_contact.propagator import STEPS_BEFORE_BUILD
 from rotor_contact.speed_grid import CONSTANT, STRIDE, spacing_for
 from rotor_contact.structure import structure_of
@@ -162,14 +162,3 @@ def test_a_ramp_from_a_constant_speed_and_its_end_are_not_integrated():
         np.testing.assert_array_equal(other, ours)
         assert methods(ours)[0] == EXACT
         assert (scratch(x).matrices.sizes[0].place >= CONSTANT) == (n >= 60 + STEPS_BEFORE_BUILD)
-
-
-def test_a_changed_unbalance_needs_matrices_of_the_new_forces():
-    x = plant(FREE, ELASTIC)
-    steps(x, 40)
-    x["d1.u"] = 6e-4
-    record = steps(x, STEPS_BEFORE_BUILD + 5, first=40)
-    assert np.all(methods(record)[:STEPS_BEFORE_BUILD] == NO_MATRICES)
-    assert methods(record)[-1] == EXACT
-    assert scratch(x).matrices.sizes[0].place >= CONSTANT
-    assert memory(x).constant.speed[0].uses_grid == 0.0

@@ -6,6 +6,7 @@ from rotor_cases import BEARINGS, CLEARANCE, both, plant, run, scratch, workspac
 
 from fmi_export.model import Instance
 from rotor_analysis.rotor_file import load_rotor
+from rotor_contact.matrix_inputs import combine
 from rotor_contact.matrix_rows import build_slot
 from rotor_contact.speed_grid import INTERPOLATION_ERROR, STRIDE, grid_speed, place_on_grid, slot_of
 from rotor_contact.step_matrices import level_of
@@ -56,16 +57,19 @@ def test_interpolated_matrices_are_those_built_for_the_speed():
     assert matrices.slots[slot].index == index
     assert 3 * STRIDE < 8 * (index % STRIDE) < 5 * STRIDE  # far from speeds that are built
     n, level = int(matrices.sizes[0].n), level_of(matrices, slot, 0)
-    P, S, H = (matrix.copy() for matrix in level)
+    combine(matrices, slot, 0)
+    P, S, H, U = (matrix.copy() for matrix in level)
     matrices.slots[slot].index = np.nan
     build_slot(structure_of(x.constants), w.motion, w.sites, matrices, slot, index, 1.0)
+    combine(matrices, slot, 0)
     assert not np.array_equal(P, level.P)
     states = np.random.default_rng(5).normal(size=(50, P.shape[0]))
     states[:, :n] /= grid_speed(matrices, index)
     velocities, expected = (states @ matrix[:, n:] for matrix in (P, level.P))
     np.testing.assert_allclose(velocities, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
-    observed, expected = (states @ matrix for matrix in (S, level.S))
-    np.testing.assert_allclose(observed, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
+    for matrix, built in ((S, level.S), (U, level.U)):
+        observed, expected = states @ matrix, states @ built
+        np.testing.assert_allclose(observed, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
     heat, expected = (np.einsum("ki,ij,kj->k", states, np.tril(matrix), states) for matrix in (H, level.H))
     np.testing.assert_allclose(heat, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
 

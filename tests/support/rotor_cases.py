@@ -14,7 +14,8 @@ from amb_cosim.design import plant_data
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.shaft import Shaft
-from rotor_contact.dynamics import collect_forces, motion_of, set_bearings
+from rotor_contact.dynamics import motion_of, set_bearings
+from rotor_contact.excitation import collect_amplitudes, collect_forces
 from rotor_contact.layout import load_sites, place_sites, scratch_of, state_of, workspace_of
 from rotor_contact.signals import inputs_of, parameters_of
 from rotor_contact.structure import structure_of
@@ -136,7 +137,8 @@ def workspace(instance, Omega=0.0):
     n = place_sites(s, p, u, local)
     load_sites(memory(instance).sites, local.sites)
     motion = motion_of(s, local.motion, local.bearings, 0.0, Omega, 0.0)
-    collect_forces(s, p, u, motion)
+    collect_amplitudes(p, u, local.matrices.amplitudes)
+    collect_forces(s, local.matrices.amplitudes, motion)
     set_bearings(p, motion)
     return workspace_of(s, motion, local, n)
 
