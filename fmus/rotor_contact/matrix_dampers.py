@@ -26,7 +26,7 @@ from rotor_contact.matrix_inputs import unbalances_of
 from rotor_contact.passive_bearings import is_damping
 from rotor_contact.products import dot, dot_between, isotropic_dots, isotropic_dots_between, row_combination
 from rotor_contact.site import Sites
-from rotor_contact.step_matrices import StepMatrices, inner_motion, level_of, n_rows
+from rotor_contact.step_matrices import StepMatrices, inner_motion, level_of, rows_of_x
 from rotor_contact.structure import Structure
 
 
@@ -121,7 +121,7 @@ def double_heat_row(
     sizes, target = matrices.sizes[0], level_of(matrices, slot, level).H[row]
     finer = level_of(matrices, slot, level + 1)
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
-    forces, units = 2 * n + 4, n_rows(n, int(sizes.n_ports))
+    forces, units = 2 * n + 4, rows_of_x(matrices)
     unbalances = units + 2 * unbalances_of(matrices)
     of_first, of_second, carried = room[:size], room[size : 2 * size], room[2 * size : 3 * size]
     of_first[:] = 0.0

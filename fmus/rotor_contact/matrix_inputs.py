@@ -9,7 +9,8 @@ columns of S that observe cosine . q and sine . q combine the observations U by 
 
     cosine . q = sum a_x b_x . q + a_y b_y . q,    sine . q = sum a_x b_y . q - a_y b_x . q                    (2)
 
-A level is combined when it is used for the first time with the present amplitudes.
+A level is combined when it is used for the first time with the present amplitudes. Between speeds that are built, it is
+interpolated from those for which it is combined, since equations (1) and (2) are linear.
 """
 
 from __future__ import annotations
@@ -19,16 +20,25 @@ import math
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.excitation import first_unbalance
-from rotor_contact.speed_grid import BLENDS, interpolate_level, is_blended, slot_of
+from rotor_contact.speed_grid import (
+    BLENDS,
+    built_slot_of,
+    interpolate_from_built,
+    interpolate_level,
+    is_blended,
+    middle_of,
+    slot_of,
+)
 from rotor_contact.step_matrices import (
     ALL_SLOTS,
     MAX_LEVELS,
+    N_NEAR,
     PLANE_COLUMNS,
     PORT_COLUMNS,
     StepMatrices,
     level_of,
-    n_rows,
     place_index,
+    rows_of_x,
 )
 
 TURNS = 2  # first of the four combined rows that is due to unbalances
@@ -55,7 +65,22 @@ def combine_around(matrices: StepMatrices, level: int, index: float) -> None:
 
 @kernel
 def combine(matrices: StepMatrices, slot: int, level: int) -> None:
-    """Combine a complete level of a slot for the present amplitudes, if that is not done yet."""
+    """Combine a level of a slot for the present amplitudes, or interpolate it, if that is not done yet."""
+    if matrices.combined[slot * MAX_LEVELS + level] == matrices.sizes[0].inputs:
+        return
+    if slot < N_NEAR and matrices.sizes[0].stride > 1.0:
+        index = matrices.slots[slot].index
+        for i in range(3):
+            _combine_built(matrices, built_slot_of(middle_of(index) - 1.0 + i), level)
+        interpolate_from_built(matrices, level, index)
+        matrices.combined[slot * MAX_LEVELS + level] = matrices.sizes[0].inputs
+    else:
+        _combine_built(matrices, slot, level)
+
+
+@kernel
+def _combine_built(matrices: StepMatrices, slot: int, level: int) -> None:
+    """Combine a level of a slot that is built."""
     place, inputs = slot * MAX_LEVELS + level, matrices.sizes[0].inputs
     if matrices.combined[place] != inputs:
         matrices.combined[place] = inputs
@@ -124,7 +149,7 @@ def _combine_rows(matrices: StepMatrices, slot: int, level: int) -> None:
     """Write the combined rows of P and S (1)."""
     P, S, _, _ = level_of(matrices, slot, level)
     first = 2 * int(matrices.sizes[0].n)
-    units = n_rows(int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports))
+    units = rows_of_x(matrices)
     for c in range(4):
         of_motion, observed = P[first + c], S[first + c]
         of_motion[:] = 0.0
@@ -140,7 +165,7 @@ def _combine_rows(matrices: StepMatrices, slot: int, level: int) -> None:
 def _combine_heat(matrices: StepMatrices, slot: int, level: int) -> None:
     """Write the combined rows and columns of H, of which the lower triangle is stored (`matrix_dampers`)."""
     H, sizes, n_units = level_of(matrices, slot, level).H, matrices.sizes[0], matrices.amplitudes.shape[0]
-    first, units = 2 * int(sizes.n), n_rows(int(sizes.n), int(sizes.n_ports))
+    first, units = 2 * int(sizes.n), rows_of_x(matrices)
     for c in range(4):
         row = H[first + c]
         row[:] = 0.0

@@ -32,8 +32,8 @@ from rotor_contact.step_matrices import (
     coefficients_at,
     inner_motion,
     level_of,
-    n_rows,
     place_index,
+    rows_of_x,
 )
 from rotor_contact.structure import Structure
 
@@ -105,7 +105,7 @@ def is_complete(matrices: StepMatrices, which: int, index: float) -> bool:
 @kernel
 def _unit_of(matrices: StepMatrices, row: int) -> int:
     """Return the unit input of a row, or a negative number if it is that of the state or a node force."""
-    return row - n_rows(int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports))
+    return row - rows_of_x(matrices)
 
 
 @kernel

@@ -15,9 +15,10 @@ from rotor_contact.passive_bearings import same_passive, set_passive
 from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD, count_of_steps
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import (
+    CONSTANT,
     STRIDE,
+    begin_interpolation,
     built_slot_of,
-    interpolate_slot,
     middle_of,
     place_on_grid,
     slot_of,
@@ -108,24 +109,22 @@ def update_matrices(
 
 @kernel
 def complete_speeds(matrices: StepMatrices, index: float) -> bool:
-    """Return whether the levels for the speeds around a point of the grid are complete; interpolate what can be."""
+    """Return whether levels are there for the speeds around a point of the grid, built or to be interpolated."""
     low = float(math.floor(index))
     return _complete(matrices, low) and (index == low or _complete(matrices, low + 1.0))
 
 
 @kernel
 def _complete(matrices: StepMatrices, index: float) -> bool:
-    """Return whether the levels for a speed of the grid are complete; interpolate them if that is possible."""
-    if is_complete(matrices, slot_of(index), index):
-        return True
-    if matrices.sizes[0].stride == 1.0:
-        return False
+    """Return whether levels are there for a speed of the grid; between speeds that are built, assign a slot to it."""
+    if matrices.sizes[0].stride == 1.0 or index >= CONSTANT:
+        return is_complete(matrices, slot_of(index), index)
     middle = middle_of(index)
     for i in range(3):
         number = middle - 1.0 + i
         if not is_complete(matrices, built_slot_of(number), STRIDE * number):
             return False
-    interpolate_slot(matrices, index)
+    begin_interpolation(matrices, index)
     return True
 
 

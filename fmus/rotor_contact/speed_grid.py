@@ -11,8 +11,9 @@ the line through these,
 
     P(t) = t (t - 1)/2 P(-1) + (1 - t^2) P(0) + t (t + 1)/2 P(1),    errors (g m d h)^3/16 and (g d h/4)^2/8
 
-relative to P, where g <= 2 is the rate of gyroscopic rotation of the velocity per speed (2 for a thin disc). If seals
-depend on the speed, matrices are built for all speeds of the grid, which are d apart.
+relative to P, where g <= 2 is the rate of gyroscopic rotation of the velocity per speed (2 for a thin disc). A level is
+interpolated when a step first uses it, for the present inputs, since most steps need one or two levels. If seals depend
+on the speed, matrices are built for all speeds of the grid, which are d apart.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ import math
 from typing import NamedTuple
 
 from fmi_export.jit import kernel, noinline_kernel, views
-from fmi_export.parts import part
+from fmi_export.model import Array
 from rotor_contact.products import interpolate
 from rotor_contact.seals import Seals
 from rotor_contact.step_matrices import (
@@ -31,12 +32,11 @@ from rotor_contact.step_matrices import (
     N_SLOTS,
     Level,
     StepMatrices,
+    coefficients_at,
     forget_combined,
     level_of,
-    place_of_level,
-    place_of_slot,
+    rows_of_x,
 )
-from rotor_contact.structure import REAL
 
 INTERPOLATION_ERROR = 1e-6  # of the velocities, between two speeds d apart
 GYROSCOPIC = 2.0  # largest g, see above
@@ -152,34 +152,57 @@ def note_use(matrices: StepMatrices, level: int, index: float) -> None:
 
 @noinline_kernel
 def interpolate_level(matrices: StepMatrices, level: int, index: float) -> None:
-    """Write a level between the speeds around a point of the grid to the blends."""
-    low, size = math.floor(index), _level_size(matrices)
-    target = part(matrices.memory, place_of_level(matrices, BLENDS, level), REAL, size)
-    below = part(matrices.memory, place_of_level(matrices, slot_of(low), level), REAL, size)
-    above = part(matrices.memory, place_of_level(matrices, slot_of(low + 1.0), level), REAL, size)
-    interpolate(below, above, index - low, target, size)
-
-
-@kernel
-def _level_size(matrices: StepMatrices) -> int:
-    """Return the number of float64 in a level."""
-    size: int = place_of_level(matrices, 0, 1) - place_of_level(matrices, 0, 0)
-    return size
+    """Write a combined level between the speeds around a point of the grid to the blends."""
+    low = math.floor(index)
+    below, above = level_of(matrices, slot_of(low), level), level_of(matrices, slot_of(low + 1.0), level)
+    target, share = level_of(matrices, BLENDS, level), index - low
+    for row in range(rows_of_x(matrices)):
+        interpolate(below.P[row], above.P[row], share, target.P[row], below.P.shape[1])
+        interpolate(below.S[row], above.S[row], share, target.S[row], below.S.shape[1])
+        if matrices.sizes[0].damped != 0.0:
+            interpolate(below.H[row], above.H[row], share, target.H[row], _up_to_diagonal(row))
 
 
 @noinline_kernel
-def interpolate_slot(matrices: StepMatrices, index: float) -> None:
-    """Interpolate the slot of a point of the grid, K and C included, from three that are built."""
-    sizes, which, middle = matrices.sizes[0], slot_of(index), middle_of(index)
-    used = place_of_level(matrices, 0, int(sizes.n_levels) - 1) + _level_size(matrices)
-    target = part(matrices.memory, place_of_slot(matrices, which), REAL, used)
-    below = part(matrices.memory, place_of_slot(matrices, built_slot_of(middle - 1.0)), REAL, used)
-    at = part(matrices.memory, place_of_slot(matrices, built_slot_of(middle)), REAL, used)
-    above = part(matrices.memory, place_of_slot(matrices, built_slot_of(middle + 1.0)), REAL, used)
-    t = index / STRIDE - middle
-    of_below, of_middle, of_above = 0.5 * t * (t - 1.0), 1.0 - t * t, 0.5 * t * (t + 1.0)
-    for i in range(used):
-        target[i] = of_middle * at[i] + (of_below * below[i] + of_above * above[i])
-    slot = matrices.slots[which]
-    slot.index, slot.n_rows = index, sizes.n_rows * sizes.n_built
+def begin_interpolation(matrices: StepMatrices, index: float) -> None:
+    """Assign a slot to a point of the grid between three that are built, with its K and C but without a level."""
+    which, middle = slot_of(index), middle_of(index)
+    if matrices.slots[which].index == index:
+        return
+    matrices.slots[which].index = index
     forget_combined(matrices, which)
+    below = coefficients_at(matrices, built_slot_of(middle - 1.0)).columns
+    at = coefficients_at(matrices, built_slot_of(middle)).columns
+    above = coefficients_at(matrices, built_slot_of(middle + 1.0)).columns
+    target, t = coefficients_at(matrices, which).columns, index / STRIDE - middle
+    for row in range(target.shape[0]):
+        _parabola(below[row], at[row], above[row], t, target[row], target.shape[1])
+
+
+@noinline_kernel
+def interpolate_from_built(matrices: StepMatrices, level: int, index: float) -> None:
+    """Write a level at a point of the grid between three for which it is combined; rows of unit inputs are left out."""
+    middle, target = middle_of(index), level_of(matrices, slot_of(index), level)
+    below = level_of(matrices, built_slot_of(middle - 1.0), level)
+    at = level_of(matrices, built_slot_of(middle), level)
+    above = level_of(matrices, built_slot_of(middle + 1.0), level)
+    t = index / STRIDE - middle
+    for row in range(rows_of_x(matrices)):
+        _parabola(below.P[row], at.P[row], above.P[row], t, target.P[row], target.P.shape[1])
+        _parabola(below.S[row], at.S[row], above.S[row], t, target.S[row], target.S.shape[1])
+        if matrices.sizes[0].damped != 0.0:
+            _parabola(below.H[row], at.H[row], above.H[row], t, target.H[row], _up_to_diagonal(row))
+
+
+@kernel
+def _up_to_diagonal(row: int) -> int:
+    """Return how many elements of a row of H are read: those to the diagonal, and an even number of them."""
+    return row // 2 * 2 + 2
+
+
+@noinline_kernel
+def _parabola(below: Array, at: Array, above: Array, t: float, target: Array, size: int) -> None:
+    """Write `size` numbers of the parabola through three points at -1, 0 and 1 into `target`, at t."""
+    of_below, of_middle, of_above = 0.5 * t * (t - 1.0), 1.0 - t * t, 0.5 * t * (t + 1.0)
+    for i in range(size):
+        target[i] = of_middle * at[i] + (of_below * below[i] + of_above * above[i])

@@ -276,6 +276,12 @@ def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
 
 
 @views
+def rows_of_x(matrices: StepMatrices) -> int:
+    """Return n_x; the rows for unit inputs follow."""
+    return n_rows(int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports))
+
+
+@views
 def coefficients_at(matrices: StepMatrices, slot: int) -> SlotCoefficients:
     """Return K and C at the speed of a slot."""
     n = int(matrices.sizes[0].n)

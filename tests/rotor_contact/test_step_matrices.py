@@ -8,8 +8,8 @@ from fmi_export.model import Instance
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.matrix_inputs import combine
 from rotor_contact.matrix_rows import build_slot
-from rotor_contact.speed_grid import INTERPOLATION_ERROR, STRIDE, grid_speed, place_on_grid, slot_of
-from rotor_contact.step_matrices import level_of
+from rotor_contact.speed_grid import BLENDS, INTERPOLATION_ERROR, STRIDE, grid_speed, place_on_grid, slot_of
+from rotor_contact.step_matrices import level_of, rows_of_x
 from rotor_contact.structure import structure_of
 
 SITES = ("rb1", "rb2", "eb1", "eb2")
@@ -56,21 +56,20 @@ def test_interpolated_matrices_are_those_built_for_the_speed():
     slot = slot_of(index)
     assert matrices.slots[slot].index == index
     assert 3 * STRIDE < 8 * (index % STRIDE) < 5 * STRIDE  # far from speeds that are built
-    n, level = int(matrices.sizes[0].n), level_of(matrices, slot, 0)
+    n, rows = int(matrices.sizes[0].n), rows_of_x(matrices)
     combine(matrices, slot, 0)
-    P, S, H, U = (matrix.copy() for matrix in level)
-    matrices.slots[slot].index = np.nan
-    build_slot(structure_of(x.constants), w.motion, w.sites, matrices, slot, index, 1.0)
-    combine(matrices, slot, 0)
-    assert not np.array_equal(P, level.P)
-    states = np.random.default_rng(5).normal(size=(50, P.shape[0]))
+    build_slot(structure_of(x.constants), w.motion, w.sites, matrices, BLENDS, index, 1.0)
+    combine(matrices, BLENDS, 0)
+    interpolated, built = level_of(matrices, slot, 0), level_of(matrices, BLENDS, 0)
+    assert not np.array_equal(interpolated.P[:rows], built.P[:rows])
+    states = np.random.default_rng(5).normal(size=(50, rows))
     states[:, :n] /= grid_speed(matrices, index)
-    velocities, expected = (states @ matrix[:, n:] for matrix in (P, level.P))
-    np.testing.assert_allclose(velocities, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
-    for matrix, built in ((S, level.S), (U, level.U)):
-        observed, expected = states @ matrix, states @ built
-        np.testing.assert_allclose(observed, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
-    heat, expected = (np.einsum("ki,ij,kj->k", states, np.tril(matrix), states) for matrix in (H, level.H))
+    for ours, theirs in ((interpolated.P[:rows, n:], built.P[:rows, n:]), (interpolated.S[:rows], built.S[:rows])):
+        velocities, expected = states @ ours, states @ theirs
+        np.testing.assert_allclose(velocities, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
+    heat, expected = (
+        np.einsum("ki,ij,kj->k", states, np.tril(matrix[:rows, :rows]), states) for matrix in (interpolated.H, built.H)
+    )
     np.testing.assert_allclose(heat, expected, atol=INTERPOLATION_ERROR * np.abs(expected).max())
 
 
