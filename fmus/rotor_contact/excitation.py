@@ -78,30 +78,25 @@ def collect_forces(structure: Structure, amplitudes: Array, motion: Motion) -> N
     The coefficients K, C and the accelerations due to magnets are not written yet. The pairs of the base contain
     accelerations, against which the shaft has its inertia; its weight acts like an acceleration against gravity.
     """
-    n, n_discs, n_bearings = structure.K.shape[0], structure.B_disc.shape[0] // 2, motion.bearings.shape[0]
+    n_bearings, pairs = motion.bearings.shape[0], amplitudes.shape[0] // 2
     given, caused = forces(motion), accelerations(motion)
     cosine, sine, steady = given.cosine, given.sine, given.without_magnets
-    for i in range(n):
-        steady[i] = structure.B_base[0, i] * amplitudes[0] + structure.B_base[1, i] * amplitudes[1]
-        cosine[i] = sine[i] = 0.0
-    for d in range(n_discs):
-        force, unbalance = 2 * (FIRST_DISC + d), 2 * (FIRST_DISC + n_discs + d)
-        f_x, f_y, u_x, u_y = amplitudes[force], amplitudes[force + 1], amplitudes[unbalance], amplitudes[unbalance + 1]
-        if f_x == 0.0 and f_y == 0.0 and u_x == 0.0 and u_y == 0.0:
+    cosine[:] = 0.0
+    sine[:] = 0.0
+    steady[:] = 0.0
+    for pair in range(pairs):
+        a_x, a_y = amplitudes[2 * pair], amplitudes[2 * pair + 1]
+        if pair == OF_HOUSINGS or (a_x == 0.0 and a_y == 0.0):
             continue
-        b_x, b_y = structure.B_disc[2 * d], structure.B_disc[2 * d + 1]
-        for i in range(n):
-            steady[i] += b_x[i] * f_x + b_y[i] * f_y
-            cosine[i] += b_x[i] * u_x + b_y[i] * u_y
-            sine[i] += b_y[i] * u_x - b_x[i] * u_y
+        for i in range(structure.K.shape[0]):
+            b_x, b_y = component(structure, pair, 0, i), component(structure, pair, 1, i)
+            if pair < first_unbalance(pairs, n_bearings):
+                steady[i] += b_x * a_x + b_y * a_y
+            else:
+                cosine[i] += b_x * a_x + b_y * a_y
+                sine[i] += b_y * a_x - b_x * a_y
     for k in range(n_bearings):
-        row, core = int(structure.bearings[k]), 2 * (FIRST_DISC + 2 * n_discs + k)
-        motion.bearings[k].row = row
-        u_x, u_y = amplitudes[core], amplitudes[core + 1]
-        cosine[row] += u_x
-        cosine[row + 1] += u_y
-        sine[row] -= u_y
-        sine[row + 1] += u_x
+        motion.bearings[k].row = int(structure.bearings[k])
     divide_by_mass(structure.Minv, cosine, caused.cosine)
     divide_by_mass(structure.Minv, sine, caused.sine)
     divide_by_mass(structure.Minv, steady, caused.without_magnets)

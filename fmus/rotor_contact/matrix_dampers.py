@@ -22,11 +22,10 @@ from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
 from rotor_contact.lobatto import FIRST_HALF, LOBATTO_WEIGHTS, N_LOBATTO, SECOND_PART
-from rotor_contact.matrix_inputs import unbalances_of
 from rotor_contact.passive_bearings import is_damping
 from rotor_contact.products import dot, dot_between, isotropic_dots, isotropic_dots_between, row_combination
 from rotor_contact.site import Sites
-from rotor_contact.step_matrices import StepMatrices, inner_motion, level_of, rows_of_x
+from rotor_contact.step_matrices import StepMatrices, inner_motion, level_of, rows_of_x, unbalances_of
 from rotor_contact.structure import Structure
 
 

@@ -19,7 +19,6 @@ import math
 
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
-from rotor_contact.excitation import first_unbalance
 from rotor_contact.speed_grid import (
     BLENDS,
     built_slot_of,
@@ -39,6 +38,7 @@ from rotor_contact.step_matrices import (
     level_of,
     place_index,
     rows_of_x,
+    unbalances_of,
 )
 
 TURNS = 2  # first of the four combined rows that is due to unbalances
@@ -100,13 +100,6 @@ def flight_is_current(matrices: StepMatrices, which: int) -> bool:
 def note_flight(matrices: StepMatrices, which: int) -> None:
     """Note that it has been."""
     matrices.combined[ALL_SLOTS * MAX_LEVELS + which] = matrices.sizes[0].inputs
-
-
-@kernel
-def unbalances_of(matrices: StepMatrices) -> int:
-    """Return the first pair of inputs that is an unbalance."""
-    first: int = first_unbalance(matrices.amplitudes.shape[0] // 2, matrices.gradients.shape[0] // 2)
-    return first
 
 
 @kernel

@@ -20,7 +20,6 @@ from rotor_contact.dynamics import Motion
 from rotor_contact.excitation import OF_HOUSINGS, component
 from rotor_contact.lobatto import FIRST_HALF, LAGRANGE, LOBATTO_POINTS, N_LOBATTO, SECOND_PART
 from rotor_contact.matrix_dampers import double_heat_row, integrate_heat_row
-from rotor_contact.matrix_inputs import unbalances_of
 from rotor_contact.matrix_levels import begin_slot
 from rotor_contact.products import dot, rotate_row, row_combination
 from rotor_contact.site import Sites
@@ -34,6 +33,7 @@ from rotor_contact.step_matrices import (
     level_of,
     place_index,
     rows_of_x,
+    unbalances_of,
 )
 from rotor_contact.structure import Structure
 

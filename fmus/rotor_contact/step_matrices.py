@@ -194,12 +194,6 @@ def all_rows(n: int, n_ports: int, inputs: int) -> int:
 
 
 @views
-def n_unbalances(n_bearings: int, inputs: int) -> int:
-    """Return how many of the pairs of inputs are unbalances."""
-    return inputs - first_unbalance(inputs, n_bearings)
-
-
-@views
 def n_columns(n_ports: int) -> int:
     """Return the number of columns of S: accelerations, then q and v at later Lobatto points (`place_index`).
 
@@ -226,8 +220,8 @@ def velocity_index(n_ports: int, point: int, port: int) -> int:
 @views
 def level_size(n: int, n_ports: int, n_bearings: int, inputs: int) -> int:
     """Return the number of float64 in a level, an even number."""
-    rows, of_planes = all_rows(n, n_ports, inputs), PLANE_COLUMNS * n_unbalances(n_bearings, inputs)
-    return rows * (2 * n + n_columns(n_ports) + rows + of_planes)
+    rows, unbalances = all_rows(n, n_ports, inputs), inputs - first_unbalance(inputs, n_bearings)
+    return rows * (2 * n + n_columns(n_ports) + rows + PLANE_COLUMNS * unbalances)
 
 
 @views
@@ -246,32 +240,22 @@ def place_of_slot(matrices: StepMatrices, slot: int) -> int:
 
 
 @views
-def place_of_level(matrices: StepMatrices, slot: int, level: int) -> int:
-    """Return where a level of a slot begins in the memory, after K and C.
+def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
+    """Return the matrices of a level at the speed of a slot, which follow K and C in the memory.
 
     Levels beyond the stored ones alternate in the memory of the last two, which are built after them.
     """
-    sizes = matrices.sizes[0]
-    n, n_ports, inputs = int(sizes.n), int(sizes.n_ports), matrices.amplitudes.shape[0] // 2
+    n, n_ports, rows = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), int(matrices.sizes[0].n_rows)
+    inputs, n_bearings = matrices.amplitudes.shape[0] // 2, matrices.gradients.shape[0] // 2
     place = level if level < MAX_LEVELS else MAX_LEVELS - 2 + level % 2
-    size = level_size(n, n_ports, matrices.gradients.shape[0] // 2, inputs)
-    return place_of_slot(matrices, slot) + 2 * n * n + place * size
-
-
-@views
-def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
-    """Return the matrices of a level at the speed of a slot."""
-    sizes = matrices.sizes[0]
-    n, columns, rows = int(sizes.n), n_columns(int(sizes.n_ports)), int(matrices.sizes[0].n_rows)
-    planes = n_unbalances(matrices.gradients.shape[0] // 2, matrices.amplitudes.shape[0] // 2)
-    P = place_of_level(matrices, slot, level)
+    P = place_of_slot(matrices, slot) + 2 * n * n + place * level_size(n, n_ports, n_bearings, inputs)
     S = P + rows * 2 * n
-    H = S + rows * columns
+    H = S + rows * n_columns(n_ports)
     return Level(
         part(matrices.memory, P, REAL, (rows, 2 * n)),
-        part(matrices.memory, S, REAL, (rows, columns)),
+        part(matrices.memory, S, REAL, (rows, n_columns(n_ports))),
         part(matrices.memory, H, REAL, (rows, rows)),
-        part(matrices.memory, H + rows * rows, REAL, (rows, PLANE_COLUMNS * planes)),
+        part(matrices.memory, H + rows * rows, REAL, (rows, PLANE_COLUMNS * (inputs - unbalances_of(matrices)))),
     )
 
 
@@ -279,6 +263,12 @@ def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
 def rows_of_x(matrices: StepMatrices) -> int:
     """Return n_x; the rows for unit inputs follow."""
     return n_rows(int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports))
+
+
+@views
+def unbalances_of(matrices: StepMatrices) -> int:
+    """Return the first pair of inputs that is an unbalance."""
+    return first_unbalance(matrices.amplitudes.shape[0] // 2, matrices.gradients.shape[0] // 2)
 
 
 @views
