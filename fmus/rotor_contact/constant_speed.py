@@ -25,10 +25,11 @@ from rotor_contact.dynamics import Motion
 from rotor_contact.flight import build_flight
 from rotor_contact.matrix_levels import choose_levels
 from rotor_contact.matrix_rows import build_slot, is_complete
+from rotor_contact.matrix_sizes import N_CONSTANT
 from rotor_contact.propagator import STEPS_BEFORE_BUILD, count_of_steps
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import CONSTANT, FIRST_CONSTANT
-from rotor_contact.step_matrices import N_CONSTANT, MatricesKey, StepMatrices, is_for
+from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for
 from rotor_contact.structure import REAL, Structure
 
 NEAR = 0.1  # of the largest gradient, by which gradients may differ from those in the matrices

@@ -23,13 +23,14 @@ from rotor_contact.dynamics import Motion, forces, unbalance_direction
 from rotor_contact.enumerations import FREE
 from rotor_contact.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.matrix_inputs import combine, flight_is_current, note_flight
+from rotor_contact.matrix_sizes import flight_columns, flight_rows, place_index
 from rotor_contact.node_forces import gradient_change, magnet_force, port_of_bearing
 from rotor_contact.path import journal_of, keeps_distance
 from rotor_contact.piece import advance_rotations, start_rotations
 from rotor_contact.products import add_combination, row_combination, triangular_form
 from rotor_contact.site import can_touch
 from rotor_contact.speed_grid import CONSTANT, FIRST_CONSTANT, grid_speed
-from rotor_contact.step_matrices import Level, StepMatrices, flight_columns, flight_rows, level_of, place_index
+from rotor_contact.step_matrices import Level, StepMatrices, level_of
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
 

@@ -17,20 +17,14 @@ from rotor_contact.contact import MAX_UNKNOWNS
 from rotor_contact.dynamics import N_ROWS, Motion
 from rotor_contact.excitation import n_pairs
 from rotor_contact.linear_solver import Equations, equations_of
+from rotor_contact.matrix_sizes import matrices_key_size, matrices_size
 from rotor_contact.over_step import SITE_STATE, begin_step, end_step
 from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings
 from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagator_of, propagator_size
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import SITE, Sites
 from rotor_contact.step_cache import StepCache, step_cache_of, step_cache_size
-from rotor_contact.step_matrices import (
-    MatricesKey,
-    StepMatrices,
-    matrices_key_of,
-    matrices_key_size,
-    matrices_size,
-    step_matrices_of,
-)
+from rotor_contact.step_matrices import MatricesKey, StepMatrices, matrices_key_of, step_matrices_of
 from rotor_contact.structure import REAL, Structure, structure_of
 from rotor_contact.workspace import (
     N_INTEGRALS,

@@ -19,6 +19,7 @@ import math
 
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
+from rotor_contact.matrix_sizes import ALL_SLOTS, MAX_LEVELS, N_NEAR, PLANE_COLUMNS, PORT_COLUMNS, place_index
 from rotor_contact.speed_grid import (
     BLENDS,
     built_slot_of,
@@ -28,18 +29,7 @@ from rotor_contact.speed_grid import (
     middle_of,
     slot_of,
 )
-from rotor_contact.step_matrices import (
-    ALL_SLOTS,
-    MAX_LEVELS,
-    N_NEAR,
-    PLANE_COLUMNS,
-    PORT_COLUMNS,
-    StepMatrices,
-    level_of,
-    place_index,
-    rows_of_x,
-    unbalances_of,
-)
+from rotor_contact.step_matrices import StepMatrices, level_of, rows_of_x, unbalances_of
 
 TURNS = 2  # first of the four combined rows that is due to unbalances
 

@@ -10,21 +10,12 @@ from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
 from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.matrix_dampers import are_there_dampers
+from rotor_contact.matrix_sizes import MAX_COORDINATES, MAX_LEVELS, MOST_LEVELS, all_rows
 from rotor_contact.passive_bearings import add_bearings
 from rotor_contact.seals import add_seals, seals_are_isotropic
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import CONSTANT, quantum_for, spacing_for, stride_for
-from rotor_contact.step_matrices import (
-    MAX_COORDINATES,
-    MAX_LEVELS,
-    MOST_LEVELS,
-    MatricesKey,
-    StepMatrices,
-    all_rows,
-    coefficients_at,
-    forget_combined,
-    is_for,
-)
+from rotor_contact.step_matrices import MatricesKey, StepMatrices, coefficients_at, forget_combined, is_for
 from rotor_contact.structure import Structure
 
 SHORTEST_RATE = 1.2  # largest length of the shortest piece times the highest rate of change

@@ -21,20 +21,11 @@ from rotor_contact.excitation import OF_HOUSINGS, component
 from rotor_contact.lobatto import FIRST_HALF, LAGRANGE, LOBATTO_POINTS, N_LOBATTO, SECOND_PART
 from rotor_contact.matrix_dampers import double_heat_row, integrate_heat_row
 from rotor_contact.matrix_levels import begin_slot
+from rotor_contact.matrix_sizes import PLANE_COLUMNS, PORT_COLUMNS, place_index
 from rotor_contact.products import dot, rotate_row, row_combination
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import grid_speed
-from rotor_contact.step_matrices import (
-    PLANE_COLUMNS,
-    PORT_COLUMNS,
-    StepMatrices,
-    coefficients_at,
-    inner_motion,
-    level_of,
-    place_index,
-    rows_of_x,
-    unbalances_of,
-)
+from rotor_contact.step_matrices import StepMatrices, coefficients_at, inner_motion, level_of, rows_of_x, unbalances_of
 from rotor_contact.structure import Structure
 
 

@@ -17,12 +17,13 @@ from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_ratio
 from rotor_contact.linear_solver import solve
 from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.matrix_sizes import PORT_COLUMNS, place_index, velocity_index
 from rotor_contact.path import Point
 from rotor_contact.piece import INTEGRALS, Piece, piece_of
 from rotor_contact.products import add_combination, add_multiples
 from rotor_contact.propagator import ROUNDING
 from rotor_contact.site import Site, is_constrained, race_radius
-from rotor_contact.step_matrices import PORT_COLUMNS, StepMatrices, place_index, velocity_index
+from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.workspace import Workspace, stages_of
 
 NEGLIGIBLE = 1e-6  # of the largest force: a change for which the equations are not solved again

@@ -23,10 +23,11 @@ from fmi_export.parts import part
 from rotor_contact.bodies import drag_slope, drive_slope, drive_torque, race_drag
 from rotor_contact.dynamics import Motion, forces
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO
+from rotor_contact.matrix_sizes import n_columns, n_rows, place_index, velocity_index
 from rotor_contact.seals import add_missed_between_speeds
 from rotor_contact.site import Site, is_constrained, race_radius
 from rotor_contact.speed_grid import grid_speed
-from rotor_contact.step_matrices import StepMatrices, n_columns, n_rows, place_index, velocity_index
+from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
 

@@ -14,6 +14,7 @@ from fmi_export.model import Array
 from rotor_contact.contact import project
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.lobatto import LOBATTO_POINTS, N_LOBATTO, restrict, value_at
+from rotor_contact.matrix_sizes import place_index
 from rotor_contact.over_step import Nodes
 from rotor_contact.piece import advance_rotations, end_rotations, piece_of
 from rotor_contact.piece_energy import GAUSS_WEIGHTS
@@ -22,7 +23,7 @@ from rotor_contact.propagator import N_GAUSS
 from rotor_contact.series import GAUSS_POINTS
 from rotor_contact.site import is_constrained
 from rotor_contact.speed_grid import grid_speed
-from rotor_contact.step_matrices import StepMatrices, place_index
+from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.workspace import Workspace, stages_of
 
 

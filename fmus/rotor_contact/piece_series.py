@@ -19,12 +19,13 @@ from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.dynamics import accelerations
 from rotor_contact.lobatto import LAGRANGE, N_LOBATTO
+from rotor_contact.matrix_sizes import MAX_TERMS, series_size
 from rotor_contact.path import Point
 from rotor_contact.piece import Piece, piece_of
 from rotor_contact.products import interpolate, row_combination
 from rotor_contact.site import Site
 from rotor_contact.speed_grid import BLENDS, grid_speed, slot_of
-from rotor_contact.step_matrices import MAX_TERMS, StepMatrices, coefficients_at, series_size
+from rotor_contact.step_matrices import StepMatrices, coefficients_at
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace
 

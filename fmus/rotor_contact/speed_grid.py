@@ -23,20 +23,10 @@ from typing import NamedTuple
 
 from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
+from rotor_contact.matrix_sizes import MAX_LEVELS, N_BUILT, N_NEAR, N_SLOTS
 from rotor_contact.products import interpolate
 from rotor_contact.seals import Seals
-from rotor_contact.step_matrices import (
-    MAX_LEVELS,
-    N_BUILT,
-    N_NEAR,
-    N_SLOTS,
-    Level,
-    StepMatrices,
-    coefficients_at,
-    forget_combined,
-    level_of,
-    rows_of_x,
-)
+from rotor_contact.step_matrices import Level, StepMatrices, coefficients_at, forget_combined, level_of, rows_of_x
 
 INTERPOLATION_ERROR = 1e-6  # of the velocities, between two speeds d apart
 GYROSCOPIC = 2.0  # largest g, see above
