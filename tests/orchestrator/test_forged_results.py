@@ -161,6 +161,43 @@ UNLABELLED = {
 }
 
 
+def reshaped(name, shape):
+    def change(file):
+        del file[name]
+        file.create_dataset(name, data=np.zeros(shape)).make_scale(name)
+
+    return change
+
+
+UNREADABLE = {  # on which readers fail with words of their own
+    "coordinates": lambda file: file["one.x"].attrs.update({"coordinates": 3.0}),
+    "CLASS": lambda file: file["time"].attrs.update({"CLASS": 3.0}),
+    "NAME": lambda file: file["time"].attrs.update({"NAME": np.nan}),
+    "_FillValue": lambda file: file["one.x"].attrs.update({"_FillValue": "x"}),
+    "scale_factor": lambda file: file["one.x"].attrs.update({"scale_factor": 1000.0}),
+    "_nc3_strict": lambda file: file.attrs.update({"_nc3_strict": 1}),
+    "time has the shape ()": reshaped("time", ()),
+    "one.x has the shape (100, 2)": reshaped("one.x", (N, 2)),
+}
+
+
+@pytest.mark.parametrize("name", UNREADABLE)
+def test_a_result_that_netcdf_cannot_express_is_refused_by_name(result, name, capsys):
+    with h5py.File(result, "a") as file:
+        UNREADABLE[name](file)
+    with raises_naming(ValueError, str(result), name):
+        Result.load(result)
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize(("name", "value"), [("CLASS", "x"), ("_Netcdf4Coordinates", [7.0])])
+def test_dimensions_without_a_meaning_are_refused_in_a_sentence(result, name, value):
+    with h5py.File(result, "a") as file:
+        file["time"].attrs[name] = value
+    with raises_naming(ValueError, str(result), "not those of a NetCDF file"):
+        Result.load(result)
+
+
 @pytest.mark.parametrize("kind", UNLABELLED)
 def test_a_result_without_labelled_variables_over_time_is_refused(result, kind):
     with h5py.File(result, "a") as file:

@@ -13,6 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from amb_cosim.cosim.basics.interruption import undivided
 
 with undivided():
@@ -26,14 +28,16 @@ FILTERS = {  # those of `netcdf`, each at most once
 }
 NUMBERS = "fiu"  # kinds of the types of arrays
 PLAIN = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM, h5py.h5t.STRING)  # classes of attributes
+TEXTS = ("CLASS", "NAME", "coordinates")  # attributes that readers take for texts without a check
+CODED = ("missing_value", "scale_factor", "add_offset", "_Unsigned", "dtype", "_nc3_strict")
 DIMENSIONS, REFERENCES = "DIMENSION_LIST", "REFERENCE_LIST"  # attributes that refer to arrays, of other classes
 
 
 def check_content(path: Path) -> None:
     """Raise ValueError if an object of a NetCDF-4 file lies in another file, or announces more than the file can hold.
 
-    The file must have only what `netcdf` writes: arrays of numbers, contiguous or in chunks with the filters of
-    `FILTERS`, and attributes that are numbers or single texts.
+    The file must have only what `netcdf` writes: arrays of numbers with one dimension, contiguous or in chunks with the
+    filters of `FILTERS`, and attributes that are numbers or single texts, none of which codes the numbers (`CODED`).
     """
     size, stored, described = path.stat().st_size, 0, 0
     with h5py.File(path) as file:
@@ -67,6 +71,8 @@ def _objects(file: Any) -> Iterator[Any]:
 
 def _stored(array: Any) -> int:
     """Return the number of bytes that an array takes in the file; raises ValueError if it announces more than these."""
+    if array.ndim != 1 or array.shape is None:
+        raise ValueError(f"{array.name} has the shape {array.shape}, which is not allowed; it must have one dimension")
     created = array.id.get_create_plist()
     if created.get_external_count() or created.get_layout() == h5py.h5d.VIRTUAL:
         raise ValueError(f"{array.name} lies in another file, which is not allowed")
@@ -89,6 +95,8 @@ def _described(item: Any) -> int:
     """Return the number of bytes of an object's attributes; raises ValueError for one that is no number or text."""
     described = 0
     for name in item.attrs:
+        if name in CODED:
+            raise ValueError(f"{item.name} has the attribute {name}, which is not allowed; numbers must be plain")
         attribute = h5py.h5a.open(item.id, name.encode())
         kind, values = attribute.get_type(), math.prod(attribute.shape)
         described += values * kind.get_size()
@@ -102,4 +110,8 @@ def _described(item: Any) -> int:
             if values > 1:
                 raise ValueError(f"the attribute {name} of {item.name} has {values} texts; one is allowed")
             described += len(str(item.attrs[name]))
+        if name == "_FillValue" and (values != 1 or np.dtype(kind.dtype).kind not in NUMBERS):
+            raise ValueError(f"the attribute {name} of {item.name} is not allowed; it must be a number")
+        if name in TEXTS and kind.get_class() != h5py.h5t.STRING:
+            raise ValueError(f"the attribute {name} of {item.name} is not allowed; it must be a text")
     return described

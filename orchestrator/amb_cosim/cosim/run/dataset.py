@@ -11,6 +11,7 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
+from warnings import catch_warnings
 
 import numpy as np
 
@@ -215,8 +216,13 @@ def load(path: Path) -> xr.Dataset:
     check_content(path)  # before h5netcdf, which prints a traceback for a file that is not HDF5
     # The unit `hours` of an FMU makes no times of its numbers.
     plain: Any = {"decode_times": False, "decode_timedelta": False}
-    with xr.open_dataset(path, engine="h5netcdf", **plain) as dataset:
-        result = with_own_names(dataset.load())
+    try:
+        with catch_warnings(action="ignore"), xr.open_dataset(path, engine="h5netcdf", **plain) as dataset:
+            result = with_own_names(dataset.load())
+    except OSError:
+        raise
+    except Exception as error:  # of xarray or h5netcdf, about their own variables
+        raise ValueError("its arrays, dimensions or attributes are not those of a NetCDF file") from error
     _check_form(result)
     return result
 
