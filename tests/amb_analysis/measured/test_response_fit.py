@@ -19,13 +19,16 @@ TRUE, START = np.array([4.2, 0.004]), (4.0, 0.006)
 AVERAGES = 10
 
 
-def model(p):
-    """Accelerances at two places of a free rotor whose disc has the mass p_0, with the damping ratio p_1."""
-    result = []
+def model(p, suspension=0.0):
+    """Accelerances at two places of a free rotor whose disc has the mass p_0, with the damping ratio p_1.
+
+    It hangs on a soft suspension of some Hz, if it is not zero.
+    """
+    result, omega_0 = [], 2 * np.pi * suspension
     for rigid, *shape in SHAPES:
-        H = np.full(len(F), rigid / 8.0, complex)
+        H = rigid / 8.0 * S**2 / (S**2 + 0.1j * omega_0 * S.imag + omega_0**2)
         for share, (hertz, power) in zip(shape, MODES, strict=True):
-            omega = 2 * np.pi * hertz * (p[0] / 4.0) ** power
+            omega = np.hypot(2 * np.pi * hertz * (p[0] / 4.0) ** power, omega_0)
             H += S**2 * share * 0.32 / p[0] / (S**2 + 2 * p[1] * omega * S + omega**2)
         result.append(H)
     return result
@@ -34,9 +37,9 @@ def model(p):
 EXACT = model(TRUE)
 
 
-def measured(seed, floor, proportional, coherence=False, correlation=0.0):
+def measured(seed, floor, proportional, coherence=False, correlation=0.0, exact=EXACT):
     rng, result = np.random.default_rng(seed), []
-    for k, H in enumerate(EXACT):
+    for k, H in enumerate(exact):
         v = (floor * np.median(np.abs(H))) ** 2 + (proportional * np.abs(H)) ** 2
         unit = (rng.standard_normal(len(F)) + 1j * rng.standard_normal(len(F))) / np.sqrt(2)
         for n in range(1, len(F)):
@@ -105,4 +108,19 @@ def test_residuals_that_are_not_noise_are_reported():
         for c in curves
     ]
     (warning,) = fit_responses(model, lacking, FREE, START)[1]
-    assert_names(warning, "residuals", "correlation", "not noise", "intervals")
+    assert_names(warning, "does not explain the data", "correlation", "intervals")
+
+
+@pytest.mark.parametrize("noise", [(0.0, 0.01), (0.01, 0.0)])
+def test_a_suspension_that_the_model_lacks_is_reported(noise):
+    """It changes a few lines, whose misfit is no correlation of all neighbours, and shifts the natural frequencies."""
+    (warning,) = fit_responses(model, measured(0, *noise, exact=model(TRUE, suspension=4.0)), FREE, START)[1]
+    assert_names(warning, "does not explain the data", "from 10 to", "Hz", "p1.x/fan.f_x", "intervals")
+    assert "correlation" not in warning
+
+
+def test_damping_that_the_model_lacks_is_reported():
+    curves = measured(0, 0.0, 0.01, exact=model((4.2, 0.0044)))
+    (warning,) = fit_responses(lambda p: model((p[0], 0.004)), curves, FREE[:1], START[:1])[1]
+    assert_names(warning, "does not explain the data", "Hz", "intervals")
+    assert fit_responses(lambda p: model((p[0], 0.0044)), curves, FREE[:1], START[:1])[1] == ()
