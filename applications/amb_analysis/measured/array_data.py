@@ -2,25 +2,28 @@
 
 Frequency responses:
 
-    frequencies                    Hz, n numbers
+    frequencies                    n numbers
+    frequency_unit                 their unit; Hz if it is missing
     response                       n x outputs x inputs, complex
     coherence                      n x outputs, or n x outputs x inputs; may be missing
     inputs, outputs                names
     input_units, output_units      units
 
-A record over time has `time` (s) or `sample_time`, an array for each channel, and `units`, a structure with a field for
-each channel (in `.npz` arrays of text `units.NAME`). `Result.to_mat` writes this form.
+A record over time has `time` or `sample_time`, an array for each channel, and `units`, a structure with a field for
+each channel (in `.npz` arrays of text `units.NAME`). `Result.to_mat` writes this form. Times are in s without
+`units.time` or `time_unit`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from amb_analysis.measured.records import Channel, Measurement, TimeRecord, response_above_zero
-from amb_analysis.measured.units import StatedUnits, even_step, si_channel
+from amb_analysis.measured.units import StatedUnits, even_step, factor_to, si_channel
 from amb_files.array_files import read_content
 
 
@@ -46,7 +49,9 @@ def _responses(content: dict[str, Any], units: StatedUnits) -> Measurement:
     if missing:
         raise ValueError(f"it lacks {', '.join(missing)}, which belong to response")
     inputs, outputs = (_channels(content, kind, units) for kind in ("input", "output"))
-    frequencies = _numbers(content, "frequencies").ravel()
+    units_of_frequencies = "frequency_unit", "frequency_units", "units.frequencies"
+    _refuse_unused_units(content, (*required, *units_of_frequencies))
+    frequencies = _numbers(content, "frequencies").ravel() * _factor(content, "Hz", "frequencies", units_of_frequencies)
     shape = (len(frequencies), len(outputs), len(inputs))
     values = _shaped(content, "response", shape)
     coherence = None
@@ -80,11 +85,15 @@ def _channels(content: dict[str, Any], kind: str, stated: StatedUnits) -> list[t
 
 
 def _record(content: dict[str, Any], stated: StatedUnits) -> TimeRecord:
+    first = "time" if "time" in content else "sample_time"
+    units_of_time = "time_unit", "time_units", f"units.{first}"
+    _refuse_unused_units(content, units_of_time)
+    factor = _factor(content, "s", first, units_of_time)
     if "time" in content:
         times = _numbers(content, "time").ravel()
-        step, n = even_step(times), len(times)
+        step, n = even_step(times) * factor, len(times)
     else:
-        step = float(_numbers(content, "sample_time").ravel()[0])
+        step = float(_numbers(content, "sample_time").ravel()[0]) * factor
         n = max((np.size(value) for value in content.values()), default=0)
         if not step > 0.0:
             raise ValueError(f"sample_time = {step:g} s is not allowed; it must be > 0 s")
@@ -99,6 +108,22 @@ def _record(content: dict[str, Any], stated: StatedUnits) -> TimeRecord:
     if not signals:
         raise ValueError(f"it has no channel: no array with the {n} samples of time")
     return TimeRecord(step, signals)
+
+
+def _factor(content: dict[str, Any], target: str, name: str, keys: Sequence[str]) -> float:
+    """Return the factor from the unit that one of some arrays states to another one; 1 if none does."""
+    stated = {unit for key in keys if key in content for unit in _texts(content, key)}
+    if len(stated) > 1:
+        raise ValueError(f"{name} has the units {', '.join(sorted(stated))}; it must have one")
+    return factor_to(target, stated.pop(), name) if stated else 1.0
+
+
+def _refuse_unused_units(content: dict[str, Any], used: Sequence[str]) -> None:
+    """Raise ValueError for a text that states a unit, but is not used; the numbers would be in another one."""
+    for key, value in content.items():
+        is_unit = key.endswith(("unit", "units")) and value.dtype.kind == "U"
+        if is_unit and key not in used:
+            raise ValueError(f"{key} is not used; it must be one of {', '.join(used)}")
 
 
 def _texts(content: dict[str, Any], key: str) -> list[str]:

@@ -5,9 +5,9 @@ frequency [Hz], y/u amplitude [m/N], y/u phase [deg]                responses; a
                                                                     and y/u coherence
 frequency [Hz], damping ratio                                       modes
 
-An amplitude may be in decibels of a unit, `dB re 1 m/N`:
+An amplitude may be in decibels of a reference a_0, `dB re 1 m/N` or `dB re 1e-6 m/N`:
 
-    a = 10^(L/20)                                                                                        (1)
+    a = a_0 10^(L/20)                                                                                    (1)
 """
 
 from __future__ import annotations
@@ -31,7 +31,10 @@ CURVE = re.compile(
     r"(?P<output>[^/]+)/(?P<input>[^/]+) (?P<kind>amplitude|magnitude|phase|real|imag|imaginary|coherence)",
     re.IGNORECASE,
 )
-DECIBEL = re.compile(r"dB\b[\s,]*(?:re(?:f|l)?\b\.?:?)?\s*(?:1\s+)?(?P<unit>.*)", re.IGNORECASE)
+DECIBEL = re.compile(
+    r"dB\b[\s,]*(?:re(?:f|l)?\b\.?:?)?\s*(?:(?P<size>\d+(?:\.\d*)?(?:e[-+]?\d+)?)(?=[\s(])\s*)?(?P<unit>.*)",
+    re.IGNORECASE,
+)
 MOST_BYTES = 2**28
 SHOWN = 60  # characters of a row
 MOST_PHASE = 1e9  # rad, beyond which its decimals are lost
@@ -144,8 +147,11 @@ def _linear(unit: str, amplitude: Array, name: str) -> tuple[str, Array]:
         reference = reference[1:-1]
     if not reference:
         raise ValueError(f"{name} in dB has no reference; state it, for example --channel-unit '{name}=dB re 1 m/N'")
+    size = float(decibel["size"] or 1.0)
+    if not 0.0 < size < np.inf:
+        raise ValueError(f"{name} in dB has the reference {decibel['size']}, which is not allowed; it must be > 0")
     with np.errstate(over="ignore"):  # infinite numbers, which the response refuses
-        return reference, 10.0 ** (amplitude / 20.0)
+        return reference, size * 10.0 ** (amplitude / 20.0)
 
 
 def _radians(unit: str, phase: Array, name: str) -> Array:

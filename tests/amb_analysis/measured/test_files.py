@@ -332,3 +332,64 @@ def test_wide_tables_and_long_headings_take_no_time(run_python, tmp_path, text):
             return "wide.csv" in str(error)
 
     assert run_python(read, timeout=30, path=str(tmp_path / "wide.csv"))
+
+
+ARRAYS = {"inputs": ["fan.f_x"], "outputs": ["fan.x"], "input_units": ["N"], "output_units": ["m"]}
+
+
+@pytest.mark.parametrize(
+    ("stated", "factor"),
+    [
+        ({}, 1.0),
+        ({"frequency_unit": "kHz"}, 1e3),
+        ({"frequency_units": ["rad/s"]}, 0.5 / np.pi),
+        ({"units.frequencies": "rpm"}, 1 / 60.0),
+    ],
+)
+def test_frequencies_of_arrays_are_in_their_stated_unit(tmp_path, stated, factor):
+    f = np.linspace(10.0, 90.0, 5)
+    np.savez(tmp_path / "a.npz", frequencies=f, response=np.ones((5, 1, 1)), **ARRAYS, **stated)
+    (curve,) = read_measured(tmp_path / "a.npz").responses
+    np.testing.assert_allclose(curve.frequencies, factor * f, rtol=1e-12)
+
+
+@pytest.mark.parametrize("stated", [{"frequency_unit": "m"}, {"response_unit": "mm/N"}, {"f_units": "kHz"}])
+def test_a_unit_of_arrays_that_is_not_used_is_refused(tmp_path, stated):
+    f = np.linspace(10.0, 90.0, 5)
+    np.savez(tmp_path / "a.npz", frequencies=f, response=np.ones((5, 1, 1)), **ARRAYS, **stated)
+    with raises_naming(ValueError, "a.npz", "Hz" if "frequency_unit" in stated else next(iter(stated))):
+        read_measured(tmp_path / "a.npz")
+
+
+@pytest.mark.parametrize("key", ["time_unit", "units.time"])
+def test_times_of_arrays_are_in_their_stated_unit(tmp_path, key):
+    force = np.random.default_rng(0).standard_normal(4000)
+    channels = {"u": force, "y": 5.0 * force, "units.u": "N", "units.y": "m"}
+    np.savez(tmp_path / "t.npz", time=0.1 * np.arange(4000), **channels, **{key: "ms"})
+    (curve,) = read_measured(tmp_path / "t.npz", inputs=["u"]).responses
+    assert curve.frequencies[-1] == pytest.approx(5000.0, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [
+        ("dB re 1 (m/s2)/N", 1.0),
+        ("dB re 1e-6 (m/s2)/N", 1e-6),
+        ("dB re 1E-6(m/s2)/N", 1e-6),
+        ("dB re 20 (mm/s2)/kN", 2e-5),
+        ("dB re 1.0 um/s2/N", 1e-6),
+    ],
+)
+def test_decibels_have_a_reference_with_a_number(tmp_path, unit, factor):
+    f = np.linspace(10.0, 90.0, 5)
+    heads = f"frequency [Hz],fan.x/fan.f_x amplitude [{unit}],fan.x/fan.f_x phase [deg]"
+    path = write_table(tmp_path / "a.csv", heads, [f, 20.0 + 0.0 * f, 0.0 * f])
+    (curve,) = read_measured(path).responses
+    np.testing.assert_allclose(curve.values, 10.0 * factor, rtol=1e-12)
+
+
+def test_decibels_of_nothing_are_refused(tmp_path):
+    f = np.linspace(10.0, 90.0, 5)
+    heads = "frequency [Hz],fan.x/fan.f_x amplitude [dB re 0 m/N],fan.x/fan.f_x phase [deg]"
+    with raises_naming(ValueError, "a.csv", "reference 0", "> 0"):
+        read_measured(write_table(tmp_path / "a.csv", heads, [f, f, f]))
