@@ -1,6 +1,7 @@
 """Progress of commands: a bar in a terminal, lines elsewhere."""
 
 from itertools import count
+from time import sleep
 from types import SimpleNamespace
 
 import click
@@ -52,6 +53,23 @@ def test_a_piped_command_prints_at_most_a_line_in_ten_seconds(monkeypatch):
     ended = CliRunner().invoke(simulating)
     assert ended.stdout == ""
     assert ended.stderr.splitlines() == ["simulating, 20 %", "simulating, 50 %"]
+
+
+def test_a_piped_command_says_that_its_first_step_compiles(monkeypatch):
+    """It takes minutes in a new environment, and reports nothing."""
+
+    @click.command()
+    def compiling():
+        with progress.progress_bar() as report:
+            sleep(0.1)
+            report(1, 10)
+            sleep(0.1)
+
+    monkeypatch.setattr(progress.bars, "__defaults__", (None, 0.04))
+    lines = CliRunner().invoke(compiling).stderr.splitlines()
+    starting = [line for line in lines if line.startswith("starting (a first run compiles")]
+    assert 1 <= len(starting) <= 3
+    assert lines[len(starting) :] == ["simulating, 10 %"]
 
 
 def test_a_run_from_python_prints_no_line(monkeypatch, capfd):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -31,6 +32,27 @@ class Bars(Progress):
         super().__init__(*columns, **options)
         self._lines, self._interval, self._last = lines and self.disable, interval, time.monotonic()
 
+    @contextmanager
+    def starting(self) -> Iterator[threading.Event]:
+        """Print that a simulation starts, with the time it takes, until the event that is yielded is set.
+
+        Compiling takes minutes, and reports nothing.
+        """
+        started, seconds = threading.Event(), self._interval
+
+        def tell() -> None:
+            passed = 0.0
+            while not started.wait(seconds):
+                passed += seconds
+                self.console.print(f"{STARTING}, {passed:.0f} s", highlight=False, soft_wrap=True)
+
+        if self._lines:
+            threading.Thread(target=tell, daemon=True).start()
+        try:
+            yield started
+        finally:
+            started.set()
+
     def update(self, task_id: TaskID, **changes: Any) -> None:
         """Update a bar, or print its description as a line if the interval has passed."""
         super().update(task_id, **changes)
@@ -56,10 +78,13 @@ def progress_bar(progress: bool | Report | None = None) -> Iterator[Report]:
     if callable(progress):
         yield progress
         return
-    with bars(plain_console(stderr=True), progress) as progress_bars:
+    with bars(plain_console(stderr=True), progress) as progress_bars, progress_bars.starting() as started:
         task = progress_bars.add_task(STARTING, total=None)
 
         def report(done: int, total: int) -> None:
+            if not done:  # the first step may have to compile
+                return
+            started.set()
             text = f"simulating, {100.0 * done / max(total, 1):.0f} %"
             progress_bars.update(task, description=text, completed=done, total=total)
 
