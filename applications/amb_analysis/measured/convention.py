@@ -31,6 +31,7 @@ LEAST = 0.5  # |z| above which (1) has an angle
 ALIKE = 1.0  # standard deviation of ln |H_c/H_m| below which both are of one system
 OFF = 45.0  # degrees
 OPPOSITE = 0.8  # of (2)
+REAL = 1e-9  # largest imaginary part over the amplitude of an amplitude without a phase
 
 
 def phase_offset(measured: Complex, computed: Complex) -> float | None:
@@ -67,6 +68,10 @@ def are_conjugate(measured: Sequence[Complex], computed: Sequence[Complex]) -> b
     return q_re > OPPOSITE and q_im < -OPPOSITE
 
 
+def _is_real(values: Complex) -> bool:
+    return bool((np.abs(values.imag) <= REAL * np.abs(values)).all())
+
+
 def contradictions(curves: Sequence[FrequencyResponse], values: Sequence[Complex]) -> tuple[str, ...]:
     """Return sentences on responses that are measured with another sign, quantity or time convention than computed.
 
@@ -89,6 +94,11 @@ def contradictions(curves: Sequence[FrequencyResponse], values: Sequence[Complex
             )
             continue
         for curve, computed in pairs:
+            if _is_real(curve.values) and not _is_real(computed):
+                result.append(
+                    f"the measured {curve.name} has no phase: its imaginary parts are 0; export complex values"
+                )
+                continue
             angle = phase_offset(curve.values, computed)
             if angle is None or abs(angle) < OFF:
                 continue

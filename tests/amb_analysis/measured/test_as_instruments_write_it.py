@@ -169,15 +169,22 @@ def test_a_way_of_writing_that_has_two_meanings_is_refused_with_its_cause(tmp_pa
         read_measured(write(tmp_path), inputs=["fan.f_x"] if way == "a missing sample" else [])
 
 
-@pytest.mark.parametrize(("way", "changed"), [("exp(-j omega t)", H.conj()), ("reversed force", -H)])
-def test_another_sign_is_named(tmp_path, way, changed):
+SIGNS = {
+    "exp(-j omega t)": (H.conj(), "exp(-j omega t)"),
+    "reversed force": (-H, "180 degrees"),
+    "amplitudes without phases": (np.abs(H) + 0j, "no phase"),
+}
+
+
+@pytest.mark.parametrize("way", SIGNS)
+def test_another_sign_is_named(tmp_path, way):
+    changed, fact = SIGNS[way]
     path = table(tmp_path / "a.csv", ["real [m/N]", "imag [m/N]"], changed.real, changed.imag)
     (sentence,) = contradictions(read_measured(path).responses, [H])
-    assert_names(sentence, NAME, "exp(-j omega t)" if way == "exp(-j omega t)" else "180 degrees")
+    assert_names(sentence, NAME, fact)
 
 
 def test_the_page_lists_the_ways_that_are_tested():
     section = PAGE.read_text().partition("## As instruments write it")[2].partition("\n## ")[0]
     listed = set(re.findall(r"^\| (.+?) \|", section, re.MULTILINE)) - {"written as", "---"}
-    others = {"acceleration in g", "rounded times", "exp(-j omega t)", "reversed force"}
-    assert listed == {*READ, *REFUSED, *others}
+    assert listed == {*READ, *REFUSED, *SIGNS, "acceleration in g", "rounded times"}

@@ -57,6 +57,19 @@ def test_only_the_reversed_one_of_two_sensors_is_named():
     assert first.name not in sentence
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0, np.exp(1j * np.pi)])
+def test_amplitudes_without_a_phase_are_named(sign):
+    measured = response()
+    amplitudes = replace(measured, values=sign * np.abs(measured.values) + 0j)
+    (sentence,) = contradictions([amplitudes], [measured.values])
+    assert_names(sentence, measured.name, "no phase", "complex")
+
+
+def test_an_undamped_model_has_real_responses_too():
+    measured = response(mass=1.01, zeta=0.0)
+    assert contradictions([measured], [measured.values]) == ()
+
+
 def test_a_velocity_that_is_read_as_an_acceleration_is_off_by_90_degrees():
     measured = response()
     (sentence,) = contradictions([replace(measured, values=measured.values / W)], [measured.values])
@@ -97,7 +110,7 @@ def test_noise_has_no_time_convention():
 
 
 def test_a_curve_without_a_peak_says_so():
-    flat = replace(response(), values=np.ones(len(F), complex))
+    flat = replace(response(), values=np.full(len(F), 1.0 + 0.1j))
     assert_names(str(laid_over("fan", "free", 0.0, [flat], [response().values])), "6 dB")
 
 
