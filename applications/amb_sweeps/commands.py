@@ -23,6 +23,7 @@ from amb_cosim.commands.options import (
     UNTIL,
     former_option,
     output,
+    results_of,
 )
 from amb_files.atomic import check_writable
 
@@ -75,7 +76,8 @@ def sweep(name: str, vary: tuple[str, ...], output: Path | None, no_plots: bool,
 
     --sample boundary:recovered, boundary:contact or boundary:rolling bisects between the points of a grid.
     """
-    folder = output or Path("results") / f"sweep_{Path(name).stem}"
+    named = results_of(name)
+    folder = output or named.with_name(f"sweep_{named.name}")
     with refusing():
         check_writable(folder, is_folder=True)
         from amb_sweeps.axes import parse_vary

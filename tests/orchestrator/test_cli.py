@@ -11,6 +11,7 @@ from command_line import COMMAND
 from rich.console import Console
 
 from amb_cosim.commands import listing
+from amb_cosim.commands.options import results_of
 from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.cosim.run.dataset import load
 from amb_cosim.design.plant_data import plant
@@ -57,7 +58,8 @@ def test_a_closed_pipe_ends_a_command_silently(tmp_path, arguments):
     ) as process:
         process.stdout.close()
         errors = process.stderr.read().decode().splitlines()
-    words = [line for line in errors if not line.startswith("waiting for another process")]  # which builds the FMUs
+    progress = ("waiting for another process", "simulating")  # which builds the FMUs; printed if a run takes long
+    words = [line for line in errors if not line.startswith(progress)]
     assert (process.returncode, words) in [(0, []), (1, [])]
     assert arguments[0] == "list" or {file.name for file in (tmp_path / "out").iterdir()} == {
         "result.nc",
@@ -146,3 +148,15 @@ def test_a_condition_of_the_scenario_ends_the_run_without_failure(runner, tmp_pa
     dataset = load(tmp_path / "out" / "result.nc")
     assert dataset.attrs["stopped"] == summary["stopped"]
     assert dataset.sizes["time"] == 41
+
+
+def test_landings_of_two_machines_do_not_overwrite_each_other(tmp_path, monkeypatch):
+    (tmp_path / "pump").mkdir()
+    monkeypatch.chdir(tmp_path)
+    folders = {
+        name: str(results_of(name)) for name in ("pump/landing.toml", "fan/landing.toml", "fig4_9", "./rub.toml")
+    }
+    assert [*folders.values()] == [f"results/{name}" for name in ("pump_landing", "fan_landing", "fig4_9", "rub")]
+    monkeypatch.chdir(tmp_path / "pump")
+    assert results_of("../pump/landing.toml") == results_of(tmp_path / "pump" / "landing.toml")
+    assert results_of("../landing.toml").name == f"{tmp_path.name}_landing"

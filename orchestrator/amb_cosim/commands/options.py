@@ -26,6 +26,13 @@ def output(text: str, default: str | None = None, metavar: str | None = None) ->
     return click.option("-o", "--output", type=path, default=default, show_default=True, help=text, metavar=metavar)
 
 
+def results_of(name: str | Path) -> Path:
+    """Return the folder for the results of a scenario or file; of `pump/landing.toml`, results/pump_landing."""
+    path = Path(name)
+    folder = "" if path.parent == Path() else path.parent.resolve().name
+    return Path("results") / "_".join(filter(None, (folder, path.stem)))
+
+
 def former_option(name: str, present: str) -> Option:
     """Return a hidden option that is refused with the option in its place."""
 

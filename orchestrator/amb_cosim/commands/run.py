@@ -22,13 +22,14 @@ from amb_cosim.commands.options import (
     UNITS,
     UNTIL,
     output,
+    results_of,
 )
 from amb_files.atomic import check_writable, plain_file, write_file
 
 if TYPE_CHECKING:
     from amb_cosim.results.result import Result
 
-FOLDER = output("Folder for the results; default: results/NAME.")
+FOLDER = output("Folder for the results; default: results/NAME, of a file FOLDER/NAME.toml results/FOLDER_NAME.")
 AUTOSAVE = """Time between automatic checkpoints; 0 for none."""
 AUTOSAVED = "autosave.npz"
 STEP = click.option("--step", metavar="TIME", help="Communication step of an SSP archive without one (1ms).")
@@ -82,7 +83,7 @@ def run(
     from amb_cosim.results.summary_table import print_summary
     from amb_cosim.scenario import simulation
 
-    folder = output or Path("results") / Path(name).stem
+    folder = output or results_of(name)
     summary_file = Path(summary_json) if summary_json not in (None, "-") else None
     with refusing():
         if step is not None:
@@ -152,7 +153,7 @@ def _simulate(
     from amb_cosim.presentation.progress import progress_bar
     from amb_cosim.presentation.text_tables import show_notices, show_warnings
 
-    folder = output or Path("results") / system_file.stem
+    folder = output or results_of(system_file)
     with refusing():
         if system_file.suffix != ".ssp" and (step, until) != (None, None):
             raise ValueError("--step and --until are for SSP archives; set them in the system file's experiment")
