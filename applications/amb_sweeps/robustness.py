@@ -18,6 +18,7 @@ from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.design.receptance_file import ReceptanceTable
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.scenario.plan_run import PlannedRun
@@ -106,7 +107,7 @@ class Robustness(WarnedResult, DrawnResult):
         """Return a table of the runs, the quantities not varied, and the verdict."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.peak_force))
         places = list(dict.fromkeys(bearing for row in self.rows for bearing in row.orbit))
-        headings = [*(f"{site.upper()} (N)" for site in sites), *(f"{at.upper()} (mm)" for at in places)]
+        headings = [*(f"{name_label(site)} (N)" for site in sites), *(f"{name_label(at)} (mm)" for at in places)]
         columns = ("changed", "outcome", "last contact (cycle)", *headings)
         table = text_table(f"Robustness of {self.scenario}", columns, left=("changed", "outcome"))
         for row in self.rows:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from amb_cosim.presentation.descriptions import name_label
 from amb_sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_sweeps.panels import descriptions, numeric_axes, panels, value_text
 from amb_sweeps.refine import boundary_group, refined_axes
@@ -58,7 +59,7 @@ def _force(part: xr.Dataset, metric: str, words: str) -> str:
     point = part.isel(dict(zip(part[metric].dims, (int(k) for k in index), strict=True)))
     largest = float(values[index])
     sites = [str(name) for name in part if str(name).startswith(f"{metric}.") and float(point[name]) == largest]
-    at_site = "".join(f" at {name.removeprefix(f'{metric}.').upper()}" for name in sites[:1])
+    at_site = "".join(f" at {name_label(name.removeprefix(f'{metric}.'))}" for name in sites[:1])
     numbers = [name for name in part.coords if part[name].ndim and np.issubdtype(part[name].dtype, np.number)]
     where = [value_text(str(name), point[name].item(), point[name].attrs.get("units", "")) for name in numbers]
     qualification = ", unknown for aborted runs," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""

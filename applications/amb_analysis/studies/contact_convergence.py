@@ -29,6 +29,7 @@ from amb_analysis.studies.result import MachineResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number, text_table
 from amb_cosim.results.contact_forces import WINDOW
@@ -93,7 +94,7 @@ class ContactConvergence(MachineResult):
     def text(self) -> list[TextBlock]:
         """Return a table of peak forces, impulses and outcomes, and lines that explain it."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
-        headings = [f"{site.upper()} {what}" for site in sites for what in ("peak", "1 ms", "impact", "impulse")]
+        headings = [f"{name_label(site)} {what}" for site in sites for what in ("peak", "1 ms", "impact", "impulse")]
         title = f"Convergence of {self.scenario} with {self.rotor}"
         table = text_table(title, ("run", *headings, "change", "outcome"), left=("run", "outcome"))
         for row in self.rows:
@@ -115,7 +116,7 @@ class ContactConvergence(MachineResult):
         repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
         if not repeated:
             return []
-        headings = [f"{site.upper()} {what}" for site in sites for what in ("least", "median", "greatest")]
+        headings = [f"{name_label(site)} {what}" for site in sites for what in ("least", "median", "greatest")]
         table = labelled_table("Peak force over the starts (N)", "run", *headings)
         for label in repeated:
             runs = [row for row in self.rows if row.label == label]

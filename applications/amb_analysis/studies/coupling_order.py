@@ -12,6 +12,7 @@ from amb_cosim.cosim.basics.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.contact_history import contact_cycles, recovery
 from amb_cosim.results.orbits import orbit_after, orbit_before
@@ -77,7 +78,7 @@ class CouplingOrders(WarnedResult, DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return a table of the runs by order and step."""
-        places = [f"{at.upper()} (mm)" for at in self.rows[0].orbit]
+        places = [f"{name_label(at)} (mm)" for at in self.rows[0].orbit]
         columns = ("step (us)", *places, "deviation (%)", "outcome", "last contact (cycle)", "cost")
         title = f"{self.scenario}: orbit before the step of the scenario or at the end, outcome and cost"
         table = labelled_table(title, "order", *columns)

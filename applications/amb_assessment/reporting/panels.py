@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import convert_units_in_text, relabelled
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
@@ -123,12 +124,12 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
         "Radial displacement over clearance",
         label,
         "radius / clearance",
-        tuple(curve(mb.upper(), axis, r[from_cycle_0]) for mb, r in relative.items()),
+        tuple(curve(name_label(mb), axis, r[from_cycle_0]) for mb, r in relative.items()),
     )
     forces_of_sites = {site: peaks(run, site) for site in touchable(run)}
     forces = {site: force[from_cycle_0] for site, force in forces_of_sites.items() if force is not None}
     if any(force.any() for force in forces.values()):
-        curves = tuple(curve(site.upper(), axis, 1e-3 * force) for site, force in forces.items())
+        curves = tuple(curve(name_label(site), axis, 1e-3 * force) for site, force in forces.items())
         yield Panel("Normal contact force", label, "N (kN)", curves)
         state = np.asarray(signal(run, "contact_state"))[from_cycle_0]
         meaning = ", ".join(f"{k} {name}" for k, name in enumerate(places(run).contact_states))
@@ -136,7 +137,7 @@ def _panels(run: Signals, others: Iterable[RunPanels]) -> Iterator[Panel]:
     modes = [signal(run, f"{site}.mode") for site in forces]
     if any(mode is not None and (mode == ROLLING).any() for mode in modes):
         whirls = {site: np.asarray(signal(run, f"{site}.whirl_speed"))[from_cycle_0] for site in forces}
-        curves = tuple(curve(site.upper(), axis, whirl * RPM) for site, whirl in whirls.items())
+        curves = tuple(curve(name_label(site), axis, whirl * RPM) for site, whirl in whirls.items())
         yield Panel("Whirl speed", label, "whirl (rpm)", curves)
     for draw in others:
         yield from draw(run)
@@ -159,7 +160,7 @@ def _orbits(run: Signals, inside: Bools) -> Iterator[Curve]:
         orbit = path(run, support(run, mb))
         if orbit is not None:
             x, y = turned_upright(run, orbit[:, inside][:, ::every]) / _clearance(run, site)
-            yield Curve(mb.upper(), x, y)
+            yield Curve(name_label(mb), x, y)
 
 
 def _relative_radius(run: Signals, bearing: str) -> Array:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import (
     DASHED,
     STYLE,
@@ -83,7 +84,7 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
             if c is not None:
                 draw_retainer(panel, c / unit.size)
         right, up = orbit_labels(first, unit.label)
-        set_orbit_axes(panel, fitted(bearing.upper(), 3.5), _reach(panel), right)
+        set_orbit_axes(panel, fitted(name_label(bearing), 3.5), _reach(panel), right)
         mark_axes(panel, first)
     panels[0].set_ylabel(up)
     return _with_legend(figure, f"Orbits, the last {LAST_TURNS} cycles thick", panels[0], runs)
@@ -121,7 +122,7 @@ def contact(runs: Runs, sites: list[str]) -> Figure:
     for column in columns:
         for panel, site in zip(column, sites, strict=True):
             draw_forces(panel, forces[site])
-            panel.set_title(site.upper(), loc="left", pad=16.0 if panel is column[0] else None)
+            panel.set_title(name_label(site), loc="left", pad=16.0 if panel is column[0] else None)
             _draw_events(panel, runs)
         column[-1].set_xlabel(_time_label(changing))
     if zoom is not None:
@@ -178,7 +179,7 @@ def _along_the_run(
         for colour, run, series in zip(COLOURS * 2, runs.values(), values, strict=False):
             if series is not None:
                 panel.plot(_times(run, changing), series, color=colour, alpha=OPACITY, zorder=2)
-        panel.set_title(name.upper(), loc="left", pad=16.0 if panel is panels[0] else None)
+        panel.set_title(name_label(name), loc="left", pad=16.0 if panel is panels[0] else None)
         panel.set(ylabel=label, ylim=(0.0, None))
         _draw_events(panel, runs)
     panels[-1].set_xlabel(_time_label(changing))

@@ -1,11 +1,24 @@
-"""Descriptions of variables in the texts of figures."""
+"""Names and descriptions of variables in texts and figures."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import takewhile
 
 PREPOSITIONS = ("at", "of", "in", "on", "to")
+CODE = re.compile(r"[a-z]{1,2}\d+(\.[xy])?")  # such as mb1.x
+
+
+def name_label(name: str) -> str:
+    """Return a name as a reader sees it: a letter or two with a number in capitals, any other as in its file.
+
+    Examples
+    --------
+    >>> name_label("rb1"), name_label("mb2.y"), name_label("ret_A"), name_label("left.x")
+    ('RB1', 'MB2.Y', 'ret_A', 'left.x')
+    """
+    return name.upper() if CODE.fullmatch(name) else name
 
 
 def common_words(descriptions: Sequence[str]) -> str:

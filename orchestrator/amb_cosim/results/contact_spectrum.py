@@ -6,6 +6,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import frequency_unit
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.places import places
@@ -36,7 +37,7 @@ def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
 def warnings_beyond_reduction(dataset: Signals) -> list[str]:
     """Return a sentence if at a site more than `WARNED_SHARE` of the contact force's power is beyond the reduction."""
     shares = {site: share for site, share in share_beyond_reduction(dataset).items() if share is not None}
-    warned = [f"{site.upper()} {100.0 * share:.3g} %" for site, share in shares.items() if share > WARNED_SHARE]
+    warned = [f"{name_label(site)} {100.0 * share:.3g} %" for site, share in shares.items() if share > WARNED_SHARE]
     if not warned:
         return []
     limit, allowed = frequency_unit().text(places(dataset).valid_to or 0.0), f"{100.0 * WARNED_SHARE:.3g} %"

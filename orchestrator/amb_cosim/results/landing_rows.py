@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.places import places
@@ -17,11 +18,11 @@ def landing_rows(dataset: Signals, fall: Touchdown) -> Iterator[tuple[str, str]]
     if any(item.whirl is not None for item in fall.retainers.values()):
         yield "whirl", whirl_text(fall) or "none"
     touched, retainers = fall.retainers, {*places(dataset).retainers, *places(dataset).second}
-    of_retainers = [site.upper() for site in touched if site in retainers]
-    others = [site.upper() for site in touched if site not in retainers]
+    of_retainers = [name_label(site) for site in touched if site in retainers]
+    others = [name_label(site) for site in touched if site not in retainers]
     beside = f", and outside the retainers {', '.join(others)}" if others else ", nothing else"
     yield "touched", f"{', '.join(of_retainers) or 'no retainer'}{beside}"
-    heats = {site.upper(): item.heat for site, item in touched.items() if item.heat is not None}
+    heats = {name_label(site): item.heat for site, item in touched.items() if item.heat is not None}
     if heats:
         most = max(heats, key=lambda site: heats[site])
         largest = f", of which {significant(heats[most], 3)} J at {most}" if len(heats) > 1 else f" at {most}"
@@ -38,7 +39,7 @@ def whirl_text(fall: Touchdown) -> str:
     for site, item in fall.retainers.items():
         if item.whirl not in (None, "none"):
             mean = "" if item.whirl_speed is None else f" (mean {speed_unit().text(abs(item.whirl_speed))})"
-            whirling.append(f"{item.whirl} at {site.upper()}{mean}")
+            whirling.append(f"{item.whirl} at {name_label(site)}{mean}")
     return ", ".join(whirling)
 
 
@@ -49,4 +50,4 @@ def _temperature(fall: Touchdown) -> str:
         site = next(iter(fall.retainers))
         return f"not computed: {site}.heat_capacity is 0"
     hottest = max(temperatures, key=lambda site: temperatures[site])
-    return f"{significant(temperatures[hottest])} K at {hottest.upper()}"
+    return f"{significant(temperatures[hottest])} K at {name_label(hottest)}"

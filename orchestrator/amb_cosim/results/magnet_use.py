@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import force_unit
 from amb_cosim.results.component_names import ACTUATOR
 from amb_cosim.results.magnet_limits import (
@@ -63,7 +64,7 @@ def largest_use(
         signed = [
             (value, limit) for value, limit in zip(extremes, limits, strict=True) if limit and value * limit > 0.0
         ]
-        uses += [Use(value / limit, value, limit, axis.upper()) for value, limit in signed]
+        uses += [Use(value / limit, value, limit, name_label(axis)) for value, limit in signed]
     return max(uses, default=None)
 
 

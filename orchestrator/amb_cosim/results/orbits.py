@@ -9,6 +9,7 @@ import numpy as np
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.results.places import places
 from amb_cosim.results.series import Path, change, cycles, displacements, parameters, signal, speed, thinning, turns
 from array_types import Array, Bools, Complex
@@ -143,7 +144,7 @@ def notices_of_start(dataset: Signals) -> list[str]:
             falling[place] = 100.0 * (1.0 - R[1] / R[0])
     if not falling:
         return []
-    falls = ", ".join(f"{place.upper()} {percent:.2g} %" for place, percent in falling.items())
+    falls = ", ".join(f"{name_label(place)} {percent:.2g} %" for place, percent in falling.items())
     return [
         "the largest orbit is a transient at the start that has not settled; after the first cycle it falls by "
         f"{falls}; more settle_cycles reduce it"

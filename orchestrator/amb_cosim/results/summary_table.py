@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from amb_cosim.cosim.basics.choices import ROLES
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.text_tables import number, print_parts, show_warnings
 from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit, speed_unit
 from amb_cosim.results import energies
@@ -53,14 +54,14 @@ def table(summary: Summary, whole: bool = False) -> Table:
 def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
     yield from _rows_at_places(summary)
     states = dict(zip(summary.contact_states, summary.contact_share.values(), strict=True))
-    sites = {site.upper(): share for site, share in summary.site_share.items()}
+    sites = {name_label(site): share for site, share in summary.site_share.items()}
     shares = states if set(sites) <= set(states) else sites  # the states are those of the bearings alone
     texts = [f"{name} {100 * share:.1f} %" for name, share in shares.items() if share]
     if texts and texts != ["none 100.0 %"]:
         yield f"contact{_interval(summary.events)}", ", ".join(texts)
     if summary.rolling_from is not None:
         whirls = ", ".join(
-            f"{at.upper()} {'-' if w is None else speed_unit().text(w)}" for at, w in summary.whirl_speed.items()
+            f"{name_label(at)} {'-' if w is None else speed_unit().text(w)}" for at, w in summary.whirl_speed.items()
         )
         yield "rolling", f"from {_cycle(summary, summary.rolling_from)}; mean whirl in the last cycle {whirls}"
     if summary.rolling_on_race_from is not None:
@@ -122,14 +123,15 @@ def _largest(values: AtPlaces) -> float:
 
 
 def _at_places(values: AtPlaces, unit: str, scale: float = 1.0) -> str:
-    texts = {at.upper(): number(None if value is None else scale * value) for at, value in values.items()}
+    texts = {name_label(at): number(None if value is None else scale * value) for at, value in values.items()}
     return ", ".join(f"{at} {text} {unit}" for at, text in texts.items())
 
 
 def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
     """Return labels and texts of a touchdown, for a table."""
     hits = (
-        f"{hit.site.upper()} {number(hit.impulse)} N s after {number(hit.after)} s" for hit in touchdown.first_impacts
+        f"{name_label(hit.site)} {number(hit.impulse)} N s after {number(hit.after)} s"
+        for hit in touchdown.first_impacts
     )
     ends = (
         ("at rest", touchdown.rest_after),
@@ -144,10 +146,10 @@ def _touchdown_rows(touchdown: Touchdown) -> list[tuple[str, str]]:
         ("power lost or first contact", f"{number(touchdown.release)} s after cycle 0"),
         (
             "depth of the fall" if has_fallen else "largest orbit from then on",
-            ", ".join(f"{bearing.upper()} {number(mm)} mm" for bearing, mm in moved.items()),
+            ", ".join(f"{name_label(bearing)} {number(mm)} mm" for bearing, mm in moved.items()),
         ),
         ("first impacts", "\n".join(hits) or "-"),
-        *((f"in {site.upper()}", _of_retainer(retainer)) for site, retainer in touchdown.retainers.items()),
+        *((f"in {name_label(site)}", _of_retainer(retainer)) for site, retainer in touchdown.retainers.items()),
         ("final state", ", ".join(f"{what} after {number(t)} s" for what, t in ends if t is not None) or moves),
     ]
 

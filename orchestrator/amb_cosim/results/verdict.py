@@ -12,6 +12,7 @@ import numpy as np
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.cosim.run.recording import Outcome
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit, speed_unit
 from amb_cosim.results import contact_history
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, touches
@@ -99,7 +100,7 @@ def verdict(dataset: Signals, fall: Touchdown | None = None) -> Verdict:
     word, sentence = _ending(dataset, last, fall)
     touches = stator_touches(dataset)
     if touches and word not in BROKEN_OFF:
-        where = _listed([touch.bearing.upper() for touch in touches.values()])
+        where = _listed([name_label(touch.bearing) for touch in touches.values()])
         word, sentence = "stator", f"the rotor touched the stator at {where}; {sentence}"
     landed = landing_rows(dataset, fall) if fall is not None and without_power(dataset)[-1] else ()
     facts = [_speed(dataset), _margin(dataset, word), _force(dataset), *landed, _time_in_contact(dataset)]
@@ -175,7 +176,7 @@ def _whirl(dataset: Signals, site: str) -> str:
     """Return a site with the direction and the speed of the whirl in its last cycle."""
     whirl = contact_history.whirl_at_the_end(dataset, site) or 0.0
     direction = "forward" if whirl > 0.0 else "backward"
-    return f"{site.upper()} ({direction} whirl, {speed_unit().text(abs(whirl))})"
+    return f"{name_label(site)} ({direction} whirl, {speed_unit().text(abs(whirl))})"
 
 
 def _moment(dataset: Signals, cycle: float) -> str:
@@ -196,7 +197,7 @@ def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVE
     """Return the sites that were in contact within the last cycles, by default those of a recovery."""
     steps = at_every_step(dataset)
     end = cycles(steps) > cycles(steps)[-1] - within
-    return [site.upper() for site in places(dataset).sites if touches(steps, site)[end].any()]
+    return [name_label(site) for site in places(dataset).sites if touches(steps, site)[end].any()]
 
 
 def _speed(dataset: Signals) -> tuple[str, str] | None:
@@ -231,7 +232,7 @@ def _margin(dataset: Signals, word: Word) -> tuple[str, str] | None:
     if thinning(dataset) > 1:
         when += " of the samples"
     lengths = f"{length_unit(orbit).text(orbit, 3)} in {length_unit(clearance).text(clearance, 3)}"
-    return "margin to the clearance", f"{100.0 * margin:.3g} % at {site.upper()}; {when} {lengths}"
+    return "margin to the clearance", f"{100.0 * margin:.3g} % at {name_label(site)}; {when} {lengths}"
 
 
 def _force(dataset: Signals) -> tuple[str, str] | None:
@@ -248,7 +249,7 @@ def _force(dataset: Signals) -> tuple[str, str] | None:
     band = "" if limit is None else f"; the model's modes reach to {frequency_unit().text(limit)}"
     return (
         "largest contact force",
-        f"{force_unit(averaged[site]).text(averaged[site], 3)} at {site.upper()} ({meaning}{band})",
+        f"{force_unit(averaged[site]).text(averaged[site], 3)} at {name_label(site)} ({meaning}{band})",
     )
 
 
@@ -260,7 +261,7 @@ def _stators(touches: dict[str, StatorTouch]) -> tuple[str, str] | None:
     for touch in touches.values():
         force = touch.peak if touch.force is None else touch.force
         largest = "" if force is None else f", up to {force_unit(force).text(force, 3)}"
-        texts.append(f"{touch.bearing.upper()} at {touch.first:.4g} s{largest}")
+        texts.append(f"{name_label(touch.bearing)} at {touch.first:.4g} s{largest}")
     return "first touch of the stator", "; ".join(texts)
 
 
@@ -277,7 +278,7 @@ def _time_in_contact(dataset: Signals) -> tuple[str, str] | None:
     shares = {site: float(duration[of].sum()) for site, of in closed.items()}
     together = np.any([signal(steps, "contact_state") != 0, *closed.values()], axis=0)
     touched, total = float(duration[together].sum()), float(duration.sum())
-    parts = ", ".join(f"{site.upper()} {share:.3g} s" for site, share in shares.items() if share)
+    parts = ", ".join(f"{name_label(site)} {share:.3g} s" for site, share in shares.items() if share)
     of_sites = f"; {parts}" if parts and len(modes) > 1 else ""
     return "time in contact", (
         f"{touched:.3g} s of {total:.3g} s ({100.0 * touched / total:.3g} %){of_sites}; {first} to {last}"

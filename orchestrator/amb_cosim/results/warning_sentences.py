@@ -12,6 +12,7 @@ import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import WarningRecord, sentences
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import frequency_unit, length_unit, speed_unit, with_speeds_in
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.series import parameters, signal
@@ -47,7 +48,7 @@ def _passed_where_off(sites: Sequence[str], dataset: Signals) -> str:
     if not depths:
         return ""
     depth, clearance = max(depths)
-    names = [site.upper() for site in sites]
+    names = [name_label(site) for site in sites]
     listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
     lengths = f"{length_unit(depth).text(depth, 3)} beyond the clearance of {length_unit(clearance).text(clearance, 3)}"
     first, last = np.min(times), np.max(times)

@@ -25,13 +25,13 @@ test("contact is told when it begins, and its end when it is over for good", () 
   const narrator = newNarrator();
   narrate(narrator, at(0));
   const rattle = [contact(0.02, 1), contact(0.021, 0), contact(0.03, 1), contact(0.031, 0)];
-  assert.deepEqual(narrate(narrator, at(0.04, {}, { contacts: rattle })), [{ time: 0.02, text: "the rotor touches CATCH" }]);
-  assert.deepEqual(narrate(narrator, at(0.09, {}, { contacts: rattle })), [{ time: 0.031, text: "the rotor is free of CATCH" }]);
+  assert.deepEqual(narrate(narrator, at(0.04, {}, { contacts: rattle })), [{ time: 0.02, text: "the rotor touches catch" }]);
+  assert.deepEqual(narrate(narrator, at(0.09, {}, { contacts: rattle })), [{ time: 0.031, text: "the rotor is free of catch" }]);
   assert.deepEqual(narrate(narrator, at(0.095, {}, { contacts: rattle })), []);
 });
 
 test("an event of the scenario is told in words when it comes, and again after a way back", () => {
-  const narrator = newNarrator(), text = "step: u of WHEEL becomes 5 g mm";
+  const narrator = newNarrator(), text = "step: u of wheel becomes 5 g mm";
   narrate(narrator, at(0.05));
   assert.deepEqual(narrate(narrator, at(0.11)).map((one) => one.text), [text]);
   assert.deepEqual(narrate(narrator, at(0.06)), []);
@@ -94,7 +94,7 @@ test("a machine without amplifiers or discs has no experiment that needs them", 
 test("slower than asked is told with its reason, a pace that is kept is not", () => {
   assert.equal(slowness(at(0), 1), "");
   assert.equal(slowness(at(0, {}, { speed: 0.2 }), 0.1), "");
-  assert.match(slowness(at(0, { "catch.mode": 1 }, { speed: 0.2 }), 1), /1\/5 of real time: contact at CATCH takes many small steps/);
+  assert.match(slowness(at(0, { "catch.mode": 1 }, { speed: 0.2 }), 1), /1\/5 of real time: contact at catch takes many small steps/);
   assert.equal(slowness(at(0, {}, { speed: 0.2, status: "paused" }), 1), "");
 });
 

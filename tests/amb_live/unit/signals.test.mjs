@@ -20,8 +20,8 @@ const specs = Object.fromEntries(chartSpecs(() => session).map((spec) => [spec.k
 
 test("a bearing without magnets has displacements, and no current or force", () => {
   const of = (key) => [...new Set(specs[key].curves.map((curve) => curve.label.slice(0, -2)))];
-  assert.deepEqual(of("displacement"), ["LEFT", "RING", "RIGHT"]);
-  assert.deepEqual([of("current"), of("force")], [["LEFT", "RIGHT"], ["LEFT", "RIGHT"]]);
+  assert.deepEqual(of("displacement"), ["left", "ring", "right"]);
+  assert.deepEqual([of("current"), of("force")], [["left", "right"], ["left", "right"]]);
   assert.ok(!watchedSignals(session.rig).some((name) => name.includes("ring.i_") || name.includes("ring.f_")));
 });
 

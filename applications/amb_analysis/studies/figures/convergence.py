@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from amb_analysis.studies.contact_convergence import CONVERGED, ContactConvergence, ConvergenceRow
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, YELLOW, StyledFigure, write_title
 from amb_cosim.presentation.units import ShownUnit, force_unit
 
@@ -69,7 +70,7 @@ def _draw_rows(axes: Axes, quantity: str, unit: ShownUnit, rows: list[Convergenc
         for k, row in enumerate(rows):
             if site in row.sites:
                 face = colour if row.recovery == rows[0].recovery else "white"
-                label = site.upper() if k == 0 else None
+                label = name_label(site) if k == 0 else None
                 value = getattr(row.sites[site], quantity) / unit.size
                 axes.plot(k, value, marker, ms=5, color=colour, markerfacecolor=face, label=label, ls="none")
     axes.set_xlim(-0.5, len(rows) - 0.5)

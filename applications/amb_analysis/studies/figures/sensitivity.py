@@ -15,6 +15,7 @@ from matplotlib.ticker import FuncFormatter
 
 from amb_analysis.studies.injection import HIGHEST
 from amb_analysis.studies.stability_margin import StabilityMargin
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, COLOURS, DASHED, ORANGE, StyledFigure, write_title
 from amb_cosim.presentation.units import spin_text
 from array_types import Complex
@@ -138,7 +139,7 @@ def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))
     peak = f"{axis.peak:.2f} at {axis.peak_frequency:.1f} Hz, zone {axis.zone}"
     bearing, _, direction = name.rpartition(".")
-    axes.set_title(f"{bearing.upper()}, {direction} axis: {peak}")
+    axes.set_title(f"{name_label(bearing)}, {direction} axis: {peak}")
     ends = [0.0, *result.zone_limits.values(), np.inf]
     for letter, low, high in zip(ZONE_SHADES, ends[:-1], ends[1:], strict=True):
         if min(high, top) - low > LETTER_HEIGHT * top:

@@ -10,6 +10,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from amb_analysis.studies.run_spectra import Waterfall
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, StyledFigure, write_title
 from amb_cosim.presentation.units import SIZES, length_unit, speed_unit, spin_label
 
@@ -47,9 +48,9 @@ def draw(result: Waterfall) -> Figure:
         for axes, colour in ((stacked, "0.2"), (coloured, "white")):
             _point_at_rotation(axes, result, place, colour)
             axes.set_ylabel(label)
-        stacked.set_title(f"{name.upper()}: spectra")
-        coloured.set_title(f"{name.upper()}: as a map")
-        held.set_title(f"{name.upper()}: peak hold")
+        stacked.set_title(f"{name_label(name)}: spectra")
+        coloured.set_title(f"{name_label(name)}: as a map")
+        held.set_title(f"{name_label(name)}: peak hold")
     for axes in rows[-1]:
         axes.set(xlabel="frequency (Hz), forward > 0", xlim=(result.frequencies[0], result.frequencies[-1]))
     write_title(

@@ -1,6 +1,7 @@
 // The controls of a rig, with their variables and units.
 
 import { halfHeightFor } from "./charts.js";
+import { nameLabel } from "./format.js";
 import { matching, plainLaw } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -59,9 +60,9 @@ export function declaredGroups(session) {
     {
       title: "Unbalance", theory: "rotor", open: true,
       controls: discs.map((name) => ({
-        kind: "pair", label: name.toUpperCase(),
-        amount: slider(`unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.u`], "g m", 1e3, 0, maxUnbalance, maxUnbalance / 240),
-        angle: slider(`angle of the unbalance of ${name.toUpperCase()}`, [`rotor_contact.${name}.phi`], "°", 180 / Math.PI, -180, 180, 1),
+        kind: "pair", label: nameLabel(name),
+        amount: slider(`unbalance of ${nameLabel(name)}`, [`rotor_contact.${name}.u`], "g m", 1e3, 0, maxUnbalance, maxUnbalance / 240),
+        angle: slider(`angle of the unbalance of ${nameLabel(name)}`, [`rotor_contact.${name}.phi`], "°", 180 / Math.PI, -180, 180, 1),
       })),
     },
     {
@@ -81,15 +82,15 @@ export function declaredGroups(session) {
       title: "Contact", theory: "contact", open: false,
       controls: [
         slider("friction µ", ["rotor_contact.*.mu"], "", 1, 0, 0.5, 0.01),
-        ...geometry.sites.map((site) => slider(`clearance ${site.name.toUpperCase()}`, [`rotor_contact.${site.name}.clearance`], "mm", 1e3, 0.05, 2, 0.01)),
+        ...geometry.sites.map((site) => slider(`clearance ${nameLabel(site.name)}`, [`rotor_contact.${site.name}.clearance`], "mm", 1e3, 0.05, 2, 0.01)),
         slider("restitution", ["rotor_contact.*.restitution"], "", 1, 0, 1, 0.05),
-        { kind: "boxes", label: "can touch at", boxes: geometry.sites.map((site) => ({ label: site.name.toUpperCase(), name: `rotor_contact.${site.name}.enabled` })) },
+        { kind: "boxes", label: "can touch at", boxes: geometry.sites.map((site) => ({ label: nameLabel(site.name), name: `rotor_contact.${site.name}.enabled` })) },
       ],
     },
     {
       title: "Faults", theory: "actuator", open: false,
       controls: [
-        { kind: "boxes", label: "axis without power", boxes: named(session, "amb_actuator.*.amplifier_off_?", (_, place, axis) => `${place.toUpperCase()} ${axis.slice(-1)}`) },
+        { kind: "boxes", label: "axis without power", boxes: named(session, "amb_actuator.*.amplifier_off_?", (_, place, axis) => `${nameLabel(place)} ${axis.slice(-1)}`) },
         { kind: "boxes", label: "sensor reads zero", boxes: named(session, "rolac_controller.*.fault_dead", (_, place) => place) },
         slider("sensor noise (rms)", ["rolac_controller.*.fault_noise"], "µm", 1e6, 0, 50, 0.5),
       ],

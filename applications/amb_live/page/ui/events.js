@@ -1,6 +1,6 @@
 // Messages on what happens: contact that begins, rolls and ends, events of the scenario, limits that are reached.
 
-import { quantityText } from "./format.js";
+import { nameLabel, quantityText } from "./format.js";
 import { valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
@@ -55,7 +55,7 @@ function contacts(narrator, session) {
   for (const { site, mode, time } of session.contacts.slice(narrator.seen)) {
     const contact = narrator.sites.get(site) ?? { mode: 0, since: time, reported: 0 };
     if (mode > 0 && contact.reported === 0) {
-      notices.push({ time, text: `the rotor touches ${site.toUpperCase()}` });
+      notices.push({ time, text: `the rotor touches ${nameLabel(site)}` });
       contact.reported = 1;
     }
     narrator.sites.set(site, { ...contact, mode, since: time });
@@ -63,7 +63,7 @@ function contacts(narrator, session) {
   narrator.seen = session.contacts.length;
   for (const [site, contact] of narrator.sites) {
     if (session.time - contact.since > CALM && contact.mode !== contact.reported) {
-      notices.push({ time: contact.since, text: calmText(site.toUpperCase(), contact.mode) });
+      notices.push({ time: contact.since, text: calmText(nameLabel(site), contact.mode) });
       contact.reported = contact.mode;
     }
   }
@@ -88,7 +88,7 @@ function planned({ rig, userChanges, time, variables }, after) {
     const at = point * rig.stepSize;
     if (at <= after || at > time || at < 0) { continue; }
     const [, place, name] = /^[^.]*\.(?:(.*)\.)?([^.]*)$/.exec(variable) ?? ["", "", "", variable];
-    const what = `${name}${place ? ` of ${place.toUpperCase()}` : ""} becomes ${valueText(value, variables.get(variable)?.unit ?? "")}`;
+    const what = `${name}${place ? ` of ${nameLabel(place)}` : ""} becomes ${valueText(value, variables.get(variable)?.unit ?? "")}`;
     const words = moments.get(point) ?? [];
     moments.set(point, [...words, words.length === 0 && label !== "" ? `${label}: ${what}` : what]);
   }

@@ -1,4 +1,4 @@
-// Numbers as text: four digits, a prefix of the unit, a true minus sign.
+// Numbers and names as text: four digits, a prefix of the unit, a true minus sign; a code in capitals.
 
 const PREFIXES = /** @type {const} */ ([[1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]]);
 
@@ -64,4 +64,12 @@ export function clockText(seconds) {
  */
 export function factorText(factor) {
   return factor >= 1 ? `${numberText(factor, 2)}×` : `1/${numberText(1 / factor, 3)}`;
+}
+
+/**
+ * Return a name as a reader sees it: a letter or two with a number in capitals (RB1), any other as in its file.
+ * @param {string} name
+ */
+export function nameLabel(name) {
+  return /^[a-z]{1,2}\d+$/.test(name) ? name.toUpperCase() : name;
 }

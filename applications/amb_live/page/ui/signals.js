@@ -2,6 +2,7 @@
 
 import { makeChart } from "./charts.js";
 import { make } from "./dom.js";
+import { nameLabel } from "./format.js";
 import { currentLimits, limitsText } from "./limits.js";
 import { seriesOfSite } from "./palette.js";
 import { observeVisibility } from "./seen.js";
@@ -20,7 +21,7 @@ export function chartSpecs(current) {
   const session = current(), { bearings, sites } = session.rig.geometry;
   const axes = (/** @type {(name: string, axis: string) => string} */ signal, whole = false) => bearings.flatMap((bearing, k) => (
     whole || bearing.magnetic ? ["x", "y"] : []).map((axis) => ({
-    signal: signal(bearing.name, axis), label: `${bearing.name.toUpperCase()} ${axis}`, series: k, dashed: axis === "y" })));
+    signal: signal(bearing.name, axis), label: `${nameLabel(bearing.name)} ${axis}`, series: k, dashed: axis === "y" })));
   const inPlane = sites.filter((site) => bearings.some((item) => item.name === site.bearing && Math.abs(item.z - site.z) < 1e-6));
   const isSmall = Math.max(...sites.map((site) => site.clearance), 0) < SMALL && sites.length > 0;
   const length = isSmall ? { unit: "µm", scale: 1e6, least: 1 } : { unit: "mm", scale: 1e3, least: 0.01 };
@@ -34,7 +35,7 @@ export function chartSpecs(current) {
     { key: "displacement", title: `Displacement (${length.unit})`, limits: limitsText("clearance", clearances()), ...length, curves: axes((name, axis) => `rotor_contact.${name}.${axis}`, true), levels: clearances, positive: false },
     { key: "contact", title: "Contact force N, largest in a step (kN)", limits: "", unit: "kN", scale: 1e-3, levels: () => [], least: 0.1, positive: true,
       curves: sites.filter((site) => settingOf(session, `rotor_contact.${site.name}.enabled`) !== 0).map((site) => ({
-        signal: `rotor_contact.${site.name}.f_n_peak`, label: site.name.toUpperCase(), series: seriesOfSite(session.rig.geometry, site), dashed: false })) },
+        signal: `rotor_contact.${site.name}.f_n_peak`, label: nameLabel(site.name), series: seriesOfSite(session.rig.geometry, site), dashed: false })) },
     { key: "current", title: "Demanded control current (A)", limits: limitsText("limits", currents()), unit: "A", scale: 1, curves: axes((name, axis) => `rolac_controller.${name}.i_${axis}`), levels: currents, least: 0.1, positive: false },
     { key: "force", title: "Magnet force (kN)", limits: "", unit: "kN", scale: 1e-3, curves: axes((name, axis) => `amb_actuator.${name}.f_${axis}`), levels: () => [], least: 0.05, positive: false },
   ];

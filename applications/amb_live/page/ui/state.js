@@ -2,7 +2,7 @@
 
 import { isOff } from "./advice.js";
 import { make, setText } from "./dom.js";
-import { numberText, quantityText } from "./format.js";
+import { nameLabel, numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
 import { plainLaw, settingOf, valueOf } from "./session.js";
 
@@ -19,7 +19,7 @@ const MODES = [["○", "free"], ["◐", "sliding"], ["●", "rolling"]];
 export function makeContacts(panel, session) {
   const rows = shownSites(session).map((site) => {
     const mode = make("span", { class: "mode" }), value = make("span", { class: "value" });
-    const element = make("div", { class: "contact" }, [make("b", { text: site.name.toUpperCase() }), mode, value]);
+    const element = make("div", { class: "contact" }, [make("b", { text: nameLabel(site.name) }), mode, value]);
     return { site: `rotor_contact.${site.name}`, element, mode, value };
   });
   panel.replaceChildren(...rows.map((row) => row.element));

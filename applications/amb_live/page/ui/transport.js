@@ -2,7 +2,7 @@
 
 import { touched } from "./advice.js";
 import { byId, setText } from "./dom.js";
-import { clockText, factorText, numberText } from "./format.js";
+import { clockText, factorText, nameLabel, numberText } from "./format.js";
 import { valueOf } from "./session.js";
 import { endOfLine, Timeline } from "./timeline.js";
 
@@ -105,7 +105,7 @@ export function slowness(session, requested) {
   if (status !== "playing" || !(speed > 0) || speed >= Math.min(requested, 1) * REACHED_SHARE) { return ""; }
   const methods = session.variables.get("rotor_contact.solver.method")?.items ?? {}, used = valueOf(session, "rotor_contact.solver.method");
   const method = Object.entries(methods).find(([, value]) => value === used)?.[0].replaceAll("_", " ") ?? "";
-  const sites = touched(session).map((name) => name.toUpperCase()).join(" and ");
+  const sites = touched(session).map((name) => nameLabel(name)).join(" and ");
   const why = sites !== "" ? `contact at ${sites} takes many small steps` : method !== "" && method !== "exact" ? `its steps are computed by a slower method (${method})` : "this computer is too slow for so many modes";
   return `Slower than requested, ${factorText(speed)} of real time: ${why}.`;
 }

@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.cosim.basics.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, YELLOW, write_title
 from amb_cosim.presentation.units import speed_unit, spin_text, with_speeds_in
 from amb_cosim.results.contact_history import touchable
@@ -109,7 +110,7 @@ def site_title(dataset: Signals, site: str) -> str:
     result = places(dataset)
     kind = "Retainer" if site in result.retainers or site in result.second else "Contact site"
     z = result.z.get(site)
-    return f"{kind} {site.upper()}" + (
+    return f"{kind} {name_label(site)}" + (
         "" if z is None else f" at $z$\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{z:.4g}\N{NO-BREAK SPACE}m"
     )
 
@@ -117,7 +118,7 @@ def site_title(dataset: Signals, site: str) -> str:
 def bearing_title(dataset: Signals, bearing: str) -> str:
     """Return the title of a bearing's retainer, or the name of a bearing that has none."""
     site = places(dataset).bearings[bearing]
-    return site_title(dataset, site) if site else f"Bearing {bearing.upper()}"
+    return site_title(dataset, site) if site else f"Bearing {name_label(bearing)}"
 
 
 def colour_of(dataset: Signals, site: str) -> str:

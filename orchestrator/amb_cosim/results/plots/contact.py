@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import DASHED, OF_SAMPLES, StyledFigure, samples
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.contact_forces import is_sampled, received_impulse
@@ -181,7 +182,7 @@ def _draw_contact_times(panel: Axes, dataset: Signals, sites: list[str]) -> None
             place: dict[str, Any] = {"transform": panel.get_yaxis_transform(), "ha": "left", "va": "center"}
             panel.text(0.01, row, "no contact", fontsize=7, color="0.3", **place)
     panel.set_ylim(-0.6, len(sites) - 0.4)
-    panel.set_yticks(list(reversed(rows)), [site.upper() for site in sites])
+    panel.set_yticks(list(reversed(rows)), [name_label(site) for site in sites])
 
 
 def _in_contact(dataset: Signals, site: str) -> Bools:

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import (
     DASHED,
     GREY,
@@ -134,7 +135,7 @@ def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
     """Return the legend of colours and dashes of all panels."""
     falls = bool(parameters(dataset).get("gravity"))
     entries: list[Artist] = [
-        Line2D([], [], color=colour_of(dataset, station.site), label=station.site.upper()) for station in drawn
+        Line2D([], [], color=colour_of(dataset, station.site), label=name_label(station.site)) for station in drawn
     ]
     entries += [
         Line2D([], [], color="black", label="rotor"),

@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure, write_in_corner
 from amb_cosim.presentation.units import force_unit
 from amb_cosim.results.magnet_limits import (
@@ -65,7 +66,7 @@ def magnets(dataset: Signals) -> Figure:
             panel.set_ylabel(f"{what} ({label})")
             if of is flowing_current:
                 _shade(panel, dataset, bearing)
-            panel.set_title(bearing.upper(), loc="left", pad=title_padding(dataset, bearing == bearings[0]))
+            panel.set_title(name_label(bearing), loc="left", pad=title_padding(dataset, bearing == bearings[0]))
             mark_events(panel, dataset)
     for panel in panels[-1]:
         label_time_axis(panel, dataset)
