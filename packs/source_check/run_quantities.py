@@ -11,6 +11,7 @@ from typing import Annotated
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.results import contact_forces, contact_history
 from amb_cosim.results.orbits import When, radius, settled_amplitude, support
 from amb_cosim.results.places import places
@@ -98,13 +99,13 @@ def first_site(run: Signals, begin: float = 0.0) -> str:
 
 def sites_touched(run: Signals, begin: float = 0.0, end: float = np.inf) -> str:
     """Return the touched retainers, as names joined by `and`, or `none`."""
-    touched = [site.upper() for site in places(run).retainers if (peak_force(run, site, begin, end) or 0.0) > 0.0]
+    touched = [name_label(site) for site in places(run).retainers if (peak_force(run, site, begin, end) or 0.0) > 0.0]
     return " and ".join(touched) or "none"
 
 
 def site_of_largest_force(run: Signals, begin: float = 0.0, end: float = np.inf) -> str | None:
     """Return the site (retainer or other) with the largest normal contact force; None without contact."""
-    forces = {site.upper(): peak_force(run, site, begin, end) or 0.0 for site in places(run).sites}
+    forces = {name_label(site): peak_force(run, site, begin, end) or 0.0 for site in places(run).sites}
     return max(forces, key=lambda site: forces[site]) if any(forces.values()) else None
 
 
@@ -173,7 +174,7 @@ def bearings_that_calm(run: Signals) -> str:
     for bearing in places(run).bearings:
         before, end = orbit_amplitude(run, bearing, "before"), orbit_amplitude(run, bearing, "end")
         if before is not None and end is not None and end < before:
-            calm.append(bearing.upper())
+            calm.append(name_label(bearing))
     return " and ".join(calm) or "none"
 
 

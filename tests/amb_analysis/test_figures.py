@@ -72,7 +72,7 @@ def margin(peak):
 @pytest.mark.parametrize("peak", [1.4, 2.6, 12.0])
 def test_axis_of_sensitivity_ends_at_1_3_times_the_largest_peak(peak):
     figure = sensitivity.draw(margin(peak))
-    panel = next(axes for axes in figure.findobj() if getattr(axes, "get_title", lambda: "")().startswith("LEFT"))
+    panel = next(axes for axes in figure.findobj() if getattr(axes, "get_title", lambda: "")().startswith("left"))
     assert panel.get_ylim() == pytest.approx((0.0, 1.3 * peak), rel=0.01)
     assert all(text.get_position()[1] <= panel.get_ylim()[1] for text in panel.texts)
 

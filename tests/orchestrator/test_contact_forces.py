@@ -131,13 +131,13 @@ def test_contact_in_a_bearing_is_that_of_any_of_its_retainers():
     """The plant's `contact_state` has a bit for each bearing, which either of its retainers sets."""
     inner, outer = (Site(name, node, CLEARANCE, bearing="drive_end") for name, node in (("inner", 2), ("outer", 3)))
     result = places_with(inner, outer, Site("seal", 5, CLEARANCE))
-    assert result.contact_states == ("none", "INNER or OUTER", "THRUST", "both")
+    assert result.contact_states == ("none", "inner or outer", "thrust", "both")
     run = table(moving(0.0, 0.0), result)
     titles = [site_title(run, site).replace("\N{NO-BREAK SPACE}", " ") for site in ("inner", "outer", "seal")]
     assert titles == [
-        "Retainer INNER at $z$ = 0.1 m",
-        "Retainer OUTER at $z$ = 0.2 m",
-        "Contact site SEAL at $z$ = 0.4 m",
+        "Retainer inner at $z$ = 0.1 m",
+        "Retainer outer at $z$ = 0.2 m",
+        "Contact site seal at $z$ = 0.4 m",
     ]
 
 

@@ -71,7 +71,7 @@ def test_expander_rubs_hardest_at_a_site_without_bearing(rub):
 
 def test_figures_show_no_contact_at_the_bearing_without_retainer(touchdown):
     labels = [label.get_text() for axes in touchdown.plot.contact().axes for label in axes.get_yticklabels()]
-    assert {"CATCH_N", "CATCH_S"} <= set(labels)
+    assert {"catch_n", "catch_s"} <= set(labels)
     assert not [label for label in labels if "GUIDE" in label]
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.assembly import Assembly
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.results.component_names import PLANT
 
 ATTRIBUTE = "places"  # of a data set
@@ -66,7 +67,7 @@ class RotorPlaces:
         """The meaning of each value of the plant's `contact_state`: the bearings whose retainers the rotor touches."""
         further = {bearing: [s for s, of in self.second.items() if of == bearing] for bearing in self.bearings}
         sites = ([site or bearing, *further[bearing]] for bearing, site in self.bearings.items())
-        names = [" or ".join(map(str.upper, of_bearing)) for of_bearing in sites]
+        names = [" or ".join(map(name_label, of_bearing)) for of_bearing in sites]
         together = ["+".join(n for k, n in enumerate(names) if value >> k & 1) for value in range(2 ** len(names))]
         together[0] = "none"
         return (*together[:3], "both") if len(names) == 2 else tuple(together)
