@@ -14,6 +14,7 @@ from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, LeastDamped,
 from amb_analysis.studies.coefficient_limits import limits_of
 from amb_analysis.studies.figures import figure
 from amb_analysis.studies.figures.over_speed import damping_ratio
+from amb_analysis.studies.unbalance_records import PlaceResponse, UnbalanceResponse
 from amb_cosim import studies
 from amb_cosim.presentation.units import units
 from rotor_analysis.parts import AtSpeed, Bearing
@@ -139,6 +140,33 @@ def test_least_damped_vibration_is_marked_even_beyond_the_axes():
     assert_names(labels, "2276 Hz", "0.0026")
     seen = figure(crossing_poles()).axes
     assert [[line.get_marker() for line in axes.lines if line.get_marker() in "^vD"] for axes in seen] == [["D"]] * 3
+
+
+def test_mark_at_the_end_of_a_curve_leaves_its_number_free():
+    picture = figure(crossing_poles())
+    picture.canvas.draw()
+    for axes in picture.axes[:2]:
+        (mark,) = [line for line in axes.lines if line.get_marker() in "^vD"]
+        half = 0.72 * mark.get_markersize() / 72.0 * picture.dpi  # of the diagonal of a diamond, with its edge
+        right = axes.transData.transform(mark.get_xydata()[0])[0] + half
+        numbers = [text for text in axes.texts if text.get_text().isdigit()]
+        assert numbers
+        assert all(text.get_window_extent().x0 > right for text in numbers)
+
+
+def test_response_ends_where_the_loop_is_not_stable_and_says_so():
+    """An operating speed of 100, a loop that is stable up to 200 and a peak at 199 rad/s, whole within the axis."""
+    speeds = np.linspace(1.0, 200.0, 200)
+    amplitude = 1e-5 / np.hypot(1.0, 199.0 - speeds)
+    place = PlaceResponse(1, 0.0, None, amplitude, np.zeros(200), amplitude)
+    response = UnbalanceResponse(
+        *("any", np.eye(2), "any", 100.0, 1e-4, 0.0, {}, speeds, {"end": place}, ()), stable_up_to=200.0
+    )
+    with units("rad/s"):
+        top = figure(response).axes[0]
+    assert top.get_xlim()[1] > 200.0
+    (shade,) = [patch for patch in top.patches if patch.get_hatch()]
+    assert shade.get_x() == pytest.approx(200.0)
 
 
 def test_diagrams_of_a_rotor_reach_beyond_the_speed_at_which_it_runs():

@@ -8,6 +8,8 @@ from strange_machine import LEVITATION
 
 import amb_cosim
 from amb_analysis.studies import contact_traps
+from amb_analysis.studies.figures import figure
+from amb_analysis.studies.figures.traps import unstable_ranges
 from amb_analysis.studies.trap_states import KINDS, regime_of
 from amb_cosim import studies
 from tests.support.messages import assert_names
@@ -62,3 +64,16 @@ def test_stable_loop_is_not_reported() -> None:
     assert traps.loop_growth < 0.0
     assert not [line for line in lines_of(traps) if "unstable" in line]
     assert any("feedback alone" in line for line in lines_of(traps))
+
+
+def test_figure_shows_where_the_loop_is_not_stable(unstable: contact_traps.Traps) -> None:
+    """At the machine's speed; there the contact-free orbit is no thick line, as no rotor follows it."""
+    first, last = next(ends for ends in unstable_ranges(unstable) if ends[0] <= unstable.speed <= ends[1])
+    drawn = figure(unstable)
+    orbits = drawn.axes[0]
+    inside = (unstable.curves.speeds >= first) & (unstable.curves.speeds <= last)
+    thick = [np.asarray(line.get_ydata(), np.float64) for line in orbits.lines if line.get_linewidth() == 1.8]
+    assert thick
+    assert all(np.isnan(y[inside]).all() for y in thick)
+    for axes in drawn.axes[:: len(drawn.axes) - 1]:
+        assert any(patch.get_hatch() for patch in axes.patches)

@@ -12,7 +12,7 @@ from amb_cosim.presentation.style import BLUE, GREY, StyledFigure, write_title
 def draw(result: RotorFit) -> Figure:
     """Draw the fitted responses; without responses each parameter with its interval, over its fitted value."""
     if result.after is not None:
-        return draw_responses(result.after)
+        return draw_responses(result.after, "fitted")
     names = list(result.fit.parameters)
     figure = StyledFigure(figsize=(6.4, 1.2 + 0.4 * len(names)), layout="constrained")
     panel = figure.subplots()

@@ -34,6 +34,7 @@ HATCH: dict[str, Any] = {
     "hatch": "////",
     "lw": 0.0,
 }
+UNSTABLE_LOOP: dict[str, Any] = {"facecolor": "none", "edgecolor": "#C9A0B4", "hatch": "..", "lw": 0.0}
 SHADES = ("0.86", "0.92", "0.97")  # of the zones of damping
 SIZE = (7.4, 6.6)  # inches, of both plots
 DECADES = (1e-4, 1e1)  # widest range of an axis of damping
@@ -42,6 +43,7 @@ WHITE: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "pad": 0.6} 
 LABEL_SIZE = 7.5  # points
 STEPS = [sign * 0.75 * k for k in range(1, 12) for sign in (1, -1)]  # heights of a label's middle above its point
 IN_A_ROW = 5  # entries of a legend as wide as the plots
+NUMBERS = 1.018  # position of the numbers of curves over the axes' width; marks at the end of a curve reach to 1.014
 LETTERS = 0.042  # share of the axes' height that a line of text takes
 
 
@@ -208,7 +210,7 @@ def _number(axes: Axes, curves: Sequence[Array]) -> None:
     step = _every(len(ends))
     ends = {number: height for number, height in ends.items() if number % step == 0}
     for number, height in zip(ends, spread(list(ends.values()), LETTERS, 0.0, 1.0), strict=True):
-        axes.text(1.008, height, str(number), transform=axes.transAxes, va="center", fontsize=7, color="0.3")
+        axes.text(NUMBERS, height, str(number), transform=axes.transAxes, va="center", fontsize=7, color="0.3")
 
 
 def _every(labels: int) -> int:
@@ -229,6 +231,14 @@ def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) ->
         for ends in spans:
             panel.axvspan(*unit.of(ends), zorder=-1, **HATCH)
     return [Patch(label=f"coefficients {EXTRAPOLATED}", **HATCH)] if spans else []
+
+
+def shade_unstable(panels: Sequence[Axes], ranges: Sequence[tuple[float, float]]) -> list[Patch]:
+    """Shade the speeds (rad/s) at which the loop is not stable, and return their entry of the legend."""
+    for panel in panels:
+        for ends in ranges:
+            panel.axvspan(*speed_unit().of(ends), zorder=1.5, **UNSTABLE_LOOP)  # above a map, below curves
+    return [Patch(label="loop not stable", **UNSTABLE_LOOP)] if ranges else []
 
 
 def with_frozen(title: str, limits: Limits) -> str:

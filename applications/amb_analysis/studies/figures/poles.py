@@ -144,7 +144,8 @@ def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
             rf"$\zeta$ = {zeta:.2g}",
             fontsize=7,
             color="0.4",
-            ha="right",
+            ha="left",
+            va="bottom",
         )
     axes.set(xlabel=f"Re $s$ ({unit.label})", ylabel=f"Im $s$ ({unit.label})")
     axes.set_title(f"Poles; dots at {speed_unit().text(result.operating_speed, 5)}", loc="left")

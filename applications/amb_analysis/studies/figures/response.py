@@ -19,8 +19,8 @@ SPAN = 1e4  # of amplitudes about their median; a resonance without damping has 
 LINEAR_BELOW = 8.0  # highest over lowest frequency, up to which the axis is linear
 
 
-def draw(result: FrequencyResponses) -> Figure:
-    """Draw amplitude, phase and coherence of the first responses, measured below computed."""
+def draw(result: FrequencyResponses, label: str = "computed") -> Figure:
+    """Draw amplitude, phase and coherence of the first responses, measured below those with a label."""
     drawn = list(result.responses.items())[:MOST]
     columns = min(COLUMNS, len(drawn))
     rows = -(-len(drawn) // columns)
@@ -32,20 +32,20 @@ def draw(result: FrequencyResponses) -> Figure:
     for k, (name, item) in enumerate(drawn):
         part = outer[k // columns, k % columns]
         panels = part.subplots(len(heights), 1, sharex=True, height_ratios=heights)
-        _draw_response(panels, name, item)
+        _draw_response(panels, name, item, label)
     more = f", {len(drawn)} of {len(result.responses)} responses" if len(result.responses) > MOST else ""
     title = f"{result.rotor}: {result.loop}, {speed_unit().text(result.speed)}{more}"
     write_title(figure, title)
     return figure
 
 
-def _draw_response(panels: Array, name: str, item: ComputedResponse) -> None:
+def _draw_response(panels: Array, name: str, item: ComputedResponse, label: str) -> None:
     top, middle = panels[0], panels[1]
     f = item.frequencies
     if item.measured is not None:
         top.semilogy(f, np.abs(item.measured), color=GREY, lw=1.6, label="measured")
         middle.plot(f, _phase(item.measured), ".", color=GREY, ms=2.0)
-    top.semilogy(f, np.abs(item.computed), color=BLUE, label="computed")
+    top.semilogy(f, np.abs(item.computed), color=BLUE, label=label)
     middle.plot(f, _phase(item.computed), ".", color=BLUE, ms=1.4)
     top.set(ylabel=item.unit, ylim=_limits(np.abs(item.computed if item.measured is None else item.measured)))
     top.set_title(fitted(name, PANEL[0] - 0.8))

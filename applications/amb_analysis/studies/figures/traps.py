@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 
 from amb_analysis.steady_contact.branches import branches
 from amb_analysis.studies.contact_traps import WIDE, Traps
+from amb_analysis.studies.figures.over_speed import shade_unstable
 from amb_cosim.presentation.style import (
     BLUE,
     DASHED,
@@ -57,18 +58,30 @@ def draw(result: Traps) -> Figure:
     return figure
 
 
+def unstable_ranges(result: Traps) -> list[tuple[float, float]]:
+    """Return the ranges of speed (rad/s) in which the loop is not stable without contact."""
+    speeds, free = result.curves.speeds, result.curves.states[0]
+    unstable = np.array([dynamics.free_growth >= 0.0 for dynamics in free.dynamics])
+    changes = np.flatnonzero(np.diff(np.pad(unstable, 1).astype(int))).reshape(-1, 2)
+    return [(float(speeds[first]), float(speeds[end - 1])) for first, end in changes]
+
+
 def _draw_orbits(panel: Axes, result: Traps) -> None:
-    """Draw the contact-free orbit at each site over its clearance; dotted where it exceeds a clearance."""
+    """Draw the contact-free orbit at each site over its clearance; dotted where it is beyond or the loop not stable."""
     free, speeds = result.curves.states[0], speed_unit().of(result.curves.speeds)
+    unstable = unstable_ranges(result)
     for k, (site, colour) in enumerate(zip(result.sites, cycle(COLOURS), strict=False)):
         share = result.orbits[:, k] / result.clearances[k]
         exists = np.isin(np.arange(len(speeds)), free.speed)
+        for first, last in unstable:
+            exists &= (result.curves.speeds < first) | (result.curves.speeds > last)
         panel.plot(speeds, np.where(exists, share, np.nan), color=colour, lw=1.8, label=site)
         panel.plot(speeds, np.where(exists, np.nan, share), color=colour, ls=":")
     panel.axhline(1.0, color="black", lw=0.8, ls=DASHED)
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
     panel.set(ylabel="orbit without contact / clearance", ylim=(0.0, 2.0))
     panel.set_xlim(0.0, speeds[-1])
+    shade_unstable([panel], unstable)
     panel.legend(loc="upper right", ncols=2)
 
 
@@ -174,6 +187,7 @@ def _draw_map(panel: Axes, result: Traps) -> None:
         for kind, (colour, label) in enumerate(zip(colours, LABELS, strict=True))
         if kind in occurring and kind not in named
     ]
+    patches += shade_unstable([panel], unstable_ranges(result))
     star = Line2D([], [], marker="*", ms=10, mfc="black", mec="white", ls="none", label="the machine")
     panel.legend(
         handles=[*patches, star, grade], loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3, handlelength=1.2

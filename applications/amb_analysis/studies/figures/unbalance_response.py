@@ -13,13 +13,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from amb_analysis.studies.figures.over_speed import BOX, hatch_extrapolated, with_frozen
+from amb_analysis.studies.figures.over_speed import BOX, hatch_extrapolated, shade_unstable, with_frozen
 from amb_analysis.studies.unbalance_records import UnbalanceResponse, amplification_text
 from amb_cosim.presentation.style import COLOURS, DASHED, GREY, StyledFigure, write_title
 from amb_cosim.presentation.units import ShownUnit, length_unit, speed_unit, spin_label
 
 BODE, POLAR = 7.0, 4.8  # inches, widths
 BACKWARD = "#DCE9F5"
+BEYOND = 1.12  # highest speed of the axis over the last one at which the loop is stable
 FLOOR = 1e-3  # lower end of a logarithmic axis, over the largest amplitude
 LABELS = (0.005, 0.34, 0.67)  # positions of the labels of clearances, over the width
 
@@ -35,7 +36,7 @@ def draw(result: UnbalanceResponse) -> Figure:
     for (label, place), colour in zip(result.places.items(), cycle(COLOURS), strict=False):
         top.plot(speeds, unit.of(place.amplitude), color=colour, label=label)
         bottom.plot(speeds, np.degrees(place.phase), color=colour)
-    top.set(ylabel=f"amplitude ({unit.label})", xlim=(0.0, speeds[-1]))
+    top.set(ylabel=f"amplitude ({unit.label})", xlim=(0.0, BEYOND * speeds[-1] if result.stable_up_to else speeds[-1]))
     clearances = _clearances(result)
     highest = max([largest, *clearances])
     if result.scenario and largest > 0.0:
@@ -55,6 +56,8 @@ def draw(result: UnbalanceResponse) -> Figure:
     curves = top.get_legend_handles_labels()[0]
     hatched = hatch_extrapolated((top, bottom), result.speeds, result.limits)
     shaded = _shade_backward((top, bottom), result)
+    if result.stable_up_to is not None:
+        shaded += shade_unstable((top, bottom), [(result.stable_up_to, BEYOND * result.speeds[-1])])
     figure.legend(handles=[*curves, *hatched, *shaded], loc="outside lower center", ncols=3)
     _draw_polar(right.add_subplot(projection="polar"), result, unit)
     title = f"{result.scenario or result.rotor}: steady response to {result.load}"

@@ -106,13 +106,12 @@ def stations(dataset: Signals) -> list[Station]:
 
 
 def site_title(dataset: Signals, site: str) -> str:
-    """Return what a contact site is, its name, and its position on the shaft if the plant states it."""
+    """Return what a contact site is, unless its name says so, its name, and its position if the plant states it."""
     result = places(dataset)
     kind = "Retainer" if site in result.retainers or site in result.second else "Contact site"
     z = result.z.get(site)
-    return f"{kind} {name_label(site)}" + (
-        "" if z is None else f" at $z$\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{z:.4g}\N{NO-BREAK SPACE}m"
-    )
+    named = name_label(site) if site.startswith(kind.lower()) else f"{kind} {name_label(site)}"
+    return named + ("" if z is None else f" at $z$\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{z:.4g}\N{NO-BREAK SPACE}m")
 
 
 def bearing_title(dataset: Signals, bearing: str) -> str:
