@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from amb_cosim.presentation.units import ShownUnit
+from amb_cosim.presentation.units import ShownUnit, speed_unit
 from amb_sweeps.axes import Axis, is_moment
 from amb_sweeps.sampling import SAMPLE, SamplePlan
 
@@ -53,9 +53,11 @@ def descriptions(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def value_text(name: str, value: Any, unit: str, described: str = "") -> str:
-    """Return the value of a variable as text, `u = 25 g m`, or with a description `Unbalance: 25 g m`."""
-    number = value if isinstance(value, str) else format(value, ".4g")
+    """Return a value as text, `u = 25 g m`, or with a description `Unbalance: 25 g m`; of speeds in rpm."""
     begin = f"{words_of(name, described)}:" if described else f"{short(name)} ="
+    if unit == "rad/s" and not isinstance(value, str):
+        return f"{begin} {speed_unit().text(value)}"
+    number = value if isinstance(value, str) else format(value, ".4g")
     return f"{begin} {number} {shown_unit(unit) if unit != '1' else ''}".rstrip()
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from amb_cosim.presentation.descriptions import name_label
+from amb_cosim.presentation.units import force_unit
 from amb_sweeps.outcomes import BROKEN_OFF, COLOURS
 from amb_sweeps.panels import descriptions, numeric_axes, panels, value_text
 from amb_sweeps.refine import boundary_group, refined_axes
@@ -63,7 +64,7 @@ def _force(part: xr.Dataset, metric: str, words: str) -> str:
     numbers = [name for name in part.coords if part[name].ndim and np.issubdtype(part[name].dtype, np.number)]
     where = [value_text(str(name), point[name].item(), point[name].attrs.get("units", "")) for name in numbers]
     qualification = ", unknown for aborted runs," if np.isin(part["outcome"].values, BROKEN_OFF).any() else ""
-    return f"; {words}{qualification} up to {largest:.4g} N{at_site}, with {', '.join(where)}"
+    return f"; {words}{qualification} up to {force_unit(largest).text(largest)}{at_site}, with {', '.join(where)}"
 
 
 def _branching_lines(dataset: xr.Dataset) -> list[str]:

@@ -187,5 +187,6 @@ def test_ready_sweep_has_its_description_in_the_title():
 
 def test_units_in_figures_have_spaces_between_their_factors():
     assert value_text("rotor_contact.d1.u", 25.0, "g.m") == "u = 25 g m"
+    assert value_text("Omega", 100.0 * np.pi, "rad/s") == "Omega = 3000 rpm"
     assert value_text("rotor_contact.d1.u", 25.0, "um", "Orbit") == "Orbit: 25 \N{MICRO SIGN}m"
     assert value_text("rotor_contact.rb1.mu", 0.2, "1") == "mu = 0.2"

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import subprocess
 import zipfile
 
@@ -44,10 +45,12 @@ def test_a_terminal_of_80_columns_shows_what_distinguishes_each_entry(monkeypatc
 
 
 def test_list_has_speeds_in_the_unit_of_summaries(runner):
-    """260 rad/s in the file."""
-    text = runner("list", "drop").stdout
-    assert "2483 rpm" in text
-    assert "rad/s" not in text
+    """260 rad/s in a file and 3 Hz in another; no description has a speed in another unit."""
+    for name, speed in (("drop", "2483 rpm"), ("run_up", "180 to 1800 rpm")):
+        text = runner("list", name).stdout
+        assert speed in text
+        assert "rad/s" not in text
+    assert not re.search(r"\d (Hz|rad/s)", runner("list").stdout)
 
 
 @pytest.mark.parametrize("arguments", [("list",), ("run", "fig4_9", "--until", "0.01", "--no-plots", "-o", "out")])
