@@ -9,7 +9,14 @@ from click.testing import CliRunner
 
 from amb_assessment.assessment.assess import Analysis, Assessment
 from amb_assessment.assessment.conclusion import answer, by_criterion, failures
-from amb_assessment.assessment.criteria import READINGS, Criterion, check_formulas, load_criteria, unread
+from amb_assessment.assessment.criteria import (
+    READINGS,
+    Criterion,
+    check_formulas,
+    load_criteria,
+    packaged_criteria,
+    unread,
+)
 from amb_assessment.assessment.expressions import evaluate, names_in
 from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, Quantity, judge
 from amb_assessment.assessment.quantities import VARIABLES
@@ -232,6 +239,13 @@ def test_the_sentence_of_every_packaged_criterion_has_its_number_and_its_limit()
         limit = "2.5" if criterion.key == "critical_in_range" else "0.15"  # of the amplification, not of the margin
         number = "3 rpm" if criterion.key == "critical_in_range" else "0.17"
         assert_names(found.sentence, number, limit)
+
+
+def test_the_advice_of_a_packaged_criterion_needs_no_other():
+    """A page has only the advice of what failed, so none may refer to another."""
+    for item in (item for item in load_criteria([*packaged_criteria()]) if item.known != "missing"):
+        assert len(item.advice.split()) > 4, item.key
+        assert not re.match(r"(As|Like|See|The same)\b", item.advice), item.key
 
 
 def test_a_criterion_fails_by_the_worst_of_its_cases():
