@@ -47,7 +47,7 @@ def turns(dataset: Signals) -> Figure:
         set_orbit_axes(panel, fitted(station.title, 3.3), limit / unit.size, right)
         mark_axes(panel, dataset)
     panels[0].set_ylabel(up)
-    mark = Line2D([], [], color="0.3", ls="", marker="o", ms=5.0, label=f"last {TURNS:g} turns; the rotor's angle is 0")
+    mark = Line2D([], [], color="0.3", ls="", marker="o", ms=5.0, label=f"angle 0 of the rotor, last {TURNS:g} turns")
     figure.legend(handles=[mark], loc="outside lower center")
     add_title(figure, dataset)
     return figure
