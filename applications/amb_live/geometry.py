@@ -94,7 +94,7 @@ def _shape(rotor: Rotor, places: tuple[int, ...]) -> Array:
 
 
 def _radii(rotor: Rotor) -> list[float]:
-    """Return the outer radius (m) of the shaft at each node: of the element that begins there, or the last element."""
+    """Return the outer radius (m) at each node, which is that of the element that begins there, or of the last one."""
     radii = [max(layer.diameter[0] for layer in layers) / 2.0 for layers in rotor.elements]
     return [*radii, radii[-1]]
 

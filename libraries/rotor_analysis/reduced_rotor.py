@@ -112,7 +112,7 @@ def with_modes_up_to(rotor: Rotor, highest: float) -> Rotor:
 
 
 def reduction_error(rotor: Rotor, count: int = 6) -> ReductionError:
-    """Return the errors of the frequencies of `reduced_rotor`, of the first `count` modes of a plane of motion."""
+    """Return the errors of `reduced_rotor` in the frequencies of the first `count` modes of a plane of motion."""
     full, plant = on_bearings(assemble(rotor), rotor), reduced_rotor(rotor)
     reduced = reduce_by(full, plant.model.translations, plant.right, plant.left).model
     exact, approximate = (undamped_frequencies(model, rotor, count) for model in (full, reduced))

@@ -147,7 +147,7 @@ def measured_norm(result: SynchronousResponse, axis: int, frequency: float) -> A
 
 
 def critical_speed_shift(result: ModelReduction, model: str) -> Annotated[float, "1"]:
-    """Return the largest change of a critical speed, of those of the full model, by another model (1)."""
+    """Return the largest relative change (1) of a critical speed from the full model to another."""
     return _largest_shift(result, result.models[model].critical_speeds)
 
 
@@ -338,7 +338,7 @@ def law_panels(result: ContactLaws) -> list[Panel]:
 
 
 def end_panels(run: Signals) -> Iterator[Panel]:
-    """Yield the radial displacement of the shaft's ends, of a run without contact."""
+    """Yield the radial displacement of the shaft's ends in a run without contact."""
     if contact_cycles(run)[0] is not None:
         return
     axis, label, drawn = horizontal_axis(run)

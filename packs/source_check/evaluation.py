@@ -86,7 +86,7 @@ class Report:
         return tuple(item for item in self.judged if chapter.has(item.statement))
 
     def counts(self, chapter: Chapter | None = None) -> Counter[Verdict]:
-        """Return the number of statements by verdict, of one chapter or of all."""
+        """Return the number of statements with each verdict, in one chapter or in all."""
         return Counter(item.verdict for item in (self.judged if chapter is None else self.of_chapter(chapter)))
 
     def as_dict(self) -> dict[str, Any]:

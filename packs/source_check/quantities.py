@@ -39,7 +39,7 @@ def panels_of_run(run: Signals, module: str = "") -> tuple[Panel, ...]:
 
 
 def panels_of_study(result: Any, module: str = "") -> tuple[Panel, ...]:
-    """Return the plots of a study's result, of this package or of a module; none if a study has no curves."""
+    """Return the plots of a study's result, by this package or a module; none if a study has no curves."""
     plots = [f for f in _functions(study_panels.__name__, module) if f.draws and is_dataclass(f.subject)]
     return next((tuple(f.call(result)) for f in plots if isinstance(result, f.subject)), ())
 

@@ -30,7 +30,7 @@ def peak_force(run: Signals, site: str, begin: float = 0.0, end: float = np.inf)
 def contact_share(
     run: Signals, states: str, begin: float | None = None, end: float | None = None
 ) -> Annotated[float | None, "1"]:
-    """Return the share of the time in some contact states (1): by their names, such as `none, both`.
+    """Return the share of the time (1) in the named contact states, such as `none, both`.
 
     By default from the step to the removal, or to the end.
     """

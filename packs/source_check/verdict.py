@@ -75,7 +75,7 @@ def judge(statement: Statement, values: list[tuple[Computed | None, str]]) -> tu
 
 
 def _when_met(statement: Statement, reading: str) -> Verdict:
-    """Return the verdict on a statement that is met: of those that apply, the one that claims least."""
+    """Return the verdict on a statement that is met; if several apply, the one that claims least."""
     if statement.given:
         return Verdict.GIVEN
     if statement.definition:

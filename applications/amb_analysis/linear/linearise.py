@@ -33,7 +33,7 @@ def linearise(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> LinearModel:
-    """Return the linear model of a machine, of a part of it, or of its sampled loop, as control.StateSpace.
+    """Return the linear model of a machine, a part of it, or its sampled loop, as control.StateSpace.
 
     The rotor without contact and the magnetic bearings are continuous. With a controller among the components the model
     has the controller's sample time; it is exact for currents held over each sample. Values injected at an input are

@@ -287,7 +287,7 @@ def diagonal_response(system: control.StateSpace, frequencies: Array, modes: Mod
 
 
 def disk_margin(S: Complex) -> Array:
-    """Return a lower bound of the disk margin alpha at each frequency, of all loops at once.
+    """Return a lower bound of the disk margin alpha for all loops at once, at each frequency.
 
     Each loop may be multiplied by any complex f in the disk with diameter from (2 - alpha)/(2 + alpha) to its inverse:
 

@@ -114,7 +114,7 @@ def fit_responses(
 
 
 def _pairs(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
-    """Return numbers of residuals by response, shape (2, n) each: of real and of imaginary parts."""
+    """Return the numbers of the residuals of each response, shape (2, n): real parts, then imaginary parts."""
     parts = np.split(values, np.cumsum([2 * len(c.values) for c in curves])[:-1])
     return [part.reshape(2, -1) for part in parts]
 

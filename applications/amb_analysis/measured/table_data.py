@@ -82,7 +82,7 @@ def _columns(path: Path, stated: StatedUnits) -> dict[str, Column]:
         text = "".join(row)  # Python reads 1_0 and digits of any script as numbers
         if "_" in text or not text.isascii():
             raise ValueError(
-                f"row {k + 1} below the headings, {', '.join(row)[:SHOWN]!r}, must have decimal numbers alone"
+                f"row {k + 1} below the headings, {', '.join(row)[:SHOWN]!r}, may contain only decimal numbers"
             )
     units = [stated.of(head["name"], (head["unit"] or head["round"] or "").strip()) for head in heads if head]
     return {name: (unit, numbers[:, k]) for k, (name, unit) in enumerate(zip(names, units, strict=True))}

@@ -297,7 +297,7 @@ class SolvedState:
 
 
 def states_at(rotor: RubbingRotor, Omega: float, injected: Complex | None = None) -> list[SolvedState]:
-    """Return all synchronous states of a rotor at a speed (rad/s), of all sets of sites.
+    """Return all synchronous states of a rotor at a speed (rad/s), whichever sites it touches.
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ class ContactConvergence(MachineResult):
         ]
 
     def _over_starts(self, sites: Sequence[str]) -> list[TextBlock]:
-        """Return a table of the peak forces over the starts, of the scenario and of the most modes."""
+        """Return a table of the peak forces over the starts, for the scenario and with the most modes."""
         repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
         if not repeated:
             return []

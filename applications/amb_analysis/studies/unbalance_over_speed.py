@@ -303,7 +303,7 @@ def _first_disc(rotor: Rotor) -> Point:
 
 
 def _places(rotor: Rotor) -> dict[str, int]:
-    """Return the nodes of the bearings, of the sites and of the shaft ends, by name; each node once."""
+    """Return the nodes of bearings, sites and shaft ends by name, each node once."""
     z = rotor.shaft.nodes
     ends = (SimpleNamespace(name=f"end at z = {z[node - 1]:.4g} m", node=node) for node in (1, len(z)))
     parts: tuple[Any, ...] = (*rotor.bearings, *rotor.sites, *ends)

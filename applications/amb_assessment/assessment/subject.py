@@ -77,12 +77,12 @@ class Subject(Machine):
         return (*self.retainers, *gaps) if self.retainers else tuple(self.clearances)
 
     def nearest(self, shares: Mapping[str, float]) -> list[str]:
-        """Return the decisive places: of a magnet, its air gap if its share is the largest, else all its retainers.
+        """Return the places that decide: the air gap of a magnet if its share is the largest, otherwise its retainers.
 
         Parameters
         ----------
         shares
-            Displacement over the clearance by place; all other places are decisive.
+            Displacement over the clearance by place; all other places decide, too.
         """
         guarded = {site.name: air_gap(site.bearing) for site in self.rotor.sites if site.bearing}
         groups: dict[str, list[str]] = {}

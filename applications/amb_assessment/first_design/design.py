@@ -59,7 +59,7 @@ def first_design(
     options: RunOptions,
     progress: Progress = lambda sample_time, tried: None,
 ) -> Design:
-    """Return the best design: of the first sample time whose loop is in zone A, or with the smallest shortfall of all.
+    """Return the design for the first sample time whose loop is in zone A, or else the one that misses least.
 
     Parameters
     ----------

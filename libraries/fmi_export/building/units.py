@@ -166,7 +166,7 @@ def registry(numbers: type = Fraction) -> pint.UnitRegistry:  # type: ignore[typ
 
 
 def parse_unit(unit: str, numbers: type = Fraction) -> pint.Unit:
-    """Return the pint unit, of the `registry` with these numbers, of a unit in FMI notation.
+    """Return the unit of `registry` with these numbers that a unit in FMI notation stands for.
 
     `.` multiplies, a digit after a letter is an exponent.
 

@@ -151,7 +151,7 @@ def relabelled(label: str, *quantities: str) -> tuple[str, float]:
 
 
 def convert_units_in_text(text: str) -> str:
-    """Return a text with the values of chosen quantities in it, a number and its unit, in the chosen units.
+    """Return a text in which each number with a unit that may be chosen is in the chosen one.
 
     Examples
     --------

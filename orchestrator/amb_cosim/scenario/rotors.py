@@ -46,7 +46,7 @@ def _is(value: object, module: str, name: str) -> bool:
 
 
 def named(value: object) -> object:
-    """Return the name of a rotor, of the rotor of a table, or of a controller's model; names and paths unchanged."""
+    """Return the name of a rotor, the rotor of a table, or a controller's model; names and paths unchanged."""
     if is_controller(value):
         return value.model
     return value.name if is_rotor(value) else value.rotor if is_table(value) else value

@@ -80,7 +80,7 @@ def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line
 
 
 def _least_decrement(result: ClosedLoopPoles) -> list[float]:
-    """Return the logarithmic decrement of the least damped vibration, of all and not only of those drawn, if any."""
+    """Return the logarithmic decrement of the least damped vibration, drawn or not, if there is any."""
     ratio = 0.0 if result.least_damped is None else result.least_damped.damping_ratio
     return [2.0 * math.pi * ratio / math.sqrt(1.0 - ratio**2)] if 0.0 < ratio < 1.0 else []
 

@@ -1,4 +1,4 @@
-"""Reads the interface of an FMU from its modelDescription, of FMI 2.0 or 3.0.
+"""Reads the interface of an FMU from its modelDescription in FMI 2.0 or 3.0.
 
 Each element of an FMI 3.0 array is a variable with its own name, row by row: `gains[2,3]`, counted from 1. FMUs of this
 project's export state the FMI 2.0 names of their elements, which are used here, too. If the size of an array is a

@@ -131,7 +131,7 @@ def model_of(fmu: FmuSource) -> str | None:
 
 
 def is_model(fmu: FmuSource) -> bool:
-    """Return whether a component of a system is a model: by name, as the file that it is made from, or as an object."""
+    """Return whether a component of a system is a model, which may be a name, a file or an object."""
     return model_of(fmu) is not None
 
 

@@ -125,7 +125,7 @@ class Recorder:
         self._steps = grown(self._steps, self._n_steps, steps)
 
     def __getstate__(self) -> dict[str, object]:
-        """Return the state for another process: the used rows."""
+        """Return the rows in use, which are all that another process needs."""
         return self.__dict__ | {"_points": self.points, "_table": self.table, "_steps": self.steps}
 
     @property

@@ -136,7 +136,7 @@ def _end(experiment: Experiment, origin: float, system: System, values: Assignme
 
 
 def _settling(experiment: Experiment, common: int) -> tuple[Settling, list[str]]:
-    """Return how a run settles whose components step together every `common` steps, and a notice if not as requested.
+    """Return how a run settles, and a notice if not as requested; its components step together every `common` steps.
 
     Raises
     ------
