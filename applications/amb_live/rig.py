@@ -13,6 +13,7 @@ from amb_cosim.cosim.fmu.fmus import fmu_name, model_source
 from amb_cosim.export.assembled import assembled
 from amb_cosim.export.models import Made
 from amb_cosim.export.planned import made_for
+from amb_cosim.presentation.units import speed_unit, with_speeds_in
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.places import places_of
 from amb_cosim.scenario.plan import plan_scenario
@@ -77,7 +78,7 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
         "format": 1,
         "version": importlib.metadata.version("amb-cosim"),
         "scenario": scenario.name,
-        "description": scenario.description,
+        "description": with_speeds_in(scenario.description, speed_unit()),
         "source": scenario.source,
         "system": scenario.system,
         "rotor": named(scenario.rotor),

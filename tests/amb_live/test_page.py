@@ -147,6 +147,7 @@ def test_another_scenario_can_be_chosen(open_rig):
     rig.page.wait_for_function("document.querySelectorAll('.contact').length === 4")  # with the bushes
     rig.settled()
     assert "rotor falls" in rig.page.inner_text("#description")
+    assert "2483 rpm" in rig.page.inner_text("#description")
     rig.go(0.2)
     assert "1" in rig.modes
 
@@ -156,9 +157,9 @@ def test_speed_is_reached_at_the_chosen_rate(open_rig):
     rig.page.fill("#speed-field", "1050.4226")
     rig.page.press("#speed-field", "Enter")
     rig.go(0.1)
-    assert "100.5\u00a0rad/s" not in rig.page.inner_text("#control-state")
+    assert "960\u00a0rpm" not in rig.page.inner_text("#control-state")
     rig.go(0.3)
-    assert "110\u00a0rad/s" in rig.page.inner_text("#control-state")
+    assert "1050\u00a0rpm" in rig.page.inner_text("#control-state")
 
 
 def test_an_experiment_waits_for_the_push_and_comments_on_it(open_rig):

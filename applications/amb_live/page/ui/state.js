@@ -65,7 +65,7 @@ export function makeFacts(panel, session) {
 
 /** @param {number} speed rad/s */
 function speedText(speed) {
-  return [quantityOf(speed * 30 / Math.PI, "rpm"), quantityOf(speed, "rad/s"), quantityOf(speed / (2 * Math.PI), "Hz")].join(", ");
+  return quantityOf(speed * 30 / Math.PI, "rpm");
 }
 
 /** @param {number} value @param {string} unit @returns {string} without a line break inside */
