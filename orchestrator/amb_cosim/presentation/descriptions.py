@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import takewhile
 
 PREPOSITIONS = ("at", "of", "in", "on", "to")
-CODE = re.compile(r"[a-z]{1,2}\d+(\.[xy])?")  # such as mb1.x
+CODE = re.compile(r"[a-z]{1,2}\d+(\.[xy])?")  # such as p1.x
 
 
 def name_label(name: str) -> str:
@@ -15,8 +15,8 @@ def name_label(name: str) -> str:
 
     Examples
     --------
-    >>> name_label("rb1"), name_label("mb2.y"), name_label("ret_A"), name_label("left.x")
-    ('RB1', 'MB2.Y', 'ret_A', 'left.x')
+    >>> name_label("w1"), name_label("p2.y"), name_label("ret_A"), name_label("left.x")
+    ('W1', 'P2.Y', 'ret_A', 'left.x')
     """
     return name.upper() if CODE.fullmatch(name) else name
 

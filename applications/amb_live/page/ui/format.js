@@ -67,7 +67,7 @@ export function factorText(factor) {
 }
 
 /**
- * Return a name as a reader sees it: a letter or two with a number in capitals (RB1), any other as in its file.
+ * Return a name as a reader sees it: a letter or two with a number in capitals (W1), any other as in its file.
  * @param {string} name
  */
 export function nameLabel(name) {
