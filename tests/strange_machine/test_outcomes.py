@@ -193,7 +193,7 @@ SETTLING = 1e-5 * (1.0 + 3.0 * np.exp(-8.0 * T))  # falls by 24.7 % in the first
 def test_largest_orbit_of_an_unsettled_start_has_a_notice(role):
     """(1 + 3 exp(-0.4))/4 = 0.753."""
     (notice,) = notices_of_start(orbit(SETTLING, **role))
-    assert_names(notice, "NORTH", "25 %", "settle_cycles")
+    assert_names(notice, "north", "25 %", "settle_cycles")
 
 
 @pytest.mark.parametrize(

@@ -54,7 +54,7 @@ def peaks_at(labyrinth: float, catch: float) -> dict[str, float]:
 
 def test_the_summary_names_the_site_of_the_largest_force(tmp_path):
     swept = filled(tmp_path, {"a.x": "1:3:3"}, [peaks_at(3.0, 4.0), peaks_at(9.0, 4.0), peaks_at(2.0, 5.0)])
-    assert swept.summary == "3 runs, 3 recovered; peak contact force up to 9 N at LABYRINTH, with x = 2"
+    assert swept.summary == "3 runs, 3 recovered; peak contact force up to 9 N at labyrinth, with x = 2"
 
 
 def test_a_sweep_without_a_run_that_succeeded_ends_with_exit_code_1(tmp_path, monkeypatch):
