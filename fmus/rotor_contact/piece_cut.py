@@ -17,15 +17,14 @@ from rotor_contact.lobatto import LOBATTO_POINTS, N_LOBATTO, restrict, value_at
 from rotor_contact.matrix_sizes import place_index
 from rotor_contact.over_step import Nodes
 from rotor_contact.piece import advance_rotations, end_rotations, piece_of
+from rotor_contact.piece_energy import GAUSS_WEIGHTS
 from rotor_contact.piece_series import series_of, state_at
+from rotor_contact.propagator import N_GAUSS
+from rotor_contact.series import GAUSS_POINTS
 from rotor_contact.site import is_constrained
 from rotor_contact.speed_grid import grid_speed
 from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.workspace import Workspace, stages_of
-
-N_GAUSS = 4  # points of Gauss's quadrature, in [0, 1]
-GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)
-GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
 @noinline_kernel
