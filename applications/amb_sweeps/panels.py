@@ -53,7 +53,7 @@ def descriptions(dataset: xr.Dataset) -> dict[str, str]:
 
 
 def value_text(name: str, value: Any, unit: str, described: str = "") -> str:
-    """Return a value as text, `u = 25 g m`, or with a description `Unbalance: 25 g m`; of speeds in rpm."""
+    """Return a value as text, `u = 25 g m`, or with a description `Unbalance: 25 g m`; speeds in the chosen unit."""
     begin = f"{words_of(name, described)}:" if described else f"{short(name)} ="
     if unit == "rad/s" and not isinstance(value, str):
         return f"{begin} {speed_unit().text(value)}"

@@ -216,8 +216,8 @@ def _systematic(residuals: Sequence[Complex], curves: Sequence[FrequencyResponse
             k = int(np.argmax(sizes))
             if sizes[k] > largest:
                 begin, end = curve.frequencies[k], curve.frequencies[k + L - 1]
-                range_ = f"at {begin:.5g} Hz" if L == 1 else f"from {begin:.5g} to {end:.5g} Hz"
-                largest, where = float(sizes[k]), f"above all {range_} in {curve.name}"
+                band = f"at {begin:.5g} Hz" if L == 1 else f"from {begin:.5g} to {end:.5g} Hz"
+                largest, where = float(sizes[k]), f"above all {band} in {curve.name}"
             runs, L = runs + len(sizes), 2 * L
     return where if largest > np.log(runs / FALSE_ALARMS) else ""
 

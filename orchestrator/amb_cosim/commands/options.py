@@ -27,7 +27,7 @@ def output(text: str, default: str | None = None, metavar: str | None = None) ->
 
 
 def results_of(name: str | Path) -> Path:
-    """Return the folder for the results of a scenario or file; of `pump/landing.toml`, results/pump_landing."""
+    """Return the folder for the results of a scenario or file: for `pump/landing.toml`, results/pump_landing."""
     path = Path(name)
     folder = "" if path.parent == Path() else path.parent.resolve().name
     return Path("results") / "_".join(filter(None, (folder, path.stem)))

@@ -29,7 +29,7 @@ from amb_files.atomic import check_writable, plain_file, write_file
 if TYPE_CHECKING:
     from amb_cosim.results.result import Result
 
-FOLDER = output("Folder for the results; default: results/NAME, of a file FOLDER/NAME.toml results/FOLDER_NAME.")
+FOLDER = output("Folder for the results; default: results/NAME, or results/FOLDER_NAME for a file FOLDER/NAME.toml.")
 AUTOSAVE = """Time between automatic checkpoints; 0 for none."""
 AUTOSAVED = "autosave.npz"
 STEP = click.option("--step", metavar="TIME", help="Communication step of an SSP archive without one (1ms).")

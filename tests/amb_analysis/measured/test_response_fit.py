@@ -20,9 +20,9 @@ AVERAGES = 10
 
 
 def model(p, suspension=0.0):
-    """Accelerances at two places of a free rotor whose disc has the mass p_0, with the damping ratio p_1.
+    """Accelerances at two places of a rotor whose disc has the mass p_0, with the damping ratio p_1.
 
-    It hangs on a soft suspension of some Hz, if it is not zero.
+    A suspension is the natural frequency (Hz) of the rigid rotor on its soft suspension; at 0 the rotor is free.
     """
     result, omega_0 = [], 2 * np.pi * suspension
     for rigid, *shape in SHAPES:
