@@ -22,15 +22,15 @@ from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.dynamics import Motion
-from rotor_contact.flight import build_flight
 from rotor_contact.matrix_levels import choose_levels
 from rotor_contact.matrix_rows import build_slot, is_complete
-from rotor_contact.matrix_sizes import N_CONSTANT
-from rotor_contact.propagator import STEPS_BEFORE_BUILD, count_of_steps
+from rotor_contact.matrix_schedule import STEPS_BEFORE_BUILD, count_of_steps
+from rotor_contact.matrix_sizes import FIRST_CONSTANT, N_CONSTANT
 from rotor_contact.site import Sites
-from rotor_contact.speed_grid import CONSTANT, FIRST_CONSTANT
+from rotor_contact.speed_grid import CONSTANT
 from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for
 from rotor_contact.structure import REAL, Structure
+from rotor_contact.whole_step import derive_whole_step
 
 NEAR = 0.1  # of the largest gradient, by which gradients may differ from those in the matrices
 PATIENCE = 96.0  # steps with gradients farther away, before matrices with them are built
@@ -183,9 +183,9 @@ def _is_of(matrices: StepMatrices, which: int, Omega: float, gradients: Array) -
 def _build(
     structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, share: float
 ) -> None:
-    """Build a slot up to a share, at last its free flight."""
+    """Build a slot up to a share, at last the matrices of a whole step."""
     slot, place = FIRST_CONSTANT + which, CONSTANT + which
     if not is_complete(matrices, slot, place):
         build_slot(structure, motion, sites, matrices, slot, place, share)
         if is_complete(matrices, slot, place):
-            build_flight(motion, matrices, which)
+            derive_whole_step(structure.Minv, motion, sites, matrices, which, True)

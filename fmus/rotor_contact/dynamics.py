@@ -21,6 +21,7 @@ from rotor_contact.structure import REAL, Structure
 
 N_ROWS = 10  # of a motion, beyond its coefficients
 LEAST_SPEED_GAIN = 1e-4  # rad/s; a smaller gain is neglected: it turns velocities by < 1e-7 rad in a millisecond
+ROUNDING = 1e-13  # relative; speeds and gradients that differ by less count as unchanged
 
 
 class Excitation(NamedTuple):

@@ -34,11 +34,11 @@ METHOD = Enumeration(  # how a step was computed
     (
         ("exact", "the whole step by its matrices"),
         ("pieces", "halves, quarters, ... by their matrices"),
-        ("events", "by substeps around contact events at constant speed, and where no piece is smooth"),
+        ("events", "partly by substeps, where no piece is smooth"),
         (
             "no_matrices",
-            "by substeps: fewer than 32 identical steps so far (one at the start), speed or modes too fast for "
-            "matrices, or a rotor without modes in at most four substeps",
+            "by substeps: fewer than 32 identical steps so far (one at the start), or speed or modes too fast for "
+            "matrices",
         ),
         ("compliant", "by substeps: a compliant contact law"),
         ("integrated", "by substeps: solver.exact_motion is false"),

@@ -203,7 +203,7 @@ def _model_parameters(max_substep: float) -> list[Variable]:
         parameter(
             "solver.exact_motion",
             "1",
-            "Compute steps at constant speed by their exact solution after 32 identical steps, one at the start; "
+            "Compute steps by the exact solution of the linear motion after 32 similar steps, one at the start; "
             "contact by collocation",
             1.0,
             type="Boolean",

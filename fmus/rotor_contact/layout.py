@@ -20,7 +20,6 @@ from rotor_contact.linear_solver import Equations, equations_of
 from rotor_contact.matrix_sizes import matrices_key_size, matrices_size
 from rotor_contact.over_step import SITE_STATE, begin_step, end_step
 from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings
-from rotor_contact.propagator import Key, Propagator, key_of, key_size, propagator_of, propagator_size
 from rotor_contact.signals import Inputs, Parameters
 from rotor_contact.site import SITE, Sites
 from rotor_contact.step_cache import StepCache, step_cache_of, step_cache_size
@@ -40,7 +39,6 @@ HEAD = record(
     ("theta", np.float64),  # rotor angle (rad)
     ("initial_energy", np.float64),  # kinetic and strain energy at the start (J)
     ("n_halvings", np.float64),  # how often `events.advance` halves its substeps
-    ("n_steps", np.float64),  # for how many steps the key of the propagator has not changed
     ("tolerance_missed", np.float64),  # whether a substep of the last step was less accurate than requested
     ("coupling", np.float64),  # energy that shaft and free spin share by unbalance (J)
     ("largest_energy", np.float64),  # of mechanical energy, heat and work so far (J)
@@ -52,7 +50,7 @@ HEAD = record(
     ("is_held", np.float64),  # whether an ideal drive holds a free spin, which is then no degree of freedom
     ("speed", np.float64),  # spin speed (rad/s)
 )
-N_HEAD, N_SITE_STATE = size_of(HEAD), size_of(SITE_STATE)
+N_HEAD, N_SITE_STATE = (size_of(HEAD) + 1) // 2 * 2, size_of(SITE_STATE)
 
 N_SITE, N_SPIN = size_of(SITE), size_of(SPIN)
 
@@ -60,13 +58,12 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 class State(NamedTuple):
-    """The state: record `HEAD`, in an array of length 1; latest keys and constant speed; sites; z = (q, v, integrals).
+    """The state: record `HEAD`, in an array of length 1; latest key and constant speed; sites; z = (q, v, integrals).
 
     z has room for all bodies; with fewer bodies it ends earlier.
     """
 
     head: Records
-    key: Key
     matrices_key: MatricesKey
     constant: ConstantSpeed
     sites: Records
@@ -76,8 +73,6 @@ class State(NamedTuple):
 class Scratch(NamedTuple):
     """The scratch array as views.
 
-    propagator
-        Cache across steps; `propagator.is_built` revalidates it.
     matrices
         Cache across steps; `step_matrices.is_for` and `matrix_rows.is_complete` revalidate it.
     spin, sites, equations
@@ -95,7 +90,6 @@ class Scratch(NamedTuple):
     """
 
     spin: Records
-    propagator: Propagator
     matrices: StepMatrices
     stages: Array
     sites: Sites
@@ -129,7 +123,7 @@ def stage_size(n: int, n_sites: int) -> int:
 def place_of_constant_speed(structure: Structure) -> int:
     """Return where the constant speed begins in the state."""
     n_bearings, n_sites = structure.bearings.shape[0], structure.sites.shape[0]
-    return N_HEAD + key_size(n_bearings) + matrices_key_size(n_bearings, n_sites)
+    return N_HEAD + matrices_key_size(n_bearings, n_sites)
 
 
 @views
@@ -158,7 +152,6 @@ def n_work(constants: Array) -> int:
     n_unknowns = MAX_UNKNOWNS * n_sites
     return (
         N_SPIN
-        + propagator_size(n, n_bearings, n_sites, s.is_damped)
         + N_STAGES * stage_size(most_degrees_of_freedom(s), n_sites)
         + (2 * n + N_ROWS) * n
         + n_sites * N_SITE
@@ -166,7 +159,7 @@ def n_work(constants: Array) -> int:
         + 2 * n * (2 * n + 1)
         + n_bearings * N_BEARING
         + step_cache_size(s)
-        + matrices_size(n, n_bearings, n_sites, pairs_of_inputs(s))
+        + matrices_size(n, n_bearings, n_sites, pairs_of_inputs(s), s.is_damped)
     )
 
 
@@ -176,8 +169,7 @@ def state_of(state: Array, structure: Structure) -> State:
     n_bearings, n_sites = structure.bearings.shape[0], structure.sites.shape[0]
     return State(
         part(state, 0, HEAD, 1),
-        key_of(state, N_HEAD, n_bearings),
-        matrices_key_of(state, N_HEAD + key_size(n_bearings), n_bearings, n_sites),
+        matrices_key_of(state, N_HEAD, n_bearings, n_sites),
         constant_speed_of(state, place_of_constant_speed(structure), n_bearings),
         part(state, place_of_sites(structure), SITE_STATE, n_sites),
         part(state, place_of_motion(structure), REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
@@ -191,8 +183,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     Frequently read parts come first, at even offsets: kernels use vectors of two numbers.
     """
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
-    stages = N_SPIN + propagator_size(n, n_bearings, n_sites, structure.is_damped)
-    stages_size = N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites)
+    stages, stages_size = N_SPIN, N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites)
     motion = stages + stages_size
     sites = motion + (2 * n + N_ROWS) * n
     n_unknowns = MAX_UNKNOWNS * n_sites
@@ -202,9 +193,14 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     step_cache = bearings + n_bearings * N_BEARING
     return Scratch(
         part(work, 0, SPIN, 1),
-        propagator_of(work, N_SPIN, n, n_bearings, n_sites, structure.is_damped),
         step_matrices_of(
-            work, step_cache + step_cache_size(structure), n, n_bearings, n_sites, pairs_of_inputs(structure)
+            work,
+            step_cache + step_cache_size(structure),
+            n,
+            n_bearings,
+            n_sites,
+            pairs_of_inputs(structure),
+            structure.is_damped,
         ),
         part(work, stages, REAL, stages_size),
         part(work, sites, SITE, n_sites),

@@ -58,28 +58,42 @@ def integrate_heat_row(
     room: Array,
 ) -> None:
     """Write a row of H of the shortest piece, from the motion at its Lobatto points."""
-    (P, _, H, _), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
     n = int(matrices.sizes[0].n)
-    h = matrices.sizes[0].step_size * 0.5**level
-    y, damped, rest, target = room[: 2 * n], room[2 * n : 4 * n], room[4 * n :], H[row]
-    for s in range(row + 1):
-        target[s] = 0.0
+    y, damped, rest = room[: 2 * n], room[2 * n : 4 * n], room[4 * n :]
+    target = level_of(matrices, slot, level).H[row]
+    target[: row + 1] = 0.0
     for point in range(N_LOBATTO):
-        if point == 0:
-            if row >= 2 * n:
-                continue
-            y[:] = 0.0
-            y[row] = 1.0
-        else:
-            copy((P if point == N_LOBATTO - 1 else (inner.first if point == 1 else inner.second))[row], y)
+        move_to(matrices, slot, level, row, point, y)
         _apply_dampers(structure, motion, sites, Omega, y, damped, rest)
-        for s in range(row + 1):
-            weight = h * LOBATTO_WEIGHTS[point] * (1.0 if s == row else 2.0)
-            if point > 0:
-                other = (P if point == N_LOBATTO - 1 else (inner.first if point == 1 else inner.second))[s]
-                target[s] += weight * dot(damped, other)
-            elif s < 2 * n:
-                target[s] += weight * damped[s]
+        add_point(matrices, slot, level, row, point, damped, target)
+
+
+@kernel
+def move_to(matrices: StepMatrices, slot: int, level: int, row: int, point: int, y: Array) -> None:
+    """Write (q, v) at a Lobatto point of a piece due to a unit of x."""
+    P, inner = level_of(matrices, slot, level).P, inner_motion(matrices, slot, level)
+    if point > 0:
+        copy((P if point == N_LOBATTO - 1 else (inner.first if point == 1 else inner.second))[row], y)
+    else:
+        y[:] = 0.0
+        if row < y.shape[0]:
+            y[row] = 1.0
+
+
+@kernel
+def add_point(
+    matrices: StepMatrices, slot: int, level: int, row: int, point: int, applied: Array, target: Array
+) -> None:
+    """Add a Lobatto point to a row of a form, with its symmetric matrix times the motion of this row."""
+    P, inner = level_of(matrices, slot, level).P, inner_motion(matrices, slot, level)
+    share = matrices.sizes[0].step_size * 0.5**level * LOBATTO_WEIGHTS[point]
+    for s in range(row + 1):
+        weight = share if s == row else 2.0 * share
+        if point > 0:
+            other = (P if point == N_LOBATTO - 1 else (inner.first if point == 1 else inner.second))[s]
+            target[s] += weight * dot(applied, other)
+        elif s < applied.shape[0]:
+            target[s] += weight * applied[s]
 
 
 @kernel
@@ -113,27 +127,34 @@ def _apply_dampers(
 
 
 @noinline_kernel
-def double_heat_row(
-    matrices: StepMatrices, slot: int, level: int, row: int, Omega: float, second: Array, room: Array
+def double_form_row(
+    matrices: StepMatrices,
+    slot: int,
+    level: int,
+    row: int,
+    Omega: float,
+    second: Array,
+    room: Array,
+    finer: Array,
+    target: Array,
 ) -> None:
-    """Write a row of H from the level of half its length; `second` is x'' due to a unit of x in this row."""
-    sizes, target = matrices.sizes[0], level_of(matrices, slot, level).H[row]
-    finer = level_of(matrices, slot, level + 1)
+    """Write a row of a form from the `finer` one of half its length; `second` is x'' due to a unit of x in this row."""
+    sizes, P = matrices.sizes[0], level_of(matrices, slot, level + 1).P
     n, axes, size = int(sizes.n), 2 * int(sizes.n_ports), second.shape[0]
     forces, units = 2 * n + 4, rows_of_x(matrices)
     unbalances = units + 2 * unbalances_of(matrices)
     of_first, of_second, carried = room[:size], room[size : 2 * size], room[2 * size : 3 * size]
     of_first[:] = 0.0
     if row < 2 * n or row >= units:
-        _add_row(finer.H, row, 1.0, of_first)
+        _add_row(finer, row, 1.0, of_first)
     else:
         for j in range(N_LOBATTO):
             point, axis = (row - forces) // axes, (row - forces) % axes
-            _add_row(finer.H, forces + axes * j + axis, FIRST_HALF[j][point], of_first)
-    _multiply(finer.H, second, of_second)
+            _add_row(finer, forces + axes * j + axis, FIRST_HALF[j][point], of_first)
+    _multiply(finer, second, of_second)
     of_motion = of_second[: 2 * n]
     for s in range(size):
-        carried[s] = dot(of_motion, finer.P[s])
+        carried[s] = dot(of_motion, P[s])
     angle = Omega * sizes.step_size * 0.5 ** (level + 1)
     c, s_ = math.cos(angle), math.sin(angle)
     for s in range(units, unbalances):

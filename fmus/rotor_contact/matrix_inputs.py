@@ -19,7 +19,15 @@ import math
 
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
-from rotor_contact.matrix_sizes import ALL_SLOTS, MAX_LEVELS, N_NEAR, PLANE_COLUMNS, PORT_COLUMNS, place_index
+from rotor_contact.matrix_sizes import (
+    ALL_SLOTS,
+    FIRST_CONSTANT,
+    MAX_LEVELS,
+    N_NEAR,
+    PLANE_COLUMNS,
+    PORT_COLUMNS,
+    place_index,
+)
 from rotor_contact.speed_grid import (
     BLENDS,
     built_slot_of,
@@ -29,7 +37,7 @@ from rotor_contact.speed_grid import (
     middle_of,
     slot_of,
 )
-from rotor_contact.step_matrices import StepMatrices, level_of, rows_of_x, unbalances_of
+from rotor_contact.step_matrices import StepMatrices, level_of, powers_of, rows_of_x, unbalances_of
 
 TURNS = 2  # first of the four combined rows that is due to unbalances
 
@@ -77,18 +85,22 @@ def _combine_built(matrices: StepMatrices, slot: int, level: int) -> None:
         _combine_columns(matrices, slot, level)
         _combine_rows(matrices, slot, level)
         if matrices.sizes[0].damped != 0.0:
-            _combine_heat(matrices, slot, level)
+            _combine_form(matrices, level_of(matrices, slot, level).H)
+        if slot >= FIRST_CONSTANT and matrices.powers.shape[0] > 0:
+            powers = powers_of(matrices, slot, level)
+            _combine_form(matrices, powers.heat)
+            _combine_form(matrices, powers.work)
 
 
 @kernel
-def flight_is_current(matrices: StepMatrices, which: int) -> bool:
-    """Return whether the flight at a constant speed was derived for the present amplitudes."""
+def is_derived(matrices: StepMatrices, which: int) -> bool:
+    """Return whether the matrices of a whole step at a constant speed were derived for the present amplitudes."""
     return bool(matrices.combined[ALL_SLOTS * MAX_LEVELS + which] == matrices.sizes[0].inputs)
 
 
 @kernel
-def note_flight(matrices: StepMatrices, which: int) -> None:
-    """Note that it has been."""
+def note_derived(matrices: StepMatrices, which: int) -> None:
+    """Note that they were."""
     matrices.combined[ALL_SLOTS * MAX_LEVELS + which] = matrices.sizes[0].inputs
 
 
@@ -145,9 +157,9 @@ def _combine_rows(matrices: StepMatrices, slot: int, level: int) -> None:
 
 
 @noinline_kernel
-def _combine_heat(matrices: StepMatrices, slot: int, level: int) -> None:
-    """Write the combined rows and columns of H, of which the lower triangle is stored (`matrix_dampers`)."""
-    H, sizes, n_units = level_of(matrices, slot, level).H, matrices.sizes[0], matrices.amplitudes.shape[0]
+def _combine_form(matrices: StepMatrices, H: Array) -> None:
+    """Write the combined rows and columns of a quadratic form, of which the lower triangle is stored."""
+    sizes, n_units = matrices.sizes[0], matrices.amplitudes.shape[0]
     first, units = 2 * int(sizes.n), rows_of_x(matrices)
     for c in range(4):
         row = H[first + c]

@@ -21,7 +21,7 @@ from rotor_contact.structure import Structure
 SHORTEST_RATE = 1.2  # largest length of the shortest piece times the highest rate of change
 LEAST_LEVELS = 4
 ISOTROPY_TOLERANCE = 1e-10  # of the largest: by how much x and y may differ
-SMALLEST_TERM = 1e-20  # of the series, as in `series`
+SMALLEST_TERM = 1e-20  # of the series, which ends at it; its terms fall at least like reach^k/k!
 
 
 @noinline_kernel
@@ -69,15 +69,15 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     if n_built > MOST_LEVELS:
         return
     sizes.n_built, sizes.n_levels = n_built, min(n_built, MAX_LEVELS)
-    sizes.n_terms = _terms_for(rate * shortest)
+    sizes.reach = rate * step_size
 
 
 @kernel
-def _terms_for(reach: float) -> float:
+def terms_for(reach: float) -> int:
     """Return the number of terms of a series of motion; `reach` is its length times the highest rate of change."""
-    n_terms, term = 0.0, 1.0
+    n_terms, term = 0, 1.0
     while term > SMALLEST_TERM or n_terms < N_LOBATTO:
-        n_terms += 1.0
+        n_terms += 1
         term *= reach / n_terms
     return n_terms
 
@@ -91,7 +91,7 @@ def begin_slot(
     The matrices of a constant speed include the gradients of `StepMatrices.constant`.
     """
     sizes, slot = matrices.sizes[0], matrices.slots[which]
-    slot.index, slot.n_rows, slot.n_terms, slot.isotropic = index, 0.0, sizes.n_terms, sizes.grid_isotropic
+    slot.index, slot.n_rows, slot.reach, slot.isotropic = index, 0.0, sizes.reach, sizes.grid_isotropic
     forget_combined(matrices, which)
     write_coefficients(structure, motion, sites, matrices, which, Omega)
     if index < CONSTANT:
@@ -103,8 +103,7 @@ def begin_slot(
             for i in range(structure.K.shape[0]):
                 KC[row, i] -= structure.Minv[i, row] * gradients[2 * b + axis]
     slot.isotropic = 1.0 if _is_isotropic(structure, motion, KC) else 0.0
-    shortest = sizes.step_size * 0.5 ** (sizes.n_built - 1.0)
-    slot.n_terms = max(sizes.n_terms, _terms_for((_fastest(KC) + abs(Omega)) * shortest))
+    slot.reach = max(sizes.reach, (_fastest(KC) + abs(Omega)) * sizes.step_size)
 
 
 @kernel

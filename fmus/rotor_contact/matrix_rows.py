@@ -19,13 +19,22 @@ from fmi_export.model import Array
 from rotor_contact.dynamics import Motion
 from rotor_contact.excitation import OF_HOUSINGS, component
 from rotor_contact.lobatto import FIRST_HALF, LAGRANGE, LOBATTO_POINTS, N_LOBATTO, SECOND_PART
-from rotor_contact.matrix_dampers import double_heat_row, integrate_heat_row
-from rotor_contact.matrix_levels import begin_slot
+from rotor_contact.matrix_dampers import double_form_row, integrate_heat_row
+from rotor_contact.matrix_levels import begin_slot, terms_for
+from rotor_contact.matrix_powers import double_power_rows, has_powers, integrate_power_rows
 from rotor_contact.matrix_sizes import PLANE_COLUMNS, PORT_COLUMNS, place_index
 from rotor_contact.products import dot, rotate_row, row_combination
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import grid_speed
-from rotor_contact.step_matrices import StepMatrices, coefficients_at, inner_motion, level_of, rows_of_x, unbalances_of
+from rotor_contact.step_matrices import (
+    StepMatrices,
+    coefficients_at,
+    inner_motion,
+    level_of,
+    powers_of,
+    rows_of_x,
+    unbalances_of,
+)
 from rotor_contact.structure import Structure
 
 
@@ -44,7 +53,8 @@ def build_slot(
         done = int(slot.n_rows)
         level, row = int(sizes.n_built) - 1 - done // rows, done % rows
         if 2 * n <= row < 2 * n + 4:  # combined when they are used (`matrix_inputs`)
-            slot.n_rows += 2.0
+            _clear_row(matrices, which, level, row)
+            slot.n_rows += 1.0
             continue
         _write_acceleration(structure, sites, matrices, which, level, row)
         if level == int(sizes.n_built) - 1:
@@ -56,11 +66,32 @@ def build_slot(
             if level == int(sizes.n_built) - 1:
                 integrate_heat_row(structure, motion, sites, matrices, which, level, row, Omega, room)
             else:
-                double_heat_row(matrices, which, level, row, Omega, x, room)
+                finer, target = level_of(matrices, which, level + 1).H, level_of(matrices, which, level).H[row]
+                double_form_row(matrices, which, level, row, Omega, x, room, finer, target)
+        if has_powers(matrices, which):
+            if level == int(sizes.n_built) - 1:
+                integrate_power_rows(structure, motion, matrices, which, level, row, Omega, room)
+            else:
+                double_power_rows(matrices, which, level, row, Omega, x, room)
         slot.n_rows += 1.0
         if slot.isotropic != 0.0:
             _rotate_rows(matrices, which, level, row)
             slot.n_rows += 1.0
+
+
+@kernel
+def _clear_row(matrices: StepMatrices, slot: int, level: int, row: int) -> None:
+    """Set a row to zero."""
+    (P, S, H, U), inner = level_of(matrices, slot, level), inner_motion(matrices, slot, level)
+    P[row] = 0.0
+    S[row] = 0.0
+    H[row] = 0.0
+    U[row] = 0.0
+    inner.first[row] = 0.0
+    inner.second[row] = 0.0
+    if has_powers(matrices, slot):
+        powers_of(matrices, slot, level).heat[row] = 0.0
+        powers_of(matrices, slot, level).work[row] = 0.0
 
 
 @kernel
@@ -72,6 +103,15 @@ def _rotate_rows(matrices: StepMatrices, slot: int, level: int, row: int) -> Non
     rotate_row(U[row], U[row + 1])
     rotate_row(inner.first[row], inner.first[row + 1])
     rotate_row(inner.second[row], inner.second[row + 1])
+    _rotate_form(H, row)
+    if has_powers(matrices, slot):
+        _rotate_form(powers_of(matrices, slot, level).heat, row)
+        _rotate_form(powers_of(matrices, slot, level).work, row)
+
+
+@kernel
+def _rotate_form(H: Array, row: int) -> None:
+    """Write the row for y of a form from the row for x."""
     H[row, row + 1] = 0.0
     rotate_row(H[row, : row + 2], H[row + 1])
 
@@ -220,7 +260,7 @@ def _integrate_row(
     turns = unit >= 2 * unbalances_of(matrices)
     cosine, sine = 1.0, 0.0  # terms of cos(Omega t) and sin(Omega t)
     p_1 = p_2 = 1.0
-    for term in range(1, int(matrices.slots[slot].n_terms) + 1):
+    for term in range(1, terms_for(matrices.slots[slot].reach * 0.5**level) + 1):
         dt = h / term
         row_combination(y, KC, a, n)
         for i in range(n):

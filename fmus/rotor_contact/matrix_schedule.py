@@ -12,7 +12,6 @@ from rotor_contact.dynamics import Motion
 from rotor_contact.matrix_levels import choose_levels
 from rotor_contact.matrix_rows import build_slot, is_complete, share_of
 from rotor_contact.passive_bearings import same_passive, set_passive
-from rotor_contact.propagator import STEP_TOLERANCE, STEPS_BEFORE_BUILD, count_of_steps
 from rotor_contact.site import Sites
 from rotor_contact.speed_grid import (
     CONSTANT,
@@ -28,6 +27,8 @@ from rotor_contact.speed_grid import (
 from rotor_contact.step_matrices import MatricesKey, StepMatrices, is_for
 from rotor_contact.structure import Structure
 
+STEPS_BEFORE_BUILD = 32  # in which matrices are built, row by row; altogether that costs as much as they do
+STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
 STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every speed passed that is built
 
 
@@ -62,6 +63,15 @@ def steps_with_matrices(
 
 
 @kernel
+def count_of_steps(count: float, memory: np.record, largest: float) -> float:
+    """Return the next count of equal steps, at most `largest`.
+
+    The first matrices of a run are built at once: without them, its start would be less accurate than what follows.
+    """
+    return min(count + 1.0, largest) if memory.has_matrices != 0.0 else float(STEPS_BEFORE_BUILD)
+
+
+@kernel
 def _housing_is_unchanged(site: np.record, stored: np.record) -> bool:
     """Return whether the housing of a site is unchanged; update its stored parameters."""
     is_mounted = site.housing >= 0
@@ -91,6 +101,8 @@ def update_matrices(
     if matrices.sizes[0].n_levels == 0.0:
         return False
     index, stride = place_on_grid(matrices, motion.Omega), matrices.sizes[0].stride
+    if math.isinf(index):
+        return False
     low = float(math.floor(index))  # the type of `first`: for two types all that follows is compiled twice
     n_near = 1 if index == low else 2
     is_direct = stride == 1.0
@@ -110,6 +122,8 @@ def update_matrices(
 @kernel
 def complete_speeds(matrices: StepMatrices, index: float) -> bool:
     """Return whether levels are there for the speeds around a point of the grid, built or to be interpolated."""
+    if math.isinf(index):
+        return False
     low = float(math.floor(index))
     return _complete(matrices, low) and (index == low or _complete(matrices, low + 1.0))
 

@@ -12,7 +12,7 @@ import math
 from fmi_export.flat import is_near
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.dynamics import Motion, forces
+from rotor_contact.dynamics import ROUNDING, Motion, forces
 from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_ratio
 from rotor_contact.linear_solver import solve
@@ -21,7 +21,6 @@ from rotor_contact.matrix_sizes import PORT_COLUMNS, place_index, velocity_index
 from rotor_contact.path import Point
 from rotor_contact.piece import INTEGRALS, Piece, piece_of
 from rotor_contact.products import add_combination, add_multiples
-from rotor_contact.propagator import ROUNDING
 from rotor_contact.site import Site, is_constrained, race_radius
 from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.workspace import Workspace, stages_of

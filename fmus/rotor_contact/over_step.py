@@ -27,7 +27,7 @@ SITE_INTEGRALS = record(("heat", np.float64), ("f_n", np.float64))
 # Mode and direction of slip; temperature (K); heat so far (J).
 SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
 
-Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `propagator.NODE`, those of a site
+Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `matrix_sizes.NODE`, those of a site
 
 
 @kernel
@@ -67,12 +67,6 @@ def collect_piece(site: np.record, nodes: Nodes, h: float, of_site: np.record) -
         if site.mode == SLIDING:
             heat -= share * nodes[point].f_t * nodes[point].slip
     return heat
-
-
-@kernel
-def forget_pieces(site: np.record) -> None:
-    """Reset what pieces of a step that is repeated by substeps have collected, except integrals."""
-    site.f_n_peak = 0.0
 
 
 @kernel

@@ -1,7 +1,8 @@
 """The end of a solved piece before its length is over: at an event, or at the end of the step.
 
-The forces remain those of the piece: their cubics are taken at the Lobatto points of the part [0, s h], and the motion
-from its series. Spin and races, whose torques are such cubics, are advanced anew, so that work and energy agree.
+The forces remain those of the piece: their cubics are taken at the Lobatto points of the part [0, s h]. The motion
+there, and with it slip and the work of the unbalance, follows from its series. Spin and races, whose torques are such
+cubics, are advanced anew, so that work and energy agree.
 """
 
 from __future__ import annotations
@@ -15,16 +16,17 @@ from rotor_contact.contact import project
 from rotor_contact.dynamics import Motion, damping_power, forces, shaft_damping
 from rotor_contact.lobatto import LOBATTO_POINTS, N_LOBATTO, restrict, value_at
 from rotor_contact.matrix_sizes import place_index
-from rotor_contact.over_step import Nodes
 from rotor_contact.piece import advance_rotations, end_rotations, piece_of
-from rotor_contact.piece_energy import GAUSS_WEIGHTS
-from rotor_contact.piece_series import series_of, state_at
-from rotor_contact.propagator import N_GAUSS
-from rotor_contact.series import GAUSS_POINTS
-from rotor_contact.site import is_constrained
+from rotor_contact.piece_series import series_of, slip_at, state_at
+from rotor_contact.products import dot
+from rotor_contact.site import Site, is_constrained
 from rotor_contact.speed_grid import grid_speed
 from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.workspace import Workspace, stages_of
+
+N_GAUSS = 4  # points of Gauss's quadrature, in [0, 1]
+GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)
+GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
 @noinline_kernel
@@ -46,14 +48,16 @@ def cut_piece(
     """
     piece, stages, n = piece_of(matrices), stages_of(w.stages), int(matrices.sizes[0].n)
     z_new, y = stages.z_new, series_of(matrices).y
-    state_at(matrices, n_terms, share, y)
-    _restrict_observations(w.motion, matrices, share)
+    for k in range(w.sites.shape[0]):
+        if is_constrained(w.sites[k]):
+            _restrict_nodes(matrices, w.sites[k], k, n_terms, share)
+    for point in range(1, N_LOBATTO):
+        state_at(matrices, n_terms, share * LOBATTO_POINTS[point], y)
+        _observe_unbalance(w.motion, matrices, point, y)
     for row in range(2):
         restrict(piece.spin[row], share)
     for k in range(w.sites.shape[0]):
         restrict(piece.races[k], share)
-        if is_constrained(w.sites[k]):
-            _restrict_nodes(matrices.nodes[k], share)
     advance_rotations(w, matrices, share * h, torque)
     copy(stages.z, z_new)
     copy(y[:n], z_new)
@@ -65,32 +69,27 @@ def cut_piece(
 
 
 @kernel
-def _restrict_observations(motion: Motion, matrices: StepMatrices, share: float) -> None:
-    """Replace cosine . q, sine . q and their rates at the Lobatto points by those at the points of [0, s h]."""
-    piece, n_ports, force = piece_of(matrices), int(matrices.sizes[0].n_ports), forces(motion)
-    observed, y = piece.observed[6], piece.x[: 2 * int(matrices.sizes[0].n)]
-    n, a, b, c = y.shape[0] // 2, place_index(n_ports, 1, -1), place_index(n_ports, 2, -1), place_index(n_ports, 3, -1)
+def _observe_unbalance(motion: Motion, matrices: StepMatrices, point: int, y: Array) -> None:
+    """Write cosine . q, sine . q and their rates in the state y to the observations at a Lobatto point."""
+    observed, force, n = piece_of(matrices).observed[6], forces(motion), y.shape[0] // 2
+    at, size = place_index(int(matrices.sizes[0].n_ports), point, -1), force.cosine.shape[0]
     for of_velocity in range(2):
-        for direction in range(2):
-            start, at, of_direction = 0.0, 2 * of_velocity + direction, force.cosine if direction == 0 else force.sine
-            for i in range(of_direction.shape[0]):
-                start += of_direction[i] * y[n * of_velocity + i]
-            first, second, last = observed[a + at], observed[b + at], observed[c + at]
-            observed[a + at] = value_at(start, first, second, last, share * LOBATTO_POINTS[1])
-            observed[b + at] = value_at(start, first, second, last, share * LOBATTO_POINTS[2])
-            observed[c + at] = value_at(start, first, second, last, share)
+        first = n * of_velocity
+        observed[at + 2 * of_velocity] = dot(force.cosine, y[first : first + size])
+        observed[at + 2 * of_velocity + 1] = dot(force.sine, y[first : first + size])
 
 
 @kernel
-def _restrict_nodes(nodes: Nodes, s: float) -> None:
+def _restrict_nodes(matrices: StepMatrices, site: Site, k: int, n_terms: int, s: float) -> None:
     """Replace forces and slip of a site at the Lobatto points by those at the points of [0, s h]."""
+    nodes = matrices.nodes[k]
     a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
-    f_n, f_t, slip = (a.f_n, b.f_n, c.f_n, d.f_n), (a.f_t, b.f_t, c.f_t, d.f_t), (a.slip, b.slip, c.slip, d.slip)
+    f_n, f_t = (a.f_n, b.f_n, c.f_n, d.f_n), (a.f_t, b.f_t, c.f_t, d.f_t)
     for point in range(1, N_LOBATTO):
         at, node = s * LOBATTO_POINTS[point], nodes[point]
         node.f_n = value_at(f_n[0], f_n[1], f_n[2], f_n[3], at)
         node.f_t = value_at(f_t[0], f_t[1], f_t[2], f_t[3], at)
-        node.slip = value_at(slip[0], slip[1], slip[2], slip[3], at)
+        node.slip = slip_at(matrices, site, k, n_terms, at)
 
 
 @kernel

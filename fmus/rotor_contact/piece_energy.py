@@ -14,8 +14,6 @@ seals is known only at the ends of a piece, with its slope (Hermite's quadrature
     int P dt = h (P_0 + P_1)/2 + h^2 (P_0' - P_1')/12
 
 The symmetric part of their stiffness contributes the difference of q . K q/2, with K at the mean speed.
-
-At constant speed (`exact_motion`), V gives the work of unbalance, and Gauss's quadrature the heat of damping.
 """
 
 from __future__ import annotations
@@ -27,23 +25,18 @@ from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.bodies import drive_torque, race_drag
-from rotor_contact.dynamics import Motion, accelerations, damping_power, forces, shaft_damping, unbalance_direction
+from rotor_contact.dynamics import accelerations, forces, unbalance_direction
 from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.matrix_dampers import energy_of_dampers
 from rotor_contact.node_forces import magnet_force
 from rotor_contact.over_step import collect_piece
-from rotor_contact.passive_bearings import heat_per_second
 from rotor_contact.piece import Piece, piece_of, unbalance_place
-from rotor_contact.products import dot, row_combination
-from rotor_contact.propagator import N_GAUSS, Propagator
+from rotor_contact.products import row_combination
 from rotor_contact.seals import seal_power, slopes_of_seal_power, stored_by_seals
-from rotor_contact.series import n_axes, row_of_axis
 from rotor_contact.site import is_constrained
 from rotor_contact.speed_grid import levels_around, slot_of
 from rotor_contact.step_matrices import StepMatrices, coefficients_at
 from rotor_contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
-
-GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
 
 
 class ShaftDamping(NamedTuple):
@@ -192,7 +185,8 @@ def add_energies(
     """Add heat and work of a piece of length h (s) from z to z_new; update the peak forces.
 
     `taken` is `energy_taken`, `supplied` the work of the unbalance at a given speed, NaN if it is not computed yet;
-    `before` and `after` are torque of damping and power of seals at both ends.
+    `before` and `after` are torque of damping and power of seals at both ends. For a whole step `taken` and `supplied`
+    contain these.
     """
     n, stages = w.Minv.shape[0], stages_of(w.stages)
     z, z_new, piece = stages.z, stages.z_new, piece_of(matrices)
@@ -236,74 +230,3 @@ def add_energies(
     integrals.damping_heat += damping
     integrals.friction_heat += friction
     integrals.work += work
-
-
-@kernel
-def add_free_energies(w: Workspace, propagator: Propagator, start: Array, has_dampers: bool, h: float) -> None:
-    """Add heat of damping and work of all inputs but the drive in a piece of length h (s), from x to its end, to z."""
-    integrals, heat, power = energy_integrals(stages_of(w.stages).z, w.n), 0.0, 0.0
-    if w.motion.is_damped:
-        heat, power = _shaft_heat_and_power(w, propagator.end)
-    elif has_dampers:
-        heat = _heat_in_bearings(w.motion, propagator.end, w.n)
-    integrals.work += _work_in_flight(w.motion, propagator, start) + h * power
-    integrals.damping_heat += h * heat
-
-
-@kernel
-def _work_in_flight(motion: Motion, propagator: Propagator, start: Array) -> float:
-    """Return the work (J) of all inputs during a piece: of unbalance, steady forces and force gradients."""
-    n, size, end = motion.rows.shape[1], start.shape[0], propagator.end
-    work = start[3 * n] * dot(start, propagator.work[0, :size])
-    work += start[3 * n + 1] * dot(start, propagator.work[1, :size])
-    work += dot(start[2 * n : 3 * n], end[:n]) - dot(start[2 * n : 3 * n], start[:n])
-    for b in range(n_axes(motion)):
-        i = row_of_axis(motion, b)
-        work += 0.5 * motion.bearings[b // 2].gradient[b % 2] * (end[i] * end[i] - start[i] * start[i])
-    return work
-
-
-@kernel
-def _heat_in_bearings(motion: Motion, end: Array, n: int) -> float:
-    """Return the mean dissipation (W) of the passive bearings during a piece, by Gauss quadrature."""
-    heat = 0.0
-    for k in range(N_GAUSS):
-        for b in range(motion.bearings.shape[0]):
-            at = 2 * n + k * n_axes(motion) + 2 * b
-            heat += GAUSS_WEIGHTS[k] * heat_per_second(motion.bearings[b], end[at], end[at + 1])
-    return heat
-
-
-@noinline_kernel
-def _shaft_heat_and_power(w: Workspace, end: Array) -> tuple[float, float]:
-    """Return the mean dissipation of all dampers in a piece, and the mean power of spin and seals on the rotor (W)."""
-    n = w.Minv.shape[0]
-    heat = power = 0.0
-    for k in range(N_GAUSS):
-        q = end[(2 + 2 * k) * n : (3 + 2 * k) * n]
-        v = end[(3 + 2 * k) * n : (4 + 2 * k) * n]
-        shaft_heat, torque = shaft_damping(w.forms, w.motion.Omega, q, v)
-        heat_in_seals, power_of_seals, _ = seal_power(w.motion.seals, w.motion.Omega, q, v)
-        heat += GAUSS_WEIGHTS[k] * (shaft_heat + damping_power(w.motion, v) + heat_in_seals)
-        power -= GAUSS_WEIGHTS[k] * (w.motion.Omega * torque - power_of_seals)
-    return heat, power
-
-
-@noinline_kernel
-def add_contact_energies(w: Workspace, propagator: Propagator, h: float) -> None:
-    """Add heat and work of friction and the integral of the normal force in a piece of length h (s) to z; update peaks.
-
-    The drive's work is -int T R_s Omega dt.
-    """
-    z = stages_of(w.stages).z
-    integrals = energy_integrals(z, w.n)
-    for k in range(w.sites.shape[0]):
-        site, of_site = w.sites[k], site_integrals(z, w.n, k)
-        if not is_constrained(site):
-            continue
-        heat = collect_piece(site, propagator.nodes[k], h, of_site)
-        of_site.heat += heat
-        integrals.friction_heat += heat
-        for point in range(N_LOBATTO):
-            torque = propagator.nodes[k, point].f_t * site.journal_radius
-            integrals.work -= h * LOBATTO_WEIGHTS[point] * torque * w.motion.Omega

@@ -15,12 +15,11 @@ import math
 from fmi_export.jit import kernel, noinline_kernel
 from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import STICK_SPEED, friction_limit, has_friction
-from rotor_contact.lobatto import first_fall, value_at
+from rotor_contact.lobatto import first_fall
 from rotor_contact.over_step import Nodes
 from rotor_contact.path import Point, leaves_or_stays_within
-from rotor_contact.piece import piece_of
-from rotor_contact.piece_series import expand, journal_at
-from rotor_contact.site import Site, can_touch, is_constrained, race_radius
+from rotor_contact.piece_series import expand, journal_at, slip_at
+from rotor_contact.site import Site, can_touch, is_constrained
 from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.workspace import Workspace
 
@@ -160,21 +159,10 @@ def _end_of_slip(w: Workspace, matrices: StepMatrices, n_terms: int, near: float
             before, at, sign = 0.0, near, site.slip_sign
             f, now = max(sign * matrices.nodes[k, 0].slip, 0.0) + SLIP_LEFT, 0.0
             for _ in range(MOST_TRIALS):
-                now = sign * _slip_at(matrices, site, k, n_terms, at) + SLIP_LEFT
+                now = sign * slip_at(matrices, site, k, n_terms, at) + SLIP_LEFT
                 if abs(now) <= 0.5 * SLIP_LEFT or now == f or abs(at - near) > FARTHEST:
                     break
                 before, at, f = at, at - now * (at - before) / (now - f), now
             if abs(now) <= 0.5 * SLIP_LEFT and at > 0.0:
                 return at
     return near
-
-
-@kernel
-def _slip_at(matrices: StepMatrices, site: Site, k: int, n_terms: int, s: float) -> float:
-    """Return the slip velocity (m/s) of a site after the share s of the piece."""
-    piece, journal = piece_of(matrices), journal_at(matrices, n_terms, s, site)
-    spin, races = piece.spin[0], piece.races[k]
-    r = math.sqrt(journal.x * journal.x + journal.y * journal.y)
-    slip = value_at(spin[0], spin[1], spin[2], spin[3], s) * site.journal_radius
-    slip += (journal.x * journal.v_y - journal.y * journal.v_x) / r
-    return slip - value_at(races[0], races[1], races[2], races[3], s) * race_radius(site)

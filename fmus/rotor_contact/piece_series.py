@@ -18,12 +18,12 @@ from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.dynamics import accelerations
-from rotor_contact.lobatto import LAGRANGE, N_LOBATTO
+from rotor_contact.lobatto import LAGRANGE, N_LOBATTO, value_at
 from rotor_contact.matrix_sizes import MAX_TERMS, series_size
 from rotor_contact.path import Point
 from rotor_contact.piece import Piece, piece_of
 from rotor_contact.products import interpolate, row_combination
-from rotor_contact.site import Site
+from rotor_contact.site import Site, race_radius
 from rotor_contact.speed_grid import BLENDS, grid_speed, slot_of
 from rotor_contact.step_matrices import StepMatrices, coefficients_at
 from rotor_contact.structure import REAL
@@ -154,3 +154,14 @@ def journal_at(matrices: StepMatrices, n_terms: int, s: float, site: Site) -> Po
             v_x -= term[n + housing]
             v_y -= term[n + housing + 1]
     return Point(x - site.offset_x, y - site.offset_y, v_x, v_y)
+
+
+@kernel
+def slip_at(matrices: StepMatrices, site: Site, k: int, n_terms: int, s: float) -> float:
+    """Return the slip velocity (m/s) of a site after the share s of the piece."""
+    piece, journal = piece_of(matrices), journal_at(matrices, n_terms, s, site)
+    spin, races = piece.spin[0], piece.races[k]
+    r = math.sqrt(journal.x * journal.x + journal.y * journal.y)
+    slip = value_at(spin[0], spin[1], spin[2], spin[3], s) * site.journal_radius
+    slip += (journal.x * journal.v_y - journal.y * journal.v_x) / r
+    return slip - value_at(races[0], races[1], races[2], races[3], s) * race_radius(site)

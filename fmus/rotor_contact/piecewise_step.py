@@ -1,6 +1,7 @@
 """A communication step by matrices: pieces as long as their motion is smooth, each up to its first contact event.
 
-A piece lasts a step, half of it, a quarter and so on, from wherever the last one ended. If its forces are not smooth, a
+At a constant speed, a whole step is one product if nothing happens in it (`exact_motion`). Else a piece lasts a step,
+half of it, a quarter and so on, from wherever the last one ended. If its forces are not smooth, a
 shorter one is tried; after a smooth one, twice its length. If a contact event occurs in it, or the step ends before it
 does, it is cut there (`piece_cut`), provided that it is short enough for a series of its motion; else shorter ones lead
 up to the event. `events` integrates where the shortest piece cannot be solved, and contact under a force law, which the
@@ -23,8 +24,8 @@ from rotor_contact.contact import is_any_constrained
 from rotor_contact.dynamics import collect_coefficients, motion_at
 from rotor_contact.enumerations import EVENTS, EXACT, PIECES
 from rotor_contact.events import EVENT_LIMIT, SHORTEST_FLIGHT, advance, apply_impacts
-from rotor_contact.flight import can_fly, fly
-from rotor_contact.matrix_schedule import complete_speeds, steps_with_matrices, update_matrices
+from rotor_contact.exact_motion import take_whole_step
+from rotor_contact.matrix_schedule import STEPS_BEFORE_BUILD, complete_speeds, steps_with_matrices, update_matrices
 from rotor_contact.modes import FAULT_SINGULAR, resolve_modes
 from rotor_contact.piece_cut import cut_piece
 from rotor_contact.piece_energy import (
@@ -36,7 +37,6 @@ from rotor_contact.piece_energy import (
     known_damping,
 )
 from rotor_contact.piece_events import find_event
-from rotor_contact.propagator import STEPS_BEFORE_BUILD
 from rotor_contact.site import is_constrained
 from rotor_contact.smooth_piece import (
     begin_piece,
@@ -51,21 +51,20 @@ from rotor_contact.step_matrices import MatricesKey, StepMatrices
 from rotor_contact.structure import Structure
 from rotor_contact.workspace import Workspace, stages_of, with_motion
 
-FEW_SUBSTEPS = 4.0  # in a step of a rigid rotor; so few cost less than matrices
 NO_MATRICES_YET = -1
 REJECTED, ENDS, HAS_EVENT = range(3)  # result of a piece: not smooth or too long for its event; no event; an event
-SERIES_LEVELS = 2  # the shortest levels, whose pieces are short enough for a series of the motion
+SERIES_REACH = 2.4  # length of a piece, short enough for a series of the motion, times the highest rate of change
 TIME_TOLERANCE = 1e-12  # of a step
 OF_TWICE_THE_LENGTH = 8.0  # roughness of a piece over that of its half
 LONGER_BELOW = 0.4  # expected roughness, at which twice the length is tried
 ROUGHEST = 8.0  # roughness of a shortest piece, at which it is still more accurate than a substep
+ROUGHEST_CUT = 0.15  # of a piece that is cut: over a part, errors do not cancel as they do between collocation points
 TOO_ROUGH = 2.0  # of a piece whose forces do not settle
-UNKNOWN = math.nan  # work of the unbalance, before `add_energies`
 FASTEST_DRIVE = 0.3  # largest length of a piece times the rate at which drive and drag change the speed
 
 
-@noinline_kernel
-def advance_by_pieces(
+@kernel
+def advance_by_matrices(
     structure: Structure,
     w: Workspace,
     matrices: StepMatrices,
@@ -83,16 +82,32 @@ def advance_by_pieces(
 
     `memory.method` is set to one piece, several, or partly integrated.
     """
-    is_rigid = structure.K.shape[0] == structure.n_translations
-    if (is_rigid and step_size <= FEW_SUBSTEPS * solver.max_substep) or is_any_compliant(w.sites):
+    if is_any_compliant(w.sites):
         return NO_MATRICES_YET
     if not _choose_matrices(structure, w, matrices, key, constant, step_size, may_turn, memory):
         return NO_MATRICES_YET
+    memory.method = EXACT
+    if take_whole_step(w, matrices, step_size):
+        return 0
+    fault: int = _advance_by_pieces(structure, w, matrices, solver, law, step_size, memory)
+    return fault
+
+
+@noinline_kernel
+def _advance_by_pieces(
+    structure: Structure,
+    w: Workspace,
+    matrices: StepMatrices,
+    solver: np.record,
+    law: int,
+    step_size: float,
+    memory: np.record,
+) -> int:
+    """Advance z by pieces, where the matrices are complete; return a fault code."""
     sizes, stages = matrices.sizes[0], stages_of(w.stages)
     z, z_new, finest = stages.z, stages.z_new, int(sizes.n_levels) - 1
     theta, Omega = w.motion.theta, w.motion.Omega
     are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
-    memory.method = EXACT
     # shares of the step: the part done, and that before which no event is expected; the least level of the next piece
     done, next_event, least_level, n_events = 0.0, 1.0, 0, 0
     while done < 1.0 - TIME_TOLERANCE:
@@ -107,7 +122,7 @@ def advance_by_pieces(
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
         if can_solve and complete_speeds(matrices, index):
             latest = min(left * 2.0**level, 1.0)
-            outcome, share, roughness, taken, supplied = _try_piece(
+            outcome, share, roughness, taken = _try_piece(
                 w, matrices, level, index, h, latest, theta, Omega, damping.torque
             )
             if outcome != REJECTED:
@@ -118,7 +133,7 @@ def advance_by_pieces(
                     outcome, share, roughness = REJECTED, 1.0, TOO_ROUGH
                     are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
             if outcome != REJECTED:
-                add_energies(w, matrices, share * h, taken, supplied, damping, after)
+                add_energies(w, matrices, share * h, taken, math.nan, damping, after)
                 copy(z_new, z)
                 theta, Omega, damping, are_valid = new_theta, new_Omega, after, True
                 done, least_level = done + share * 0.5**level, 0
@@ -156,7 +171,7 @@ def advance_by_pieces(
     return 0
 
 
-@noinline_kernel
+@kernel
 def _choose_matrices(
     structure: Structure,
     w: Workspace,
@@ -199,40 +214,36 @@ def _try_piece(
     theta: float,
     Omega: float,
     torque: float,
-) -> tuple[int, float, float, float, float]:
+) -> tuple[int, float, float, float]:
     """Solve a piece of length h (s) and write its end, at most after the share `latest`, to z_new.
 
-    Returns how it ended, after which share of the piece, the roughness of its forces, the energy that dampers took (J),
-    and the work of the unbalance (J) or `UNKNOWN`. A piece that is not short enough for its series is rejected if it
-    has to be cut: then no event is before the share.
+    Returns how it ended, after which share of the piece, the roughness of its forces, and the energy that dampers took
+    (J). A piece that is not short enough for its series is rejected if it has to be cut: then no event is before the
+    share.
     """
-    if level == 0 and latest == 1.0 and can_fly(w, matrices):
-        is_clear, taken, supplied = fly(w, matrices, theta, h)
-        if is_clear:
-            return ENDS, 1.0, 0.0, taken, supplied
     note_use(matrices, level, index)
     begin_piece(w, matrices, level, index)
     if not solve_piece(w, matrices, level, index, h, theta, Omega, torque):
-        return REJECTED, 1.0, TOO_ROUGH, 0.0, UNKNOWN
+        return REJECTED, 1.0, TOO_ROUGH, 0.0
     share, roughness = smooth_share(w, matrices, h)
     if roughness > (1.0 if level + 1.0 < matrices.sizes[0].n_levels else ROUGHEST):
-        return REJECTED, 1.0, roughness, 0.0, UNKNOWN
+        return REJECTED, 1.0, roughness, 0.0
     complete_forces(matrices)
     if share < latest or latest < 1.0:
-        if level < series_level(matrices):
-            return REJECTED, share, roughness, 0.0, UNKNOWN
+        if level < series_level(matrices) or (roughness > ROUGHEST_CUT and level + 1.0 < matrices.sizes[0].n_levels):
+            return REJECTED, share, roughness, 0.0
         n_terms, event = find_event(w, matrices, index, h, share, latest)
         if n_terms == 0:
-            return REJECTED, share, roughness, 0.0, UNKNOWN
+            return REJECTED, share, roughness, 0.0
         if event <= latest:
             taken = cut_piece(w, matrices, index, n_terms, h, event, torque, True)
-            return HAS_EVENT, event, roughness, taken, UNKNOWN
+            return HAS_EVENT, event, roughness, taken
         if latest < 1.0:
             taken = cut_piece(w, matrices, index, n_terms, h, latest, torque, False)
-            return ENDS, latest, roughness, taken, UNKNOWN
+            return ENDS, latest, roughness, taken
     if not end_piece(w, matrices, level, index, h):
-        return REJECTED, 1.0, TOO_ROUGH, 0.0, UNKNOWN
-    return ENDS, 1.0, roughness, energy_taken(matrices, level, index), UNKNOWN
+        return REJECTED, 1.0, TOO_ROUGH, 0.0
+    return ENDS, 1.0, roughness, energy_taken(matrices, level, index)
 
 
 @noinline_kernel
@@ -255,7 +266,11 @@ def _pass_event(structure: Structure, w: Workspace, theta: float, Omega: float, 
 @kernel
 def series_level(matrices: StepMatrices) -> int:
     """Return the first level with pieces short enough for their series (`piece_series`)."""
-    return max(int(matrices.sizes[0].n_built) - SERIES_LEVELS, 0)
+    level, reach = 0, matrices.sizes[0].reach
+    while reach > SERIES_REACH:
+        level += 1
+        reach *= 0.5
+    return level
 
 
 @kernel

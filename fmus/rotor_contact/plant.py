@@ -20,6 +20,7 @@ from rotor_contact.bodies import (
 )
 from rotor_contact.compliant import is_any_compliant
 from rotor_contact.contact import project
+from rotor_contact.dynamics import ROUNDING as UNCHANGED
 from rotor_contact.dynamics import (
     add_magnetic_forces,
     collect_coefficients,
@@ -27,9 +28,8 @@ from rotor_contact.dynamics import (
     motion_of,
     set_bearings,
 )
-from rotor_contact.enumerations import COMPLIANT, EVENTS, EXACT, INTEGRATED, NO_MATRICES, NODAL, PIECES, ROLLING
+from rotor_contact.enumerations import COMPLIANT, EXACT, INTEGRATED, NO_MATRICES, NODAL, PIECES, ROLLING
 from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
-from rotor_contact.exact_motion import propagate
 from rotor_contact.excitation import collect_amplitudes, collect_forces
 from rotor_contact.heating import advance_temperature
 from rotor_contact.interface import interface_of
@@ -50,11 +50,9 @@ from rotor_contact.linear_state import linear_state
 from rotor_contact.modes import FAULT_MODES, FAULT_SINGULAR, resolve_modes
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
 from rotor_contact.over_step import average
-from rotor_contact.piecewise_step import NO_MATRICES_YET, advance_by_pieces, angle_and_speed_after
+from rotor_contact.piecewise_step import NO_MATRICES_YET, advance_by_matrices, angle_and_speed_after
 from rotor_contact.planes import Planes
 from rotor_contact.products import quadratic_form
-from rotor_contact.propagator import ROUNDING as UNCHANGED
-from rotor_contact.propagator import STEPS_BEFORE_BUILD, is_left_to_pieces, steps_unchanged, without_rounding
 from rotor_contact.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.site import Sites
 from rotor_contact.start import clamp_to_clearance, start_on_orbit
@@ -176,36 +174,26 @@ def step(
             return FAULT_INERTIA
         # a change of the unbalance, or a release, changes the kinetic energy at the same velocities
         energy_integrals(x.z, n).work += coupling_energy(motion, spin, head.theta, x.z[n : 2 * n]) - head.coupling
-    n_steps = steps_unchanged(motion, step_size, x.key, head)
-    if n > structure.K.shape[0] or solver.exact_motion == 0.0:
-        n_steps = 0.0
-    if n_steps > 0.0:
-        motion = without_rounding(motion, x.key)
     w = workspace_of(structure, motion, scratch, n)
     z = stages_of(w.stages).z
     head.tolerance_missed = 0.0
-    if n_steps > 0.0 and propagate(structure, w, scratch.propagator, x.key, x.z, n_steps, step_size):
-        head.method = EXACT
-    else:
-        copy(x.z[: 2 * n + N_INTEGRALS], z)
-        z[2 * n + N_INTEGRALS :] = 0.0
-        if spin.row < 0 and abs(Omega - head.speed) > ROUNDING * abs(Omega):
-            energy_integrals(z, n).work += _work_of_jump(w, Omega)
-        fault, by_series = NO_MATRICES_YET, n_steps > 0.0 and not is_left_to_pieces(scratch.propagator)
-        if solver.exact_motion != 0.0 and not by_series:
-            if spin.row < 0 and is_near(motion.Omega, x.constant.speed[0].Omega, UNCHANGED):
-                motion = motion_at(motion, head.theta, x.constant.speed[0].Omega)
-                w = with_motion(w, motion)
-            key, constant = x.matrices_key, x.constant
-            fault = advance_by_pieces(
-                structure, w, scratch.matrices, key, constant, solver, law, step_size, is_held, head
-            )
-        if fault == NO_MATRICES_YET:
-            head.method = _method(solver, scratch.sites, by_series and n_steps >= STEPS_BEFORE_BUILD)
-            collect_coefficients(structure, motion)
-            fault = advance(w, solver, law, step_size, head)
-        if fault != 0:
-            return fault
+    copy(x.z[: 2 * n + N_INTEGRALS], z)
+    z[2 * n + N_INTEGRALS :] = 0.0
+    if spin.row < 0 and abs(Omega - head.speed) > ROUNDING * abs(Omega):
+        energy_integrals(z, n).work += _work_of_jump(w, Omega)
+    fault = NO_MATRICES_YET
+    if solver.exact_motion != 0.0:
+        if spin.row < 0 and is_near(motion.Omega, x.constant.speed[0].Omega, UNCHANGED):
+            motion = motion_at(motion, head.theta, x.constant.speed[0].Omega)
+            w = with_motion(w, motion)
+        matrices, key, constant = scratch.matrices, x.matrices_key, x.constant
+        fault = advance_by_matrices(structure, w, matrices, key, constant, solver, law, step_size, is_held, head)
+    if fault == NO_MATRICES_YET:
+        head.method = _method(solver, scratch.sites)
+        collect_coefficients(structure, motion)
+        fault = advance(w, solver, law, step_size, head)
+    if fault != 0:
+        return fault
     if head.method == EXACT or head.method == PIECES:
         head.has_matrices = 1.0
     store_sites(scratch.sites, x.sites, z, n)
@@ -227,13 +215,13 @@ def step(
 
 
 @kernel
-def _method(solver: np.record, sites: Sites, is_built: bool) -> float:
-    """Return the reason why a step is integrated; `is_built` states whether matrices exist for all of it."""
+def _method(solver: np.record, sites: Sites) -> float:
+    """Return the reason why a whole step is integrated."""
     if solver.exact_motion == 0.0:
         return float(INTEGRATED)
     if is_any_compliant(sites):
         return float(COMPLIANT)
-    return float(EVENTS if is_built else NO_MATRICES)
+    return float(NO_MATRICES)
 
 
 @kernel

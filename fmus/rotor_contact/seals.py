@@ -184,6 +184,20 @@ def seal_power(seals: Seals, Omega: float, q: Array, v: Array) -> tuple[float, f
 
 
 @kernel
+def add_seal_forms(seals: Seals, Omega: float, y: Array, n: int, heat: Array, work: Array) -> None:
+    """Add the symmetric matrices of the dissipation, and of the power of the skew stiffness, times y = (q, v)."""
+    for k in range(seals.records.shape[1]):
+        s, row_x, row_y = seal_at(seals, k, Omega), seals.rows[2 * k], seals.rows[2 * k + 1]
+        x, y_, v_x, v_y = _product(row_x, y, 0), _product(row_y, y, 0), _product(row_x, y, n), _product(row_y, y, n)
+        cross, skew = 0.5 * (s.c_xy + s.c_yx), 0.25 * (s.k_xy - s.k_yx)
+        f_x, f_y = s.c_xx * v_x + cross * v_y, cross * v_x + s.c_yy * v_y
+        for i in range(row_x.shape[0]):
+            heat[n + i] += row_x[i] * f_x + row_y[i] * f_y
+            work[i] += skew * (row_x[i] * v_y - row_y[i] * v_x)
+            work[n + i] += skew * (row_y[i] * x - row_x[i] * y_)
+
+
+@kernel
 def slopes_of_seal_power(seals: Seals, Omega: float, q: Array, v: Array, a: Array) -> tuple[float, float]:
     """Return the rates of the dissipation and of the power of the skew stiffness (W/s)."""
     heat = of_skew = 0.0

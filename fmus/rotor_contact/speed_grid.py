@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
-from rotor_contact.matrix_sizes import MAX_LEVELS, N_BUILT, N_NEAR, N_SLOTS
+from rotor_contact.matrix_sizes import FIRST_CONSTANT, MAX_LEVELS, N_BUILT, N_NEAR, N_SLOTS
 from rotor_contact.products import interpolate
 from rotor_contact.seals import Seals
 from rotor_contact.step_matrices import Level, StepMatrices, coefficients_at, forget_combined, level_of, rows_of_x
@@ -33,7 +33,6 @@ GYROSCOPIC = 2.0  # largest g, see above
 FINER = 4  # spacing of the grid over that for all of whose speeds matrices are built
 STRIDE = 8 * FINER  # of the grid, from one speed whose matrices are built to the next
 BLENDS = N_SLOTS  # slot of the levels that are interpolated
-FIRST_CONSTANT = BLENDS + 1  # slot of a constant speed
 CONSTANT = 2.0**40  # place of the first slot of a constant speed, beyond all speeds of the grid
 QUANTUM = 2.0**-11  # of d, to which speeds are rounded
 USES_BEFORE_BLEND = 3.0  # pieces of a level at a speed before it is interpolated, which costs as much as some pieces
@@ -75,10 +74,15 @@ def grid_speed(matrices: StepMatrices, index: float) -> float:
 
 @kernel
 def place_on_grid(matrices: StepMatrices, Omega: float) -> float:
-    """Return the position of a speed (rad/s) on the grid, rounded to a multiple of the quantum."""
+    """Return the position of a speed (rad/s) on the grid, rounded to a multiple of the quantum.
+
+    It is infinite for a speed beyond the grid, and for one that is no number any more.
+    """
     sizes = matrices.sizes[0]
     place: float = sizes.place
     if place == 0.0:
+        if not abs(Omega) < CONSTANT * sizes.spacing:
+            return math.inf
         place = math.floor(Omega / sizes.spacing / sizes.quantum + 0.5) * sizes.quantum
     return place
 

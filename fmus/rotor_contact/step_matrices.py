@@ -6,7 +6,7 @@ through values F_j at its Lobatto points, matrices map the present state to the 
 
     (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, 0, A, B, F_j)(0)
 
-as in `exact_motion`; 1 multiplies the steady non-magnetic forces, 0 the same turned by a right angle, so that x
+where 1 multiplies the steady non-magnetic forces, 0 the same turned by a right angle, so that x
 consists of pairs along x and y; A + i B is the direction of the unbalance. In addition to the ports, S observes
 cosine . q and sine . q, which give the unbalance's work and its torque on a free spin. These rows and columns depend on
 the present inputs: `matrix_inputs` combines them from those for unit inputs (`excitation`), which follow the n_x rows
@@ -33,6 +33,7 @@ from rotor_contact.lobatto import N_LOBATTO
 from rotor_contact.matrix_sizes import (
     ALL_SLOTS,
     BLEND,
+    FIRST_CONSTANT,
     MAX_LEVELS,
     N_BLEND,
     N_COMBINED,
@@ -40,11 +41,11 @@ from rotor_contact.matrix_sizes import (
     N_NODE,
     N_SIZES,
     N_SLOT,
+    NODE,
     PLANE_COLUMNS,
     SITE_KEY,
     SIZES,
     SLOT,
-    flight_size,
     level_size,
     matrices_key_size,
     memory_size,
@@ -52,14 +53,16 @@ from rotor_contact.matrix_sizes import (
     n_columns,
     n_rows,
     pieces_size,
+    powers_size,
     series_size,
     slot_size,
+    whole_size,
 )
 from rotor_contact.passive_bearings import BEARING, Bearings, bearings_size
-from rotor_contact.propagator import NODE, Nodes
 from rotor_contact.structure import REAL
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
+Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
 
 
 class MatricesKey(NamedTuple):
@@ -88,15 +91,17 @@ class StepMatrices(NamedTuple):
     constant
         Constant speeds (rad/s) of their slots, each with the gradients (N/m) of the magnets there, in x and y of each
         bearing, shape (N_CONSTANT, 1 + 2 n_bearings).
-    flights
-        Matrices of free flight at these speeds, see `flight`.
+    whole_steps
+        Matrices of a whole step at these speeds, see `whole_step`.
+    powers
+        Forms of the power of spin and seals at these speeds, see `matrix_powers`; none without damped shaft and seals.
     gradients
         Those in the matrices in use, shape (2 n_bearings,).
     amplitudes
         Those of the inputs (`excitation`), shape (2 n_pairs,).
     combined
-        Number of the amplitudes (`SIZES.inputs`) for which each level of each slot is combined, then for which each
-        flight was derived, shape (N_COMBINED,).
+        Number of the amplitudes (`SIZES.inputs`) for which each level of each slot is combined, then for which the
+        matrices of each whole step were derived, shape (N_COMBINED,).
     damping
         Speed and state at which `piece_energy` last computed the power of damping, and its result, shape (2 n + 4,).
     pieces
@@ -114,7 +119,8 @@ class StepMatrices(NamedTuple):
     ports: Array
     memory: Array
     constant: Array
-    flights: Array
+    whole_steps: Array
+    powers: Array
     gradients: Array
     amplitudes: Array
     combined: Array
@@ -139,6 +145,13 @@ class Level(NamedTuple):
     S: Array
     H: Array
     U: Array
+
+
+class Powers(NamedTuple):
+    """Quadratic forms of the heat and the work of spin and seals over a piece, shape (all_rows, all_rows) each."""
+
+    heat: Array
+    work: Array
 
 
 class SlotCoefficients(NamedTuple):
@@ -179,6 +192,16 @@ def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
         part(matrices.memory, S, REAL, (rows, n_columns(n_ports))),
         part(matrices.memory, H, REAL, (rows, rows)),
         part(matrices.memory, H + rows * rows, REAL, (rows, PLANE_COLUMNS * (inputs - unbalances_of(matrices)))),
+    )
+
+
+@views
+def powers_of(matrices: StepMatrices, slot: int, level: int) -> Powers:
+    """Return the forms of the power of spin and seals of a level at a constant speed."""
+    rows, place = int(matrices.sizes[0].n_rows), level if level < MAX_LEVELS else MAX_LEVELS - 2 + level % 2
+    at = 2 * ((slot - FIRST_CONSTANT) * MAX_LEVELS + place) * rows * rows
+    return Powers(
+        part(matrices.powers, at, REAL, (rows, rows)), part(matrices.powers, at + rows * rows, REAL, (rows, rows))
     )
 
 
@@ -226,7 +249,9 @@ def matrices_key_of(array: Array, at: int, n_bearings: int, n_sites: int) -> Mat
 
 
 @views
-def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int, inputs: int) -> StepMatrices:
+def step_matrices_of(
+    work: Array, at: int, n: int, n_bearings: int, n_sites: int, inputs: int, is_damped: bool
+) -> StepMatrices:
     """Return a `StepMatrices` in an array, from `at`."""
     n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
     n_pieces = 2 * pieces_size(n, n_bearings, n_sites, inputs) + series_size(n + 2 * n_sites)
@@ -235,8 +260,11 @@ def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int
     blends = slots + ALL_SLOTS * N_SLOT
     ports = blends + MAX_LEVELS * N_BLEND
     constant = ports + 2 * (n_ports + n_bearings + 2 * n_sites)
-    flights, n_flight = constant + N_CONSTANT * (1 + 2 * n_bearings), flight_size(n + 2 * n_sites, n_bearings)
-    gradients = flights + N_CONSTANT * n_flight
+    whole_steps = constant + N_CONSTANT * (1 + 2 * n_bearings)
+    n_whole = whole_size(n + 2 * n_sites, n_bearings, n_sites)
+    powers = whole_steps + N_CONSTANT * n_whole
+    n_powers = powers_size(n, n_bearings, n_sites, inputs, is_damped)
+    gradients = powers + n_powers
     amplitudes = gradients + 2 * n_bearings
     combined = amplitudes + 2 * inputs
     damping = combined + N_COMBINED
@@ -252,7 +280,8 @@ def step_matrices_of(work: Array, at: int, n: int, n_bearings: int, n_sites: int
         part(work, ports, REAL, 2 * n_ports),
         part(work, memory, REAL, memory_size(n, n_bearings, n_sites, inputs)),
         part(work, constant, REAL, (N_CONSTANT, 1 + 2 * n_bearings)),
-        part(work, flights, REAL, (N_CONSTANT, n_flight)),
+        part(work, whole_steps, REAL, (N_CONSTANT, n_whole)),
+        part(work, powers, REAL, n_powers),
         part(work, gradients, REAL, 2 * n_bearings),
         part(work, amplitudes, REAL, 2 * inputs),
         part(work, combined, REAL, N_COMBINED),

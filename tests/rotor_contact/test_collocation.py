@@ -2,14 +2,18 @@
 
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, CLEARANCE, H, both, head, memory, plant, run, scratch, size_of, workspace
+from rotor_cases import BEARINGS, CLEARANCE, H, both, memory, plant, run, scratch, size_of, state, workspace
 
-from rotor_contact.collocation import _find_first_forces, _locate_nodes, _solve_nodes, find_end_forces, find_forces
+from rotor_contact.collocation import _locate_nodes, _solve_nodes, find_end_forces, find_first_forces, find_forces
 from rotor_contact.contact import number_unknowns
-from rotor_contact.enumerations import EVENTS, INTEGRATED
-from rotor_contact.layout import stage_size
+from rotor_contact.dynamics import motion_at
+from rotor_contact.enumerations import EXACT, PIECES
+from rotor_contact.exact_motion import take_whole_step
 from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOOKS, least_of_cubic, positive_share
-from rotor_contact.workspace import N_STAGES
+from rotor_contact.speed_grid import CONSTANT
+from rotor_contact.whole_step import begin_whole_step
+from rotor_contact.whole_step_rows import first_held, whole_step_of
+from rotor_contact.workspace import stages_of
 
 UNBALANCE = {f"d{k}.u": 0.16 for k in (1, 2, 3, 4)}
 RUBBING = both("mb.k_b", 1e6) | both("mb.c_b", 2e4) | both("rb.restitution", 0.0) | UNBALANCE | {"Omega": 260.0}
@@ -27,12 +31,19 @@ FINE = {"solver.exact_motion": 0.0, "solver.tolerance": 1.0}
 NAMES = ["rb1.f_n", "rb2.f_n", "rb1.f_t", "rb2.f_t", "mb1.x", "mb1.y", "mb2.x", "mb2.y"]
 
 
-def integrates(x, h=H):
-    """Return whether a plant takes its next step by integration in substeps."""
-    stages = scratch(x).stages.reshape(-1)[: N_STAGES * stage_size(size_of(x), 4)].reshape(N_STAGES, -1)
-    stages[3] = 0.0  # the derivative at the end of a substep
+def is_whole(x, h=H):
+    """Return whether a plant takes its next step by one product."""
     x.step(0.0, h)
-    return bool(np.any(stages[3]))
+    return x["solver.method"] == EXACT
+
+
+def whole_step(x):
+    """Return workspace, matrices and whole step of a plant, with its state at the beginning of the next step."""
+    w, matrices = workspace(x, x["Omega"]), scratch(x).matrices
+    w = w._replace(motion=motion_at(w.motion, x["theta"], x["Omega"]))
+    stages_of(w.stages).z[: 2 * size_of(x)] = state(x)[: 2 * size_of(x)]
+    begin_whole_step(w, matrices)
+    return w, matrices, whole_step_of(matrices, int(matrices.sizes[0].place - CONSTANT))
 
 
 def in_contact(values, steps=400, h=H):
@@ -46,7 +57,7 @@ def copy_of(x, values, h=H):
     """A plant in the state of x, with other parameters, that has seen steps of length h."""
     y = plant(values)
     y.state[:] = x.state
-    memory(y).key.step[0].step_size = h
+    memory(y).matrices_key.step_size[0] = h
     return y
 
 
@@ -56,7 +67,7 @@ def beside_fine(values, x, h=H, steps=20):
     x = copy_of(x, values, h)
     record = np.empty((steps, len(NAMES)))
     for row in record:
-        assert not integrates(x, h)
+        assert is_whole(x, h)
         row[:] = [x[name] for name in NAMES]
     assert x["rb1.mode"] + x["rb2.mode"] > 0
     return record, run(fine, steps, NAMES, h=h)
@@ -81,23 +92,22 @@ def test_rolling_by_a_sixth_of_a_radian_in_a_step_is_accurate():
     np.testing.assert_allclose(result[:, 4:], fine[:, 4:], atol=1e-9 * CLEARANCE)
 
 
-def test_rolling_too_fast_for_collocation_is_integrated():
+def test_rolling_too_fast_for_one_cubic_goes_on_in_pieces():
     x = copy_of(in_contact(ROLLING, 600, 50e-6), ROLLING)
-    assert integrates(x)
+    x.step(0.0, H)
+    assert x["solver.method"] == PIECES
     assert x["rb1.mode"] == 2
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_forces_converge_in_two_sweeps_as_normals_turn(case):
     """With unchanged directions the second sweep changes forces by 6e-4 of the largest."""
-    x = in_contact(RUBBING | CASES[case])
-    assert not integrates(x)
-    w, propagator = workspace(x, x["Omega"]), scratch(x).propagator
-    assert _find_first_forces(w, propagator)
+    w, matrices, whole = whole_step(in_contact(RUBBING | CASES[case]))
+    assert find_first_forces(w, matrices, whole)
     size, changes = number_unknowns(w.sites), []
     for _ in range(3):
-        _locate_nodes(w, propagator)
-        solved, change = _solve_nodes(w, propagator, size)
+        _locate_nodes(w, matrices, whole)
+        solved, change = _solve_nodes(w, matrices, whole, size)
         assert solved
         changes.append(change)
     assert changes[0] > 1e-2
@@ -106,34 +116,33 @@ def test_forces_converge_in_two_sweeps_as_normals_turn(case):
 
 
 def test_collocation_fails_if_a_journal_would_have_to_be_pulled():
-    x = in_contact(RUBBING)
-    w, propagator, n = workspace(x, x["Omega"]), scratch(x).propagator, size_of(x)
-    assert find_forces(w, propagator)
-    propagator.start[n:] = 0.0
-    for site in w.sites[:2]:
-        propagator.start[2 * n + site.row : 2 * n + site.row + 2] = -1e6 * site.n_x, -1e6 * site.n_y  # N, inwards
-    assert not _find_first_forces(w, propagator)
-    assert not find_forces(w, propagator)
+    w, matrices, whole = whole_step(in_contact(RUBBING))
+    assert find_first_forces(w, matrices, whole)
+    for k, site in enumerate(w.sites[:2]):
+        at = first_held(matrices) + 2 * k
+        whole.x[at : at + 2] = -1e6 * site.n_x, -1e6 * site.n_y  # N, inwards
+    assert not find_first_forces(w, matrices, whole)
 
 
 def test_collocation_fails_if_forces_move_no_journal():
-    x = in_contact(RUBBING)
-    w, propagator = workspace(x, x["Omega"]), scratch(x).propagator
-    propagator.S[:] = 0.0
-    assert _find_first_forces(w, propagator)
-    assert _solve_nodes(w, propagator, number_unknowns(w.sites)) == (False, 0.0)
-    assert not find_forces(w, propagator)
+    w, matrices, whole = whole_step(in_contact(RUBBING))
+    whole.S[:] = 0.0
+    assert find_first_forces(w, matrices, whole)
+    assert _solve_nodes(w, matrices, whole, number_unknowns(w.sites)) == (False, 0.0)
+    assert not find_forces(w, matrices, whole)
 
 
-def test_a_piece_that_ends_with_a_pulling_force_is_rejected():
-    x = in_contact(RUBBING)
-    w, propagator = workspace(x, x["Omega"]), scratch(x).propagator
-    assert find_forces(w, propagator)
-    assert find_end_forces(w, propagator, propagator.end)
-    assert not find_end_forces(w._replace(Minv=np.zeros_like(w.Minv)), propagator, propagator.end)
+def test_a_step_that_ends_with_a_pulling_force_is_rejected():
+    w, matrices, whole = whole_step(in_contact(RUBBING))
+    assert find_first_forces(w, matrices, whole)
+    assert find_forces(w, matrices, whole)
+    end = stages_of(w.stages).z_new
+    end[: 2 * w.n] = whole.x @ whole.F[:, : 2 * w.n]
+    assert find_end_forces(w, whole, end)
+    assert not find_end_forces(w._replace(Minv=np.zeros_like(w.Minv)), whole, end)
     for k, site in enumerate(w.sites[:2]):  # accelerations inwards, of the journal without contact
-        propagator.free_response[k, -2:] -= 1e5 * site.n_x, 1e5 * site.n_y
-    assert not find_end_forces(w, propagator, propagator.end)
+        whole.free_response[k, -2:] -= 1e5 * site.n_x, 1e5 * site.n_y
+    assert not find_end_forces(w, whole, end)
 
 
 def test_error_falls_with_the_fifth_power_of_the_step():
@@ -154,21 +163,20 @@ def test_energies_balance_over_collocated_steps():
 
 
 @pytest.mark.parametrize("steps", [100, 200, 300, 400])
-def test_step_with_an_event_equals_the_integration_to_the_last_bit(steps):
-    """A step rejected by collocation leaves no trace of the attempt."""
+def test_a_step_with_an_event_is_left_as_it_was(steps):
     x = in_contact(BOUNCING, steps)
-    integrated = copy_of(x, BOUNCING | {"solver.exact_motion": 0.0})
     for _ in range(400):
-        integrated.state[:] = x.state
-        closed = x["contact_state"] > 0
-        if integrates(x) and closed:
+        before, closed = x.state.copy(), x["contact_state"] > 0
+        if not is_whole(x) and closed:
             break
     else:
         pytest.fail("there was no event")
-    assert integrates(integrated)
-    assert (head(x).method, head(integrated).method) == (EVENTS, INTEGRATED)
-    head(integrated).method = EVENTS
-    np.testing.assert_array_equal(integrated.state, x.state)
+    x.state[:] = before
+    w, matrices, _ = whole_step(x)
+    z = stages_of(w.stages).z.copy()
+    assert not take_whole_step(w, matrices, H)
+    np.testing.assert_array_equal(stages_of(w.stages).z, z)
+    assert not any(site.f_n_peak for site in w.sites)
 
 
 def test_lift_off_has_the_time_of_the_integration():

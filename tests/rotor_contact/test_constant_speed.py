@@ -17,7 +17,7 @@ from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.constant_speed import PATIENCE
 from rotor_contact.enumerations import EXACT, PIECES
-from rotor_contact.propagator import STEPS_BEFORE_BUILD
+from rotor_contact.matrix_schedule import STEPS_BEFORE_BUILD
 from rotor_contact.speed_grid import CONSTANT, STRIDE, spacing_for
 from rotor_contact.structure import structure_of
 
@@ -89,7 +89,10 @@ def test_gradients_in_the_matrices_act_as_those_at_the_nodes(machine):
     touches = any(ours[f"rb{k}.f_n_peak"] > 0.0 for k in (1, 2)) or np.any(methods(records[0]) == PIECES)
     assert touches == (machine == "contact")
     assert np.all(methods(records[0])[1:] <= PIECES)
-    assert_same_motion(*records, 1e-6 if machine == "contact" else 1e-7)
+    orbits = [record[:, :4] for record in records]
+    largest = np.abs(orbits[1]).max()
+    np.testing.assert_allclose(*orbits, rtol=0.0, atol=(1e-6 if machine == "contact" else 1e-7) * largest)
+    assert_same_motion(*records, 5e-6)  # at the nodes, torques of the damping are left to quadrature
 
 
 def test_two_halves_of_a_step_are_the_step():

@@ -8,6 +8,7 @@ from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.enumerations import EXACT, PIECES, ROLLING
 from rotor_contact.lobatto import LOBATTO_POINTS, first_fall, restrict
 from rotor_contact.path import Point
+from rotor_contact.piece import piece_of
 from rotor_contact.piece_cut import cut_piece
 from rotor_contact.piece_energy import energy_taken
 from rotor_contact.piece_series import expand, journal_at, state_at
@@ -77,6 +78,24 @@ def test_work_of_dampers_over_a_cut_is_the_quadratic_form(piece):
     taken = cut_piece(piece.w, piece.matrices, piece.index, piece.n_terms, piece.h, 1.0, piece.damping.torque, False)
     assert piece.taken != 0.0
     assert taken == pytest.approx(piece.taken, rel=1e-5)
+
+
+@pytest.mark.parametrize("share", [0.35, 1.0])
+def test_slip_over_a_cut_is_that_of_the_motion_at_its_points(piece, share):
+    """The heat of friction comes from it. The spin turns as over the whole piece."""
+    y, site = np.empty(2 * piece.n), piece.w.sites[0]
+    spin = piece_of(piece.matrices).spin[0].copy()
+    cut_piece(piece.w, piece.matrices, piece.index, piece.n_terms, piece.h, share, piece.damping.torque, False)
+    for point in range(1, len(LOBATTO_POINTS)):
+        at = share * LOBATTO_POINTS[point]
+        state_at(piece.matrices, piece.n_terms, at, y)
+        q, v = np.zeros(piece.w.n), np.zeros(piece.w.n)
+        q[: piece.n], v[: piece.n] = np.split(y, 2)
+        locate_journal(site, q)
+        speed = np.polyval(np.polyfit(LOBATTO_POINTS, spin, 3), at)
+        if site.spin >= 0:
+            v[site.spin] = speed
+        assert piece.matrices.nodes[0, point].slip == pytest.approx(slip_velocity(site, v, speed), rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -5,13 +5,13 @@ import pytest
 from free_motion import COMPLEX_UNBALANCE, START, START_VELOCITY, UNBALANCE, WIDE, exact_motion
 from instances import initialised
 from machines import SITES, held, machine
-from rotor_cases import BEARINGS, CLEARANCE, H, both, head, masters, place, plant, run, size_of, state
+from rotor_cases import BEARINGS, CLEARANCE, H, both, masters, place, plant, run, size_of, state
 
 from amb_cosim.design import plant_data
 from rotor_analysis.rotor import ReductionOptions
 from rotor_contact.enumerations import EXACT, NO_MATRICES
 from rotor_contact.layout import N_HEAD
-from rotor_contact.propagator import STEPS_BEFORE_BUILD
+from rotor_contact.matrix_schedule import STEPS_BEFORE_BUILD
 
 FINE = {"solver.max_substep": 5e-6, "solver.exact_motion": 0.0, "solver.tolerance": 1.0}
 TERMS = [f"energy.{name}" for name in ("kinetic", "strain", "damping", "work", "balance")]
@@ -25,7 +25,7 @@ def in_flight(values, h=H):
 
 
 def flies(x):
-    return head(x).n_steps >= STEPS_BEFORE_BUILD
+    return x["solver.method"] == EXACT
 
 
 def reset_energies(x):
@@ -110,10 +110,8 @@ def test_a_journal_that_reaches_its_retainer_in_flight_touches_it():
     np.testing.assert_allclose(records[0][:before, 2], records[1][:before, 2], atol=1e-6 * CLEARANCE)
 
 
-@pytest.mark.parametrize("change", [
-    {"Omega": 151.0}, {"mb1.k_xx": 1e3}, {"mb2.k_yy": 1e3}, {"Omega_dot": 1.0},
-])  # fmt: skip
-def test_a_changed_parameter_ends_exact_flight_for_some_steps(change):
+@pytest.mark.parametrize("change", [{"Omega": 151.0}, {"mb1.c_b": 300.0}])
+def test_another_speed_or_passive_bearing_ends_exact_flight_for_some_steps(change):
     x = in_flight(WIDE | BEARINGS | {"Omega": 150.0})
     run(x, 1)
     assert flies(x)
@@ -122,7 +120,16 @@ def test_a_changed_parameter_ends_exact_flight_for_some_steps(change):
     run(x, 1)
     assert not flies(x)
     run(x, STEPS_BEFORE_BUILD)
-    assert flies(x) == (x["Omega_dot"] == 0.0)
+    assert flies(x)
+
+
+@pytest.mark.parametrize("change", [{"mb1.k_xx": 1e3}, {"mb2.f_y": 5.0}, {"d2.f_x": 3.0}, {"d1.u": 1e-4}])
+def test_changed_magnets_forces_and_unbalance_keep_exact_flight(change):
+    x = in_flight(WIDE | BEARINGS | {"Omega": 150.0})
+    for name, value in change.items():
+        x[name] = value
+    run(x, 1)
+    assert flies(x)
 
 
 def test_a_step_of_another_length_ends_exact_flight_for_some_steps():

@@ -8,8 +8,9 @@ from scipy.interpolate import BPoly, PPoly
 from scipy.optimize import brentq
 
 from rotor_contact.lobatto import LOBATTO_POINTS
+from rotor_contact.matrix_schedule import STEPS_BEFORE_BUILD
+from rotor_contact.matrix_sizes import FIRST_CONSTANT
 from rotor_contact.path import Point, leaves_or_stays_within, point_of, share_before_touch, stays_within, touch_time
-from rotor_contact.propagator import STEPS_BEFORE_BUILD
 from rotor_contact.site_in_piece import clear_share, close_margin
 
 ALONG = np.linspace(0.0, 1.0, 2001)[:, None]
@@ -142,19 +143,21 @@ def test_a_journal_leaves_its_circle_if_it_turns_faster_than_the_circle(site, wh
     assert bool(np.max(radii(begin, end, H)) <= CLEARANCE * (1 + 1e-10)) is leaves
 
 
-def test_at_another_speed_the_propagator_grows_by_a_few_rows_in_each_step():
+def test_at_another_speed_the_matrices_grow_by_a_few_rows_in_each_step():
     x = plant(BEARINGS | {"Omega": 150.0, "d1.u": 1e-4})
     run(x, 2)
-    n_rows = scratch(x).propagator.P.shape[0]
-    assert scratch(x).propagator.built[0].n_rows == n_rows
+    matrices = scratch(x).matrices
+    n_rows = matrices.sizes[0].n_rows * matrices.sizes[0].n_built
+    slot = matrices.slots[FIRST_CONSTANT]
+    assert slot.n_rows == n_rows
     x["Omega"] = 160.0
     run(x, 1, start=2 * H)
     rows = [0.0]
     for n in range(3, STEPS_BEFORE_BUILD + 4):
         run(x, 1, start=n * H)
-        rows.append(scratch(x).propagator.built[0].n_rows)
+        rows.append(float(slot.n_rows) if matrices.constant[0, 0] == 160.0 else 0.0)
     assert rows[-1] == rows[STEPS_BEFORE_BUILD] == n_rows
-    assert max(np.diff(rows)) <= n_rows / STEPS_BEFORE_BUILD + 1
+    assert max(np.diff(rows)) <= n_rows / STEPS_BEFORE_BUILD + 4
 
 
 def test_share_before_touch_ends_just_before_contact(site):

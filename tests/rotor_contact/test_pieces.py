@@ -4,13 +4,14 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-from rotor_cases import both, plant, scratch, workspace
+from rotor_cases import both, plant, scratch, size_of, workspace
 
 from rotor_contact.collocation import _is_smooth
 from rotor_contact.enumerations import ROLLING, SLIDING
 from rotor_contact.friction import STICK_SPEED
 from rotor_contact.lobatto import LOBATTO_POINTS
 from rotor_contact.site_in_piece import MAX_DEVIATION
+from rotor_contact.whole_step_rows import whole_step_of
 
 CLEARANCE, CENTRE, MU = 4e-4, np.array([5e-5, -7e-5]), 0.3
 OFFSETS = both("rb.offset_x", CENTRE[0]) | both("rb.offset_y", CENTRE[1])
@@ -22,13 +23,15 @@ class Piece:
 
     def __init__(self, mode, ends, mu=MU, sign=1.0, seed=0):
         rng = np.random.default_rng(seed)
-        self.w, self.propagator = workspace(rig()), scratch(rig()).propagator
+        self.w, self.matrices = workspace(rig()), scratch(rig()).matrices
+        self.matrices.sizes[0].n = size_of(rig())
+        self.whole = whole_step_of(self.matrices, 0)
         self.w.sites["mode"] = 0
         site = self.w.sites[0]
         site.mode, site.slip_sign, site.mu, site.mu_static = mode, sign, mu, mu
-        for node, s in zip(self.propagator.nodes[0], LOBATTO_POINTS, strict=True):
+        for node, s in zip(self.matrices.nodes[0], LOBATTO_POINTS, strict=True):
             node.f_n, node.f_t, node.slip = np.array(ends) @ (1.0 - s, s)
-        self.propagator.contact_response[0] = 1e-4 * rng.normal(size=16)
+        self.whole.contact_response[0] = 1e-4 * rng.normal(size=16)
         angles = rng.uniform(0.0, 2.0 * np.pi, 4)
         self.directions = np.column_stack([np.cos(angles), np.sin(angles)])
         for point in (1, 2, 3):
@@ -38,10 +41,10 @@ class Piece:
         """Put the journal at a distance (m) from its centre at a Lobatto point."""
         at = 4 * point - 2
         place = CENTRE + radius * self.directions[point]
-        self.propagator.free_response[0, at : at + 2] = place - self.propagator.contact_response[0, at : at + 2]
+        self.whole.free_response[0, at : at + 2] = place - self.whole.contact_response[0, at : at + 2]
 
     def is_smooth(self):
-        return _is_smooth(self.w, self.propagator)
+        return _is_smooth(self.w, self.matrices, self.whole)
 
 
 def random_ends(seed):

@@ -73,4 +73,4 @@ def test_rolling_follows_the_spin_as_it_changes():
     np.testing.assert_allclose(record[:, 2], -10.0 * 0.025 * Omega_dot, rtol=1e-6)  # m t.a, a = -R_s Omega'
     np.testing.assert_allclose(record[:, 3], 0.0, atol=1e-10)
     assert record[-1, 4] == 0.0
-    np.testing.assert_allclose(record[:, 5], 0.0, atol=1e-7)
+    np.testing.assert_allclose(record[:, 5], 0.0, atol=1e-6 * x["energy.kinetic"])

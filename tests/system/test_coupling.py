@@ -92,20 +92,23 @@ def summary_in(coupling: Coupling, step: str | None = None, predicts: bool = Tru
 
 
 @pytest.mark.parametrize(
-    ("step", "predicts", "recovery", "least", "most"),
+    ("step", "predicts", "recovers", "least", "most"),
     [
-        (None, True, "recovered", 0.0, 1e-3),
-        ("50 us", False, "recovered", 0.02, 0.05),
-        ("250 us", False, "undecided", 0.05, math.inf),
-        ("250 us", True, "recovered", 0.0, 0.05),
+        (None, True, True, 0.0, 1e-3),
+        ("50 us", False, True, 0.02, 0.05),
+        ("250 us", False, False, 0.05, math.inf),
+        ("250 us", True, True, 0.0, 0.05),
     ],
 )
-def test_jacobi_order_levitates_the_rig(step, predicts, recovery, least, most) -> None:
-    """A step of a sample without prediction leaves it in contact for 14 cycles, and is warned of as with prediction."""
+def test_jacobi_order_levitates_the_rig(step, predicts, recovers, least, most) -> None:
+    """A step of a sample without prediction leaves it in contact for ten cycles, and is warned of as with prediction.
+
+    What follows depends on the last bits: clearances that differ by 1e-12 make it undecided, trapped or unstable.
+    """
     summary, sequential = summary_in("jacobi", step, predicts), summary_in("gauss_seidel")
     deviation = max(abs(summary.orbit_before[at] / radius - 1.0) for at, radius in sequential.orbit_before.items())
     assert least < deviation < most
-    assert (summary.recovery, sequential.recovery) == (recovery, "recovered")
+    assert (summary.recovery == "recovered", sequential.recovery) == (recovers, "recovered")
     late = [text for text in summary.warnings if "Jacobi" in text]
     assert len(late) == (step == "250 us")
     assert all("500 us after the displacements" in text for text in late)
