@@ -13,7 +13,7 @@ from rotor_contact.contact import find_multipliers, is_any_constrained, number_u
 from rotor_contact.dynamics import spin_coupling, unbalance_direction
 from rotor_contact.enumerations import ROLLING
 from rotor_contact.friction import friction_excess
-from rotor_contact.lobatto import N_LOBATTO
+from rotor_contact.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.matrix_inputs import combine_around
 from rotor_contact.node_forces import (
     columns_in_use,
@@ -42,7 +42,7 @@ from rotor_contact.products import (
 )
 from rotor_contact.site import Site, can_touch, is_constrained, slip_velocity
 from rotor_contact.site_in_piece import clear_share, close_margin, off_circle, share_in_mode
-from rotor_contact.speed_grid import LevelsAround, levels_around
+from rotor_contact.speed_grid import LevelsAround, grid_speed, levels_around
 from rotor_contact.step_matrices import StepMatrices
 from rotor_contact.structure import REAL
 from rotor_contact.workspace import Workspace, stages_of
@@ -242,7 +242,7 @@ def solve_piece(
     for sweep in range(MAX_SWEEPS):
         if sweep == 0 or responds:
             advance_rotations(w, matrices, h, torque)
-        direction = _direction(w, matrices, h, theta)
+        direction = _direction(w, matrices, index, h, theta)
         piece.x[piece.x.shape[0] - piece.magnets.shape[0] - 2] = direction.real
         piece.x[piece.x.shape[0] - piece.magnets.shape[0] - 1] = direction.imag
         observe(w, matrices, of_forces, direction.real, direction.imag)
@@ -281,11 +281,21 @@ def _has_rotations(w: Workspace) -> bool:
 
 
 @kernel
-def _direction(w: Workspace, matrices: StepMatrices, h: float, theta: float) -> complex:
-    """Return the initial direction of the unbalance, with the mean speed and acceleration of the piece."""
+def _direction(w: Workspace, matrices: StepMatrices, index: float, h: float, theta: float) -> complex:
+    """Return the initial direction of the unbalance, with the mean speed and acceleration of the piece.
+
+    In the matrices it turns at the speed of the grid, Omega_g. It begins at theta plus the mean of the difference,
+
+        1/h int theta(t) - theta(0) - Omega_g t dt
+
+    so that its mean phase is right. Otherwise it would be ahead or behind to the same side in every step of a run-up.
+    """
     spin = piece_of(matrices).spin
     speed, gain = (spin[1, 3] - spin[1, 0]) / h, (spin[0, 3] - spin[0, 0]) / h
-    return unbalance_direction(theta, speed, gain)
+    ahead = -0.5 * h * grid_speed(matrices, index)
+    for point in range(1, N_LOBATTO):
+        ahead += LOBATTO_WEIGHTS[point] * (spin[1, point] - spin[1, 0])
+    return unbalance_direction(theta + ahead, speed, gain)
 
 
 @kernel

@@ -23,19 +23,22 @@ def run_up(x, Omega, Omega_dot, steps, names=(), h=H, start=0.0):
     return record
 
 
-RAMPS = {  # speed (rad/s) at the beginning; rates (rad/s^2) and steps of the parts that follow
-    "run-up": (40.0, [(400.0, 800)]),
-    "coast-down": (150.0, [(-300.0, 800)]),
-    "backward run-up": (-40.0, [(-400.0, 800)]),
-    "braking by 2 rad/s in a step": (260.0, [(-40.0, 60), (-8000.0, 100)]),
+# Speed (rad/s) at the beginning; rates (rad/s^2) and steps of the parts that follow; error of the exact motion, which
+# would be several times as large with an unbalance that is ahead or behind in each step (`smooth_piece`).
+RAMPS = {
+    "run-up": (40.0, [(400.0, 800)], 3e-6),
+    "coast-down": (150.0, [(-300.0, 800)], 3e-7),
+    "backward run-up": (-40.0, [(-400.0, 800)], 3e-6),
+    "braking by 2 rad/s in a step": (260.0, [(-40.0, 60), (-8000.0, 100)], 1e-5),
 }
 
 
-@pytest.mark.parametrize(("exactly", "tolerance"), [(0, 1e-8), (1, 1e-5)])
+@pytest.mark.parametrize("exactly", [0, 1])
 @pytest.mark.parametrize("case", RAMPS)
-def test_run_through_a_critical_speed_is_the_one_of_the_complex_model(case, exactly, tolerance):
+def test_run_through_a_critical_speed_is_the_one_of_the_complex_model(case, exactly):
     """M r'' + (C - i Omega(t) G) r' + K r = u exp(i theta) (Omega^2 - i Omega'), theta = Omega t + Omega' t^2/2."""
-    Omega, parts = RAMPS[case]
+    Omega, parts, tolerance = RAMPS[case]
+    tolerance = tolerance if exactly else 1e-8
     u, theta, time, z = 5e-3, 0.0, 0.0, np.zeros(12, dtype=complex)
     model = OnePlane.of(ROTOR, 1e6, 5000.0)
     shape = model.unbalance([u, 0, 0, 2e-3j])
