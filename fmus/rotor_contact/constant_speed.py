@@ -145,6 +145,8 @@ def use_constant_speed(
         return False
     which = _slot_for(matrices, speed.Omega, constant.known, constant.following)
     _build(structure, motion, sites, matrices, which, 1.0)
+    if not is_complete(matrices, FIRST_CONSTANT + which, CONSTANT + which):
+        return False
     sizes.place, sizes.isotropic = CONSTANT + which, matrices.slots[FIRST_CONSTANT + which].isotropic
     copy(matrices.constant[which, 1:], matrices.gradients)
     return True

@@ -19,6 +19,7 @@ from rotor_contact.step_matrices import MatricesKey, StepMatrices, coefficients_
 from rotor_contact.structure import Structure
 
 SHORTEST_RATE = 1.2  # largest length of the shortest piece times the highest rate of change
+LONGEST_SERIES = 6.0  # the same with strong magnets, whose gradients are not known when levels are chosen
 LEAST_LEVELS = 4
 ISOTROPY_TOLERANCE = 1e-10  # of the largest: by how much x and y may differ
 SMALLEST_TERM = 1e-20  # of the series, which ends at it; its terms fall at least like reach^k/k!
@@ -88,7 +89,8 @@ def begin_slot(
 ) -> None:
     """Assign a slot to a place, with no row built; write its K and C.
 
-    The matrices of a constant speed include the gradients of `StepMatrices.constant`.
+    The matrices of a constant speed include the gradients of `StepMatrices.constant`. With gradients that are too large
+    for a series over the shortest piece (`can_be_built`), no row will be built.
     """
     sizes, slot = matrices.sizes[0], matrices.slots[which]
     slot.index, slot.n_rows, slot.reach, slot.isotropic = index, 0.0, sizes.reach, sizes.grid_isotropic
@@ -104,6 +106,13 @@ def begin_slot(
                 KC[row, i] -= structure.Minv[i, row] * gradients[2 * b + axis]
     slot.isotropic = 1.0 if _is_isotropic(structure, motion, KC) else 0.0
     slot.reach = max(sizes.reach, (_fastest(KC) + abs(Omega)) * sizes.step_size)
+
+
+@kernel
+def can_be_built(matrices: StepMatrices, which: int) -> bool:
+    """Return whether the motion over the shortest piece of a slot is slow enough for its series."""
+    shortest = 0.5 ** (matrices.sizes[0].n_built - 1.0)
+    return bool(matrices.slots[which].reach * shortest <= LONGEST_SERIES)
 
 
 @kernel

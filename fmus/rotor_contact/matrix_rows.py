@@ -20,7 +20,7 @@ from rotor_contact.dynamics import Motion
 from rotor_contact.excitation import OF_HOUSINGS, component
 from rotor_contact.lobatto import FIRST_HALF, LAGRANGE, LOBATTO_POINTS, N_LOBATTO, SECOND_PART
 from rotor_contact.matrix_dampers import double_form_row, integrate_heat_row
-from rotor_contact.matrix_levels import begin_slot, terms_for
+from rotor_contact.matrix_levels import begin_slot, can_be_built, terms_for
 from rotor_contact.matrix_powers import double_power_rows, has_powers, integrate_power_rows
 from rotor_contact.matrix_sizes import PLANE_COLUMNS, PORT_COLUMNS, place_index
 from rotor_contact.products import dot, rotate_row, row_combination
@@ -47,6 +47,8 @@ def build_slot(
     n, rows, Omega = int(sizes.n), int(sizes.n_rows), grid_speed(matrices, index)
     if slot.index != index:
         begin_slot(structure, motion, sites, matrices, which, index, Omega)
+    if not can_be_built(matrices, which):
+        return
     x = matrices.pieces[:rows]
     room = matrices.pieces[rows:]
     while slot.n_rows < share * rows * sizes.n_built:

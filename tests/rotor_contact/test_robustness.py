@@ -84,6 +84,12 @@ def test_absurd_inputs_end_in_finite_numbers_or_a_fault(inputs):
     survives(BEARINGS | inputs, 10)
 
 
+@pytest.mark.parametrize("gradient", [-1e12, 1e12, 1e40, 1e200])
+def test_gradients_beyond_any_magnet_end_in_finite_numbers_or_a_fault(gradient):
+    """No series of the motion ends with such rates: matrices with these gradients are not built."""
+    survives(BEARINGS | {"mb1.k_xx": gradient, "mb2.k_yy": -gradient}, 40)
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_nan_input_is_refused_by_name(value):
     x = plant()
