@@ -25,8 +25,8 @@ from amb_cosim.presentation.style import BLUE, ORANGE, StyledFigure, write_png
 from amb_cosim.presentation.text_tables import labelled_table
 from array_types import Array
 from fmi_export.model import Instance
-from rotor_contact.enumerations import LAWS
-from rotor_contact.structure import structure_of
+from rotor_contact.shaft.structure import structure_of
+from rotor_contact.variables.enumerations import LAWS
 
 SPEED, STEP, TURNS = 260.0, 250e-6, 5.0
 CLEARANCE = 0.75e-3

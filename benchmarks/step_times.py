@@ -18,7 +18,7 @@ from array_types import Array
 from benchmarks.baseline import Baseline
 from benchmarks.timing import environment
 from fmi_export.variables import Enumeration
-from rotor_contact.enumerations import CONTACT_MODE, METHOD
+from rotor_contact.variables.enumerations import CONTACT_MODE, METHOD
 
 SCENARIOS = ("fig4_9", "fig4_14", "rolling_90")  # impacts and rubbing, sustained contact, rolling
 TITLE = "Time of single steps, all models (us), and simulated time over the time of all steps"

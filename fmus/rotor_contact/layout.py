@@ -11,21 +11,11 @@ from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
-from rotor_contact.bodies import SPIN, place_bodies
-from rotor_contact.constant_speed import ConstantSpeed, constant_speed_of, constant_speed_size
-from rotor_contact.contact import MAX_UNKNOWNS
-from rotor_contact.dynamics import N_ROWS, Motion
-from rotor_contact.excitation import n_pairs
-from rotor_contact.linear_solver import Equations, equations_of
-from rotor_contact.matrix_sizes import matrices_key_size, matrices_size
-from rotor_contact.over_step import SITE_STATE, begin_step, end_step
-from rotor_contact.passive_bearings import BEARING, N_BEARING, Bearings
-from rotor_contact.signals import Inputs, Parameters
-from rotor_contact.site import SITE, Sites
-from rotor_contact.step_cache import StepCache, step_cache_of, step_cache_size
-from rotor_contact.step_matrices import MatricesKey, StepMatrices, matrices_key_of, step_matrices_of
-from rotor_contact.structure import REAL, Structure, structure_of
-from rotor_contact.workspace import (
+from rotor_contact.contact.bodies import SPIN, place_bodies
+from rotor_contact.contact.constraints import MAX_UNKNOWNS
+from rotor_contact.contact.site import SITE, Sites
+from rotor_contact.contact.site_totals import SITE_STATE, begin_step, end_step
+from rotor_contact.contact.workspace import (
     N_INTEGRALS,
     N_SITE_INTEGRALS,
     N_STAGES,
@@ -33,6 +23,16 @@ from rotor_contact.workspace import (
     energy_integrals,
     site_integrals,
 )
+from rotor_contact.forces.dynamics import N_ROWS, Motion
+from rotor_contact.forces.excitation import n_pairs
+from rotor_contact.forces.passive_bearings import BEARING, N_BEARING, Bearings
+from rotor_contact.matrices.matrix_sizes import matrices_key_size, matrices_size
+from rotor_contact.matrices.step_matrices import MatricesKey, StepMatrices, matrices_key_of, step_matrices_of
+from rotor_contact.shaft.linear_solver import Equations, equations_of
+from rotor_contact.shaft.structure import REAL, Structure, structure_of
+from rotor_contact.variables.signals import Inputs, Parameters
+from rotor_contact.variables.step_cache import StepCache, step_cache_of, step_cache_size
+from rotor_contact.whole_steps.constant_speed import ConstantSpeed, constant_speed_of, constant_speed_size
 
 # The state begins with this record, all float64, and goes on with the arrays of `State`.
 HEAD = record(

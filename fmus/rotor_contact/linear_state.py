@@ -5,7 +5,7 @@ from __future__ import annotations
 from fmi_export.linear_state import LinearState
 from fmi_export.model import Array
 from rotor_contact.layout import HEAD, place_of_motion
-from rotor_contact.structure import structure_of
+from rotor_contact.shaft.structure import structure_of
 
 
 def linear_state(constants: Array) -> LinearState:

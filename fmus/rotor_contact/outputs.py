@@ -6,18 +6,18 @@ import numpy as np
 
 from fmi_export.jit import kernel
 from fmi_export.model import Array
-from rotor_contact.bodies import is_beyond_limit, kinetic_energy, strain_energy
-from rotor_contact.compliant import is_compliant, stored_energy
-from rotor_contact.energies import write_heat_and_work
-from rotor_contact.enumerations import FREE, ROLLING, SLIDING
-from rotor_contact.friction import is_below_slip_scale
+from rotor_contact.contact.bodies import is_beyond_limit, kinetic_energy, strain_energy
+from rotor_contact.contact.compliant import is_compliant, stored_energy
+from rotor_contact.contact.friction import is_below_slip_scale
+from rotor_contact.contact.site import Site, Sites, locate_journal, slip_velocity, tangential_component
+from rotor_contact.contact.workspace import Workspace, energy_integrals
+from rotor_contact.forces.passive_bearings import stored_in_bearing
 from rotor_contact.layout import State
-from rotor_contact.passive_bearings import stored_in_bearing
-from rotor_contact.products import dot, quadratic_form
-from rotor_contact.signals import Outputs, Parameters
-from rotor_contact.site import Site, Sites, locate_journal, slip_velocity, tangential_component
-from rotor_contact.structure import Structure
-from rotor_contact.workspace import Workspace, energy_integrals
+from rotor_contact.shaft.products import dot, quadratic_form
+from rotor_contact.shaft.structure import Structure
+from rotor_contact.variables.energies import write_heat_and_work
+from rotor_contact.variables.enumerations import FREE, ROLLING, SLIDING
+from rotor_contact.variables.signals import Outputs, Parameters
 
 SMALLEST_ENERGY = 1e-9  # J, below which a balance is rounding
 

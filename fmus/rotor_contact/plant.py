@@ -9,7 +9,7 @@ import numpy as np
 from fmi_export.flat import copy, is_near
 from fmi_export.jit import kernel
 from fmi_export.model import Array, Model
-from rotor_contact.bodies import (
+from rotor_contact.contact.bodies import (
     SHORTEST_SUBSTEP,
     body_limit,
     couple_spin,
@@ -18,21 +18,29 @@ from rotor_contact.bodies import (
     kinetic_energy,
     least_inertia,
 )
-from rotor_contact.compliant import is_any_compliant
-from rotor_contact.contact import project
-from rotor_contact.dynamics import ROUNDING as UNCHANGED
-from rotor_contact.dynamics import (
+from rotor_contact.contact.compliant import is_any_compliant
+from rotor_contact.contact.constraints import project
+from rotor_contact.contact.heating import advance_temperature
+from rotor_contact.contact.site import Sites
+from rotor_contact.contact.site_totals import average
+from rotor_contact.contact.workspace import (
+    N_INTEGRALS,
+    Workspace,
+    energy_integrals,
+    site_integrals,
+    stages_of,
+    with_motion,
+)
+from rotor_contact.forces.dynamics import ROUNDING as UNCHANGED
+from rotor_contact.forces.dynamics import (
     add_magnetic_forces,
     collect_coefficients,
     motion_at,
     motion_of,
     set_bearings,
 )
-from rotor_contact.enumerations import COMPLIANT, EXACT, INTEGRATED, NO_MATRICES, NODAL, PIECES, ROLLING
-from rotor_contact.events import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
-from rotor_contact.excitation import collect_amplitudes, collect_forces
-from rotor_contact.heating import advance_temperature
-from rotor_contact.interface import interface_of
+from rotor_contact.forces.excitation import collect_amplitudes, collect_forces
+from rotor_contact.initial_orbit import clamp_to_clearance, start_on_orbit
 from rotor_contact.layout import (
     Scratch,
     hold_spin,
@@ -47,18 +55,17 @@ from rotor_contact.layout import (
     workspace_of,
 )
 from rotor_contact.linear_state import linear_state
-from rotor_contact.modes import FAULT_MODES, FAULT_SINGULAR, resolve_modes
+from rotor_contact.matrix_step import NO_MATRICES_YET, advance_by_matrices, angle_and_speed_after
 from rotor_contact.outputs import energy_error, write_mechanical_energy, write_outputs
-from rotor_contact.over_step import average
-from rotor_contact.piecewise_step import NO_MATRICES_YET, advance_by_matrices, angle_and_speed_after
-from rotor_contact.planes import Planes
-from rotor_contact.products import quadratic_form
-from rotor_contact.signals import inputs_of, outputs_of, parameters_of
-from rotor_contact.site import Sites
-from rotor_contact.start import clamp_to_clearance, start_on_orbit
-from rotor_contact.step_cache import is_valid, store
-from rotor_contact.structure import Structure, structure_of
-from rotor_contact.workspace import N_INTEGRALS, Workspace, energy_integrals, site_integrals, stages_of, with_motion
+from rotor_contact.shaft.products import quadratic_form
+from rotor_contact.shaft.structure import Structure, structure_of
+from rotor_contact.substeps.contact_modes import FAULT_MODES, FAULT_SINGULAR, resolve_modes
+from rotor_contact.substeps.substeps import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STIFF, MAX_SUBSTEPS, advance
+from rotor_contact.variables.enumerations import COMPLIANT, EXACT, INTEGRATED, NO_MATRICES, NODAL, PIECES, ROLLING
+from rotor_contact.variables.interface import interface_of
+from rotor_contact.variables.planes import Planes
+from rotor_contact.variables.signals import inputs_of, outputs_of, parameters_of
+from rotor_contact.variables.step_cache import is_valid, store
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL, FAULT_FAST = 3, 4, 5, 6, 7
 FAULT_ENERGY = 9

@@ -23,8 +23,8 @@ def text_of(page: Path) -> str:
 
 @pytest.mark.parametrize("name", MODELS)
 def test_every_file_of_a_model_is_named_on_a_theory_page(name):
-    named = set(re.findall(r"`(?:[a-z_]+\.)?([a-z_]+)(?:\.py)?`", " ".join(text_of(page) for page in THEORY)))
-    files = {file.stem for file in Path(import_module(name).__file__).parent.glob("*.py")}
+    named = set(re.findall(r"`(?:[a-z_]+\.)*([a-z_]+)(?:\.py)?`", " ".join(text_of(page) for page in THEORY)))
+    files = {file.stem for file in Path(import_module(name).__file__).parent.rglob("*.py")}
     assert files - DECLARING - {f"{name}_fmu"} - named == set()
 
 

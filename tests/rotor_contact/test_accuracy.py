@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rotor_cases import BEARINGS, H, both, plant, run
 
-from rotor_contact.enumerations import NEWTON, NODAL
+from rotor_contact.variables.enumerations import NEWTON, NODAL
 
 REFERENCE = {"solver.max_substep": H / 100.0, "solver.tolerance": 1.0, "solver.exact_motion": 0.0}
 

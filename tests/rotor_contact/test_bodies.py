@@ -9,7 +9,7 @@ from rotor_cases import BEARINGS, UNWATCHED, H, both, plant, rigid_rotor, run, s
 from amb_cosim.design import plant_data
 from fmi_export.model import Fault
 from rotor_analysis.rotor import ReductionOptions
-from rotor_contact.enumerations import EXACT, NODAL, PIECES
+from rotor_contact.variables.enumerations import EXACT, NODAL, PIECES
 from tests.support.messages import raises_naming
 
 RUBBING = {"gravity": 9.81, "Omega": 300.0} | both("rb.mu", 0.15) | both("rb.restitution", 0.3)

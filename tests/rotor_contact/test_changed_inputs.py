@@ -11,7 +11,7 @@ from rotor_cases import BEARINGS, H, both, plant, run, scratch
 from fmi_export.model import Instance
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.enumerations import EXACT, NO_MATRICES, PIECES
+from rotor_contact.variables.enumerations import EXACT, NO_MATRICES, PIECES
 
 ELASTIC = load_rotor("bath_rig")
 SEALED = replace(ELASTIC, seals=(Bearing("ring", 5, ((3e5, 5e4), (-5e4, 3e5)), ((400.0, 0.0), (0.0, 400.0))),))

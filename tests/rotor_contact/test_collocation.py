@@ -4,16 +4,29 @@ import numpy as np
 import pytest
 from rotor_cases import BEARINGS, CLEARANCE, H, both, memory, plant, run, scratch, size_of, state, workspace
 
-from rotor_contact.collocation import _locate_nodes, _solve_nodes, find_end_forces, find_first_forces, find_forces
-from rotor_contact.contact import number_unknowns
-from rotor_contact.dynamics import motion_at
-from rotor_contact.enumerations import EXACT, PIECES
-from rotor_contact.exact_motion import take_whole_step
-from rotor_contact.lobatto import LAGRANGE, LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOOKS, least_of_cubic, positive_share
-from rotor_contact.speed_grid import CONSTANT
-from rotor_contact.whole_step import begin_whole_step
-from rotor_contact.whole_step_rows import first_held, whole_step_of
-from rotor_contact.workspace import stages_of
+from rotor_contact.contact.constraints import number_unknowns
+from rotor_contact.contact.workspace import stages_of
+from rotor_contact.forces.dynamics import motion_at
+from rotor_contact.matrices.speed_grid import CONSTANT
+from rotor_contact.shaft.lobatto import (
+    LAGRANGE,
+    LOBATTO_POINTS,
+    LOBATTO_WEIGHTS,
+    N_LOOKS,
+    least_of_cubic,
+    positive_share,
+)
+from rotor_contact.variables.enumerations import EXACT, PIECES
+from rotor_contact.whole_steps.collocation import (
+    _locate_nodes,
+    _solve_nodes,
+    find_end_forces,
+    find_first_forces,
+    find_forces,
+)
+from rotor_contact.whole_steps.exact_motion import take_whole_step
+from rotor_contact.whole_steps.whole_step import begin_whole_step
+from rotor_contact.whole_steps.whole_step_rows import first_held, whole_step_of
 
 UNBALANCE = {f"d{k}.u": 0.16 for k in (1, 2, 3, 4)}
 RUBBING = both("mb.k_b", 1e6) | both("mb.c_b", 2e4) | both("rb.restitution", 0.0) | UNBALANCE | {"Omega": 260.0}

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from rotor_cases import H, bearing_positions, both, masters, place, plant, rigid_rotor, run
 
-from rotor_contact.enumerations import LAWS
-from rotor_contact.friction import SLIP_SCALE, compliant_friction, compliant_friction_damping
-from rotor_contact.site import SITE
+from rotor_contact.contact.friction import SLIP_SCALE, compliant_friction, compliant_friction_damping
+from rotor_contact.contact.site import SITE
+from rotor_contact.variables.enumerations import LAWS
 
 RING, MASS, SPEED = 0.05, 10.0, 0.2
 K = 1e8

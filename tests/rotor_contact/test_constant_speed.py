@@ -15,11 +15,11 @@ from rotor_cases import BEARINGS, H, both, head, memory, plant, run, scratch
 from fmi_export.model import Instance
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.constant_speed import PATIENCE
-from rotor_contact.enumerations import EXACT, PIECES
-from rotor_contact.matrix_schedule import STEPS_BEFORE_BUILD
-from rotor_contact.speed_grid import CONSTANT, STRIDE, spacing_for
-from rotor_contact.structure import structure_of
+from rotor_contact.matrices.matrix_schedule import STEPS_BEFORE_BUILD
+from rotor_contact.matrices.speed_grid import CONSTANT, STRIDE, spacing_for
+from rotor_contact.shaft.structure import structure_of
+from rotor_contact.variables.enumerations import EXACT, PIECES
+from rotor_contact.whole_steps.constant_speed import PATIENCE
 
 ELASTIC = load_rotor("bath_rig")
 SEALED = replace(ELASTIC, seals=(Bearing("ring", 5, ((3e5, 5e4), (-5e4, 3e5)), ((400.0, 0.0), (0.0, 400.0))),))

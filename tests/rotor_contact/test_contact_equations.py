@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from rotor_cases import both, plant, size_of, workspace
 
-from rotor_contact import modes
-from rotor_contact.contact import apply_contact, project
-from rotor_contact.enumerations import FREE, ROLLING, SLIDING
-from rotor_contact.site import locate_journal, put_on_circle, radial_component, slip_velocity
+from rotor_contact.contact.constraints import apply_contact, project
+from rotor_contact.contact.site import locate_journal, put_on_circle, radial_component, slip_velocity
+from rotor_contact.substeps import contact_modes
+from rotor_contact.variables.enumerations import FREE, ROLLING, SLIDING
 
 OMEGA, OMEGA_DOT, CLEARANCE, MU = 300.0, 40.0, 0.5e-3, 0.2
 NAMES = ("rb1", "rb2", "eb1", "eb2")
@@ -73,7 +73,7 @@ def test_sites_that_no_force_moves_have_zero_multipliers():
 
 
 def test_endless_changes_of_contact_modes_are_a_fault(monkeypatch):
-    monkeypatch.setattr(modes, "_open_tensile", lambda _: True)
-    search = getattr(modes.resolve_modes, "py_func", modes.resolve_modes)
+    monkeypatch.setattr(contact_modes, "_open_tensile", lambda _: True)
+    search = getattr(contact_modes.resolve_modes, "py_func", contact_modes.resolve_modes)
     w = contact("fixed", (FREE,) * 4, 0)[0]
-    assert search(w, 0.0, 0.0) == modes.FAULT_MODES
+    assert search(w, 0.0, 0.0) == contact_modes.FAULT_MODES

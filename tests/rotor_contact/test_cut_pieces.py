@@ -5,18 +5,18 @@ import pytest
 from rotor_cases import both, plant, run, scratch, state, workspace
 
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.enumerations import EXACT, PIECES, ROLLING
-from rotor_contact.lobatto import LOBATTO_POINTS, first_fall, restrict
-from rotor_contact.path import Point
-from rotor_contact.piece import piece_of
-from rotor_contact.piece_cut import cut_piece
-from rotor_contact.piece_energy import energy_taken
-from rotor_contact.piece_series import expand, journal_at, state_at
-from rotor_contact.piecewise_step import find_forces_at
-from rotor_contact.site import locate_journal, radial_component, slip_velocity
-from rotor_contact.smooth_piece import begin_piece, complete_forces, end_piece, solve_piece
-from rotor_contact.speed_grid import place_on_grid
-from rotor_contact.workspace import stages_of
+from rotor_contact.contact.path import Point
+from rotor_contact.contact.site import locate_journal, radial_component, slip_velocity
+from rotor_contact.contact.workspace import stages_of
+from rotor_contact.matrices.speed_grid import place_on_grid
+from rotor_contact.matrix_step import find_forces_at
+from rotor_contact.pieces.piece import piece_of
+from rotor_contact.pieces.piece_cut import cut_piece
+from rotor_contact.pieces.piece_energy import energy_taken
+from rotor_contact.pieces.piece_series import expand, journal_at, state_at
+from rotor_contact.pieces.piece_solution import begin_piece, complete_forces, end_piece, solve_piece
+from rotor_contact.shaft.lobatto import LOBATTO_POINTS, first_fall, restrict
+from rotor_contact.variables.enumerations import EXACT, PIECES, ROLLING
 
 ELASTIC = load_rotor("bath_rig")
 STEP, LEVEL = 250e-6, 3

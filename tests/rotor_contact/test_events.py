@@ -21,12 +21,12 @@ from rotor_cases import (
 
 from fmi_export.model import Fault
 from rotor_analysis.rotor import ReductionOptions
-from rotor_contact.dynamics import accelerations
-from rotor_contact.enumerations import FREE, HERTZ, SLIDING
-from rotor_contact.event_time import EVENT_OFFSET, TOLERANCE, indicator, locate_event
-from rotor_contact.events import largest_penetration, may_touch_between
-from rotor_contact.integration import derivative, substep
-from rotor_contact.workspace import stages_of
+from rotor_contact.contact.workspace import stages_of
+from rotor_contact.forces.dynamics import accelerations
+from rotor_contact.substeps.event_time import EVENT_OFFSET, TOLERANCE, indicator, locate_event
+from rotor_contact.substeps.integration import derivative, substep
+from rotor_contact.substeps.substeps import largest_penetration, may_touch_between
+from rotor_contact.variables.enumerations import FREE, HERTZ, SLIDING
 from tests.support.messages import raises_naming
 
 DT = 250e-6

@@ -16,7 +16,7 @@ from strange_machine import ROTOR
 
 from amb_cosim.design.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.structure import structure_of
+from rotor_contact.shaft.structure import structure_of
 
 MU = 0.12
 MOUNT = {

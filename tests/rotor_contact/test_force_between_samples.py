@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from rotor_cases import H, both, memory, place, plant, rigid_rotor, run, scratch, size_of, symmetric_rotor
 
-from rotor_contact.enumerations import LAWS
-from rotor_contact.lobatto import LOBATTO_POINTS, greatest_of_cubic, greatest_of_parabola
-from rotor_contact.structure import structure_of
+from rotor_contact.shaft.lobatto import LOBATTO_POINTS, greatest_of_cubic, greatest_of_parabola
+from rotor_contact.shaft.structure import structure_of
+from rotor_contact.variables.enumerations import LAWS
 
 RING, MASS, SPEED, K = 0.05, 10.0, 0.2, 1e8
 G = 9.81

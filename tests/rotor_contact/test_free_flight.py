@@ -9,9 +9,9 @@ from rotor_cases import BEARINGS, CLEARANCE, H, both, masters, place, plant, run
 
 from amb_cosim.design import plant_data
 from rotor_analysis.rotor import ReductionOptions
-from rotor_contact.enumerations import EXACT, NO_MATRICES
 from rotor_contact.layout import N_HEAD
-from rotor_contact.matrix_schedule import STEPS_BEFORE_BUILD
+from rotor_contact.matrices.matrix_schedule import STEPS_BEFORE_BUILD
+from rotor_contact.variables.enumerations import EXACT, NO_MATRICES
 
 FINE = {"solver.max_substep": 5e-6, "solver.exact_motion": 0.0, "solver.tolerance": 1.0}
 TERMS = [f"energy.{name}" for name in ("kinetic", "strain", "damping", "work", "balance")]

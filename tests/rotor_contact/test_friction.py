@@ -21,7 +21,7 @@ from rotor_cases import (
 )
 
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.enumerations import NEWTON, NODAL
+from rotor_contact.variables.enumerations import NEWTON, NODAL
 
 ROTOR = load_rotor()
 RING = 0.05

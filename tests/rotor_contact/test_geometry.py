@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from rotor_contact.enumerations import CONSTRAINT, FREE, HERTZ, ROLLING, SLIDING
-from rotor_contact.site import (
+from rotor_contact.contact.site import (
     SITE,
     can_impact,
     can_touch,
@@ -17,6 +16,7 @@ from rotor_contact.site import (
     square_of_velocity,
     tangential_component,
 )
+from rotor_contact.variables.enumerations import CONSTRAINT, FREE, HERTZ, ROLLING, SLIDING
 
 SIZE, JOURNAL = 12, 4
 HOUSINGS = {"fixed": -1, "first": 0, "last": SIZE - 2}

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, both, masters, place, plant, rigid_rotor, run, size_of, workspace
 
-from rotor_contact.enumerations import FREE, NEWTON, NODAL, ROLLING, SLIDING
-from rotor_contact.impact import mark_touching, newton_impact, nodal_impact
-from rotor_contact.site import locate_journal, slip_velocity
-from rotor_contact.structure import structure_of
+from rotor_contact.contact.impact import mark_touching, newton_impact, nodal_impact
+from rotor_contact.contact.site import locate_journal, slip_velocity
+from rotor_contact.shaft.structure import structure_of
+from rotor_contact.variables.enumerations import FREE, NEWTON, NODAL, ROLLING, SLIDING
 
 RING, G = 0.05, 9.81
 rig = cache(plant)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from amb_cosim.design.plant_data import plant
-from rotor_contact import enumerations
-from rotor_contact.enumerations import CONTACT_LAW, CONTACT_MODE, IMPACT_LAW
-from rotor_contact.signals import SITE_PARAMETERS, inputs_of, outputs_of, parameters_of
-from rotor_contact.structure import structure_of
+from rotor_contact.shaft.structure import structure_of
+from rotor_contact.variables import enumerations
+from rotor_contact.variables.enumerations import CONTACT_LAW, CONTACT_MODE, IMPACT_LAW
+from rotor_contact.variables.signals import SITE_PARAMETERS, inputs_of, outputs_of, parameters_of
 
 MODEL, CONSTANTS = plant()
 INTERFACE = MODEL.interface

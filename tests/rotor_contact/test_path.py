@@ -7,11 +7,18 @@ from rotor_cases import BEARINGS, CLEARANCE, H, plant, run, scratch
 from scipy.interpolate import BPoly, PPoly
 from scipy.optimize import brentq
 
-from rotor_contact.lobatto import LOBATTO_POINTS
-from rotor_contact.matrix_schedule import STEPS_BEFORE_BUILD
-from rotor_contact.matrix_sizes import FIRST_CONSTANT
-from rotor_contact.path import Point, leaves_or_stays_within, point_of, share_before_touch, stays_within, touch_time
-from rotor_contact.site_in_piece import clear_share, close_margin
+from rotor_contact.contact.path import (
+    Point,
+    leaves_or_stays_within,
+    point_of,
+    share_before_touch,
+    stays_within,
+    touch_time,
+)
+from rotor_contact.matrices.matrix_schedule import STEPS_BEFORE_BUILD
+from rotor_contact.matrices.matrix_sizes import FIRST_CONSTANT
+from rotor_contact.pieces.site_in_piece import clear_share, close_margin
+from rotor_contact.shaft.lobatto import LOBATTO_POINTS
 
 ALONG = np.linspace(0.0, 1.0, 2001)[:, None]
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from rotor_cases import both, plant, scratch, size_of, workspace
 
-from rotor_contact.collocation import _is_smooth
-from rotor_contact.enumerations import ROLLING, SLIDING
-from rotor_contact.friction import STICK_SPEED
-from rotor_contact.lobatto import LOBATTO_POINTS
-from rotor_contact.site_in_piece import MAX_DEVIATION
-from rotor_contact.whole_step_rows import whole_step_of
+from rotor_contact.contact.friction import STICK_SPEED
+from rotor_contact.pieces.site_in_piece import MAX_DEVIATION
+from rotor_contact.shaft.lobatto import LOBATTO_POINTS
+from rotor_contact.variables.enumerations import ROLLING, SLIDING
+from rotor_contact.whole_steps.collocation import _is_smooth
+from rotor_contact.whole_steps.whole_step_rows import whole_step_of
 
 CLEARANCE, CENTRE, MU = 4e-4, np.array([5e-5, -7e-5]), 0.3
 OFFSETS = both("rb.offset_x", CENTRE[0]) | both("rb.offset_y", CENTRE[1])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotor_contact.products import (
+from rotor_contact.shaft.products import (
     combination,
     combination_between,
     interpolate,

@@ -15,8 +15,8 @@ from amb_cosim.design.plant_data import plant_structure
 from rotor_analysis.parts import AtSpeed, Bearing, Disc
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_plant
-from rotor_contact.seals import seal_at
-from rotor_contact.structure import structure_of
+from rotor_contact.shaft.seals import seal_at
+from rotor_contact.shaft.structure import structure_of
 from tests.support.messages import raises_naming
 
 HELD = both("mb.k_b", 2e6) | both("mb.c_b", 600.0) | both("rb.enabled", 0.0)

@@ -6,7 +6,7 @@ from rotor_cases import BEARINGS, H, OnePlane, both, masters, place, plant, rigi
 from scipy.integrate import solve_ivp
 
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.enumerations import EXACT, INTEGRATED, PIECES
+from rotor_contact.variables.enumerations import EXACT, INTEGRATED, PIECES
 
 ROTOR = load_rotor()
 WIDE = both("rb.clearance", 0.1)
@@ -24,7 +24,7 @@ def run_up(x, Omega, Omega_dot, steps, names=(), h=H, start=0.0):
 
 
 # Speed (rad/s) at the beginning; rates (rad/s^2) and steps of the parts that follow; error of the exact motion, which
-# would be several times as large with an unbalance that is ahead or behind in each step (`smooth_piece`).
+# would be several times as large with an unbalance that is ahead or behind in each step (`piece_solution`).
 RAMPS = {
     "run-up": (40.0, [(400.0, 800)], 3e-6),
     "coast-down": (150.0, [(-300.0, 800)], 3e-7),

@@ -6,11 +6,11 @@ from rotor_cases import BEARINGS, CLEARANCE, both, plant, run, scratch, workspac
 
 from fmi_export.model import Instance
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.matrix_inputs import combine
-from rotor_contact.matrix_rows import build_slot
-from rotor_contact.speed_grid import BLENDS, INTERPOLATION_ERROR, STRIDE, grid_speed, place_on_grid, slot_of
-from rotor_contact.step_matrices import level_of, rows_of_x
-from rotor_contact.structure import structure_of
+from rotor_contact.matrices.matrix_inputs import combine
+from rotor_contact.matrices.matrix_rows import build_slot
+from rotor_contact.matrices.speed_grid import BLENDS, INTERPOLATION_ERROR, STRIDE, grid_speed, place_on_grid, slot_of
+from rotor_contact.matrices.step_matrices import level_of, rows_of_x
+from rotor_contact.shaft.structure import structure_of
 
 SITES = ("rb1", "rb2", "eb1", "eb2")
 FORCES = [f"{site}.{name}" for site in SITES for name in ("f_n", "f_t", "f_n_peak")]

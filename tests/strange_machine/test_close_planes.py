@@ -8,7 +8,7 @@ from strange_machine import RUB
 
 from amb_cosim.design import plant_data
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.enumerations import EXACT, NO_MATRICES, PIECES
+from rotor_contact.variables.enumerations import EXACT, NO_MATRICES, PIECES
 
 SITES = ("catch_n", "catch_s", "labyrinth", "shroud")
 ORBITS = [f"{site}.{axis}" for site in SITES for axis in "xy"]

@@ -14,12 +14,12 @@ from amb_cosim.design import plant_data
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.shaft import Shaft
-from rotor_contact.dynamics import motion_of, set_bearings
-from rotor_contact.excitation import collect_amplitudes, collect_forces
+from rotor_contact.contact.workspace import N_INTEGRALS
+from rotor_contact.forces.dynamics import motion_of, set_bearings
+from rotor_contact.forces.excitation import collect_amplitudes, collect_forces
 from rotor_contact.layout import load_sites, place_sites, scratch_of, state_of, workspace_of
-from rotor_contact.signals import inputs_of, parameters_of
-from rotor_contact.structure import structure_of
-from rotor_contact.workspace import N_INTEGRALS
+from rotor_contact.shaft.structure import structure_of
+from rotor_contact.variables.signals import inputs_of, parameters_of
 
 STEEL = {"youngs_modulus": 2.07e11, "density": 7850.0, "poissons_ratio": 0.3}
 CLEARANCE = 0.75e-3

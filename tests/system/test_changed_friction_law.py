@@ -6,7 +6,7 @@ import re
 import pytest
 from changed_copy import ROOT, change, importing
 
-from rotor_contact.enumerations import EXACT, INTEGRATED, ROLLING, SLIDING
+from rotor_contact.variables.enumerations import EXACT, INTEGRATED, ROLLING, SLIDING
 
 PLANT = ROOT / "fmus" / "rotor_contact"
 LAW = {  # file of the plant: text of it, and what replaces that

@@ -21,10 +21,12 @@ CONTACT = tuple(
 )
 TARGETS = {
     **{
-        name: (f"fmus/rotor_contact/{name}.py", *CONTACT)
-        for name in (
-            *("friction", "site", "path", "contact", "events", "collocation", "impact", "bodies", "piecewise_step"),
-            *("smooth_piece", "node_forces", "piece", "piece_events", "piece_cut", "piece_energy"),
+        place.rpartition("/")[2]: (f"fmus/rotor_contact/{place}.py", *CONTACT)
+        for place in (
+            *("contact/friction", "contact/site", "contact/path", "contact/constraints", "contact/impact"),
+            *("contact/bodies", "substeps/substeps", "matrix_step", "pieces/piece", "pieces/piece_solution"),
+            *("pieces/piece_contact", "pieces/piece_events", "pieces/piece_cut", "pieces/piece_energy"),
+            "whole_steps/collocation",
         )
     },
     "fourier": ("fmus/rolac_controller/fourier.py", "tests/rolac_controller/test_fourier.py"),

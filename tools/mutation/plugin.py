@@ -1,6 +1,6 @@
 """pytest plugin that runs tests on the mutants of one source file.
 
-    python -m pytest -p tools.mutation.plugin -n 0 --mutate fmus/rotor_contact/friction.py tests/rotor_contact
+    python -m pytest -p tools.mutation.plugin -n 0 --mutate fmus/rotor_contact/contact/friction.py tests/rotor_contact
 
 Tests first run on the unchanged source, which measures how long each takes and which mutants it reaches. Then the tests
 that reach a mutant run on it, in a separate process, until one fails or `--mutant-seconds` have passed. Tests that are

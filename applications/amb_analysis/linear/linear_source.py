@@ -32,7 +32,7 @@ from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import SPEED, Scenario, as_scenario
 from array_types import Array
 from linear_controller.matrices import matrices_of
-from rotor_contact.structure import structure_of
+from rotor_contact.shaft.structure import structure_of
 
 LINEAR = "linear_controller"
 

@@ -14,8 +14,8 @@ from amb_analysis.linear.components import LinearComponent, names_of
 from amb_cosim.controllers.laws import Law
 from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, operating_constants
 from array_types import Array
-from rotor_contact.seals import add_seals
-from rotor_contact.structure import structure_of
+from rotor_contact.shaft.seals import add_seals
+from rotor_contact.shaft.structure import structure_of
 
 Parameters = Mapping[str, float]
 NEGLECTED = (

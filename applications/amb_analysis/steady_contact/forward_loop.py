@@ -29,7 +29,7 @@ from amb_analysis.linear.rotor_and_magnets import rotor_component
 from amb_cosim.controllers.laws import Law
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from array_types import Array
-from rotor_contact.structure import structure_of
+from rotor_contact.shaft.structure import structure_of
 
 Complex = NDArray[np.complexfloating[Any, Any]]  # numpy types products of real and complex arrays so
 Pair = tuple[str, str]

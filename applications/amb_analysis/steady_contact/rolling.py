@@ -25,7 +25,7 @@ from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.synchronous_states import all_sets
 from amb_cosim.presentation.json_data import JsonKey
 from amb_cosim.presentation.units import speed_unit
-from rotor_contact.friction import friction_excess
+from rotor_contact.contact.friction import friction_excess
 
 SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
 

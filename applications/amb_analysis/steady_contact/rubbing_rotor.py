@@ -15,10 +15,10 @@ from amb_cosim.design.plant_data import stator_bores
 from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array
-from rotor_contact.enumerations import CONSTRAINT, LAWS
-from rotor_contact.friction import kinetic_coefficient
-from rotor_contact.signals import SITE_PARAMETERS
-from rotor_contact.site import SITE, Site
+from rotor_contact.contact.friction import kinetic_coefficient
+from rotor_contact.contact.site import SITE, Site
+from rotor_contact.variables.enumerations import CONSTRAINT, LAWS
+from rotor_contact.variables.signals import SITE_PARAMETERS
 
 ISOTROPIC = 0.01  # ratio of backward to forward motion above which a loop is reported as anisotropic
 SLIP_STEP = 1e-6  # m/s, over which the slope of friction is taken
@@ -84,7 +84,7 @@ class RubbingRotor:
         return self._receptances[Omega]
 
     def mu(self, Omega: float, whirl: float | None = None) -> Array:
-        """Return the friction coefficient mu(v) of each site by the law of `rotor_contact.friction`.
+        """Return the friction coefficient mu(v) of each site by the law of `rotor_contact.contact.friction`.
 
         v = Omega R_s + omega c     (4.10) of a journal that whirls on its circle
 

@@ -22,10 +22,10 @@ from rotor_analysis.reduction import Reduction
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.planes import ContactSite, MeasuredPlane, Planes
 from rotor_contact.plant import model_for
-from rotor_contact.seals import SEAL, SealRecords, Seals, add_seals
-from rotor_contact.structure import SIZES, Structure
+from rotor_contact.shaft.seals import SEAL, SealRecords, Seals, add_seals
+from rotor_contact.shaft.structure import SIZES, Structure
+from rotor_contact.variables.planes import ContactSite, MeasuredPlane, Planes
 
 MAX_SUBSTEP = 250e-6  # s, longest substep of a rotor without fast modes
 RESOLUTION = 1.0  # rad of the fastest mode per substep
@@ -234,7 +234,7 @@ def _shaft_radius(rotor: Rotor, node: int) -> float:
 
 
 def flat_constants(structure: Structure) -> Array:
-    """Return a structure in the layout of `rotor_contact.structure.structure_of`."""
+    """Return a structure in the layout of `rotor_contact.shaft.structure.structure_of`."""
     n_translations, is_damped, valid_to, *arrays, seals = structure
     sizes = np.array(
         [

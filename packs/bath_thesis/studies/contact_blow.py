@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from array_types import Array
-from rotor_contact.compliant import normal_force
-from rotor_contact.enumerations import LAWS
-from rotor_contact.site import SITE, Site
+from rotor_contact.contact.compliant import normal_force
+from rotor_contact.contact.site import SITE, Site
+from rotor_contact.variables.enumerations import LAWS
 
 ForceLaw = Callable[[float, float], float]
 """Normal force (N) at a penetration (m) and its rate (m/s)."""
@@ -23,12 +23,12 @@ LEAST_RESTITUTION = 0.15  # below it the spring and damper of (4.3) does not osc
 
 
 def law_of_plant(law: str, k_c: float, delta_c: float, c_c: float, alpha_c: float, eta: float) -> ForceLaw:
-    """Return a force law as the plant evaluates it (`rotor_contact.compliant.normal_force`).
+    """Return a force law as the plant evaluates it (`rotor_contact.contact.compliant.normal_force`).
 
     Parameters
     ----------
     law
-        Name of the law, one of `rotor_contact.enumerations.LAWS`.
+        Name of the law, one of `rotor_contact.variables.enumerations.LAWS`.
     k_c, delta_c, c_c, alpha_c, eta
         Parameters of the site: stiffness (N/m), penetration (m), damping (N s/m), damping (s/m) and loss (1).
     """

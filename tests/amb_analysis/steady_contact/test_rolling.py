@@ -7,7 +7,7 @@ import pytest
 
 from amb_analysis.steady_contact import rolling as module
 from amb_analysis.steady_contact.rolling import rolling
-from rotor_contact.site import SITE
+from rotor_contact.contact.site import SITE
 
 CLEARANCES = np.array([2e-4, 3e-4])
 ANGLES = np.linspace(0.0, 2.0 * np.pi, 200_001)

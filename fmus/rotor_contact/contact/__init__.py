@@ -1,0 +1,1 @@
+"""Sites at which a journal can touch: geometry, forces and impacts, housings and races."""

@@ -1,0 +1,91 @@
+"""A contact site over a communication step: peaks, impulses, heat and means, from substeps, pieces and impacts.
+
+A quantity that a step collects is a field of `COLLECTED` or `SITE_INTEGRALS`, or of `SITE_STATE` if it grows from step
+to step, and a line in the functions below that know it; `site_variables` declares its output, `outputs` writes it.
+
+    begin_step -> (collect_substep | collect_piece | collect_impact)* -> end_step
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmi_export.jit import kernel
+from fmi_export.records import record
+from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, greatest_of_parabola
+from rotor_contact.variables.enumerations import FREE, SLIDING
+
+COLLECTED = (  # fields of `site.SITE`
+    ("f_n_peak", np.float64),  # largest normal force (N) in this step
+    ("f_n_mean", np.float64),  # mean normal force (N) over this step, the impulses of impacts in it included
+    ("impulse", np.float64),  # normal impulse (N s) of the impacts in this step
+    ("impact_heat", np.float64),  # heat (J) of these impacts
+    ("drive_work", np.float64),  # work (J) of the drive against their friction
+)
+# Integrals over the step: heat of friction, drag and compression (J); normal force (N s, without impulses of impacts).
+SITE_INTEGRALS = record(("heat", np.float64), ("f_n", np.float64))
+# Mode and direction of slip; temperature (K); heat so far (J).
+SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
+
+Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `matrix_sizes.NODE`, those of a site
+
+
+@kernel
+def begin_step(site: np.record, state: np.record) -> None:
+    """Set the mode of a site from its state, and reset everything that a step collects."""
+    site.mode = int(state.mode)
+    site.slip_sign = state.slip_sign
+    site.f_n = site.f_t = site.f_n_peak = site.f_n_mean = 0.0
+    site.impulse = site.impact_heat = site.drive_work = 0.0
+
+
+@kernel
+def set_rates(site: np.record, heat: float, rate: np.record) -> None:
+    """Write the rates of the site's integrals, with the heat flow of friction, drag and compression (W)."""
+    rate.heat = heat
+    rate.f_n = site.f_n if site.mode != FREE else 0.0
+
+
+@kernel
+def collect_substep(site: np.record, begin: np.record, second: np.record, third: np.record, end: np.record) -> None:
+    """Collect a substep from its rates at the stages: the largest normal force is the maximum of a parabola.
+
+    At the midpoint, the mean of the two stages is one order more accurate than either.
+    """
+    site.f_n_peak = max(site.f_n_peak, greatest_of_parabola(begin.f_n, 0.5 * (second.f_n + third.f_n), end.f_n))
+
+
+@kernel
+def collect_piece(site: np.record, nodes: Nodes, h: float, of_site: np.record) -> float:
+    """Collect a piece of length h (s) of a constrained site; return its friction heat, -int T v_slip dt (J)."""
+    a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
+    site.f_n_peak = max(site.f_n_peak, greatest_of_cubic(a.f_n, b.f_n, c.f_n, d.f_n))
+    heat = 0.0
+    for point in range(N_LOBATTO):
+        share = h * LOBATTO_WEIGHTS[point]
+        of_site.f_n += share * nodes[point].f_n
+        if site.mode == SLIDING:
+            heat -= share * nodes[point].f_t * nodes[point].slip
+    return heat
+
+
+@kernel
+def collect_impact(site: np.record, impulse: float, heat: float) -> None:
+    """Collect an impact: its normal impulse (N s) and its heat (J)."""
+    site.impulse += impulse
+    site.impact_heat += heat
+
+
+@kernel
+def end_step(site: np.record, state: np.record, of_site: np.record) -> None:
+    """Store the results of a step in the state of a site; add the heat of impacts to the step's."""
+    state.mode = site.mode
+    state.slip_sign = site.slip_sign
+    of_site.heat += site.impact_heat
+    state.heat += of_site.heat
+
+
+@kernel
+def average(site: np.record, of_site: np.record, step_size: float) -> None:
+    """Set the means over a step of `step_size` (s)."""
+    site.f_n_mean = (of_site.f_n + site.impulse) / step_size

@@ -1,0 +1,109 @@
+"""Data that the kernels of a step pass on."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import size_of
+from rotor_contact.contact.site import Sites
+from rotor_contact.contact.site_totals import SITE_INTEGRALS
+from rotor_contact.forces.dynamics import Motion
+from rotor_contact.shaft.linear_solver import Equations
+from rotor_contact.variables.energies import ENERGY_INTEGRALS
+
+# At the end of every state z: integrals of energies over time and, for each site, its integrals over the step.
+N_INTEGRALS, N_SITE_INTEGRALS = size_of(ENERGY_INTEGRALS), size_of(SITE_INTEGRALS)
+N_STAGES = 9
+
+
+class Stages(NamedTuple):
+    """States z = (q, v, energy integrals, integrals of the sites) and derivatives of a substep.
+
+    Each has the shape (2 n + N_INTEGRALS + N_SITE_INTEGRALS n_sites,), where n is the number of all degrees of freedom.
+
+    They are the rows of `Workspace.stages`.
+
+    z, z_new
+        States at the beginning and the end of the substep.
+    k_1, k_new
+        Derivatives of z and z_new.
+    trial, k_2, k_3, k_4
+        State and derivatives of the Runge-Kutta stages in between.
+    before
+        Velocities before an impact (m/s).
+    """
+
+    z: Array
+    z_new: Array
+    k_1: Array
+    k_new: Array
+    trial: Array
+    k_2: Array
+    k_3: Array
+    k_4: Array
+    before: Array
+
+
+class Workspace(NamedTuple):
+    """Rotor, motion, contact sites, contact equations and integration stages of a step.
+
+    n
+        Number of all degrees of freedom: those of the shaft, m in number, and of the bodies.
+    forms
+        Mass and damping matrices of the shaft, see `Structure`, shape (3 m, m).
+    Minv
+        Inverse of its mass matrix, shape (m, m).
+    motion
+        Coefficients of the shaft's motion without contact.
+    spin
+        Record of type `bodies.SPIN`, in an array of length 1.
+    sites
+        Records of type `site.SITE`.
+    equations
+        Room for the contact equations, two for each site.
+    stages
+        States and derivatives of the integration, for `stages_of`.
+    n_translations
+        Number of degrees of freedom that are translations of planes; they come first.
+    """
+
+    n: int
+    forms: Array
+    Minv: Array
+    motion: Motion
+    spin: Sites
+    sites: Sites
+    equations: Equations
+    stages: Array
+    n_translations: int
+
+
+@views
+def stages_of(r: Array) -> Stages:
+    """Return the rows of `Workspace.stages` by name."""
+    return Stages(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8])
+
+
+@views
+def energy_integrals(z: Array, n: int) -> np.record:
+    """Return the energy integrals of a state or of its derivative with n degrees of freedom."""
+    integrals: np.record = part(z, 2 * n, ENERGY_INTEGRALS, 1)[0]
+    return integrals
+
+
+@views
+def site_integrals(z: Array, n: int, k: int) -> np.record:
+    """Return the integrals of site k in a state or its derivative."""
+    integrals: np.record = part(z, 2 * n + N_INTEGRALS + k * N_SITE_INTEGRALS, SITE_INTEGRALS, 1)[0]
+    return integrals
+
+
+@views
+def with_motion(w: Workspace, motion: Motion) -> Workspace:
+    """Return the same workspace with another motion."""
+    return Workspace(w.n, w.forms, w.Minv, motion, w.spin, w.sites, w.equations, w.stages, w.n_translations)

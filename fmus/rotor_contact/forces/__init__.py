@@ -1,0 +1,1 @@
+"""Forces on the rotor without contact, and its acceleration under them."""

@@ -1,0 +1,211 @@
+"""Levels of the matrices: enough that the shortest piece is short enough for its Taylor series."""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.flat import copy
+from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.model import Array
+from rotor_contact.contact.site import Sites
+from rotor_contact.forces.dynamics import Motion
+from rotor_contact.forces.passive_bearings import add_bearings
+from rotor_contact.matrices.matrix_dampers import are_there_dampers
+from rotor_contact.matrices.matrix_sizes import MAX_COORDINATES, MAX_LEVELS, MOST_LEVELS, all_rows
+from rotor_contact.matrices.speed_grid import CONSTANT, quantum_for, spacing_for, stride_for
+from rotor_contact.matrices.step_matrices import MatricesKey, StepMatrices, coefficients_at, forget_combined, is_for
+from rotor_contact.shaft.lobatto import N_LOBATTO
+from rotor_contact.shaft.seals import add_seals, seals_are_isotropic
+from rotor_contact.shaft.structure import Structure
+
+SHORTEST_RATE = 1.2  # largest length of the shortest piece times the highest rate of change
+LONGEST_SERIES = 6.0  # the same with strong magnets, whose gradients are not known when levels are chosen
+LEAST_LEVELS = 4
+ISOTROPY_TOLERANCE = 1e-10  # of the largest: by how much x and y may differ
+SMALLEST_TERM = 1e-20  # of the series, which ends at it; its terms fall at least like reach^k/k!
+
+
+@noinline_kernel
+def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices) -> None:
+    """Prepare the matrices for `key`: find sizes and ports."""
+    if is_for(matrices, key):
+        return
+    _begin(matrices, key)
+    sizes = matrices.sizes[0]
+    n = structure.K.shape[0]
+    n_sites, n_bearings = sites.shape[0], motion.bearings.shape[0]
+    first = matrices.ports.shape[0] - 2 * n_sites - n_bearings
+    sizes.n, sizes.n_ports, sizes.n_levels, sizes.n_built = n, 0.0, 0.0, 0.0
+    for k in range(n_sites):
+        matrices.ports[first + k] = _port_of(matrices, sites[k].row)
+        matrices.ports[first + n_sites + k] = -1.0
+    for k in range(n_sites):
+        if sites[k].housing >= 0:
+            sizes.n += 2.0
+            matrices.ports[first + n_sites + k] = _port_of(matrices, sites[k].housing)
+    sizes.n_site_ports = sizes.n_ports
+    sizes.damped = 1.0 if are_there_dampers(structure, motion, sites) else 0.0
+    for b in range(n_bearings):
+        matrices.ports[first + 2 * n_sites + b] = _port_of(matrices, motion.bearings[b].row)
+    sizes.n_rows = all_rows(int(sizes.n), int(sizes.n_ports), matrices.amplitudes.shape[0] // 2)
+    step_size: float = key.step_size[0]
+    sizes.step_size = step_size
+    sizes.spacing, sizes.stride = spacing_for(step_size, motion.seals), float(stride_for(motion.seals))
+    sizes.quantum = quantum_for(motion.seals)
+    if n > MAX_COORDINATES:
+        return
+    write_coefficients(structure, motion, sites, matrices, 0, motion.Omega)
+    sizes.grid_isotropic = 1.0 if _is_isotropic(structure, motion, coefficients_at(matrices, 0).columns) else 0.0
+    sizes.isotropic = sizes.grid_isotropic
+    fastest = _fastest(coefficients_at(matrices, 0).columns)
+    if motion.seals.records.shape[1] > 0:
+        for place in range(motion.seals.records.shape[0]):
+            write_coefficients(structure, motion, sites, matrices, 0, motion.seals.records[place, 0].begin)
+            fastest = max(fastest, _fastest(coefficients_at(matrices, 0).columns))
+    rate = fastest + abs(motion.Omega)
+    n_built, shortest = LEAST_LEVELS, step_size * 0.5 ** (LEAST_LEVELS - 1)
+    while shortest * rate > SHORTEST_RATE:
+        n_built += 1
+        shortest *= 0.5
+    if n_built > MOST_LEVELS:
+        return
+    sizes.n_built, sizes.n_levels = n_built, min(n_built, MAX_LEVELS)
+    sizes.reach = rate * step_size
+
+
+@kernel
+def terms_for(reach: float) -> int:
+    """Return the number of terms of a series of motion; `reach` is its length times the highest rate of change."""
+    n_terms, term = 0, 1.0
+    while term > SMALLEST_TERM or n_terms < N_LOBATTO:
+        n_terms += 1
+        term *= reach / n_terms
+    return n_terms
+
+
+@kernel
+def begin_slot(
+    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, index: float, Omega: float
+) -> None:
+    """Assign a slot to a place, with no row built; write its K and C.
+
+    The matrices of a constant speed include the gradients of `StepMatrices.constant`. With gradients that are too large
+    for a series over the shortest piece (`can_be_built`), no row will be built.
+    """
+    sizes, slot = matrices.sizes[0], matrices.slots[which]
+    slot.index, slot.n_rows, slot.reach, slot.isotropic = index, 0.0, sizes.reach, sizes.grid_isotropic
+    forget_combined(matrices, which)
+    write_coefficients(structure, motion, sites, matrices, which, Omega)
+    if index < CONSTANT:
+        return
+    KC, gradients = coefficients_at(matrices, which).columns, matrices.constant[int(index - CONSTANT), 1:]
+    for b in range(motion.bearings.shape[0]):
+        for axis in range(2):
+            row = motion.bearings[b].row + axis
+            for i in range(structure.K.shape[0]):
+                KC[row, i] -= structure.Minv[i, row] * gradients[2 * b + axis]
+    slot.isotropic = 1.0 if _is_isotropic(structure, motion, KC) else 0.0
+    slot.reach = max(sizes.reach, (_fastest(KC) + abs(Omega)) * sizes.step_size)
+
+
+@kernel
+def can_be_built(matrices: StepMatrices, which: int) -> bool:
+    """Return whether the motion over the shortest piece of a slot is slow enough for its series."""
+    shortest = 0.5 ** (matrices.sizes[0].n_built - 1.0)
+    return bool(matrices.slots[which].reach * shortest <= LONGEST_SERIES)
+
+
+@kernel
+def _begin(matrices: StepMatrices, key: MatricesKey) -> None:
+    """Assign the matrices to this key, with no row built."""
+    copy(key.values, matrices.key.values)
+    for slot in matrices.slots:
+        slot.index = math.nan
+        slot.n_rows = 0.0
+    for blend in matrices.blends:
+        blend.index = math.nan
+
+
+@kernel
+def _port_of(matrices: StepMatrices, row: int) -> int:
+    """Return the port whose x is coordinate `row`; add it if there is none."""
+    sizes = matrices.sizes[0]
+    for port in range(int(sizes.n_ports)):
+        if matrices.ports[port] == row:
+            return port
+    matrices.ports[int(sizes.n_ports)] = row
+    sizes.n_ports += 1.0
+    return int(sizes.n_ports) - 1
+
+
+@kernel
+def _is_isotropic(structure: Structure, motion: Motion, KC: Array) -> bool:
+    """Return whether the rotor is isotropic: whether y behaves like x turned by a right angle."""
+    if not seals_are_isotropic(motion.seals):
+        return False
+    n, Minv = KC.shape[1], structure.Minv
+    largest = unlike = 0.0
+    for j in range(0, 2 * n, 2):
+        for i in range(0, n, 2):
+            largest = max(largest, abs(KC[j, i]))
+            unlike = max(unlike, max(abs(KC[j, i] - KC[j + 1, i + 1]), abs(KC[j, i + 1] + KC[j + 1, i])))
+        if j + 2 == n or j + 2 == 2 * n:  # stiffness and damping are of other sizes
+            if not unlike <= ISOTROPY_TOLERANCE * largest:
+                return False
+            largest = unlike = 0.0
+    for j in range(0, Minv.shape[0], 2):
+        for i in range(0, Minv.shape[0], 2):
+            largest = max(largest, abs(Minv[j, i]))
+            unlike = max(unlike, max(abs(Minv[j, i] - Minv[j + 1, i + 1]), abs(Minv[j, i + 1] + Minv[j + 1, i])))
+    return bool(unlike <= ISOTROPY_TOLERANCE * largest) and _are_turned(structure.B_base, structure.B_disc)
+
+
+@kernel
+def _are_turned(B_base: Array, B_disc: Array) -> bool:
+    """Return whether all unit forces along y are those along x, turned by a right angle."""
+    largest = unlike = 0.0
+    for row in range(0, B_base.shape[0] + B_disc.shape[0], 2):
+        b_x = B_base[row] if row < B_base.shape[0] else B_disc[row - B_base.shape[0]]
+        b_y = B_base[row + 1] if row < B_base.shape[0] else B_disc[row + 1 - B_base.shape[0]]
+        for i in range(0, b_x.shape[0], 2):
+            largest = max(largest, max(abs(b_x[i]), abs(b_x[i + 1])))
+            unlike = max(unlike, max(abs(b_y[i + 1] - b_x[i]), abs(b_y[i] + b_x[i + 1])))
+        if not unlike <= ISOTROPY_TOLERANCE * largest:
+            return False
+        largest = unlike = 0.0
+    return True
+
+
+@kernel
+def _fastest(KC: Array) -> float:
+    """Return a bound (1/s) of the rates of change, from the largest row sums."""
+    n = KC.shape[1]
+    elastic = viscous = 0.0
+    for i in range(n):
+        row_of_K = row_of_C = 0.0
+        for j in range(n):
+            row_of_K += abs(KC[j, i])
+            row_of_C += abs(KC[n + j, i])
+        elastic, viscous = max(elastic, row_of_K), max(viscous, row_of_C)
+    return math.sqrt(elastic) + viscous
+
+
+@kernel
+def write_coefficients(
+    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, slot: int, Omega: float
+) -> None:
+    """Write K and C without magnets at a speed, including housings, as columns."""
+    KC = coefficients_at(matrices, slot).columns
+    n, m = KC.shape[1], structure.K.shape[0]
+    KC[:, :] = 0.0
+    for i in range(m):
+        for j in range(m):
+            KC[j, i] = structure.MinvK[i, j] - Omega * structure.over_speed[m + i, j]
+            KC[n + j, i] = structure.MinvC[i, j] + Omega * structure.over_speed[i, j]
+    add_bearings(structure.Minv, motion.bearings, False, KC[:n], KC[n:])
+    add_seals(motion.seals, Omega, KC[:n], KC[n:])
+    for site in sites:
+        if site.housing >= 0:
+            x, y = site.housing, site.housing + 1
+            KC[x, x], KC[y, y] = site.mobility * site.mount_stiffness_x, site.mobility * site.mount_stiffness_y
+            KC[n + x, x], KC[n + y, y] = site.mobility * site.mount_damping_x, site.mobility * site.mount_damping_y

@@ -1,0 +1,177 @@
+"""When the matrices of a step are built: after steps of the same rotor, around a speed that changes slowly."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fmi_export.flat import is_near
+from fmi_export.jit import kernel
+from rotor_contact.contact.site import Sites
+from rotor_contact.forces.dynamics import Motion
+from rotor_contact.forces.passive_bearings import same_passive, set_passive
+from rotor_contact.matrices.matrix_levels import choose_levels
+from rotor_contact.matrices.matrix_rows import build_slot, is_complete, share_of
+from rotor_contact.matrices.speed_grid import (
+    CONSTANT,
+    STRIDE,
+    begin_interpolation,
+    built_slot_of,
+    middle_of,
+    place_on_grid,
+    slot_of,
+    spacing_for,
+    stride_for,
+)
+from rotor_contact.matrices.step_matrices import MatricesKey, StepMatrices, is_for
+from rotor_contact.shaft.structure import Structure
+
+STEPS_BEFORE_BUILD = 32  # in which matrices are built, row by row; altogether that costs as much as they do
+STEP_TOLERANCE = 1e-9  # relative; a master that subtracts times rounds in the last digits of the step
+STEPS_PER_SPEED = 16.0  # steps that are subtracted from the count for every speed passed that is built
+
+
+@kernel
+def steps_with_matrices(
+    motion: Motion, sites: Sites, step_size: float, key: MatricesKey, memory: np.record
+) -> tuple[bool, float]:
+    """Return whether the key of the matrices is unchanged, and since how many steps, up to a few more than 32.
+
+    `key` is updated. Each speed that has to be built on the way counts against `STEPS_PER_SPEED` steps, so fast speed
+    changes are integrated: building the matrices costs as much as about thirty steps.
+    """
+    same = is_near(step_size, key.step_size[0], STEP_TOLERANCE)
+    if not same:
+        key.step_size[0] = step_size
+    for k in range(motion.bearings.shape[0]):
+        if not same_passive(motion.bearings[k], key.bearings[k], 0.0):
+            same = False
+            set_passive(key.bearings[k], motion.bearings[k])
+    for k in range(sites.shape[0]):
+        same = _housing_is_unchanged(sites[k], key.sites[k]) and same
+    between_built = stride_for(motion.seals) * spacing_for(key.step_size[0], motion.seals)
+    place = math.floor(motion.Omega / between_built)
+    moved = abs(place - float(memory.place))
+    memory.place = place
+    n_steps = 0.0
+    if same and moved <= 1.0:
+        count = max(float(memory.n_matrix_steps) - STEPS_PER_SPEED * moved, -1.0)
+        n_steps = count_of_steps(count, memory, STEPS_BEFORE_BUILD + STEPS_PER_SPEED)
+    memory.n_matrix_steps = n_steps
+    return same, n_steps
+
+
+@kernel
+def count_of_steps(count: float, memory: np.record, largest: float) -> float:
+    """Return the next count of equal steps, at most `largest`.
+
+    The first matrices of a run are built at once: without them, its start would be less accurate than what follows.
+    """
+    return min(count + 1.0, largest) if memory.has_matrices != 0.0 else float(STEPS_BEFORE_BUILD)
+
+
+@kernel
+def _housing_is_unchanged(site: np.record, stored: np.record) -> bool:
+    """Return whether the housing of a site is unchanged; update its stored parameters."""
+    is_mounted = site.housing >= 0
+    row = float(site.housing)
+    same = stored.row == row
+    if is_mounted:
+        same = same and stored.mobility == site.mobility
+        same = same and stored.stiffness[0] == site.mount_stiffness_x and stored.stiffness[1] == site.mount_stiffness_y
+        same = same and stored.damping[0] == site.mount_damping_x and stored.damping[1] == site.mount_damping_y
+    if not same:
+        stored.row, stored.mobility = row, site.mobility
+        stored.stiffness[0], stored.stiffness[1] = site.mount_stiffness_x, site.mount_stiffness_y
+        stored.damping[0], stored.damping[1] = site.mount_damping_x, site.mount_damping_y
+    return bool(same)
+
+
+@kernel
+def update_matrices(
+    structure: Structure, motion: Motion, sites: Sites, key: MatricesKey, matrices: StepMatrices, share: float
+) -> bool:
+    """Build the matrices around the motion's speed up to a share; return whether they can be used.
+
+    The next set is built while the speed approaches it.
+    """
+    if not is_for(matrices, key):
+        choose_levels(structure, motion, sites, key, matrices)
+    if matrices.sizes[0].n_levels == 0.0:
+        return False
+    index, stride = place_on_grid(matrices, motion.Omega), matrices.sizes[0].stride
+    if math.isinf(index):
+        return False
+    low = float(math.floor(index))  # the type of `first`: for two types all that follows is compiled twice
+    n_near = 1 if index == low else 2
+    is_direct = stride == 1.0
+    first = low if is_direct else middle_of(low) - 1.0
+    n_built = n_near if is_direct else int(middle_of(low + n_near - 1.0) + 1.0 - first) + 1
+    for i in range(n_built):
+        part_of_it = min(max(n_built * share - i, 0.0), 1.0)
+        if part_of_it > 0.0:
+            _build(structure, motion, sites, matrices, is_direct, first + i, part_of_it)
+    if share < 1.0 or not complete_speeds(matrices, index):
+        return False
+    if n_near > 1:
+        _look_ahead(structure, motion, sites, matrices, is_direct, index)
+    return True
+
+
+@kernel
+def complete_speeds(matrices: StepMatrices, index: float) -> bool:
+    """Return whether levels are there for the speeds around a point of the grid, built or to be interpolated."""
+    if math.isinf(index):
+        return False
+    low = float(math.floor(index))
+    return _complete(matrices, low) and (index == low or _complete(matrices, low + 1.0))
+
+
+@kernel
+def _complete(matrices: StepMatrices, index: float) -> bool:
+    """Return whether levels are there for a speed of the grid; between speeds that are built, assign a slot to it."""
+    if matrices.sizes[0].stride == 1.0 or index >= CONSTANT:
+        return is_complete(matrices, slot_of(index), index)
+    middle = middle_of(index)
+    for i in range(3):
+        number = middle - 1.0 + i
+        if not is_complete(matrices, built_slot_of(number), STRIDE * number):
+            return False
+    begin_interpolation(matrices, index)
+    return True
+
+
+@kernel
+def _look_ahead(
+    structure: Structure, motion: Motion, sites: Sites, matrices: StepMatrices, is_direct: bool, index: float
+) -> None:
+    """Build the next speed step by step, the closer the present one is to it."""
+    if is_direct:
+        low = float(math.floor(index))
+        beyond = index - low - 0.5
+        number, share = low + 2.0 if beyond > 0.0 else low - 1.0, 3.0 * abs(beyond) - 0.3
+    else:
+        beyond = index / STRIDE - middle_of(index)
+        number = middle_of(index) + 2.0 if beyond > 0.0 else middle_of(index) - 2.0
+        share = 5.0 * abs(beyond) - 1.3  # complete before the first speed that is interpolated from it
+    if share > 0.0:
+        which, place = (slot_of(number), number) if is_direct else (built_slot_of(number), STRIDE * number)
+        share = min(share, share_of(matrices, which, place) + 1.0 / STEPS_BEFORE_BUILD)
+        _build(structure, motion, sites, matrices, is_direct, number, min(share, 1.0))
+
+
+@kernel
+def _build(
+    structure: Structure,
+    motion: Motion,
+    sites: Sites,
+    matrices: StepMatrices,
+    is_direct: bool,
+    number: float,
+    share: float,
+) -> None:
+    """Build up to a share what is not: the speed of this number on the grid, or among those `STRIDE` apart."""
+    which, index = (slot_of(number), number) if is_direct else (built_slot_of(number), STRIDE * number)
+    if not is_complete(matrices, which, index):
+        build_slot(structure, motion, sites, matrices, which, index, share)

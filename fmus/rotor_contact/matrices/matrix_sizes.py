@@ -1,0 +1,197 @@
+"""Sizes of the matrices of a step and of their parts in memory (`step_matrices`), in float64."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmi_export.jit import views
+from fmi_export.records import record, size_of
+from rotor_contact.forces.excitation import first_unbalance
+from rotor_contact.forces.passive_bearings import bearings_size
+from rotor_contact.shaft.lobatto import N_LOBATTO
+
+MAX_LEVELS = 6  # that are stored
+MOST_LEVELS = 14  # that are built: with more, rounding would matter
+MAX_COORDINATES = 128  # of a shaft; memory and time to build grow with their square and cube
+N_NEAR = 3  # slots of the speeds of the grid around the present one, and of the next
+N_BUILT = 4  # slots of speeds from which those are interpolated
+N_SLOTS = N_NEAR + N_BUILT
+N_CONSTANT = 2  # slots of a constant speed: the one in use, and the next
+FIRST_CONSTANT = N_SLOTS + 1  # after that of the levels that are interpolated
+ALL_SLOTS = FIRST_CONSTANT + N_CONSTANT
+N_COMBINED = ALL_SLOTS * MAX_LEVELS + N_CONSTANT
+MAX_TERMS = 40  # of the series of a piece (`piece_series`)
+PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
+PLANE_COLUMNS = 2 + PORT_COLUMNS  # of U: the initial acceleration before these
+
+# Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
+# built, `n_built`, and those stored); length of a step (s), spacing of the speeds (rad/s), number of them from one that
+# is built to the next, share of the spacing to which speeds are rounded; whether there are dampers. Of the matrices for
+# speeds on the grid: reach of a step, that is, its length times the highest rate of change, and whether y responds as x
+# does, turned by a right angle. Of the matrices in use: the place of a constant speed (`speed_grid`), else 0, and
+# whether y responds as x does.
+SIZES = record(
+    ("n", np.float64),
+    ("n_ports", np.float64),
+    ("n_site_ports", np.float64),
+    ("n_levels", np.float64),
+    ("n_built", np.float64),
+    ("step_size", np.float64),
+    ("spacing", np.float64),
+    ("stride", np.float64),
+    ("quantum", np.float64),
+    ("damped", np.float64),  # whether dampers other than seals dissipate energy
+    ("reach", np.float64),
+    ("grid_isotropic", np.float64),
+    ("place", np.float64),
+    ("isotropic", np.float64),
+    ("n_rows", np.float64),  # of the matrices, those for unit inputs included
+    ("inputs", np.float64),  # number of different amplitudes of the inputs so far
+)
+# What is stored for a speed: its number on the grid, how many rows of all levels are complete, the reach of a step, and
+# whether y responds as x does.
+SLOT = record(("index", np.float64), ("n_rows", np.float64), ("reach", np.float64), ("isotropic", np.float64))
+# What motion depends on, per site: 1/m, stiffness and damping in x and y.
+SITE_KEY = record(
+    ("mobility", np.float64),
+    ("stiffness", np.float64, 2),
+    ("damping", np.float64, 2),
+    ("row", np.float64),
+)
+# Observations of a journal for the equations of its contact: the acceleration without contact at the start (m/s^2),
+# position and velocity at the Lobatto points after that, and the acceleration without contact at the end.
+JOURNAL = record(("x", np.float64), ("y", np.float64), ("v_x", np.float64), ("v_y", np.float64))
+OBSERVED = record(("a_start", np.float64, 2), ("journal", JOURNAL, N_LOBATTO - 1), ("a_end", np.float64, 2))
+# A site at a Lobatto point: normal, slip velocity (m/s), ratio T/N of sliding, and the forces (N).
+NODE = record(
+    ("n_x", np.float64),
+    ("n_y", np.float64),
+    ("slip", np.float64),
+    ("ratio", np.float64),
+    ("f_n", np.float64),
+    ("f_t", np.float64),
+)
+# Speed of a level, as a position on the grid, and the pieces that it was used for there.
+BLEND = record(("index", np.float64), ("n_uses", np.float64))
+N_SIZES, N_SLOT, N_SITE_KEY, N_BLEND = size_of(SIZES), size_of(SLOT), size_of(SITE_KEY), size_of(BLEND)
+N_OBSERVED, N_NODE = size_of(OBSERVED), size_of(NODE)
+
+
+@views
+def n_rows(n: int, n_ports: int) -> int:
+    """Return n_x, the size of x."""
+    return 2 * n + 4 + 2 * N_LOBATTO * n_ports
+
+
+@views
+def all_rows(n: int, n_ports: int, inputs: int) -> int:
+    """Return the number of rows, those for unit inputs included; `inputs` is the number of pairs of these."""
+    return n_rows(n, n_ports) + 2 * inputs
+
+
+@views
+def n_columns(n_ports: int) -> int:
+    """Return the number of columns of S: accelerations, then q and v at later Lobatto points (`place_index`).
+
+    It is rounded up to a multiple of eight, which products process at once.
+    """
+    return ((1 + n_ports) * (2 + PORT_COLUMNS) + 7) // 8 * 8
+
+
+@views
+def place_index(n_ports: int, point: int, port: int) -> int:
+    """Return the first column of S with displacements at a Lobatto point after the first.
+
+    Those of the unbalance, which count as port -1, precede the first port.
+    """
+    return 2 * (1 + n_ports) + PORT_COLUMNS * (1 + port) + 4 * (point - 1)
+
+
+@views
+def velocity_index(n_ports: int, point: int, port: int) -> int:
+    """Return the first column of S with velocities there."""
+    return place_index(n_ports, point, port) + 2
+
+
+@views
+def level_size(n: int, n_ports: int, n_bearings: int, inputs: int) -> int:
+    """Return the number of float64 in a level, an even number."""
+    rows, unbalances = all_rows(n, n_ports, inputs), inputs - first_unbalance(inputs, n_bearings)
+    return rows * (2 * n + n_columns(n_ports) + rows + PLANE_COLUMNS * unbalances)
+
+
+@views
+def slot_size(n: int, n_ports: int, n_bearings: int, inputs: int) -> int:
+    """Return the number of float64 in a slot: K and C, levels, and the motion up to the inner Lobatto points, twice."""
+    levels = MAX_LEVELS * level_size(n, n_ports, n_bearings, inputs)
+    return 2 * n * n + levels + 4 * all_rows(n, n_ports, inputs) * 2 * n
+
+
+@views
+def most_ports(n_bearings: int, n_sites: int) -> int:
+    return n_bearings + 2 * n_sites
+
+
+@views
+def matrices_key_size(n_bearings: int, n_sites: int) -> int:
+    """Return the number of float64 in a `MatricesKey`, an even number."""
+    return 2 + bearings_size(n_bearings) + N_SITE_KEY * n_sites
+
+
+@views
+def series_size(n: int) -> int:
+    """Return the number of float64 in the series of a piece."""
+    return (MAX_TERMS + 2) * 2 * n
+
+
+@views
+def pieces_size(n: int, n_bearings: int, n_sites: int, inputs: int) -> int:
+    """Return the largest number of float64 in the scratch of a piece, with which the matrices are built, too."""
+    n_ports = most_ports(n_bearings, n_sites)
+    n, rows, columns = n + 2 * n_sites, all_rows(n + 2 * n_sites, n_ports, inputs), n_columns(n_ports)
+    return rows + 8 * n + 8 * columns + (2 * N_LOBATTO * n_ports) * (columns + 3) + (8 + n_sites) * N_LOBATTO
+
+
+@views
+def whole_rows(n: int, n_bearings: int, n_sites: int) -> int:
+    """Return the size of x in a whole step (`whole_step`)."""
+    return 2 * n + 4 + 2 * N_LOBATTO * (n_bearings + n_sites)
+
+
+@views
+def whole_columns(n: int) -> int:
+    """Return the size of its end."""
+    return 2 * n + 2
+
+
+@views
+def whole_size(n: int, n_bearings: int, n_sites: int) -> int:
+    """Return the number of float64, even, of a whole step at a constant speed."""
+    rows, columns = whole_rows(n, n_bearings, n_sites), whole_columns(n)
+    return rows * columns + 2 * rows * rows + rows + columns + (rows + 2) * n_sites * N_OBSERVED
+
+
+@views
+def powers_size(n: int, n_bearings: int, n_sites: int, inputs: int, is_damped: bool) -> int:
+    """Return the largest number of float64 of the forms of the power of spin and seals, which a damped shaft has."""
+    rows = all_rows(n + 2 * n_sites, most_ports(n_bearings, n_sites), inputs)
+    return 2 * N_CONSTANT * MAX_LEVELS * rows * rows if is_damped and n <= MAX_COORDINATES else 0
+
+
+@views
+def memory_size(n: int, n_bearings: int, n_sites: int, inputs: int) -> int:
+    """Return the largest number of float64 in all slots; there are none for a shaft with too many coordinates."""
+    n_ports = most_ports(n_bearings, n_sites)
+    return ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports, n_bearings, inputs) if n <= MAX_COORDINATES else 0
+
+
+@views
+def matrices_size(n: int, n_bearings: int, n_sites: int, inputs: int, is_damped: bool) -> int:
+    """Return the number of float64 in a `StepMatrices`, an even number; `inputs` is the number of pairs of inputs."""
+    n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
+    size = N_SIZES + matrices_key_size(n_bearings, n_sites) + ALL_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
+    size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites, inputs)
+    size += N_CONSTANT * (1 + 2 * n_bearings + whole_size(n + 2 * n_sites, n_bearings, n_sites)) + 2 * n_bearings
+    size += powers_size(n, n_bearings, n_sites, inputs, is_damped) + 2 * inputs + N_COMBINED + 2 * n + 4
+    size += series_size(n + 2 * n_sites) + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
+    return size + memory_size(n, n_bearings, n_sites, inputs)

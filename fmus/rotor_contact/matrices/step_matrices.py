@@ -1,0 +1,305 @@
+"""Matrices of exact motion for a step, a half, a quarter and so on, at speeds on a grid.
+
+Between events, the lateral motion of shaft and housings (N coordinates) is linear except for forces at a few of them:
+the ports, that is, planes of sites and bearings, and housings. If these forces are cubic over a piece of length h,
+through values F_j at its Lobatto points, matrices map the present state to the next,
+
+    (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, 0, A, B, F_j)(0)
+
+where 1 multiplies the steady non-magnetic forces, 0 the same turned by a right angle, so that x
+consists of pairs along x and y; A + i B is the direction of the unbalance. In addition to the ports, S observes
+cosine . q and sine . q, which give the unbalance's work and its torque on a free spin. These rows and columns depend on
+the present inputs: `matrix_inputs` combines them from those for unit inputs (`excitation`), which follow the n_x rows
+of x. Level l is for a piece of h/2^l; `matrix_rows` builds the levels, starting from a piece so short that the series
+converges fast. Levels shorter than h/2^(MAX_LEVELS - 1) are not stored.
+
+P and S depend on the speed: slots of memory have them for speeds on a grid (`speed_grid`), and two for a constant
+speed, with the gradients of the magnets (`constant_speed`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fmi_export.flat import same_bits
+from fmi_export.jit import kernel, views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from rotor_contact.forces.excitation import first_unbalance
+from rotor_contact.forces.passive_bearings import BEARING, Bearings, bearings_size
+from rotor_contact.matrices.matrix_sizes import (
+    ALL_SLOTS,
+    BLEND,
+    FIRST_CONSTANT,
+    MAX_LEVELS,
+    N_BLEND,
+    N_COMBINED,
+    N_CONSTANT,
+    N_NODE,
+    N_SIZES,
+    N_SLOT,
+    NODE,
+    PLANE_COLUMNS,
+    SITE_KEY,
+    SIZES,
+    SLOT,
+    level_size,
+    matrices_key_size,
+    memory_size,
+    most_ports,
+    n_columns,
+    n_rows,
+    pieces_size,
+    powers_size,
+    series_size,
+    slot_size,
+    whole_size,
+)
+from rotor_contact.shaft.linear_solver import Equations, equations_of
+from rotor_contact.shaft.lobatto import N_LOBATTO
+from rotor_contact.shaft.structure import REAL
+
+Records = np.ndarray[tuple[int], np.dtype[np.record]]
+Nodes = np.ndarray[tuple[int, int], np.dtype[np.record]]
+
+
+class MatricesKey(NamedTuple):
+    """Key of the matrices without the speed: all numbers, and named views into them.
+
+    `step_size`, in an array of length 1, and records of types `BEARING`, without magnets and rows, and `SITE_KEY`.
+    """
+
+    values: Array
+    step_size: Array
+    bearings: Bearings
+    sites: Records
+
+
+class StepMatrices(NamedTuple):
+    """The matrices in memory, with their key and the scratch of a piece.
+
+    sizes, key
+        Record of type `SIZES`, in an array of length 1; key of the matrices, empty if unknown.
+    slots, blends
+        Records of type `SLOT`, and of type `BLEND`, one for each stored level.
+    ports
+        Coordinate of x of each port; the ports of the sites, of their housings (-1: none) and of the bearings.
+    memory
+        Matrices of all slots and of the blends, see `level_of`.
+    constant
+        Constant speeds (rad/s) of their slots, each with the gradients (N/m) of the magnets there, in x and y of each
+        bearing, shape (N_CONSTANT, 1 + 2 n_bearings).
+    whole_steps
+        Matrices of a whole step at these speeds, see `whole_step`.
+    powers
+        Forms of the power of spin and seals at these speeds, see `matrix_powers`; none without damped shaft and seals.
+    gradients
+        Those in the matrices in use, shape (2 n_bearings,).
+    amplitudes
+        Those of the inputs (`excitation`), shape (2 n_pairs,).
+    combined
+        Number of the amplitudes (`SIZES.inputs`) for which each level of each slot is combined, then for which the
+        matrices of each whole step were derived, shape (N_COMBINED,).
+    damping
+        Speed and state at which `piece_energy` last computed the power of damping, and its result, shape (2 n + 4,).
+    pieces
+        Scratch of a piece, see `piece`.
+    nodes
+        Records of type `NODE`, shape (n_sites, N_LOBATTO).
+    equations
+        Room for the equations of all Lobatto points after the first.
+    """
+
+    sizes: Records
+    key: MatricesKey
+    slots: Records
+    blends: Records
+    ports: Array
+    memory: Array
+    constant: Array
+    whole_steps: Array
+    powers: Array
+    gradients: Array
+    amplitudes: Array
+    combined: Array
+    damping: Array
+    pieces: Array
+    nodes: Nodes
+    equations: Equations
+
+
+class Level(NamedTuple):
+    """Matrices of a level; the rows for unit inputs follow those of x.
+
+    P, S
+        Shapes (all_rows, 2 N) and (all_rows, n_columns).
+    H
+        See `matrix_dampers`, shape (all_rows, all_rows).
+    U
+        Observations as S, by the unit forces of each unbalance, shape (all_rows, PLANE_COLUMNS n_unbalances).
+    """
+
+    P: Array
+    S: Array
+    H: Array
+    U: Array
+
+
+class Powers(NamedTuple):
+    """Quadratic forms of the heat and the work of spin and seals over a piece, shape (all_rows, all_rows) each."""
+
+    heat: Array
+    work: Array
+
+
+class SlotCoefficients(NamedTuple):
+    """The columns of K and of C, stacked, shape (2 N, N)."""
+
+    columns: Array
+
+
+class InnerMotion(NamedTuple):
+    """P up to the first and the second inner Lobatto point, shape (all_rows, 2 N) each."""
+
+    first: Array
+    second: Array
+
+
+@views
+def place_of_slot(matrices: StepMatrices, slot: int) -> int:
+    """Return where a slot begins in the memory."""
+    sizes = matrices.sizes[0]
+    n, n_ports, inputs = int(sizes.n), int(sizes.n_ports), matrices.amplitudes.shape[0] // 2
+    return slot * slot_size(n, n_ports, matrices.gradients.shape[0] // 2, inputs)
+
+
+@views
+def level_of(matrices: StepMatrices, slot: int, level: int) -> Level:
+    """Return the matrices of a level at the speed of a slot, which follow K and C in the memory.
+
+    Levels beyond the stored ones alternate in the memory of the last two, which are built after them.
+    """
+    n, n_ports, rows = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), int(matrices.sizes[0].n_rows)
+    inputs, n_bearings = matrices.amplitudes.shape[0] // 2, matrices.gradients.shape[0] // 2
+    place = level if level < MAX_LEVELS else MAX_LEVELS - 2 + level % 2
+    P = place_of_slot(matrices, slot) + 2 * n * n + place * level_size(n, n_ports, n_bearings, inputs)
+    S = P + rows * 2 * n
+    H = S + rows * n_columns(n_ports)
+    return Level(
+        part(matrices.memory, P, REAL, (rows, 2 * n)),
+        part(matrices.memory, S, REAL, (rows, n_columns(n_ports))),
+        part(matrices.memory, H, REAL, (rows, rows)),
+        part(matrices.memory, H + rows * rows, REAL, (rows, PLANE_COLUMNS * (inputs - unbalances_of(matrices)))),
+    )
+
+
+@views
+def powers_of(matrices: StepMatrices, slot: int, level: int) -> Powers:
+    """Return the forms of the power of spin and seals of a level at a constant speed."""
+    rows, place = int(matrices.sizes[0].n_rows), level if level < MAX_LEVELS else MAX_LEVELS - 2 + level % 2
+    at = 2 * ((slot - FIRST_CONSTANT) * MAX_LEVELS + place) * rows * rows
+    return Powers(
+        part(matrices.powers, at, REAL, (rows, rows)), part(matrices.powers, at + rows * rows, REAL, (rows, rows))
+    )
+
+
+@views
+def rows_of_x(matrices: StepMatrices) -> int:
+    """Return n_x; the rows for unit inputs follow."""
+    return n_rows(int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports))
+
+
+@views
+def unbalances_of(matrices: StepMatrices) -> int:
+    """Return the first pair of inputs that is an unbalance."""
+    return first_unbalance(matrices.amplitudes.shape[0] // 2, matrices.gradients.shape[0] // 2)
+
+
+@views
+def coefficients_at(matrices: StepMatrices, slot: int) -> SlotCoefficients:
+    """Return K and C at the speed of a slot."""
+    n = int(matrices.sizes[0].n)
+    return SlotCoefficients(part(matrices.memory, place_of_slot(matrices, slot), REAL, (2 * n, n)))
+
+
+@views
+def inner_motion(matrices: StepMatrices, slot: int, level: int) -> InnerMotion:
+    """Return P up to the inner Lobatto points of a level; those of two levels at a time are stored."""
+    n, rows = int(matrices.sizes[0].n), int(matrices.sizes[0].n_rows)
+    at = place_of_slot(matrices, slot + 1) - (4 - 2 * (level % 2)) * rows * 2 * n
+    return InnerMotion(
+        part(matrices.memory, at, REAL, (rows, 2 * n)),
+        part(matrices.memory, at + rows * 2 * n, REAL, (rows, 2 * n)),
+    )
+
+
+@views
+def matrices_key_of(array: Array, at: int, n_bearings: int, n_sites: int) -> MatricesKey:
+    """Return a `MatricesKey` in an array, from `at`."""
+    bearings = at + 2
+    sites = bearings + bearings_size(n_bearings)
+    return MatricesKey(
+        part(array, at, REAL, matrices_key_size(n_bearings, n_sites)),
+        part(array, at, REAL, 1),
+        part(array, bearings, BEARING, n_bearings),
+        part(array, sites, SITE_KEY, n_sites),
+    )
+
+
+@views
+def step_matrices_of(
+    work: Array, at: int, n: int, n_bearings: int, n_sites: int, inputs: int, is_damped: bool
+) -> StepMatrices:
+    """Return a `StepMatrices` in an array, from `at`."""
+    n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
+    n_pieces = 2 * pieces_size(n, n_bearings, n_sites, inputs) + series_size(n + 2 * n_sites)
+    key = at + N_SIZES
+    slots = key + matrices_key_size(n_bearings, n_sites)
+    blends = slots + ALL_SLOTS * N_SLOT
+    ports = blends + MAX_LEVELS * N_BLEND
+    constant = ports + 2 * (n_ports + n_bearings + 2 * n_sites)
+    whole_steps = constant + N_CONSTANT * (1 + 2 * n_bearings)
+    n_whole = whole_size(n + 2 * n_sites, n_bearings, n_sites)
+    powers = whole_steps + N_CONSTANT * n_whole
+    n_powers = powers_size(n, n_bearings, n_sites, inputs, is_damped)
+    gradients = powers + n_powers
+    amplitudes = gradients + 2 * n_bearings
+    combined = amplitudes + 2 * inputs
+    damping = combined + N_COMBINED
+    pieces = damping + 2 * n + 4
+    nodes = pieces + n_pieces
+    equations = nodes + n_sites * N_LOBATTO * N_NODE
+    memory = equations + n_equations * (n_equations + 1)
+    return StepMatrices(
+        part(work, at, SIZES, 1),
+        matrices_key_of(work, key, n_bearings, n_sites),
+        part(work, slots, SLOT, ALL_SLOTS),
+        part(work, blends, BLEND, MAX_LEVELS),
+        part(work, ports, REAL, 2 * n_ports),
+        part(work, memory, REAL, memory_size(n, n_bearings, n_sites, inputs)),
+        part(work, constant, REAL, (N_CONSTANT, 1 + 2 * n_bearings)),
+        part(work, whole_steps, REAL, (N_CONSTANT, n_whole)),
+        part(work, powers, REAL, n_powers),
+        part(work, gradients, REAL, 2 * n_bearings),
+        part(work, amplitudes, REAL, 2 * inputs),
+        part(work, combined, REAL, N_COMBINED),
+        part(work, damping, REAL, 2 * n + 4),
+        part(work, pieces, REAL, n_pieces),
+        part(work, nodes, NODE, (n_sites, N_LOBATTO)),
+        equations_of(work, equations, n_equations),
+    )
+
+
+@kernel
+def forget_combined(matrices: StepMatrices, slot: int) -> None:
+    """Note that no level of a slot is combined."""
+    for level in range(MAX_LEVELS):
+        matrices.combined[slot * MAX_LEVELS + level] = 0.0
+
+
+@kernel
+def is_for(matrices: StepMatrices, key: MatricesKey) -> bool:
+    """Return whether the matrices are for this key."""
+    return same_bits(matrices.key.values, key.values)

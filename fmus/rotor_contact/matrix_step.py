@@ -1,0 +1,345 @@
+"""A communication step by matrices: pieces as long as their motion is smooth, each up to its first contact event.
+
+At a constant speed, a whole step is one product if nothing happens in it (`exact_motion`). Else a piece lasts a step,
+half of it, a quarter and so on, from wherever the last one ended. If its forces are not smooth, a shorter one is tried;
+after a smooth one, twice its length. If a contact event occurs in it, or the step ends before it does, it is cut there
+(`piece_cut`), provided that it is short enough for a series of its motion; else shorter ones lead up to the event.
+`substeps` integrates where the shortest piece cannot be solved, and contact under a force law, which the matrices do
+not know, to the end of the step.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fmi_export.flat import copy
+from fmi_export.jit import inlined_kernel, kernel, noinline_kernel
+from fmi_export.model import Array
+from rotor_contact.contact.bodies import couple_spin, drag_slope, drive_slope
+from rotor_contact.contact.compliant import is_any_compliant
+from rotor_contact.contact.constraints import is_any_constrained
+from rotor_contact.contact.site import is_constrained
+from rotor_contact.contact.workspace import Workspace, stages_of, with_motion
+from rotor_contact.forces.dynamics import collect_coefficients, motion_at
+from rotor_contact.matrices.matrix_schedule import (
+    STEPS_BEFORE_BUILD,
+    complete_speeds,
+    steps_with_matrices,
+    update_matrices,
+)
+from rotor_contact.matrices.speed_grid import note_use, place_on_grid
+from rotor_contact.matrices.step_matrices import MatricesKey, StepMatrices
+from rotor_contact.pieces.piece_cut import cut_piece
+from rotor_contact.pieces.piece_energy import (
+    ShaftDamping,
+    add_energies,
+    add_slope,
+    damping_of_shaft,
+    energy_taken,
+    known_damping,
+)
+from rotor_contact.pieces.piece_events import find_event
+from rotor_contact.pieces.piece_solution import (
+    begin_piece,
+    complete_forces,
+    end_piece,
+    find_contact_forces,
+    smooth_share,
+    solve_piece,
+)
+from rotor_contact.shaft.structure import Structure
+from rotor_contact.substeps.contact_modes import FAULT_SINGULAR, resolve_modes
+from rotor_contact.substeps.substeps import EVENT_LIMIT, SHORTEST_FLIGHT, advance, apply_impacts
+from rotor_contact.variables.enumerations import EVENTS, EXACT, PIECES
+from rotor_contact.whole_steps.constant_speed import ConstantSpeed, follow, use_constant_speed, use_grid
+from rotor_contact.whole_steps.exact_motion import take_whole_step
+
+NO_MATRICES_YET = -1
+REJECTED, ENDS, HAS_EVENT = range(3)  # result of a piece: not smooth or too long for its event; no event; an event
+SERIES_REACH = 2.4  # length of a piece, short enough for a series of the motion, times the highest rate of change
+TIME_TOLERANCE = 1e-12  # of a step
+OF_TWICE_THE_LENGTH = 8.0  # roughness of a piece over that of its half
+LONGER_BELOW = 0.4  # expected roughness, at which twice the length is tried
+ROUGHEST = 8.0  # roughness of a shortest piece, at which it is still more accurate than a substep
+ROUGHEST_CUT = 0.15  # of a piece that is cut: over a part, errors do not cancel as they do between collocation points
+TOO_ROUGH = 2.0  # of a piece whose forces do not settle
+FASTEST_DRIVE = 0.3  # largest length of a piece times the rate at which drive and drag change the speed
+
+
+@kernel
+def advance_by_matrices(
+    structure: Structure,
+    w: Workspace,
+    matrices: StepMatrices,
+    key: MatricesKey,
+    constant: ConstantSpeed,
+    solver: np.record,
+    law: int,
+    step_size: float,
+    may_turn: bool,
+    memory: np.record,
+) -> int:
+    """Advance z over a communication step; return a fault code, or NO_MATRICES_YET with z as it was.
+
+    `may_turn` states whether a spin that is held at its speed may be released.
+
+    `memory.method` is set to one piece, several, or partly integrated.
+    """
+    if is_any_compliant(w.sites):
+        return NO_MATRICES_YET
+    if not _choose_matrices(structure, w, matrices, key, constant, step_size, may_turn, memory):
+        return NO_MATRICES_YET
+    memory.method = EXACT
+    if take_whole_step(w, matrices, step_size):
+        return 0
+    fault: int = _advance_by_pieces(structure, w, matrices, solver, law, step_size, memory)
+    return fault
+
+
+@noinline_kernel
+def _advance_by_pieces(
+    structure: Structure,
+    w: Workspace,
+    matrices: StepMatrices,
+    solver: np.record,
+    law: int,
+    step_size: float,
+    memory: np.record,
+) -> int:
+    """Advance z by pieces, where the matrices are complete; return a fault code."""
+    sizes, stages = matrices.sizes[0], stages_of(w.stages)
+    z, z_new, finest = stages.z, stages.z_new, int(sizes.n_levels) - 1
+    theta, Omega = w.motion.theta, w.motion.Omega
+    are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
+    # shares of the step: the part done, and that before which no event is expected; the least level of the next piece
+    done, next_event, least_level, n_events = 0.0, 1.0, 0, 0
+    while done < 1.0 - TIME_TOLERANCE:
+        left, compliant = 1.0 - done, is_any_compliant(w.sites)
+        level = _level_for(
+            matrices, left, next_event - done, max(int(memory.level) if is_any_constrained(w.sites) else 0, least_level)
+        )
+        can_solve = not compliant and are_valid and n_events <= EVENT_LIMIT and _is_slow(w, 0.5**finest * step_size)
+        while can_solve and not _is_slow(w, 0.5**level * step_size):
+            level += 1
+        h = 0.5**level * step_size
+        index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
+        if can_solve and complete_speeds(matrices, index):
+            latest = min(left * 2.0**level, 1.0)
+            outcome, share, roughness, taken = _try_piece(
+                w, matrices, level, index, h, latest, theta, Omega, damping.torque
+            )
+            if outcome != REJECTED:
+                new_theta, new_Omega = angle_and_speed_after(w, z_new, theta, Omega, share * h)
+                valid_after, after = find_forces_at(w, matrices, z_new, new_theta, new_Omega)
+                ends_in_tension = outcome == ENDS and share == 1.0 and not valid_after and level < finest
+                if ends_in_tension or not complete_speeds(matrices, place_on_grid(matrices, new_Omega)):
+                    outcome, share, roughness = REJECTED, 1.0, TOO_ROUGH
+                    are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
+            if outcome != REJECTED:
+                add_energies(w, matrices, share * h, taken, math.nan, damping, after)
+                copy(z_new, z)
+                theta, Omega, damping, are_valid = new_theta, new_Omega, after, True
+                done, least_level = done + share * 0.5**level, 0
+                if level > 0 or outcome == HAS_EVENT:
+                    memory.method = max(memory.method, PIECES)
+                if outcome == HAS_EVENT or not valid_after:
+                    n_events, next_event = n_events + 1, 1.0
+                    fault = _pass_event(structure, w, theta, Omega, law, SHORTEST_FLIGHT * 0.5**finest * step_size)
+                    if fault != 0:
+                        return fault
+                    theta, Omega = angle_and_speed_after(w, z, theta, Omega, 0.0)
+                    are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
+                elif level == int(memory.level) and roughness * OF_TWICE_THE_LENGTH <= LONGER_BELOW:
+                    memory.level = max(level - 1.0, 0.0)
+                continue
+            if level < finest:
+                if share < 1.0:
+                    next_event = done + share * 0.5**level
+                    least_level = level + 1 if level >= series_level(matrices) else 0
+                else:
+                    least_level = int(level_for(level, roughness, finest + 1))
+                    memory.level = float(least_level)
+                continue
+        length = left if not can_solve and are_valid else min(left, 0.5 ** (level if are_valid else finest))
+        part = motion_at(w.motion, theta, Omega)
+        collect_coefficients(structure, part)
+        fault = advance(with_motion(w, part), solver, law, length * step_size, memory)
+        if fault != 0:
+            return fault
+        memory.method = EVENTS
+        memory.level = float(finest) if is_any_constrained(w.sites) else 0.0
+        theta, Omega = angle_and_speed_after(w, z, theta, Omega, length * step_size)
+        done, next_event, least_level = done + length, 1.0, 0
+        are_valid, damping = find_forces_at(w, matrices, z, theta, Omega)
+    return 0
+
+
+@kernel
+def _choose_matrices(
+    structure: Structure,
+    w: Workspace,
+    matrices: StepMatrices,
+    key: MatricesKey,
+    constant: ConstantSpeed,
+    step_size: float,
+    may_turn: bool,
+    memory: np.record,
+) -> bool:
+    """Build and choose the matrices of a step, at a constant speed or around it; return whether they can be used.
+
+    Those around a constant speed are built early only for a spin that may be released.
+    """
+    motion, speed = w.motion, constant.speed[0]
+    is_constant = w.spin[0].row < 0 and motion.Omega_dot == 0.0
+    is_same, n_steps = steps_with_matrices(motion, w.sites, step_size, key, memory)
+    follow(motion, is_constant, is_same, constant, memory)
+    is_constant = is_constant and motion.Omega == speed.Omega and is_same
+    share, is_known = min(n_steps / STEPS_BEFORE_BUILD, 1.0), is_constant and speed.is_known != 0.0
+    use_grid(matrices)
+    can_use = False
+    if share > 0.0 and (not is_constant or may_turn or (not is_known and share == 1.0 and speed.uses_grid != 0.0)):
+        can_use = update_matrices(structure, motion, w.sites, key, matrices, share)
+    if is_constant and use_constant_speed(structure, motion, w.sites, key, matrices, constant):
+        return True
+    if can_use:
+        speed.uses_grid = 1.0
+    return can_use
+
+
+@inlined_kernel
+def _try_piece(
+    w: Workspace,
+    matrices: StepMatrices,
+    level: int,
+    index: float,
+    h: float,
+    latest: float,
+    theta: float,
+    Omega: float,
+    torque: float,
+) -> tuple[int, float, float, float]:
+    """Solve a piece of length h (s) and write its end, at most after the share `latest`, to z_new.
+
+    Returns how it ended, after which share of the piece, the roughness of its forces, and the energy that dampers took
+    (J). A piece that is not short enough for its series is rejected if it has to be cut: then no event is before the
+    share.
+    """
+    note_use(matrices, level, index)
+    begin_piece(w, matrices, level, index)
+    if not solve_piece(w, matrices, level, index, h, theta, Omega, torque):
+        return REJECTED, 1.0, TOO_ROUGH, 0.0
+    share, roughness = smooth_share(w, matrices, h)
+    if roughness > (1.0 if level + 1.0 < matrices.sizes[0].n_levels else ROUGHEST):
+        return REJECTED, 1.0, roughness, 0.0
+    complete_forces(matrices)
+    if share < latest or latest < 1.0:
+        if level < series_level(matrices) or (roughness > ROUGHEST_CUT and level + 1.0 < matrices.sizes[0].n_levels):
+            return REJECTED, share, roughness, 0.0
+        n_terms, event = find_event(w, matrices, index, h, share, latest)
+        if n_terms == 0:
+            return REJECTED, share, roughness, 0.0
+        if event <= latest:
+            taken = cut_piece(w, matrices, index, n_terms, h, event, torque, True)
+            return HAS_EVENT, event, roughness, taken
+        if latest < 1.0:
+            taken = cut_piece(w, matrices, index, n_terms, h, latest, torque, False)
+            return ENDS, latest, roughness, taken
+    if not end_piece(w, matrices, level, index, h):
+        return REJECTED, 1.0, TOO_ROUGH, 0.0
+    return ENDS, 1.0, roughness, energy_taken(matrices, level, index)
+
+
+@noinline_kernel
+def _pass_event(structure: Structure, w: Workspace, theta: float, Omega: float, law: int, shortest: float) -> int:
+    """Apply impacts at z and find the modes of the sites after it; return a fault code.
+
+    Flights shorter than `shortest` (s) are sustained contact.
+    """
+    part = motion_at(w.motion, theta, Omega)
+    collect_coefficients(structure, part)
+    after = with_motion(w, part)
+    if w.spin[0].row >= 0:
+        couple_spin(part, w.spin[0], theta)
+    if not apply_impacts(after, Omega, law, True):
+        return FAULT_SINGULAR
+    fault: int = resolve_modes(after, 0.0, shortest)
+    return fault
+
+
+@kernel
+def series_level(matrices: StepMatrices) -> int:
+    """Return the first level with pieces short enough for their series (`piece_series`)."""
+    level, reach = 0, matrices.sizes[0].reach
+    while reach > SERIES_REACH:
+        level += 1
+        reach *= 0.5
+    return level
+
+
+@kernel
+def _level_for(matrices: StepMatrices, rest: float, clear: float, level: int) -> int:
+    """Return the level, at least `level`, of the next piece, `rest` being the share of the step that is left.
+
+    None is longer than necessary. One that has to be cut, at the end of the step or on an event, which is expected
+    after the share `clear` at the earliest, must be short enough for its series.
+    """
+    last, series = int(matrices.sizes[0].n_levels) - 1, series_level(matrices)
+    while level < last and 0.5 ** (level + 1) >= rest * (1.0 - TIME_TOLERANCE):
+        level += 1
+    while level < last and level < series and 0.5**level > min(rest, clear) + TIME_TOLERANCE:
+        level += 1
+    return level
+
+
+@kernel
+def level_for(level: int, roughness: float, n_levels: int) -> float:
+    """Return the level, of `n_levels`, whose pieces are likely to be smooth if one of `level` has this roughness."""
+    level += 1
+    while roughness > OF_TWICE_THE_LENGTH and level < n_levels - 1:
+        roughness /= OF_TWICE_THE_LENGTH
+        level += 1
+    return float(level)
+
+
+@kernel
+def find_forces_at(
+    w: Workspace, matrices: StepMatrices, z: Array, theta: float, Omega: float
+) -> tuple[bool, ShaftDamping]:
+    """Find the contact forces at z; return whether they are valid, and the torque of damping with the seals' power."""
+    index = place_on_grid(matrices, Omega)
+    if not complete_speeds(matrices, index):
+        return False, ShaftDamping(0.0, 0.0, 0.0, 0.0, 0.0)
+    has_seals = w.motion.seals.records.shape[1] > 0
+    damping = damping_of_shaft(w, Omega, z) if has_seals else known_damping(w, matrices, Omega, z)
+    holds = find_contact_forces(w, matrices, z, index, theta, Omega, damping.torque)
+    if has_seals:
+        damping = add_slope(w, matrices, z, index, theta, Omega, damping)
+    return holds, damping
+
+
+@kernel
+def _is_slow(w: Workspace, h: float) -> bool:
+    """Return whether drive, drag and races change the speeds only slightly over a piece of length h (s).
+
+    A race at rest that nothing touches stays there.
+    """
+    spin, v = w.spin[0], stages_of(w.stages).z[w.n :]
+    if spin.row >= 0 and not h * drive_slope(spin) <= FASTEST_DRIVE * spin.inertia:
+        return False
+    for site in w.sites:
+        can_turn = site.race >= 0 and (is_constrained(site) or v[site.race] != 0.0)
+        if can_turn and not h * drag_slope(site, 0.0) <= FASTEST_DRIVE * site.race_inertia:
+            return False
+    return True
+
+
+@kernel
+def angle_and_speed_after(w: Workspace, z: Array, theta: float, Omega: float, h: float) -> tuple[float, float]:
+    """Return angle (rad) and speed (rad/s) after a time h (s): prescribed, or those of the state z there."""
+    row = w.spin[0].row
+    if row >= 0:
+        return z[row], z[w.n + row]
+    gain = w.motion.Omega_dot * h
+    return theta + (Omega + 0.5 * gain) * h, Omega + gain

@@ -1,0 +1,330 @@
+"""Contact forces at the Lobatto points of a piece: the equations of `collocation`, with moving bodies.
+
+At each point after the first, the normal velocity of the journal relative to its housing vanishes, and a rolling
+journal does not slip on its race; spin and races respond to friction (`piece`). Forces of magnets depend on the
+displacements at these points. The equations are solved repeatedly until they converge.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.flat import is_near
+from fmi_export.jit import kernel
+from fmi_export.model import Array
+from rotor_contact.contact.friction import friction_ratio
+from rotor_contact.contact.path import Point
+from rotor_contact.contact.site import Site, is_constrained, race_radius
+from rotor_contact.contact.workspace import Workspace, stages_of
+from rotor_contact.forces.dynamics import ROUNDING, Motion, forces
+from rotor_contact.matrices.matrix_sizes import PORT_COLUMNS, place_index, velocity_index
+from rotor_contact.matrices.step_matrices import StepMatrices
+from rotor_contact.pieces.piece import INTEGRALS, Piece, piece_of
+from rotor_contact.shaft.linear_solver import solve
+from rotor_contact.shaft.lobatto import N_LOBATTO
+from rotor_contact.shaft.products import add_combination, add_multiples
+from rotor_contact.variables.enumerations import ROLLING
+
+NEGLIGIBLE = 1e-6  # of the largest force: a change for which the equations are not solved again
+
+
+@kernel
+def port_of_site(matrices: StepMatrices, k: int) -> int:
+    """Return the port of the plane of site k."""
+    return int(matrices.ports[first_port_number(matrices) + k])
+
+
+@kernel
+def port_of_housing(matrices: StepMatrices, k: int) -> int:
+    """Return the port of the housing of site k, or -1."""
+    return int(matrices.ports[first_port_number(matrices) + matrices.nodes.shape[0] + k])
+
+
+@kernel
+def port_of_bearing(matrices: StepMatrices, b: int) -> int:
+    """Return the port of bearing b."""
+    return int(matrices.ports[first_port_number(matrices) + 2 * matrices.nodes.shape[0] + b])
+
+
+@kernel
+def first_port_number(matrices: StepMatrices) -> int:
+    """Return the offset of the numbers of the ports, which follow the coordinates of all possible ports."""
+    return matrices.ports.shape[0] // 2
+
+
+@kernel
+def gradient_change(motion: Motion, matrices: StepMatrices, b: int, axis: int) -> float:
+    """Return the gradient (N/m) of a magnet beyond that in the matrices, 0 within rounding."""
+    gradient, known = motion.bearings[b].gradient[axis], matrices.gradients[2 * b + axis]
+    return 0.0 if is_near(gradient, known, ROUNDING) else gradient - known
+
+
+@kernel
+def gradients_change(motion: Motion, matrices: StepMatrices) -> bool:
+    """Return whether any magnet has another gradient than in the matrices."""
+    for b in range(motion.bearings.shape[0]):
+        for axis in range(2):
+            if gradient_change(motion, matrices, b, axis) != 0.0:
+                return True
+    return False
+
+
+@kernel
+def magnets_act(w: Workspace) -> bool:
+    """Return whether any bearing has a magnetic force, be its gradient in the matrices or not."""
+    excitation = forces(w.motion)
+    for bearing in w.motion.bearings:
+        for axis in range(2):
+            row = bearing.row + axis
+            if bearing.gradient[axis] != 0.0 or excitation.steady[row] != excitation.without_magnets[row]:
+                return True
+    return False
+
+
+@kernel
+def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
+    """Return the first column of S after those of accelerations, and the number of columns of relevant ports.
+
+    Observations at bearings are not computed if no force depends on them.
+    """
+    sizes = matrices.sizes[0]
+    n_ports = sizes.n_ports if gradients_change(w.motion, matrices) else sizes.n_site_ports
+    return 2 * (1 + int(sizes.n_ports)), PORT_COLUMNS * (1 + int(n_ports))
+
+
+@kernel
+def magnet_force(w: Workspace, matrices: StepMatrices, b: int, axis: int, displacement: float) -> float:
+    """Return the force (N) of a magnetic bearing at a displacement (m) along an axis, beyond that in the matrices."""
+    excitation, row = forces(w.motion), w.motion.bearings[b].row + axis
+    force: float = excitation.steady[row] - excitation.without_magnets[row]
+    force += gradient_change(w.motion, matrices, b, axis) * displacement
+    return force
+
+
+@kernel
+def set_magnet_forces(w: Workspace, matrices: StepMatrices, point: int) -> float:
+    """Write the magnets' forces at a Lobatto point; return their largest change (N)."""
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    z, change = stages_of(w.stages).z, 0.0
+    for b in range(w.motion.bearings.shape[0]):
+        port = port_of_bearing(matrices, b)
+        for axis in range(2):
+            if point == 0:
+                displacement = z[w.motion.bearings[b].row + axis]
+            else:
+                displacement = piece.observed[6, place_index(n_ports, point, port) + axis]
+            unit = 2 * (n_ports * point + port) + axis
+            force = magnet_force(w, matrices, b, axis, displacement)
+            change = max(change, abs(force - piece.magnets[unit]))
+            piece.magnets[unit] = force
+    return change
+
+
+@kernel
+def observe(w: Workspace, matrices: StepMatrices, of_forces: Array, A: float, B: float) -> None:
+    """Compute the observations at the ports under node forces and an unbalance in the direction A + i B.
+
+    `of_forces` are those due to unit forces, here and below.
+    """
+    piece = piece_of(matrices)
+    observed, axes = piece.observed, piece.magnets.shape[0] // N_LOBATTO
+    first, columns = columns_in_use(w, matrices)
+    of_state, of_A, of_B = observed[0, first:], observed[2, first:], observed[3, first:]
+    of_bearings, of_contact, of_all = observed[4, first:], observed[5, first:], observed[6, first:]
+    add_multiples(of_state, A, of_A, B, of_B, of_bearings, columns)
+    of_contact[:columns] = 0.0
+    add_combination(piece.magnets, of_forces, of_bearings, first, columns)
+    add_combination(piece.contact[:axes], of_forces, of_bearings, first, columns)
+    add_combination(piece.contact[axes:], of_forces[axes:], of_contact, first, columns)
+    add_multiples(of_bearings, 1.0, of_contact, 0.0, of_contact, of_all, columns)
+
+
+@kernel
+def observed_journal(site: Site, matrices: StepMatrices, observed: Array, k: int, point: int) -> Point:
+    """Return the observed journal of site k, relative to its housing, at a Lobatto point after the first."""
+    n_ports = int(matrices.sizes[0].n_ports)
+    housing = port_of_housing(matrices, k) if site.housing >= 0 else -1
+    return _observed_from(observed, n_ports, point, port_of_site(matrices, k), housing)
+
+
+@kernel
+def _observed_from(observed: Array, n_ports: int, point: int, port: int, housing: int) -> Point:
+    """Return the observation at a port, relative to the port `housing` if that is >= 0."""
+    at = place_index(n_ports, point, port)
+    x, y, v_x, v_y = observed[at], observed[at + 1], observed[at + 2], observed[at + 3]
+    if housing >= 0:
+        at = place_index(n_ports, point, housing)
+        x -= observed[at]
+        y -= observed[at + 1]
+        v_x -= observed[at + 2]
+        v_y -= observed[at + 3]
+    return Point(x, y, v_x, v_y)
+
+
+@kernel
+def locate_nodes(w: Workspace, matrices: StepMatrices) -> None:
+    """Write normal, slip and friction ratio of all constrained sites at the Lobatto points after the first."""
+    piece = piece_of(matrices)
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if not is_constrained(site):
+            continue
+        for point in range(1, N_LOBATTO):
+            node, at = matrices.nodes[k, point], observed_journal(site, matrices, piece.observed[6], k, point)
+            x, y = at.x - site.offset_x, at.y - site.offset_y
+            r = math.sqrt(x * x + y * y)
+            node.n_x, node.n_y = x / r, y / r
+            node.slip = piece.spin[0, point] * site.journal_radius + node.n_x * at.v_y - node.n_y * at.v_x
+            node.slip -= piece.races[k, point] * race_radius(site)
+            site.slip = node.slip
+            node.ratio = friction_ratio(site, 1.0)
+
+
+@kernel
+def moves_on_circles(w: Workspace, matrices: StepMatrices, of_forces: Array, largest: float) -> bool:
+    """Return whether the journals in contact move along their circles, and roll or slide as assumed, at all points.
+
+    Then the equations, solved again in the present directions, would change the forces by no more than about
+    `NEGLIGIBLE` of the `largest` (N): by the deviations of velocity over the responses to a unit force at the same
+    point.
+    """
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if not is_constrained(site):
+            continue
+        port = port_of_site(matrices, k)
+        for point in range(1, N_LOBATTO):
+            node, at = matrices.nodes[k, point], observed_journal(site, matrices, piece.observed[6], k, point)
+            response = of_forces[2 * (n_ports * point + port), velocity_index(n_ports, point, port)]
+            allowed = NEGLIGIBLE * largest * abs(response)
+            if abs(node.n_x * at.v_x + node.n_y * at.v_y) > allowed:
+                return False
+            if site.mode == ROLLING and abs(node.slip) > allowed:
+                return False
+            if site.mode != ROLLING and abs(node.ratio * node.f_n - node.f_t) > NEGLIGIBLE * largest:
+                return False
+    return True
+
+
+@kernel
+def set_contact_forces(w: Workspace, matrices: StepMatrices) -> None:
+    """Write the node forces to the ports."""
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    piece.contact[:] = 0.0
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if not is_constrained(site):
+            continue
+        for point in range(N_LOBATTO):
+            node = matrices.nodes[k, point]
+            f_x = -node.f_n * node.n_x - node.f_t * node.n_y
+            f_y = -node.f_n * node.n_y + node.f_t * node.n_x
+            unit = 2 * (n_ports * point + port_of_site(matrices, k))
+            piece.contact[unit] += f_x
+            piece.contact[unit + 1] += f_y
+            if site.housing >= 0:
+                unit = 2 * (n_ports * point + port_of_housing(matrices, k))
+                piece.contact[unit] -= f_x
+                piece.contact[unit + 1] -= f_y
+
+
+@kernel
+def solve_nodes(
+    w: Workspace, matrices: StepMatrices, of_forces: Array, size: int, h: float
+) -> tuple[bool, float, float]:
+    """Solve the forces at all points after the first in their directions; `size` is the number of unknowns per point.
+
+    Returns whether the equations are solvable, the largest change of a force, and the largest force (N).
+    """
+    for k in range(w.sites.shape[0]):
+        if is_constrained(w.sites[k]):
+            for point in range(1, N_LOBATTO):
+                _write_equations(w, matrices, of_forces, k, point, size, h)
+    if not solve(matrices.equations, (N_LOBATTO - 1) * size):
+        return False, 0.0, 0.0
+    b = matrices.equations.right_side
+    change = largest = 0.0
+    for k in range(w.sites.shape[0]):
+        site = w.sites[k]
+        if is_constrained(site):
+            for point in range(1, N_LOBATTO):
+                row, node = (point - 1) * size + site.unknown, matrices.nodes[k, point]
+                f_n, f_t = b[row], b[row + 1] if site.mode == ROLLING else node.ratio * b[row]
+                change = max(change, max(abs(f_n - node.f_n), abs(f_t - node.f_t)))
+                largest = max(largest, abs(f_n))
+                node.f_n, node.f_t = f_n, f_t
+    return True, change, largest
+
+
+@kernel
+def _write_equations(
+    w: Workspace, matrices: StepMatrices, of_forces: Array, k: int, point: int, size: int, h: float
+) -> None:
+    """Write the equations of site k at a Lobatto point after the first."""
+    piece = piece_of(matrices)
+    A, b = matrices.equations
+    site, node = w.sites[k], matrices.nodes[k, point]
+    of_bearings = observed_journal(site, matrices, piece.observed[4], k, point)
+    of_contact = observed_journal(site, matrices, piece.observed[5], k, point)
+    row, rolling = (point - 1) * size + site.unknown, site.mode == ROLLING
+    n_x, n_y = node.n_x, node.n_y
+    turn = (-n_y * (of_bearings.v_x + of_contact.v_x) + n_x * (of_bearings.v_y + of_contact.v_y)) / site.clearance
+    t_x, t_y = -turn * n_y, turn * n_x
+    b[row] = t_x * of_contact.x + t_y * of_contact.y - n_x * of_bearings.v_x - n_y * of_bearings.v_y
+    if rolling:
+        b[row + 1] = n_y * of_bearings.v_x - n_x * of_bearings.v_y - _surface_speed(w, matrices, piece, k, point, h)
+    n_ports = int(matrices.sizes[0].n_ports)
+    port, housing = port_of_site(matrices, k), port_of_housing(matrices, k) if site.housing >= 0 else -1
+    for other in range(w.sites.shape[0]):
+        if not is_constrained(w.sites[other]):
+            continue
+        other_port, n_unknowns = 2 * port_of_site(matrices, other), 2 if w.sites[other].mode == ROLLING else 1
+        other_housing = 2 * port_of_housing(matrices, other) if w.sites[other].housing >= 0 else -1
+        slip_response = _slip_response(w, k, other, h) if rolling else 0.0
+        for source in range(1, N_LOBATTO):
+            cause, column = matrices.nodes[other, source], (source - 1) * size + w.sites[other].unknown
+            unit = 2 * n_ports * source + other_port
+            of_x = _observed_from(of_forces[unit], n_ports, point, port, housing)
+            of_y = _observed_from(of_forces[unit + 1], n_ports, point, port, housing)
+            if other_housing >= 0:
+                unit = 2 * n_ports * source + other_housing
+                x = _observed_from(of_forces[unit], n_ports, point, port, housing)
+                y = _observed_from(of_forces[unit + 1], n_ports, point, port, housing)
+                of_x = Point(of_x.x - x.x, of_x.y - x.y, of_x.v_x - x.v_x, of_x.v_y - x.v_y)
+                of_y = Point(of_y.x - y.x, of_y.y - y.y, of_y.v_x - y.v_x, of_y.v_y - y.v_y)
+            f_x, f_y, f_t = -cause.n_x - cause.ratio * cause.n_y, -cause.n_y + cause.ratio * cause.n_x, cause.ratio
+            for i in range(n_unknowns):
+                if i == 1:
+                    f_x, f_y, f_t = -cause.n_y, cause.n_x, 1.0
+                q_x, q_y = of_x.x * f_x + of_y.x * f_y, of_x.y * f_x + of_y.y * f_y
+                v_x, v_y = of_x.v_x * f_x + of_y.v_x * f_y, of_x.v_y * f_x + of_y.v_y * f_y
+                A[row, column + i] = n_x * v_x + n_y * v_y + t_x * q_x + t_y * q_y
+                if rolling:
+                    slip = f_t * INTEGRALS[point][source] * slip_response
+                    A[row + 1, column + i] = n_x * v_y - n_y * v_x + slip
+
+
+@kernel
+def _slip_response(w: Workspace, k: int, other: int, h: float) -> float:
+    """Return the growth rate of slip at site k per unit of friction at another site, by spin and race, times h."""
+    site, cause = w.sites[k], w.sites[other]
+    rate = 0.0
+    if site.spin >= 0:
+        rate = site.journal_radius * cause.journal_radius / w.spin[0].inertia
+    if k == other and site.race >= 0:
+        rate += site.race_mobility
+    return h * rate
+
+
+@kernel
+def _surface_speed(w: Workspace, matrices: StepMatrices, piece: Piece, k: int, point: int, h: float) -> float:
+    """Return the surface velocity (m/s) of journal k relative to its race, without friction after the first point."""
+    site = w.sites[k]
+    speed = piece.spin[0, point] * site.journal_radius - piece.races[k, point] * race_radius(site)
+    for other in range(w.sites.shape[0]):
+        if is_constrained(w.sites[other]):
+            response = _slip_response(w, k, other, h)
+            for source in range(1, N_LOBATTO):
+                speed -= INTEGRALS[point][source] * response * matrices.nodes[other, source].f_t
+    return speed

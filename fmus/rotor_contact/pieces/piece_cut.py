@@ -1,0 +1,127 @@
+"""The end of a solved piece before its length is over: at an event, or at the end of the step.
+
+The forces remain those of the piece: their cubics are taken at the Lobatto points of the part [0, s h]. The motion
+there, and with it slip and the work of the unbalance, follows from its series. Spin and races, whose torques are such
+cubics, are advanced anew, so that work and energy agree.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.flat import copy
+from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.model import Array
+from rotor_contact.contact.constraints import project
+from rotor_contact.contact.site import Site, is_constrained
+from rotor_contact.contact.workspace import Workspace, stages_of
+from rotor_contact.forces.dynamics import Motion, damping_power, forces, shaft_damping
+from rotor_contact.matrices.matrix_sizes import place_index
+from rotor_contact.matrices.speed_grid import grid_speed
+from rotor_contact.matrices.step_matrices import StepMatrices
+from rotor_contact.pieces.piece import advance_rotations, end_rotations, piece_of
+from rotor_contact.pieces.piece_series import series_of, slip_at, state_at
+from rotor_contact.shaft.lobatto import LOBATTO_POINTS, N_LOBATTO, restrict, value_at
+from rotor_contact.shaft.products import dot
+
+N_GAUSS = 4  # points of Gauss's quadrature, in [0, 1]
+GAUSS_POINTS = (0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970262)
+GAUSS_WEIGHTS = (0.17392742256872692, 0.3260725774312731, 0.3260725774312731, 0.17392742256872692)
+
+
+@noinline_kernel
+def cut_piece(
+    w: Workspace,
+    matrices: StepMatrices,
+    index: float,
+    n_terms: int,
+    h: float,
+    share: float,
+    torque: float,
+    on_event: bool,
+) -> float:
+    """Write the state after a share of a piece of length h (s) to z_new; return what dampers take until then (J).
+
+    The nodes of the piece become those of this part, as `piece_energy` needs them. `torque` is that of rotating damping
+    on the spin (N m); `index` is the position of the speed on the grid. On an event, sites are put on their circles
+    later, when the modes are found.
+    """
+    piece, stages, n = piece_of(matrices), stages_of(w.stages), int(matrices.sizes[0].n)
+    z_new, y = stages.z_new, series_of(matrices).y
+    for k in range(w.sites.shape[0]):
+        if is_constrained(w.sites[k]):
+            _restrict_nodes(matrices, w.sites[k], k, n_terms, share)
+    for point in range(1, N_LOBATTO):
+        state_at(matrices, n_terms, share * LOBATTO_POINTS[point], y)
+        _observe_unbalance(w.motion, matrices, point, y)
+    for row in range(2):
+        restrict(piece.spin[row], share)
+    for k in range(w.sites.shape[0]):
+        restrict(piece.races[k], share)
+    advance_rotations(w, matrices, share * h, torque)
+    copy(stages.z, z_new)
+    copy(y[:n], z_new)
+    copy(y[n:], z_new[w.n :])
+    end_rotations(w, matrices, index, share * h)
+    if not on_event:
+        project(w, z_new[: w.n], z_new[w.n : 2 * w.n], piece.spin[0, N_LOBATTO - 1])
+    return _taken_by_dampers(w, matrices, index, n_terms, h, share)
+
+
+@kernel
+def _observe_unbalance(motion: Motion, matrices: StepMatrices, point: int, y: Array) -> None:
+    """Write cosine . q, sine . q and their rates in the state y to the observations at a Lobatto point."""
+    observed, force, n = piece_of(matrices).observed[6], forces(motion), y.shape[0] // 2
+    at, size = place_index(int(matrices.sizes[0].n_ports), point, -1), force.cosine.shape[0]
+    for of_velocity in range(2):
+        first = n * of_velocity
+        observed[at + 2 * of_velocity] = dot(force.cosine, y[first : first + size])
+        observed[at + 2 * of_velocity + 1] = dot(force.sine, y[first : first + size])
+
+
+@kernel
+def _restrict_nodes(matrices: StepMatrices, site: Site, k: int, n_terms: int, s: float) -> None:
+    """Replace forces and slip of a site at the Lobatto points by those at the points of [0, s h]."""
+    nodes = matrices.nodes[k]
+    a, b, c, d = nodes[0], nodes[1], nodes[2], nodes[3]
+    f_n, f_t = (a.f_n, b.f_n, c.f_n, d.f_n), (a.f_t, b.f_t, c.f_t, d.f_t)
+    for point in range(1, N_LOBATTO):
+        at, node = s * LOBATTO_POINTS[point], nodes[point]
+        node.f_n = value_at(f_n[0], f_n[1], f_n[2], f_n[3], at)
+        node.f_t = value_at(f_t[0], f_t[1], f_t[2], f_t[3], at)
+        node.slip = slip_at(matrices, site, k, n_terms, at)
+
+
+@kernel
+def _taken_by_dampers(
+    w: Workspace, matrices: StepMatrices, index: float, n_terms: int, h: float, share: float
+) -> float:
+    """Return the energy (J) that the dampers take until `share` of the piece, by Gauss's quadrature over parts.
+
+    A part is at most twice as long as the shortest piece, whose H is by Lobatto's quadrature: both have the same error.
+    """
+    sizes = matrices.sizes[0]
+    if sizes.damped == 0.0:
+        return 0.0
+    n, y, Omega = int(sizes.n), series_of(matrices).y, grid_speed(matrices, index)
+    longest = sizes.step_size * 0.5 ** (sizes.n_built - 2.0)
+    parts = max(math.ceil(share * h / longest), 1)
+    length, total = share / parts, 0.0
+    for number in range(parts):
+        for point in range(N_GAUSS):
+            state_at(matrices, n_terms, length * (number + GAUSS_POINTS[point]), y)
+            total += GAUSS_WEIGHTS[point] * _power_of_dampers(w, n, Omega, y)
+    return total * length * h
+
+
+@kernel
+def _power_of_dampers(w: Workspace, n: int, Omega: float, y: Array) -> float:
+    """Return the power (W) that the dampers take from the motion (q, v) = y."""
+    q, v = y[:n], y[n:]
+    heat, torque = shaft_damping(w.forms, Omega, q, v) if w.motion.is_damped else (0.0, 0.0)
+    power = heat + Omega * torque + damping_power(w.motion, v)
+    for site in w.sites:
+        if site.housing >= 0:
+            v_x, v_y = v[site.housing], v[site.housing + 1]
+            power += site.mount_damping_x * v_x * v_x + site.mount_damping_y * v_y * v_y
+    return power

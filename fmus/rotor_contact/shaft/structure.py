@@ -1,0 +1,116 @@
+"""Rotor data for the plant's kernels, computed once and stored in the FMU as one flat array."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fmi_export.jit import views
+from fmi_export.model import Array
+from fmi_export.parts import part
+from fmi_export.records import record, size_of
+from rotor_contact.shaft.seals import N_SEAL, SEAL, Seals
+
+REAL = np.dtype(np.float64)
+
+# The constants begin with this record, and go on with the arrays of `Structure`.
+SIZES = record(
+    ("n", np.float64),  # degrees of freedom
+    ("n_translations", np.float64),  # of these; see `Structure`
+    ("n_discs", np.float64),
+    ("n_bearings", np.float64),
+    ("n_sites", np.float64),
+    ("n_sensors", np.float64),  # signals, two for each plane
+    ("is_damped", np.float64),  # whether C or R is not zero, or there are seals
+    ("valid_to", np.float64),  # see `Structure`
+    ("n_seals", np.float64),
+    ("n_seal_ranges", np.float64),  # of speeds
+)
+N_SIZES = size_of(SIZES)
+
+
+class Structure(NamedTuple):
+    """The reduced rotor, n degrees of freedom. A product with M^-1 is an acceleration.
+
+    Degrees of freedom alternate x and y: the first `n_translations` are translations of planes, the rest rotations or
+    modes.
+
+    valid_to
+        Frequency (rad/s) up to which the natural frequencies match those of the full model; infinite if unknown.
+    forms
+        Mass M (kg), damping C and R (N s/m) of the shaft, stacked, shape (3 n, n). R rotates with the rotor: its force
+        is -R (v - Omega J q), where J q is q turned by a right angle in the direction of spin.
+    K
+        Stiffness (N/m), shape (n, n).
+    Minv, MinvK, MinvC
+        M^-1 and its products with K and with C + R, shape (n, n).
+    over_speed
+        M^-1 G and M^-1 R J, stacked, shape (2 n, n), with the gyroscopic matrix G; Omega multiplies both.
+    B_disc
+        Forces on the degrees of freedom for unit forces x, y on each disc, shape (2 n_discs, n).
+    B_base
+        Forces on them for unit acceleration of the base in x, y, shape (2, n); motion is relative to the base.
+    sensors
+        Sensor displacements from the degrees of freedom, shape (n_sensors, n).
+    bearings, sites
+        Row of x of each magnetic bearing and of each contact site; y is the next.
+    site_bearings
+        Number of the bearing whose retainer a site is, or -1.
+    seals
+        Seals and passive bearings (`seals.Seals`); their mass is in M.
+    """
+
+    n_translations: int
+    is_damped: bool
+    valid_to: float
+    forms: Array
+    K: Array
+    Minv: Array
+    MinvK: Array
+    MinvC: Array
+    over_speed: Array
+    B_disc: Array
+    B_base: Array
+    sensors: Array
+    bearings: Array
+    sites: Array
+    site_bearings: Array
+    seals: Seals
+
+
+@views
+def structure_of(constants: Array) -> Structure:
+    """Return views into the flat constants."""
+    sizes = part(constants, 0, SIZES, 1)[0]
+    n, n_discs, n_bearings = int(sizes.n), int(sizes.n_discs), int(sizes.n_bearings)
+    n_sites, n_sensors = int(sizes.n_sites), int(sizes.n_sensors)
+    n_seals, n_seal_ranges = int(sizes.n_seals), int(sizes.n_seal_ranges)
+    K = N_SIZES + 3 * n * n
+    over_speed = K + 4 * n * n
+    B_disc = over_speed + 2 * n * n
+    sensors = B_disc + 2 * (n_discs + 1) * n
+    bearings = sensors + n_sensors * n
+    sites = bearings + n_bearings
+    seals = sites + 2 * n_sites
+    return Structure(
+        int(sizes.n_translations),
+        sizes.is_damped != 0.0,
+        sizes.valid_to,
+        part(constants, N_SIZES, REAL, (3 * n, n)),
+        part(constants, K, REAL, (n, n)),
+        part(constants, K + n * n, REAL, (n, n)),
+        part(constants, K + 2 * n * n, REAL, (n, n)),
+        part(constants, K + 3 * n * n, REAL, (n, n)),
+        part(constants, over_speed, REAL, (2 * n, n)),
+        part(constants, B_disc, REAL, (2 * n_discs, n)),
+        part(constants, sensors - 2 * n, REAL, (2, n)),
+        part(constants, sensors, REAL, (n_sensors, n)),
+        part(constants, bearings, REAL, n_bearings),
+        part(constants, sites, REAL, n_sites),
+        part(constants, sites + n_sites, REAL, n_sites),
+        Seals(
+            part(constants, seals, SEAL, (n_seal_ranges, n_seals)),
+            part(constants, seals + n_seal_ranges * n_seals * N_SEAL, REAL, (4 * n_seals, n)),
+        ),
+    )

@@ -1,0 +1,1 @@
+"""The interface of the FMU, and its values as records."""

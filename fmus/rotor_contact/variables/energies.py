@@ -1,0 +1,76 @@
+"""Energies of the plant: their variables, and those that are integrals over time.
+
+An energy that is an integral has a field here, its rate in `integration`, and its integral over a piece of exact motion
+in `piece_energy`. Kinetic and strain energy follow from the state (`outputs`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fmi_export.jit import kernel
+from fmi_export.records import record
+from fmi_export.variables import Variable, output
+from rotor_contact.variables import start_values
+from rotor_contact.variables.planes import Planes
+
+# Heat of all dampers, of friction, of impacts and compliant contacts, and work of all inputs (J).
+ENERGY_INTEGRALS = record(
+    ("damping_heat", np.float64), ("friction_heat", np.float64), ("impact_heat", np.float64), ("work", np.float64)
+)
+
+
+def energies(planes: Planes) -> list[Variable]:
+    """Return the energies of a plant whose rotor has these planes."""
+    return [
+        output(
+            "energy.kinetic",
+            "J",
+            "Kinetic energy of the lateral motion, of housings, races and a free spin",
+            initially_depends_on=(*start_values.motion(planes), "spin.free", "spin.inertia", "drive.ideal"),
+        ),
+        output(
+            "energy.strain",
+            "J",
+            "Strain energy of shaft, passive bearings, mounts and compliant contacts, without seals",
+            initially_depends_on=start_values.strain(planes),
+        ),
+        output(
+            "energy.damping",
+            "J",
+            "Heat of damping so far: passive bearings, seals, shaft, mounts, drag of a free spin",
+            initially_depends_on=(),
+        ),
+        output("energy.friction", "J", "Heat of sliding friction and race drag so far", initially_depends_on=()),
+        output(
+            "energy.impact",
+            "J",
+            "Heat of impacts so far, including their friction, and of compliant contacts",
+            initially_depends_on=(),
+        ),
+        output("energy.dissipated", "J", "Heat so far, sum of the three", initially_depends_on=()),
+        output(
+            "energy.work",
+            "J",
+            "Work of all inputs (including the drive) and of the seals' stiffness so far",
+            initially_depends_on=(),
+        ),
+        output(
+            "energy.balance",
+            "J",
+            "Gain of kinetic + strain + dissipated minus work; ideally zero",
+            initially_depends_on=(),
+        ),
+    ]
+
+
+@kernel
+def write_heat_and_work(integrals: np.record, gain: float, energy: np.record) -> None:
+    """Write heat, work and the balance (J); `gain` is that of mechanical energy since the start."""
+    dissipated: float = integrals.damping_heat + integrals.friction_heat + integrals.impact_heat
+    energy.damping = integrals.damping_heat
+    energy.friction = integrals.friction_heat
+    energy.impact = integrals.impact_heat
+    energy.dissipated = dissipated
+    energy.work = integrals.work
+    energy.balance = gain + dissipated - integrals.work

@@ -1,0 +1,255 @@
+"""Variable table of the plant, which follows from the planes of its rotor."""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.interface import Interface, interface, repeated
+from fmi_export.variables import FAULT, Array, Variable, enumerated, input_, output, parameter
+from rotor_contact.variables import start_values
+from rotor_contact.variables.energies import energies
+from rotor_contact.variables.enumerations import IMPACT_LAW, METHOD, NEWTON
+from rotor_contact.variables.planes import ContactSite, MeasuredPlane, Planes
+from rotor_contact.variables.site_variables import site_outputs, site_parameters
+
+
+def _bearing_parameters(bearing: str) -> list[Variable]:
+    at = f"at {bearing.upper()}, both axes; added to the input forces"
+    return [
+        parameter(f"{bearing}.k_b", "N/m", f"Passive bearing stiffness {at}", 0.0, tunable=True),
+        parameter(f"{bearing}.c_b", "N.s/m", f"Passive bearing damping {at}", 0.0, minimum=0.0, tunable=True),
+    ]
+
+
+def _axis_inputs(bearing: str, axis: str) -> list[Variable]:
+    at = f"{bearing.upper()}, {axis} axis"
+    return [
+        input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
+        input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
+        input_(
+            f"{bearing}.{axis}_ref",
+            "m",
+            f"Displacement at which that force applies, {at}",
+            field="reference",
+            display_unit="um",
+        ),
+    ]
+
+
+def _unbalance_inputs(name: str, what: str) -> list[Variable]:
+    return [
+        input_(f"{name}.u", "kg.m", f"Unbalance of {what}", minimum=0.0),
+        input_(f"{name}.phi", "rad", f"Angle of that unbalance from the rotor's mark, {what}"),
+    ]
+
+
+def _disc_inputs(disc: str) -> list[Variable]:
+    at = disc.upper()
+    return [
+        *_unbalance_inputs(disc, at),
+        input_(f"{disc}.f_x", "N", f"External force on {at} in x"),
+        input_(f"{disc}.f_y", "N", f"External force on {at} in y"),
+    ]
+
+
+def _seal_outputs(seal: str) -> list[Variable]:
+    return [
+        output(
+            f"{seal}.beyond_table",
+            "1",
+            f"Whether the speed is outside the range of {seal.upper()}'s coefficients, which are then constant",
+            type="Boolean",
+            initially_depends_on=("Omega",),
+            warning=f"the speed is outside the range for which {seal} has coefficients; those at the limit are used",
+        )
+    ]
+
+
+def _displacement_output(name: str, what: str, initially_depends_on: tuple[str, ...]) -> list[Variable]:
+    return [output(name, "m", what, initially_depends_on=initially_depends_on, field=".", display_unit="um")]
+
+
+def _sensor_array(names: list[str]) -> Array:
+    return Array("sensors", f"Sensor displacements: {', '.join(names)}")
+
+
+def interface_of(planes: Planes) -> Interface:
+    """Return the variables of a plant whose rotor has these planes; for `initially_depends_on` see `start_values`."""
+    sites, bearings = planes.sites, planes.bearings
+    axes = [(bearing, axis) for bearing in bearings for axis in "xy"]
+    displacements = [
+        (f"{b}.{a}", f"Displacement at {b.upper()} in {a}", start_values.displacement(planes, b, a)) for b, a in axes
+    ]
+    sensors = [
+        (name, f"Sensor displacement, {p.name}, in {a}", start_values.displacement(planes, p.name, a))
+        for p in planes.sensors
+        for name, a in ((p.x, "x"), (p.y, "y"))
+    ]
+    return interface(
+        *_model_parameters(planes.max_substep),
+        *_spin_parameters(planes.polar_inertia),
+        repeated("sites", [(site,) for site in sites], site_parameters),
+        repeated("bearings", [(bearing,) for bearing in bearings], _bearing_parameters),
+        input_(
+            "Omega",
+            "rad/s",
+            "Spin speed at the beginning of a step; with spin.free the start speed, then the speed that the drive "
+            "demands",
+            minimum=-1e4,
+            maximum=1e4,
+        ),
+        input_("Omega_dot", "rad/s2", "Spin acceleration during a step, without spin.free"),
+        input_("drive.torque", "N.m", "Torque of the drive at the demanded speed, with spin.free"),
+        input_("drive.torque_limit", "N.m", "Largest torque of the drive, in either direction; 0: off", minimum=0.0),
+        input_(
+            "drive.ideal",
+            "1",
+            "Whether the drive holds the demanded speed, whatever torque that takes, with spin.free",
+            type="Boolean",
+        ),
+        input_("base.a_x", "m/s2", "Acceleration of the base in x", field="base_acceleration.x"),
+        input_("base.a_y", "m/s2", "Acceleration of the base in y", field="base_acceleration.y"),
+        repeated("axes", axes, _axis_inputs),
+        repeated("discs", [(disc,) for disc in planes.discs], _disc_inputs),
+        repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in bearings], _unbalance_inputs),
+        output(
+            "theta",
+            "rad",
+            "Rotor angle, within one turn",
+            minimum=0.0,
+            maximum=2.0 * math.pi,
+            initially_depends_on=("initial.angle",),
+        ),
+        output("speed", "rad/s", "Spin speed at the end of the step", initially_equals="Omega"),
+        output(
+            "solver.tolerance_missed",
+            "1",
+            "Whether a substep of the last step was less accurate than solver.tolerance",
+            type="Boolean",
+            initially_depends_on=(),
+            warning="a substep was less accurate than solver.tolerance = {solver.tolerance} m/s; "
+            "use a solver.max_substep below {solver.max_substep} s",
+        ),
+        output(
+            "solver.energy_missed",
+            "1",
+            "Whether energy.balance is off by more than a tenth of solver.energy_limit",
+            type="Boolean",
+            initially_depends_on=(),
+            warning="energy is not conserved: energy.balance is off by more than a tenth of solver.energy_limit = "
+            "{solver.energy_limit}; compare with solver.exact_motion = false, or with a solver.max_substep below "
+            "{solver.max_substep} s",
+        ),
+        output(
+            "solver.method",
+            "1",
+            "How the last step was computed",
+            initially_depends_on=(),
+            over_step="largest",
+            **enumerated(METHOD),
+        ),
+        output(
+            "drive.at_limit",
+            "1",
+            "Whether the drive has a torque limit that is less than what it should deliver",
+            type="Boolean",
+            initially_depends_on=(),
+            warning="the drive is at its limit, drive.torque_limit = {drive.torque_limit} N.m: it does not hold the "
+            "speed",
+        ),
+        repeated("displacements", displacements, _displacement_output),
+        repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
+        repeated("sites", [(site.name, planes) for site in sites], site_outputs),
+        repeated("seals", [(seal,) for seal in planes.seals], _seal_outputs),
+        _contact_state(planes),
+        *energies(planes),
+        FAULT,
+    )
+
+
+def _contact_state(planes: Planes) -> Variable:
+    """Bearings whose retainers the rotor touches, as a sum of 1, 2, 4, ... in the order of the bearings."""
+    parts = [
+        f"{2**k} {' or '.join(site.name.upper() for site in planes.sites if site.bearing == bearing) or bearing}"
+        for k, bearing in enumerate(planes.bearings)
+    ]
+    largest = 2 ** len(planes.bearings) - 1
+    description = f"Contact in the bearings: 0 none, else the sum of {', '.join(parts)}"
+    start = start_values.forces(planes) if any(site.bearing in planes.bearings for site in planes.sites) else ()
+    return output(
+        "contact_state", "1", description, type="Integer", minimum=0, maximum=largest, initially_depends_on=start
+    )
+
+
+def _model_parameters(max_substep: float) -> list[Variable]:
+    return [
+        parameter("contact.impact_law", "1", "Effect of an impact on the velocities", NEWTON, **enumerated(IMPACT_LAW)),
+        parameter("solver.max_substep", "s", "Longest integration step", max_substep, minimum=1e-9, maximum=1e-3),
+        parameter(
+            "solver.tolerance",
+            "m/s",
+            "Error of the velocities above which an integration step is halved, twice at most",
+            5e-6,
+            minimum=0.0,
+        ),
+        parameter(
+            "solver.energy_limit",
+            "1",
+            "Share of the largest energy so far by which energy.balance may be off before the step fails; a tenth of "
+            "it causes a warning",
+            0.1,
+            minimum=0.0,
+        ),
+        parameter(
+            "solver.exact_motion",
+            "1",
+            "Compute steps by the exact solution of the linear motion after 32 similar steps, one at the start; "
+            "contact by collocation",
+            1.0,
+            type="Boolean",
+        ),
+        parameter("gravity", "m/s2", "Gravity", 0.0),
+        parameter(
+            "gravity_angle",
+            "rad",
+            "Direction of gravity, from x towards y; by default towards negative x and y",
+            1.25 * math.pi,
+        ),
+        parameter("ambient_temperature", "K", "Temperature around the retainers", 293.15, minimum=0.0),
+        parameter(
+            "initial.orbit",
+            "1",
+            "Start on the synchronous orbit in the passive bearings, moved back to the retainers where it passes "
+            "them, instead of at rest",
+            0.0,
+            type="Boolean",
+        ),
+        parameter("initial.angle", "rad", "Rotor angle at the start", 0.0),
+    ]
+
+
+def _spin_parameters(polar_inertia: float) -> list[Variable]:
+    return [
+        parameter(
+            "spin.free",
+            "1",
+            "Whether the spin is a degree of freedom: the drive, friction at the sites and unbalance change the speed",
+            0.0,
+            type="Boolean",
+        ),
+        parameter("spin.inertia", "kg.m2", "Polar inertia of rotor and drive", polar_inertia, minimum=0.0),
+        parameter("spin.drag", "N.m.s", "Viscous drag on the spin", 0.0, minimum=0.0),
+        parameter(
+            "drive.gain",
+            "N.m.s",
+            "Torque of the drive per difference from the demanded Omega",
+            0.0,
+            minimum=0.0,
+        ),
+    ]
+
+
+# A single element of each, for the record types of the parts.
+SMALLEST = interface_of(
+    Planes(("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (MeasuredPlane("p", "p.x", "p.y"),), seals=("l",)),
+).with_all_parts()

@@ -1,0 +1,1 @@
+"""A whole step at a constant speed as one product."""

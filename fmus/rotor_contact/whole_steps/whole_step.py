@@ -1,0 +1,187 @@
+"""Matrices of a whole step at a constant speed, derived from those of the step (`step_matrices`).
+
+    (q, v, w_A, w_B)(h) = x F,    x = (q, v, 1, 0, A, B, f, d_1, d_2, d_3, c_0, .., c_3)(0)
+
+f are the forces of the magnets with the gradients in the matrices (`constant_speed`), held over the step, d_j their
+changes at the later Lobatto points because the present gradients differ from those (`flight`), and c_j the contact
+forces of all sites at Lobatto point j (`collocation`). A w_A + B w_B is the work of the unbalance (`piece_energy`),
+x . H x the heat of all damping, x . G x the work of the spin and of seals (`matrix_dampers`, `matrix_powers`). S
+observes each site: its acceleration without contact at both ends, and its place and velocity at the later Lobatto
+points.
+"""
+
+from __future__ import annotations
+
+import math
+
+from fmi_export.flat import copy
+from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.model import Array
+from rotor_contact.contact.site import Sites
+from rotor_contact.contact.workspace import Workspace, stages_of
+from rotor_contact.forces.dynamics import Motion, accelerations, forces, unbalance_direction
+from rotor_contact.matrices.matrix_inputs import combine, is_derived, note_derived
+from rotor_contact.matrices.matrix_sizes import FIRST_CONSTANT, place_index
+from rotor_contact.matrices.speed_grid import CONSTANT
+from rotor_contact.matrices.step_matrices import Level, StepMatrices, coefficients_at, level_of, powers_of
+from rotor_contact.pieces.piece_contact import magnet_force, port_of_site
+from rotor_contact.shaft.lobatto import LOBATTO_POINTS, LOBATTO_WEIGHTS, N_LOBATTO
+from rotor_contact.whole_steps.whole_step_rows import (
+    WholeStep,
+    count_of,
+    first_held,
+    is_of_inputs,
+    observed,
+    row_of,
+    whole_step_of,
+)
+
+
+@noinline_kernel
+def derive_whole_step(
+    Minv: Array, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, is_new: bool
+) -> None:
+    """Derive F, H, G and S at a constant speed, whose slot is complete, for the present amplitudes of the inputs.
+
+    If the slot is not new, only what depends on these amplitudes is written.
+    """
+    combine(matrices, FIRST_CONSTANT + which, 0)
+    note_derived(matrices, which)
+    whole, level = whole_step_of(matrices, which), level_of(matrices, FIRST_CONSTANT + which, 0)
+    for row in range(whole.F.shape[0]):
+        if is_new or is_of_inputs(matrices, row):
+            _sum_motion(matrices, level, whole, row)
+            _observe_ends(Minv, motion, sites, matrices, which, whole, row)
+        _observe_work(motion, matrices, level, whole, row)
+    if is_new:
+        whole.H[:, :] = 0.0  # `triangular_form` reads some elements above the diagonal
+        whole.G[:, :] = 0.0
+    if matrices.sizes[0].damped != 0.0:
+        _sum_form(matrices, level.H, whole.H, False, is_new)
+    if matrices.powers.shape[0] > 0:
+        powers = powers_of(matrices, FIRST_CONSTANT + which, 0)
+        _sum_form(matrices, powers.heat, whole.H, matrices.sizes[0].damped != 0.0, is_new)
+        _sum_form(matrices, powers.work, whole.G, False, is_new)
+
+
+@kernel
+def _sum_form(matrices: StepMatrices, form: Array, target: Array, adds: bool, is_new: bool) -> None:
+    """Write the lower triangle of a form of a step, or add it, elements off the diagonal doubled."""
+    for row in range(target.shape[0]):
+        for other in range(row + 1):
+            if not (is_new or is_of_inputs(matrices, row) or is_of_inputs(matrices, other)):
+                continue
+            total = 0.0
+            for i in range(count_of(matrices, row)):
+                for j in range(count_of(matrices, other)):
+                    u, v = row_of(matrices, row, i), row_of(matrices, other, j)
+                    total += form[u, u] if u == v else 0.5 * form[max(u, v), min(u, v)]
+            total *= 1.0 if row == other else 2.0
+            target[row, other] = target[row, other] + total if adds else total
+
+
+@kernel
+def _sum_motion(matrices: StepMatrices, level: Level, whole: WholeStep, row: int) -> None:
+    """Write the state at the end and the observations before it."""
+    n, n_ports = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports)
+    motion = whole.F[row]
+    motion[: 2 * n] = 0.0
+    whole.S[:, row] = 0.0
+    for i in range(count_of(matrices, row)):
+        u = row_of(matrices, row, i)
+        of_step, observations = level.P[u], level.S[u]
+        for c in range(2 * n):
+            motion[c] += of_step[c]
+        for k in range(whole.S.shape[0]):
+            port, at_site = port_of_site(matrices, k), observed(whole.S[k, row])
+            at_site.a_start[0] += observations[2 + 2 * port]
+            at_site.a_start[1] += observations[3 + 2 * port]
+            for point in range(N_LOBATTO - 1):
+                at, journal = place_index(n_ports, point + 1, port), at_site.journal[point]
+                journal.x += observations[at]
+                journal.y += observations[at + 1]
+                journal.v_x += observations[at + 2]
+                journal.v_y += observations[at + 3]
+
+
+@kernel
+def _observe_ends(
+    Minv: Array, motion: Motion, sites: Sites, matrices: StepMatrices, which: int, whole: WholeStep, row: int
+) -> None:
+    """Write the acceleration of the sites at the end without contact: -K q - C v there, and that of the present force.
+
+    The unbalance has turned by the angle phi = Omega h: A = 1 is cos(phi) of the one direction and sin(phi) of the
+    other then, and B = 1 is -sin(phi) and cos(phi) of them.
+    """
+    n, caused, end = int(matrices.sizes[0].n), accelerations(motion), whole.F[row]
+    KC = coefficients_at(matrices, FIRST_CONSTANT + which).columns
+    phi = matrices.constant[which, 0] * matrices.sizes[0].step_size
+    first, axes = first_held(matrices), matrices.gradients.shape[0]
+    held = row - first if row < first + axes else row - first - (N_LOBATTO - 1) * axes
+    for k in range(sites.shape[0]):
+        at_site = observed(whole.S[k, row])
+        for axis in range(2):
+            i, a = sites[k].row + axis, 0.0
+            for j in range(2 * n):
+                a -= KC[j, i] * end[j]
+            if row == 2 * n:
+                a += caused.without_magnets[i]
+            elif row == 2 * n + 2:
+                a += math.cos(phi) * caused.cosine[i] + math.sin(phi) * caused.sine[i]
+            elif row == 2 * n + 3:
+                a += math.cos(phi) * caused.sine[i] - math.sin(phi) * caused.cosine[i]
+            elif 0 <= held < axes:
+                a += Minv[motion.bearings[held // 2].row + held % 2, i]
+            at_site.a_end[axis] = a
+
+
+@kernel
+def _observe_work(motion: Motion, matrices: StepMatrices, level: Level, whole: WholeStep, row: int) -> None:
+    """Write w_A and w_B of a row.
+
+    With C = cosine . q and S = sine . q at an angle phi from the beginning, and D = A + i B,
+
+        p . q = A (C cos(phi) + S sin(phi)) + B (S cos(phi) - C sin(phi)),    p' = i Omega p
+    """
+    n, n_ports, force = int(matrices.sizes[0].n), int(matrices.sizes[0].n_ports), forces(motion)
+    turn = motion.Omega * matrices.sizes[0].step_size
+    a = b = 0.0
+    for i in range(count_of(matrices, row)):
+        u = row_of(matrices, row, i)
+        for point in range(N_LOBATTO):
+            cosine = sine = 0.0
+            if point > 0:
+                at = place_index(n_ports, point, -1)
+                cosine, sine = level.S[u, at], level.S[u, at + 1]
+            elif u < force.cosine.shape[0]:
+                cosine, sine = force.cosine[u], force.sine[u]
+            phi, share = turn * LOBATTO_POINTS[point], turn * LOBATTO_WEIGHTS[point]
+            along = cosine * math.cos(phi) + sine * math.sin(phi)
+            across = sine * math.cos(phi) - cosine * math.sin(phi)
+            a -= share * across
+            b += share * along
+            if point == 0:
+                a -= along
+                b -= across
+            elif point == N_LOBATTO - 1:
+                a += along
+                b += across
+    whole.F[row, 2 * n], whole.F[row, 2 * n + 1] = a, b
+
+
+@kernel
+def begin_whole_step(w: Workspace, matrices: StepMatrices) -> None:
+    """Write x at z, without contact forces and changes of magnets; derive the matrices for the present inputs."""
+    motion, z, which = w.motion, stages_of(w.stages).z, int(matrices.sizes[0].place - CONSTANT)
+    if not is_derived(matrices, which):
+        derive_whole_step(w.Minv, motion, w.sites, matrices, which, False)
+    n = int(matrices.sizes[0].n)
+    x, direction = whole_step_of(matrices, which).x, unbalance_direction(motion.theta, motion.Omega, 0.0)
+    copy(z[:n], x)
+    copy(z[w.n : w.n + n], x[n:])
+    x[2 * n], x[2 * n + 1], x[2 * n + 2], x[2 * n + 3] = 1.0, 0.0, direction.real, direction.imag
+    x[2 * n + 4 :] = 0.0
+    for b in range(motion.bearings.shape[0]):
+        for axis in range(2):
+            force = magnet_force(w, matrices, b, axis, z[motion.bearings[b].row + axis])
+            x[2 * n + 4 + 2 * b + axis] = force
