@@ -10,18 +10,18 @@ from rotor_contact.variables.enumerations import EXACT, INTEGRATED, ROLLING, SLI
 
 PLANT = ROOT / "fmus" / "rotor_contact"
 LAW = {  # file of the plant: text of it, and what replaces that
-    "site_variables.py": (
+    "variables/site_variables.py": (
         (
             '        parameter(f"{site}.mu", "1"',
             '        parameter(f"{site}.viscous_friction", "s/m", "Growth over the slip", 0.0, maximum=10.0),\n'
             '        parameter(f"{site}.mu", "1"',
         ),
     ),
-    "friction.py": (
+    "contact/friction.py": (
         ("    mu: float = site.mu\n", "    mu: float = site.mu + site.viscous_friction * abs(slip)\n"),
         ("static_coefficient(site) * normal", "2.0 * static_coefficient(site) * normal"),
     ),
-    "start_values.py": (('CONTACT = ("law",', 'CONTACT = ("law", "viscous_friction",'),),
+    "variables/start_values.py": (('CONTACT = ("law",', 'CONTACT = ("law", "viscous_friction",'),),
 }
 
 
