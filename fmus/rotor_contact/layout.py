@@ -23,6 +23,7 @@ from rotor_contact.contact.workspace import (
     energy_integrals,
     site_integrals,
 )
+from rotor_contact.forces.axial_motion import AXIAL
 from rotor_contact.forces.dynamics import N_ROWS, Motion
 from rotor_contact.forces.excitation import n_pairs
 from rotor_contact.forces.passive_bearings import BEARING, N_BEARING, Bearings
@@ -54,19 +55,23 @@ N_HEAD, N_SITE_STATE = (size_of(HEAD) + 1) // 2 * 2, size_of(SITE_STATE)
 
 N_SITE, N_SPIN = size_of(SITE), size_of(SPIN)
 
+N_AXIAL = size_of(AXIAL)
+
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
 
 class State(NamedTuple):
     """The state: record `HEAD`, in an array of length 1; latest key and constant speed; sites; z = (q, v, integrals).
 
-    z has room for all bodies; with fewer bodies it ends earlier.
+    `axial` has the motion along the shaft of a rotor with a thrust disc, one record or none. z has room for all bodies;
+    with fewer bodies it ends earlier.
     """
 
     head: Records
     matrices_key: MatricesKey
     constant: ConstantSpeed
     sites: Records
+    axial: Records
     z: Array
 
 
@@ -134,9 +139,15 @@ def place_of_sites(structure: Structure) -> int:
 
 
 @views
+def place_of_axial_motion(structure: Structure) -> int:
+    """Return where the motion along the shaft begins in the state."""
+    return place_of_sites(structure) + structure.sites.shape[0] * N_SITE_STATE
+
+
+@views
 def place_of_motion(structure: Structure) -> int:
     """Return where z begins in the state."""
-    return place_of_sites(structure) + structure.sites.shape[0] * N_SITE_STATE
+    return place_of_axial_motion(structure) + structure.n_thrust * N_AXIAL
 
 
 def n_state(constants: Array) -> int:
@@ -172,6 +183,7 @@ def state_of(state: Array, structure: Structure) -> State:
         matrices_key_of(state, N_HEAD, n_bearings, n_sites),
         constant_speed_of(state, place_of_constant_speed(structure), n_bearings),
         part(state, place_of_sites(structure), SITE_STATE, n_sites),
+        part(state, place_of_axial_motion(structure), AXIAL, structure.n_thrust),
         part(state, place_of_motion(structure), REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
     )
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from fmi_export.linear_state import LinearState
 from fmi_export.model import Array
-from rotor_contact.layout import HEAD, place_of_motion
+from rotor_contact.layout import HEAD, place_of_axial_motion, place_of_motion
 from rotor_contact.shaft.structure import structure_of
 
 
 def linear_state(constants: Array) -> LinearState:
-    """Return the positions of q, v, angle and energies of a rotor at constant speed without housings."""
+    """Return the positions of axial motion, q, v, angle and energies of a rotor at constant speed without housings."""
     structure, names = structure_of(constants), HEAD.names or ()
     z = place_of_motion(structure)
     energy = names.index("initial_energy"), names.index("largest_energy")
     unless = "spin.free", "*.housing_mass", "*.race_inertia", "*.mode"
-    return LinearState(((z, z + 2 * len(structure.K)),), names.index("theta"), energy, unless)
+    axial = place_of_axial_motion(structure)
+    rows = (axial, z), (z, z + 2 * len(structure.K))
+    return LinearState(rows[1 - structure.n_thrust :], names.index("theta"), energy, unless)

@@ -50,6 +50,8 @@ def write_outputs(
     for k in range(outputs.seals.shape[0]):
         seal = structure.seals.records[0, k]
         outputs.seals[k].beyond_table = 1.0 if Omega < seal.lowest or Omega > seal.highest else 0.0
+    for k in range(outputs.thrust.shape[0]):
+        outputs.thrust[k].z, outputs.thrust[k].speed = x.axial[k].z, x.axial[k].speed
     scalars.contact_state = _contact_state(structure, sites)
     mechanical = write_mechanical_energy(structure, parameters, w, x, scalars.energy)
     write_heat_and_work(energy_integrals(x.z, n), mechanical - head.initial_energy, scalars.energy)
@@ -135,6 +137,8 @@ def write_mechanical_energy(
     if parameters.scalars[0].spin.free != 0.0:
         Omega = v[w.spin[0].row] if w.spin[0].row >= 0 else x.head[0].speed
         kinetic += 0.5 * w.spin[0].inertia * Omega * Omega + x.head[0].coupling
+    for axial in x.axial:
+        kinetic += 0.5 * structure.mass * axial.speed * axial.speed
     energy.kinetic = kinetic
     energy.strain = strain
     total: float = kinetic + strain

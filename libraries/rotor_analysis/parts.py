@@ -297,4 +297,14 @@ class Sensor(_Placed):
             object.__setattr__(self, axis, getattr(self, axis) or f"{self.name}.{axis}")
 
 
+@table
+class ThrustDisc:
+    """The disc of an axial magnetic bearing, with which the rotor can move along its shaft in co-simulation."""
+
+    z: Position
+    """Position along the shaft."""
+    name: Name = "thrust"
+    """Name, the first part of its variables in the plant."""
+
+
 Part = Body | Disc | Bearing | Site | Sensor

@@ -20,7 +20,18 @@ from amb_files.validation_errors import Unit
 from rotor_analysis.checks import Moderate, Name, Node
 from rotor_analysis.damping import Damping
 from rotor_analysis.element import Element, Material
-from rotor_analysis.parts import COEFFICIENTS, NO_TENSOR, Bearing, BodyOrDisc, CentreOfMass, Part, Point, Sensor, Site
+from rotor_analysis.parts import (
+    COEFFICIENTS,
+    NO_TENSOR,
+    Bearing,
+    BodyOrDisc,
+    CentreOfMass,
+    Part,
+    Point,
+    Sensor,
+    Site,
+    ThrustDisc,
+)
 from rotor_analysis.shaft import Shaft, ShaftOrSections
 
 Method = Literal["free_modes", "msdc", "none"]
@@ -123,6 +134,8 @@ class Rotor:
     """Damping of the rotor without its bearings."""
     seals: tuple[Bearing, ...] = ()
     """Seals and passive bearings, which act both in analyses and in co-simulation."""
+    thrust_disc: ThrustDisc | None = None
+    """Disc of an axial magnetic bearing; without one the rotor does not move along its shaft."""
 
     def __post_init__(self) -> None:
         errors = [*self._misplaced(), *self._misnamed()]
@@ -153,6 +166,10 @@ class Rotor:
             if part.z is not None and self.shaft.node_at(part.z) is None and not nodes[0] < part.z < nodes[-1]:
                 allowed = f"from {nodes[0]:g} m to {nodes[-1]:g} m, on the shaft"
                 yield f"{key}.z ({part.name}) = {part.z} m is not allowed; it must be {allowed}"
+        disc = self.thrust_disc
+        if disc is not None and not nodes[0] <= disc.z <= nodes[-1]:
+            allowed = f"from {nodes[0]:g} m to {nodes[-1]:g} m, on the shaft"
+            yield f"thrust_disc.z = {disc.z} m is not allowed; it must be {allowed}"
         numbers = [(f"{key}.node ({part.name})", part.node) for key, part in self._parts()]
         numbers += [(f"reduction.masters[{k}]", node) for k, node in enumerate(self.masters)]
         for what, node in numbers:
@@ -162,6 +179,8 @@ class Rotor:
     def _misnamed(self) -> Iterator[str]:
         """Yield a sentence for each duplicate name of parts or signals, and for each unknown name."""
         names = [(f"{key}.name", part.name) for key, part in self._parts()]
+        if self.thrust_disc is not None:
+            names.append(("thrust_disc.name", self.thrust_disc.name))
         signals = [(f"sensors[{k}].{axis}", getattr(s, axis)) for k, s in enumerate(self.sensors) for axis in "xy"]
         taken: set[str] = set()
         for key, name in (*names, *signals):

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from instances import initialised
 from machines import SITES, held, machine
-from raw import Library
+from raw import Library, Library3
 
 from amb_cosim.design import plant_data
-from rotor_analysis.parts import AtSpeed, Bearing
+from rotor_analysis.parts import AtSpeed, Bearing, ThrustDisc
 from tests.support.messages import assert_names
 
 pytestmark = pytest.mark.gate
@@ -109,6 +109,24 @@ def test_a_machine_with_seals_agrees_in_a_run_up_through_its_table(unpacked, exa
     assert beyond[0] == 1.0 == beyond[-1]
     assert np.count_nonzero(beyond == 0.0) > 70
     assert np.any(record[:, names.index("seal2.mode")] > 0.0)
+
+
+@pytest.mark.parametrize(("fmi", "load"), [(2, Library), (3, Library3)], ids=["FMI 2", "FMI 3"])
+def test_a_machine_with_a_thrust_disc_agrees_along_its_shaft(unpacked, fmi, load):
+    """Pushed and pulled along its shaft, with magnets and springs, while it whirls."""
+    model, constants = plant_data.plant(machine(thrust_disc=ThrustDisc(0.4)))
+    values = held(3) | {"Omega": 150.0, "impeller5.u": 2e-3, "gravity": 9.81, "thrust.tilt": 0.4}
+    native, core = fmu_and_core(load(unpacked(model, constants, None, fmi)), model, constants, values)
+    names = ["thrust.z", "thrust.speed", "mb1.x", "energy.kinetic", "energy.work", "energy.balance"]
+    for n in range(100):
+        along = {"thrust.f_z": 50.0 * np.sin(0.1 * n), "thrust.k_zz": 1e6 * np.cos(0.2 * n), "thrust.f_process": 30.0}
+        for name, value in along.items():
+            core[name] = value
+        assert native.set(**keywords_of(along)) == 0
+        core.step(n * H, H)
+        assert native.step(n) == 0, native.log
+        assert native.get(*names) == [core[name] for name in names]
+    assert abs(core["thrust.z"]) > 1e-6
 
 
 def test_the_controller_agrees_at_steps_within_a_sample(unpacked):

@@ -40,7 +40,10 @@ def collect_amplitudes(parameters: Parameters, inputs: Inputs, amplitudes: Array
     u, p, n_discs = inputs.scalars[0], parameters.scalars[0], inputs.discs.shape[0]
     g_x = g_y = 0.0
     if p.gravity != 0.0:
-        g_x, g_y = p.gravity * math.cos(p.gravity_angle), p.gravity * math.sin(p.gravity_angle)
+        across = p.gravity
+        for thrust in parameters.thrust:
+            across *= math.cos(thrust.tilt)
+        g_x, g_y = across * math.cos(p.gravity_angle), across * math.sin(p.gravity_angle)
     a_x, a_y = u.base_acceleration.x, u.base_acceleration.y
     changed = _set_pair(amplitudes, OF_SHAFT, a_x - g_x, a_y - g_y)
     changed = _set_pair(amplitudes, OF_HOUSINGS, a_x, a_y) or changed

@@ -26,6 +26,8 @@ SIZES = record(
     ("valid_to", np.float64),  # see `Structure`
     ("n_seals", np.float64),
     ("n_seal_ranges", np.float64),  # of speeds
+    ("n_thrust", np.float64),  # 1 with a disc of an axial bearing, else 0
+    ("mass", np.float64),  # kg, see `Structure`
 )
 N_SIZES = size_of(SIZES)
 
@@ -36,6 +38,8 @@ class Structure(NamedTuple):
     Degrees of freedom alternate x and y: the first `n_translations` are translations of planes, the rest rotations or
     modes.
 
+    n_thrust, mass
+        Number of discs of axial bearings, 0 or 1, and the rotor's mass (kg), with which it moves along its shaft.
     valid_to
         Frequency (rad/s) up to which the natural frequencies match those of the full model; infinite if unknown.
     forms
@@ -64,6 +68,8 @@ class Structure(NamedTuple):
     n_translations: int
     is_damped: bool
     valid_to: float
+    n_thrust: int
+    mass: float
     forms: Array
     K: Array
     Minv: Array
@@ -97,6 +103,8 @@ def structure_of(constants: Array) -> Structure:
         int(sizes.n_translations),
         sizes.is_damped != 0.0,
         sizes.valid_to,
+        int(sizes.n_thrust),
+        sizes.mass,
         part(constants, N_SIZES, REAL, (3 * n, n)),
         part(constants, K, REAL, (n, n)),
         part(constants, K + n * n, REAL, (n, n)),

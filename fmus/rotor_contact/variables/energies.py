@@ -26,7 +26,7 @@ def energies(planes: Planes) -> list[Variable]:
         output(
             "energy.kinetic",
             "J",
-            "Kinetic energy of the lateral motion, of housings, races and a free spin",
+            "Kinetic energy of lateral and axial motion, of housings, races and a free spin",
             initially_depends_on=(*start_values.motion(planes), "spin.free", "spin.inertia", "drive.ideal"),
         ),
         output(

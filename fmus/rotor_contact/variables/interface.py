@@ -7,6 +7,7 @@ import math
 from fmi_export.interface import Interface, interface, repeated
 from fmi_export.variables import FAULT, Array, Variable, enumerated, input_, output, parameter
 from rotor_contact.variables import start_values
+from rotor_contact.variables.axial_variables import axial_inputs, axial_outputs, axial_parameters
 from rotor_contact.variables.energies import energies
 from rotor_contact.variables.enumerations import IMPACT_LAW, METHOD, NEWTON
 from rotor_contact.variables.planes import ContactSite, MeasuredPlane, Planes
@@ -75,7 +76,7 @@ def _sensor_array(names: list[str]) -> Array:
 
 def interface_of(planes: Planes) -> Interface:
     """Return the variables of a plant whose rotor has these planes; for `initially_depends_on` see `start_values`."""
-    sites, bearings = planes.sites, planes.bearings
+    sites, bearings, thrust = planes.sites, planes.bearings, [(planes.thrust,)] if planes.thrust else []
     axes = [(bearing, axis) for bearing in bearings for axis in "xy"]
     displacements = [
         (f"{b}.{a}", f"Displacement at {b.upper()} in {a}", start_values.displacement(planes, b, a)) for b, a in axes
@@ -90,6 +91,7 @@ def interface_of(planes: Planes) -> Interface:
         *_spin_parameters(planes.polar_inertia),
         repeated("sites", [(site,) for site in sites], site_parameters),
         repeated("bearings", [(bearing,) for bearing in bearings], _bearing_parameters),
+        repeated("thrust", thrust, axial_parameters),
         input_(
             "Omega",
             "rad/s",
@@ -112,6 +114,7 @@ def interface_of(planes: Planes) -> Interface:
         repeated("axes", axes, _axis_inputs),
         repeated("discs", [(disc,) for disc in planes.discs], _disc_inputs),
         repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in bearings], _unbalance_inputs),
+        repeated("thrust", thrust, axial_inputs),
         output(
             "theta",
             "rad",
@@ -161,6 +164,7 @@ def interface_of(planes: Planes) -> Interface:
         repeated("sensors", sensors, _displacement_output, array=_sensor_array([name for name, *_ in sensors])),
         repeated("sites", [(site.name, planes) for site in sites], site_outputs),
         repeated("seals", [(seal,) for seal in planes.seals], _seal_outputs),
+        repeated("thrust", thrust, axial_outputs),
         _contact_state(planes),
         *energies(planes),
         FAULT,
@@ -251,5 +255,7 @@ def _spin_parameters(polar_inertia: float) -> list[Variable]:
 
 # A single element of each, for the record types of the parts.
 SMALLEST = interface_of(
-    Planes(("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (MeasuredPlane("p", "p.x", "p.y"),), seals=("l",)),
+    Planes(
+        ("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (MeasuredPlane("p", "p.x", "p.y"),), seals=("l",), thrust="t"
+    ),
 ).with_all_parts()

@@ -55,6 +55,8 @@ class Planes:
         Whether a steady load in x deflects the rotor in y, by damping that rotates with the shaft or by seals.
     seals
         Names of seals and passive bearings with coefficients over the speed.
+    thrust
+        Name of the disc of an axial bearing; without one the rotor does not move along its shaft.
     loss_factor
         Loss factor of the shaft, whose damping the constants have as viscous damping; 0 without.
     implausible
@@ -71,6 +73,7 @@ class Planes:
     moved_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     mixes_axes: bool = False
     seals: tuple[str, ...] = ()
+    thrust: str = ""
     loss_factor: float = 0.0
     implausible: tuple[str, ...] = ()
 

@@ -23,51 +23,62 @@ DISC_INPUTS = SMALLEST.element_record("input", "discs")
 CORE_INPUTS = SMALLEST.element_record("input", "cores")
 SITE_OUTPUTS = SMALLEST.element_record("output", "sites")
 SEAL_OUTPUTS = SMALLEST.element_record("output", "seals")
+AXIAL_PARAMETERS, AXIAL_INPUTS, AXIAL_OUTPUTS = (
+    SMALLEST.element_record(kind, "thrust") for kind in ("parameter", "input", "output")
+)
 
 N_PARAMETERS, N_INPUTS, N_OUTPUTS = size_of(PARAMETERS), size_of(INPUTS), size_of(OUTPUTS)
 N_SITE_PARAMETERS, N_BEARING_PARAMETERS = size_of(SITE_PARAMETERS), size_of(BEARING_PARAMETERS)
 N_AXIS, N_DISC, N_CORE, N_SITE_OUTPUTS = (size_of(r) for r in (AXIS_INPUTS, DISC_INPUTS, CORE_INPUTS, SITE_OUTPUTS))
+N_SEAL_OUTPUTS, N_AXIAL_PARAMETERS, N_AXIAL_INPUTS = (
+    size_of(r) for r in (SEAL_OUTPUTS, AXIAL_PARAMETERS, AXIAL_INPUTS)
+)
 
 
 class Parameters(NamedTuple):
     """Single parameters as a record of type `PARAMETERS`, in an array of one, and those of the sites and the bearings.
 
-    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS).
+    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS). `thrust` has one record of the motion along the
+    shaft, or none.
     """
 
     scalars: Records
     sites: Array
     bearings: Records
+    thrust: Records
 
 
 class Inputs(NamedTuple):
     """Single inputs as a record of type `INPUTS`, in an array of one; records of axes, discs and cores of bearings.
 
-    Axes alternate x and y of each bearing.
+    Axes alternate x and y of each bearing. `thrust` has one record of the motion along the shaft, or none.
     """
 
     scalars: Records
     axes: Records
     discs: Records
     cores: Records
+    thrust: Records
 
 
 class Outputs(NamedTuple):
     """Single outputs as a record of type `OUTPUTS`, in an array of one; displacements (m) at axes and sensors; records
-    of sites and seals."""
+    of sites and seals; one of the motion along the shaft, or none."""
 
     scalars: Records
     displacements: Array
     sensors: Array
     sites: Records
     seals: Records
+    thrust: Records
 
 
 @views
 def n_parameters(structure: Structure) -> int:
     """Return the number of all parameters."""
     n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
-    return N_PARAMETERS + n_sites * N_SITE_PARAMETERS + n_bearings * N_BEARING_PARAMETERS
+    of_parts = n_sites * N_SITE_PARAMETERS + n_bearings * N_BEARING_PARAMETERS
+    return N_PARAMETERS + of_parts + structure.n_thrust * N_AXIAL_PARAMETERS
 
 
 @views
@@ -80,17 +91,20 @@ def first_disc_input(structure: Structure) -> int:
 def n_inputs(structure: Structure) -> int:
     """Return the number of all inputs."""
     n_discs = structure.B_disc.shape[0] // 2
-    return first_disc_input(structure) + n_discs * N_DISC + structure.bearings.shape[0] * N_CORE
+    of_planes = n_discs * N_DISC + structure.bearings.shape[0] * N_CORE
+    return first_disc_input(structure) + of_planes + structure.n_thrust * N_AXIAL_INPUTS
 
 
 @views
 def parameters_of(parameters: Array, structure: Structure) -> Parameters:
     """Return views into the parameters of a plant with this structure."""
     n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
+    bearings = N_PARAMETERS + n_sites * N_SITE_PARAMETERS
     return Parameters(
         part(parameters, 0, PARAMETERS, 1),
         part(parameters, N_PARAMETERS, REAL, (n_sites, N_SITE_PARAMETERS)),
-        part(parameters, N_PARAMETERS + n_sites * N_SITE_PARAMETERS, BEARING_PARAMETERS, n_bearings),
+        part(parameters, bearings, BEARING_PARAMETERS, n_bearings),
+        part(parameters, bearings + n_bearings * N_BEARING_PARAMETERS, AXIAL_PARAMETERS, structure.n_thrust),
     )
 
 
@@ -99,11 +113,13 @@ def inputs_of(inputs: Array, structure: Structure) -> Inputs:
     """Return views into the inputs of a plant with this structure."""
     n_bearings, n_discs = structure.bearings.shape[0], structure.B_disc.shape[0] // 2
     discs = first_disc_input(structure)
+    cores = discs + n_discs * N_DISC
     return Inputs(
         part(inputs, 0, INPUTS, 1),
         part(inputs, N_INPUTS, AXIS_INPUTS, 2 * n_bearings),
         part(inputs, discs, DISC_INPUTS, n_discs),
-        part(inputs, discs + n_discs * N_DISC, CORE_INPUTS, n_bearings),
+        part(inputs, cores, CORE_INPUTS, n_bearings),
+        part(inputs, cores + n_bearings * N_CORE, AXIAL_INPUTS, structure.n_thrust),
     )
 
 
@@ -111,12 +127,13 @@ def inputs_of(inputs: Array, structure: Structure) -> Inputs:
 def outputs_of(outputs: Array, structure: Structure) -> Outputs:
     """Return views into the outputs of a plant with this structure."""
     n_axes, n_sensors = 2 * structure.bearings.shape[0], structure.sensors.shape[0]
-    n_sites = structure.sites.shape[0]
+    n_sites, n_seals = structure.sites.shape[0], structure.seals.records.shape[1]
     seals = N_OUTPUTS + n_axes + n_sensors + n_sites * N_SITE_OUTPUTS
     return Outputs(
         part(outputs, 0, OUTPUTS, 1),
         part(outputs, N_OUTPUTS, REAL, n_axes),
         part(outputs, N_OUTPUTS + n_axes, REAL, n_sensors),
         part(outputs, N_OUTPUTS + n_axes + n_sensors, SITE_OUTPUTS, n_sites),
-        part(outputs, seals, SEAL_OUTPUTS, structure.seals.records.shape[1]),
+        part(outputs, seals, SEAL_OUTPUTS, n_seals),
+        part(outputs, seals + n_seals * N_SEAL_OUTPUTS, AXIAL_OUTPUTS, structure.n_thrust),
     )

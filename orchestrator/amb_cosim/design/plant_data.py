@@ -130,6 +130,8 @@ def plant_structure(
         n_translations=2 * len(reduced.translations),
         is_damped=bool(np.any(C) or np.any(R) or rotor.seals),
         valid_to=valid_to(full, reduced) or _accurate_to(rotor),
+        n_thrust=0 if rotor.thrust_disc is None else 1,
+        mass=rotor.mass,
         forms=np.concatenate([M, C, R]),
         K=K,
         Minv=Minv,
@@ -220,6 +222,7 @@ def _planes(rotor: Rotor, sites: Sequence[Site]) -> Planes:
         ),
         sensors=tuple(MeasuredPlane(s.name, s.x, s.y) for s in rotor.sensors),
         seals=(*(s.name for s in rotor.seals), *(f"{s.name}.tilt" for s in rotor.seals if s.tilting is not None)),
+        thrust=rotor.thrust_disc.name if rotor.thrust_disc is not None else "",
         loss_factor=rotor.damping.loss_factor,
         implausible=implausible_sizes(rotor),
     )
@@ -235,7 +238,7 @@ def _shaft_radius(rotor: Rotor, node: int) -> float:
 
 def flat_constants(structure: Structure) -> Array:
     """Return a structure in the layout of `rotor_contact.shaft.structure.structure_of`."""
-    n_translations, is_damped, valid_to, *arrays, seals = structure
+    n_translations, is_damped, valid_to, n_thrust, mass, *arrays, seals = structure
     sizes = np.array(
         [
             (
@@ -249,6 +252,8 @@ def flat_constants(structure: Structure) -> Array:
                 valid_to,
                 seals.records.shape[1],
                 seals.records.shape[0],
+                n_thrust,
+                mass,
             )
         ],
         dtype=SIZES,

@@ -1,0 +1,49 @@
+"""Variables of the motion along the shaft, of rotors with the disc of an axial bearing."""
+
+from __future__ import annotations
+
+from fmi_export.variables import Variable, input_, output, parameter
+
+
+def axial_parameters(thrust: str) -> list[Variable]:
+    """Return the parameter of the motion along the shaft; `thrust` is the name of the disc."""
+    return [
+        parameter(
+            f"{thrust}.tilt",
+            "rad",
+            "Angle of the shaft above the horizontal, with the end of larger z up; gravity acts along the shaft with "
+            "its sine, across it with its cosine",
+            0.0,
+        )
+    ]
+
+
+def axial_inputs(thrust: str) -> list[Variable]:
+    """Return the forces along the shaft: that of a bearing at a displacement with its gradient, and any other."""
+    at = f"{thrust.upper()}, along the shaft"
+    return [
+        input_(f"{thrust}.f_z", "N", f"Force on the rotor, {at}", field="force"),
+        input_(f"{thrust}.k_zz", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
+        input_(
+            f"{thrust}.z_ref",
+            "m",
+            f"Displacement at which that force applies, {at}",
+            field="reference",
+            display_unit="um",
+        ),
+        input_(f"{thrust}.f_process", "N", "Other force on the rotor along the shaft, such as that of the process"),
+    ]
+
+
+def axial_outputs(thrust: str) -> list[Variable]:
+    """Return displacement and velocity along the shaft; the rotor starts at rest in the middle."""
+    return [
+        output(
+            f"{thrust}.z",
+            "m",
+            "Displacement of the rotor along the shaft",
+            initially_depends_on=(),
+            display_unit="um",
+        ),
+        output(f"{thrust}.speed", "m/s", "Velocity of the rotor along the shaft", initially_depends_on=()),
+    ]
