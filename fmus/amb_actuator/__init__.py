@@ -1,1 +1,1 @@
-"""Radial active magnetic bearings, two axes each: force laws, saturation, amplifiers, faults."""
+"""Active magnetic bearings, two axes each, and a thrust magnet: force laws, saturation, amplifiers, faults."""

@@ -26,7 +26,7 @@ from fmi_export.model import Array, Model
 # Three kinds of fault, each with a code for every axis, and at least `FEWEST_CODES` codes per kind.
 GAP, BIAS, VOLTAGE = range(3)
 FEWEST_CODES = 10
-MAX_BEARINGS = 16  # which leaves the codes below 100
+MAX_BEARINGS = 16  # with a thrust magnet: 33 axes, whose codes of three kinds end at 99
 AT_STATOR = 0.99  # of the air gap, up to which the force of a magnet without power follows the displacement
 BEYOND_STATOR = 1.1  # of the air gap; no rotor without power that rests on the stator reaches it
 
@@ -168,13 +168,20 @@ def step(
     return 0
 
 
+def sizes_of(bearings: Sequence[str], thrust: str = "") -> Array:
+    """Return the constants of the actuator of these bearings, and of a thrust magnet of this name."""
+    return np.array([len(axes_of(bearings, thrust))], dtype=np.float64)
+
+
 def n_state(constants: Array) -> int:
     """Return the size of the state of an actuator with these constants."""
     return n_axes_of(constants) * N_DEVIATIONS
 
 
-def model_for(bearings: Sequence[str]) -> Model:
-    """Return the actuator of bearings with these names; its constants are their number.
+def model_for(bearings: Sequence[str], thrust: str = "") -> Model:
+    """Return the actuator of bearings with these names; its constants are `sizes_of` the same.
+
+    A thrust magnet with the name `thrust` has one axis, z, along the shaft.
 
     Raises
     ------
@@ -185,16 +192,16 @@ def model_for(bearings: Sequence[str]) -> Model:
         raise ValueError(f"{len(bearings)} bearings is not allowed; there must be 1 to {MAX_BEARINGS}")
     return Model(
         name="amb_actuator",
-        description="Radial active magnetic bearings: force laws with gradient, saturation, amplifiers, faults",
+        description="Active magnetic bearings: force laws with gradient, saturation, amplifiers, faults",
         author="The amb-cosim authors",
-        interface=interface_of(bearings),
+        interface=interface_of(bearings, thrust),
         initialise=initialise,
         step=step,
         n_state=n_state,
         n_work=0,
         packages=("amb_actuator", "fmi_export"),
-        faults=_fault_sentences(axes_of(bearings)),
-        layout={"bearings": list(bearings)},
+        faults=_fault_sentences(axes_of(bearings, thrust)),
+        layout={"bearings": list(bearings), "thrust": thrust},
         linear_state=lambda constants: LinearState(((0, n_state(constants)),)),
     )
 

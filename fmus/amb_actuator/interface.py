@@ -37,27 +37,38 @@ POLE_FACE, HALF_POLE_ANGLE, MAX_FORCE = 1399e-6, math.radians(22.5), 1700.0
 
 
 def _axis(bearing: str, axis: str) -> list[Variable]:
-    """Declare the variables of an axis."""
+    """Declare the variables of an axis; that of a thrust magnet, z, has pole faces at right angles to it."""
     parameter_of, input_of, output_of = at_place(f"{bearing}.{{}}_{axis}", f"{bearing.upper()}, {axis} axis")
     return [
-        *_magnet(parameter_of, *MEASURED_CONSTANTS.get(bearing, CONSTANTS_FROM_GEOMETRY)),
+        *_magnet(
+            parameter_of,
+            *MEASURED_CONSTANTS.get(bearing, CONSTANTS_FROM_GEOMETRY),
+            *((0.0, 0.0) if axis == "z" else (HALF_POLE_ANGLE, 1.14)),
+        ),
         *_amplifier(parameter_of),
         *_inputs(input_of, f"{bearing}.{axis}"),
         *_outputs(output_of, bearing, axis),
     ]
 
 
-def _magnet(declare: Declare, k_s: float, k_i: float) -> list[Variable]:
+def _magnet(declare: Declare, k_s: float, k_i: float, half_angle: float, static: float) -> list[Variable]:
     b_sat = saturation_flux(MAX_FORCE, POLE_FACE, HALF_POLE_ANGLE)
     return [
-        declare("turns", "1", "Turns per pole, {} (Table 2.2)", 158.0, minimum=1.0, maximum=1e6),
+        declare(
+            "turns",
+            "1",
+            "Turns per pole, half of those of a coil around the shaft, {} (Table 2.2)",
+            158.0,
+            minimum=1.0,
+            maximum=1e6,
+        ),
         declare("pole_area", "m2", "Pole face area, {} (Table 2.2)", POLE_FACE, minimum=1e-9, maximum=10.0),
         declare("gap", "m", "Air gap, {} (Table 2.2)", 1.2e-3, minimum=1e-6, maximum=1.0),
         declare(
             "half_angle",
             "rad",
             "Half angle between the double pole faces, {} (2.2)",
-            HALF_POLE_ANGLE,
+            half_angle,
             minimum=0.0,
             maximum=1.5,
         ),
@@ -66,7 +77,7 @@ def _magnet(declare: Declare, k_s: float, k_i: float) -> list[Variable]:
             "static_current",
             "A",
             "Static current; negative for a static load towards positive displacements, {} (Table 2.2)",
-            1.14,
+            static,
             minimum=-1e4,
             maximum=1e4,
         ),
@@ -234,16 +245,16 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
     ]
 
 
-def axes_of(bearings: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the axes of bearings in the order of their variables, alternating x and y."""
-    return [(bearing, axis) for bearing in bearings for axis in "xy"]
+def axes_of(bearings: Sequence[str], thrust: str = "") -> list[tuple[str, str]]:
+    """Return the axes in the order of their variables: x and y of each bearing, then z of a thrust magnet, if any."""
+    return [*((bearing, axis) for bearing in bearings for axis in "xy"), *([(thrust, "z")] if thrust else [])]
 
 
-def interface_of(bearings: Sequence[str]) -> Interface:
-    """Return the variables of an actuator of these bearings."""
+def interface_of(bearings: Sequence[str], thrust: str = "") -> Interface:
+    """Return the variables of an actuator of these bearings, and of a thrust magnet of this name."""
     return interface(
         *_MODEL_PARAMETERS,
-        repeated("axes", axes_of(bearings), _axis),
+        repeated("axes", axes_of(bearings, thrust), _axis),
         FAULT,
     )
 

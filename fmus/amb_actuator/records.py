@@ -14,7 +14,7 @@ from fmi_export.records import record, size_of
 
 Records = np.ndarray[tuple[int], np.dtype[np.record]]
 
-SIZES = record(("n_bearings", "f8"))  # the only constants
+SIZES = record(("n_axes", "f8"))  # the only constant
 PARAMETERS = SMALLEST.common_record("parameter")
 AXIS, AXIS_INPUTS, AXIS_OUTPUTS = (SMALLEST.element_record(kind, "axes") for kind in ("parameter", "input", "output"))
 # Deviations of the coil currents of an axis from the operating point (A), see `Coils`.
@@ -39,8 +39,8 @@ class Axes(NamedTuple):
 
 @views
 def n_axes_of(constants: Array) -> int:
-    """Return the number of axes, two per bearing."""
-    return 2 * int(part(constants, 0, SIZES, 1)[0].n_bearings)
+    """Return the number of axes: two per bearing, and one of a thrust magnet."""
+    return int(part(constants, 0, SIZES, 1)[0].n_axes)
 
 
 @views

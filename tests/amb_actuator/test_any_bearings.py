@@ -1,17 +1,16 @@
 """Actuators of other rotors than the rig: any number of bearings, of any name."""
 
-import numpy as np
 import pytest
 
-from amb_actuator.actuator import MAX_BEARINGS, model_for
+from amb_actuator.actuator import MAX_BEARINGS, model_for, sizes_of
 from fmi_export.model import Fault, Instance
 from tests.support.messages import raises_naming
 
 H = 250e-6
 
 
-def actuator(*bearings):
-    return Instance(model_for(bearings), np.array([float(len(bearings))]))
+def actuator(*bearings, thrust=""):
+    return Instance(model_for(bearings, thrust), sizes_of(bearings, thrust))
 
 
 @pytest.mark.parametrize("count", [1, 3, 16])

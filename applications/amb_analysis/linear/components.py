@@ -68,6 +68,18 @@ class StateSpace(Protocol):
     def D(self) -> NDArray[Any]: ...
 
 
+def without_idle_states(law: Law) -> Law:
+    """Return a law without the states that no input moves or no output sees, by the zeros of its matrices.
+
+    For a law with selected inputs and outputs: those of a loop that has nothing to do with them are left out exactly.
+    """
+    A, moved, seen = law.A != 0.0, np.any(law.B != 0.0, axis=1), np.any(law.C != 0.0, axis=0)
+    for _ in range(len(A)):
+        moved, seen = moved | (A @ moved), seen | (seen @ A)
+    used = np.flatnonzero(moved & seen)
+    return Law(law.A[np.ix_(used, used)], law.B[used], law.C[:, used], law.D, law.sample_time)
+
+
 def frequency_response(law: StateSpace, s: complex | Complex) -> Complex:
     """Return C (s - A)^-1 B + D at a point s, or at points along the first axis; z in place of s for a sampled law."""
     points = np.asarray(s)[..., np.newaxis, np.newaxis]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from amb_actuator.interface import DYNAMIC, NONLINEAR, axes_of
 from amb_actuator.records import AXIS
@@ -27,6 +28,8 @@ def rotor_component(
     name: str, layout: Mapping[str, Any], constants: Array, parameters: Parameters, Omega: float
 ) -> LinearComponent:
     """Return displacements (m) over forces (N) and accelerations of the base (m/s^2) of a rotor without contact.
+
+    Along the shaft of a rotor with a thrust disc, m z'' = f_z + f_process.
 
     q'' = M^-1 (f + B_base a) - (M^-1 (K + K_b) - Omega M^-1 R J) q - (M^-1 (C + R + C_b) + Omega M^-1 G) q'
 
@@ -66,6 +69,14 @@ def rotor_component(
         np.hstack([C_q, np.zeros_like(C_q)]),
         np.zeros((len(C_q), B.shape[1])),
     )
+    if layout.get("thrust"):
+        thrust = layout["thrust"]
+        inputs += [f"{thrust}.f_z", f"{thrust}.f_process"]
+        outputs += [f"{thrust}.z", f"{thrust}.speed"]
+        force = np.full((1, 2), 1.0 / s.mass)
+        along = np.array([[0.0, 1.0], [0.0, 0.0]]), np.vstack([np.zeros((1, 2)), force]), np.eye(2), np.zeros((2, 2))
+        across = law.A, law.B, law.C, law.D
+        law = Law(*(block_diag(of_rotor, of_axis) for of_rotor, of_axis in zip(across, along, strict=True)))
     return _unique(law, name, inputs, outputs, NEGLECTED)
 
 
@@ -103,7 +114,7 @@ def actuator_component(
     point
         Operating point: displacements and currents by the names of the inputs, 0 by default.
     """
-    axes, at = axes_of(layout["bearings"]), point or {}
+    axes, at = axes_of(layout["bearings"], layout.get("thrust", "")), point or {}
     dynamic = parameters["amplifier"] == DYNAMIC
     n = len(axes)
     k_s, k_i, gain, omega = np.zeros((4, n))

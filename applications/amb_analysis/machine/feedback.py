@@ -101,11 +101,13 @@ def component_responses(
         H[:, first[0] : last[0], first[1] : last[1]] = harmonic_response(part.law, omegas, part.law.sample_time)
         first = last
     E = np.zeros((len(omegas), len(inputs), len(available_outputs)), dtype=np.complex128)
+    disc = machine.rotor.thrust_disc
+    along_shaft = [] if disc is None else [f"{PLANT}.{disc.name}.{name}" for name in ("z", "speed")]
     read: dict[str, int] = {}
     for target, source in feeds.items():
         if target in at_input and source in at_output:
             E[:, at_input[target], at_output[source]] = _link(owner[source], owner[target], omegas)
-        elif target in at_input and source.startswith(f"{PLANT}."):
+        elif target in at_input and source.startswith(f"{PLANT}.") and source not in along_shaft:
             node, axis = machine.signals[source.removeprefix(f"{PLANT}.")]
             read[target] = 2 * (node - 1) + axis
     rows = sorted(set(read.values()))
@@ -133,11 +135,11 @@ def lateness(linear_source: LinearSource, outputs: Sequence[str]) -> Array:
 
 
 def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]:
-    """Return the outputs that are forces on the bearings, and their rows among x and y of all nodes."""
+    """Return the outputs that are lateral forces on the bearings, and their rows among x and y of all nodes."""
     result = {}
     for target, source in linear_source.feeds(linear_source.names).items():
-        if target.startswith(f"{PLANT}.") and ".f_" in target:
-            bearing, _, axis = target.removeprefix(f"{PLANT}.").rpartition(".f_")
+        bearing, _, axis = target.removeprefix(f"{PLANT}.").rpartition(".f_")
+        if target.startswith(f"{PLANT}.") and axis in AXES and bearing in machine.bearings:
             result[source] = 2 * (machine.bearings[bearing] - 1) + AXES.index(axis)
     return result
 

@@ -22,7 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 
-from amb_analysis.linear.components import LinearComponent, connected, harmonic_response, loop_of, within
+from amb_analysis.linear.components import (
+    LinearComponent,
+    connected,
+    harmonic_response,
+    loop_of,
+    within,
+    without_idle_states,
+)
 from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.linearise import in_order
 from amb_analysis.linear.rotor_and_magnets import rotor_component
@@ -139,8 +146,9 @@ def with_contact_forces(part: LinearComponent, layout: Mapping[str, Any], consta
     s = structure_of(constants)
     n = len(s.K)
     rows = [int(row) + k for row in s.sites for k in (0, 1)]
-    force = np.vstack([np.zeros((n, len(rows))), s.Minv[:, rows]])
     law = part.law
+    force = np.zeros((len(law.A), len(rows)))  # states along the shaft follow those across it
+    force[n : 2 * n] = s.Minv[:, rows]
     B, D = np.hstack([law.B, force]), np.hstack([law.D, np.zeros((len(law.D), len(rows)))])
     inputs = (*part.inputs, *flat([contact_pair(site["name"]) for site in layout["sites"]]))
     return LinearComponent(Law(law.A, B, law.C, D), inputs, part.outputs, notes=part.notes)
@@ -200,7 +208,8 @@ def mixing(source: LinearSource, Omega: float, sites: Sequence[str]) -> float:
 
 
 def _forward(law: Law) -> ComplexLaw:
-    """Return the forward part (1) of a law whose states, inputs and outputs alternate between x and y."""
+    """Return the forward part (1) of a law whose inputs, outputs and states with them alternate between x and y."""
+    law = without_idle_states(law)
     return ComplexLaw(*(_split(matrix)[0] for matrix in (law.A, law.B, law.C, law.D)))
 
 

@@ -301,7 +301,7 @@ def upright(subject: Subject) -> str:
     """Return why a landing of an upright machine is not that of the machine; empty if gravity acts across the shaft."""
     if subject.parameters[PLANT]["gravity"] or not subject.file.axial_gravity:
         return ""
-    return "gravity acts along the shaft alone, and the co-simulation has no axial axis"
+    return "gravity acts along the shaft alone, and there are no axial retainers in co-simulation"
 
 
 def has_no_gravity(subject: Subject) -> bool:

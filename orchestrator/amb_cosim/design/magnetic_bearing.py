@@ -42,7 +42,7 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
     Parameters
     ----------
     bearing, axis
-        Name of the bearing (`mb1` and `mb2` have measured constants), and `x` or `y`.
+        Name of the bearing (`mb1` and `mb2` have measured constants), and `x` or `y`, or `z` of a thrust magnet.
     changes
         Values by name without bearing and axis, `bias_current=4.3`.
 
@@ -51,8 +51,9 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
     ValueError
         If there is no such axis or parameter, a value is outside its range, or the coils cannot carry the bias.
     """
-    if (bearing, axis) not in axes_of([bearing]):
-        raise ValueError(f"no axis {bearing}.{axis}; there are {', '.join(f'{b}.{a}' for b, a in axes_of([bearing]))}")
+    axes = [a for _, a in axes_of([bearing], bearing)]
+    if axis not in axes:
+        raise ValueError(f"no axis {bearing}.{axis}; there are {', '.join(f'{bearing}.{a}' for a in axes)}")
     variables = _variables_of(bearing, axis)
     for name, value in changes.items():
         if name not in variables:
@@ -72,7 +73,7 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
 @lru_cache(maxsize=64)
 def _variables_of(bearing: str, axis: str) -> dict[str, Variable]:
     """Return the parameters of an axis by their names without bearing and axis; do not modify them."""
-    table = interface_of([bearing])
+    table = interface_of([bearing], bearing)
     return {name: table[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
 
 

@@ -45,8 +45,10 @@ def control_loop(rotor: Rotor | None = None) -> ControlLoop:
 def actuator(rotor: Rotor | None = None) -> tuple[Model, Array]:
     """Return the actuator of a rotor, by default the packs', and its constants; raises errors of
     `actuator.model_for`."""
-    names = tuple(bearing.name for bearing in (rotor or load_rotor()).bearings)
-    return amb_actuator.model_for(names), np.array([len(names)], dtype=np.float64)
+    rotor = rotor or load_rotor()
+    names = tuple(bearing.name for bearing in rotor.bearings)
+    thrust = rotor.thrust_disc.name if rotor.thrust_disc is not None else ""
+    return amb_actuator.model_for(names, thrust), amb_actuator.sizes_of(names, thrust)
 
 
 def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None) -> tuple[Model, Array]:

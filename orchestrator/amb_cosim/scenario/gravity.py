@@ -8,7 +8,8 @@ The coil pair of an axis that carries no weight has the bias current I_b, the ot
     weight towards -x:  I_upper = I_b + I_s,  I_lower = I_b
     weight towards +x:  I_upper = I_b,        I_lower = I_b + I_s                                 (1)
 
-so that a machine turned by 180 degrees has the same magnets. In the second case the actuator's parameters are a bias
+so that a machine turned by 180 degrees has the same magnets. Of a tilted shaft with a thrust disc, the magnets of that
+carry the share along the shaft, and the bearings the rest. In the second case the actuator's parameters are a bias
 current I_b + I_s and a static current -I_s.
 """
 
@@ -101,11 +102,17 @@ def _carry_weight(missing: MissingParameters, source: RotorSource) -> None:
         for name in (bearing.name for bearing in rotor.bearings)
         if not any(values.system.source_of(f"{PLANT}.{name}.f_{axis}") for axis in "xy")
     )
+    tilt = 0.0
+    if rotor.thrust_disc is not None:
+        thrust = rotor.thrust_disc.name
+        tilt = values.parameter(f"{PLANT}.{thrust}.tilt")
+        if values.system.source_of(f"{PLANT}.{thrust}.f_z"):
+            _carry(missing, thrust, "z", rotor.mass * size * math.sin(tilt))
     with one_blas_thread():
         carried = _carried(rotor, passive, values.inputs[SPEED] if rotor.seals else 0.0)
     upwards = np.array([-math.cos(angle), -math.sin(angle)])
     for bearing, mass in carried.items():
-        load = 0.0 * upwards if bearing in dict(passive) else size * mass @ upwards
+        load = 0.0 * upwards if bearing in dict(passive) else size * math.cos(tilt) * mass @ upwards
         for axis, of_axis in zip("xy", load.tolist(), strict=True):
             _carry(missing, bearing, axis, of_axis)
 

@@ -23,7 +23,7 @@ def test_parameters_are_those_of_the_table_with_changes():
 @pytest.mark.parametrize(
     ("refused", "facts"),
     [
-        (lambda: axis_parameters("mb1", "z"), ("mb1.z", "mb1.x, mb1.y")),
+        (lambda: axis_parameters("mb1", "w"), ("mb1.w", "mb1.x, mb1.y, mb1.z")),
         (lambda: axis_parameters(winding=1), ("'winding'", "turns, pole_area, gap")),
         (lambda: axis_parameters(turns=-158), ("mb1.turns_x", "-158", ">= 1")),
         (lambda: axis_parameters(gap=math.nan), ("mb1.gap_x", "nan m")),

@@ -150,4 +150,4 @@ def _notes(subject: Subject, bearing: ThrustBearing, weight: float) -> tuple[str
         f"Against tilt the disc has a moment stiffness of {-bearing.moment_stiffness():.4g} N m/rad; if negative, it "
         "tilts the disc further. The lateral analyses do not contain it."
     )
-    return (first, iron, tilt, "The axial axis does not act in the co-simulation: no landing on axial retainers.")
+    return (first, iron, tilt, "There is no landing on axial retainers in co-simulation.")

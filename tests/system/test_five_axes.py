@@ -1,0 +1,67 @@
+"""An upright pump on five axes: its thrust magnet carries the weight, and holds the rotor against a process force."""
+
+from functools import cache
+from pathlib import Path
+
+import control
+import numpy as np
+import pytest
+
+import amb_cosim
+from amb_cosim.scenario.scenario import load_scenario
+from rotor_analysis.rotor_file import load_rotor
+
+PUMP = Path(__file__).parent / "upright_pump"
+WEIGHT = 9.81 * load_rotor(PUMP / "rotor.toml").mass  # N
+PUSH = 2.0  # N, of the process
+PUSHED = {"label": "push", "time": 0.02, "set": {"rotor_contact": {"thrust.f_process": PUSH}}}
+STEP = 50e-6  # s
+
+
+@cache
+def signals_of(tilt):
+    """Signals of a run of 0.2 s at a tilt (degrees), with the push from 20 ms on."""
+    scenario = load_scenario(str(PUMP / "levitation.toml")).changed(event=[PUSHED])
+    result = amb_cosim.run(scenario, set={"rotor_contact.thrust.tilt": f"{tilt} deg"}, progress=False)
+    assert result.outcome.failure is None, result.outcome.failure
+    return {name: result.dataset[name].values for name in result.dataset.data_vars}
+
+
+def before_push(tilt, name):
+    return signals_of(tilt)[name][round(0.01 / STEP)]
+
+
+@pytest.mark.parametrize("tilt", [90, -90, 30])
+def test_the_thrust_magnet_carries_the_weight_along_the_shaft(tilt):
+    assert before_push(tilt, "amb_actuator.thrust.f_z") == pytest.approx(WEIGHT * np.sin(np.radians(tilt)), rel=1e-6)
+    assert abs(before_push(tilt, "rotor_contact.thrust.z")) < 1e-9
+
+
+@pytest.mark.parametrize("tilt", [90, 30])
+def test_the_bearings_carry_the_weight_across_the_shaft(tilt):
+    """It pulls along both axes alike. The whirl of the unbalance has no mean over some turns."""
+    turns = slice(round(0.01 / STEP), round(0.02 / STEP))
+    for axis in "xy":
+        forces = sum(signals_of(tilt)[f"amb_actuator.{bearing}.f_{axis}"] for bearing in ("lower", "upper"))
+        expected = WEIGHT * np.cos(np.radians(tilt)) / np.sqrt(2.0)
+        assert forces[turns].mean() == pytest.approx(expected, abs=0.01 * WEIGHT)
+
+
+def test_the_controller_pulls_against_the_push_until_the_rotor_is_back():
+    signals = signals_of(90)
+    z = signals["rotor_contact.thrust.z"]
+    assert z[round(0.021 / STEP)] > 1e-7
+    assert abs(z[-1]) < 0.05 * np.max(z)
+    assert signals["rolac_controller.thrust.i_z"][-1] < 0.0
+    assert signals["amb_actuator.thrust.f_z"][-1] == pytest.approx(WEIGHT - PUSH, rel=1e-3)
+
+
+def test_the_linear_model_moves_along_the_shaft_as_the_machine_does():
+    scenario = load_scenario(str(PUMP / "levitation.toml"))
+    inputs, outputs = ["rotor_contact.thrust.f_process"], ["rotor_contact.thrust.z"]
+    loop = amb_cosim.linearise(scenario, inputs=inputs, outputs=outputs)
+    first = round(0.02 / STEP)
+    z = signals_of(90)["rotor_contact.thrust.z"][first : first + 400]
+    times = np.arange(len(z)) * STEP
+    expected = control.forced_response(loop, times, np.full(len(z), PUSH)).outputs
+    assert np.max(np.abs(z - expected)) < 0.02 * np.max(np.abs(expected))
