@@ -68,7 +68,7 @@ def test_scenario_with_mistakes(campaign):
         changed = changed_toml(chance.choice(texts), chance) if chance else texts[0].encode()
         return ["run", "mine.toml", "--until", "0.002", "--no-plots"], shared | {"mine.toml": changed}
 
-    campaign(case)
+    campaign(case, lasting=True)
 
 
 def test_system_with_mistakes(campaign):
@@ -79,7 +79,7 @@ def test_system_with_mistakes(campaign):
         changed = changed_toml(chance.choice(texts), chance) if chance else texts[0].encode()
         return ["simulate", "mine.toml"], {"mine.toml": changed}
 
-    campaign(case)
+    campaign(case, lasting=True)
 
 
 def test_rotor_file_with_mistakes(campaign):
@@ -118,7 +118,7 @@ def test_receptance_table_with_mistakes(campaign, prepared):
 def test_ssp_archive_with_mistakes(campaign, prepared):
     data = (prepared / "rig.ssp").read_bytes()
     command = ["run", "rig.ssp", "--until", "0.002"]
-    campaign(lambda chance: (command, {"rig.ssp": changed_archive(data, chance) if chance else data}))
+    campaign(lambda chance: (command, {"rig.ssp": changed_archive(data, chance) if chance else data}), lasting=True)
 
 
 @many
@@ -130,7 +130,7 @@ def test_fmu_archive_with_mistakes(campaign, prepared, fmi):
         changed = changed_archive(data, chance) if chance else data
         return ["simulate", "mine.toml"], {"mine.toml": ONE_FMU.encode(), "one.fmu": changed}
 
-    campaign(case)
+    campaign(case, lasting=True)
 
 
 @many
@@ -138,4 +138,4 @@ def test_any_command_line(campaign, prepared):
     from amb_cosim.commands.cli import main
 
     files = {name: (prepared / name).read_bytes() for name in ("h.toml", "rig.ssp")} | {"mine.toml": ONE_FMU.encode()}
-    campaign(lambda chance: (command_line(main, chance) if chance else ["list"], files))
+    campaign(lambda chance: (command_line(main, chance) if chance else ["list"], files), lasting=True)

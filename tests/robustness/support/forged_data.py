@@ -10,11 +10,18 @@ from typing import Any
 
 import h5py
 import numpy as np
-from mutations import _places, _value, changed_bytes
+from mutations import _places, _value, changed_bytes, changed_text
 
 from amb_cosim.cosim.run.checkpoint import _checksum
 
 CHECKSUM = 4  # bytes at the end of a result; a file without them is read, too
+NESTED = "a value nested deep"  # stands for it, because Python writes no JSON that is nested this deep
+DEPTHS = (100, 800, 50_000)  # two that its reader follows, and one that it refuses
+
+
+def nested(depth: int) -> str:
+    """JSON of lists in lists."""
+    return "[" * depth + "]" * depth
 
 
 def changed_array(values: Any, chance: random.Random) -> Any:
@@ -39,20 +46,21 @@ def changed_array(values: Any, chance: random.Random) -> Any:
 
 
 def changed_json(text: str, chance: random.Random) -> str:
-    """JSON with a value replaced, taken away or nested deep."""
+    """JSON with a value replaced, taken away or nested deep; text that Python cannot read is changed as a text."""
     try:
         data = json.loads(text)
-    except ValueError:
-        return text
-    places = list(_places(data))
-    if not places or chance.random() < 0.1:
-        return chance.choice(("", "null", "[]", "{}", "3", '"x"', "[" * 50_000 + "]" * 50_000))
-    container, key = chance.choice(places)
-    if chance.random() < 0.3:
-        del container[key]
-    else:
-        container[key] = _value(chance)
-    return json.dumps(data)
+        places = list(_places(data))
+        if not places or chance.random() < 0.1:
+            return chance.choice(("", "null", "[]", "{}", "3", '"x"', *map(nested, DEPTHS)))
+        container, key = chance.choice(places)
+        if chance.random() < 0.3:
+            del container[key]
+        else:
+            container[key] = NESTED if chance.random() < 0.1 else _value(chance)
+        text = json.dumps(data)
+    except (ValueError, RecursionError):
+        return changed_text(text, chance)
+    return text.replace(json.dumps(NESTED), nested(chance.choice(DEPTHS)))
 
 
 def _changed_attribute(owner: Any, chance: random.Random) -> None:

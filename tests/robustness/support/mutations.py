@@ -55,11 +55,14 @@ def changed_text(text: str, chance: random.Random) -> str:
 
 
 def _places(value: Any) -> Iterator[tuple[Any, Any]]:
-    """Every container with each of its keys or positions."""
-    entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, inner in entries:
-        yield value, key
-        yield from _places(inner)
+    """Every container with each of its keys or positions, however deep."""
+    rest = [value]
+    while rest:
+        inner = rest.pop()
+        entries = inner.items() if isinstance(inner, dict) else enumerate(inner) if isinstance(inner, list) else ()
+        for key, part in entries:
+            yield inner, key
+            rest.append(part)
 
 
 def _value(chance: random.Random) -> Any:
