@@ -189,6 +189,7 @@ def test_a_changed_fmu_is_named_by_its_file(fmu_from_c, tmp_path):
         {"table": np.zeros((2, 1))},
         {"table": np.zeros((3, 2))},
         {"scales": np.zeros((2, 2))},
+        *({name: np.array(0.0)} for name in ("scales", "points", "table", "steps")),
         {"past": []},
         {"since": {"stop": "now"}},
         {"warnings": {"a": [1]}},

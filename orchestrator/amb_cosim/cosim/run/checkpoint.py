@@ -192,7 +192,7 @@ class Checkpoint:
         points = arrays["points"].astype(np.intp, casting="same_kind")
         n, shape = len(points), np.shape(arrays["steps"])
         sizes = {"table": (n, len(head.recorded)), "steps": (shape[0], len(head.recorded_each)), "points": (n,)}
-        sizes |= {"signals": (len(head.names),), "scales": np.shape(arrays["scales"])[:1]}
+        sizes |= {"signals": (len(head.names),), "scales": (np.size(arrays["scales"]),)}
         for name, size in sizes.items():
             if arrays[name].shape != size or arrays[name].dtype.kind not in "fi":
                 raise ValueError(name)
