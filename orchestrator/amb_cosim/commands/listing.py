@@ -92,7 +92,7 @@ def _entries() -> Iterator[ListedItem]:
         click.echo(f"warning: {sentence}", err=True)
     outcomes = {name: text for listing in applications for name, text in listing.outcomes().items()}
     for name in packaged_scenarios():
-        if (read := readable(files[name], load_scenario, name)) is not None:
+        if (read := readable(files[name], load_scenario, name, files)) is not None:
             outcome = outcomes.get(name, "")
             description = with_speeds_in(read.description, speed_unit())
             yield ListedItem(name, files[name], read.theme or OTHERS, description, outcome, read.source)
@@ -108,7 +108,7 @@ def _descriptions() -> dict[str, str]:
     return {pack: content.description for pack, content in contents.items() if content is not None}
 
 
-def readable(file: Path, read: Callable[..., T], *arguments: str | Path) -> T | None:
+def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None:
     """Return what a function reads from a file of a pack, or None with a warning if that is invalid."""
     from amb_files.packs import pack_of
 
