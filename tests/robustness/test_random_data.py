@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from commands import many
 from forged_data import changed_checkpoint, changed_result
+from forged_packs import forged_pack
 from mutations import changed_text, changed_toml
 
 from amb_files.packs import files_of, packs
@@ -74,6 +75,7 @@ HELP, LIST, OTHERS, ITS_OWN = (
     ["run", "fig4_9", "--until", "0.001", "--no-plots"],
     ["run", "mine", "--until", "0.001", "--no-plots"],
 )
+FACTS = "other-1.0.dist-info/"
 POINTS = "[amb_cosim.packs]\nother = other_pack\n"
 
 
@@ -86,18 +88,22 @@ def installed() -> None:
         cached.cache_clear()
 
 
+def pack_files() -> dict[str, str]:
+    """An installed pack with a scenario."""
+    return {
+        FACTS + "METADATA": "Metadata-Version: 2.1\nName: other\nVersion: 1.0\n",
+        FACTS + "entry_points.txt": POINTS,
+        "other_pack/__init__.py": "",
+        "other_pack/pack.toml": (packs()["rotor_literature"] / "pack.toml").read_text(encoding="utf-8"),
+        "other_pack/scenarios/mine.toml": files_of("scenarios")["drop"].read_text(encoding="utf-8"),
+        "other_pack/commands.py": "COMMANDS = ()\n",
+    }
+
+
 @many
 def test_pack_with_mistakes(campaign):
     """A pack that is broken does not stop what does not use it."""
-    scenario = files_of("scenarios")["drop"]
-    files = {
-        "other-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: other\nVersion: 1.0\n",
-        "other-1.0.dist-info/entry_points.txt": POINTS,
-        "other_pack/__init__.py": "",
-        "other_pack/pack.toml": (packs()["rotor_literature"] / "pack.toml").read_text(encoding="utf-8"),
-        "other_pack/scenarios/mine.toml": scenario.read_text(encoding="utf-8"),
-        "other_pack/commands.py": "COMMANDS = ()\n",
-    }
+    files = pack_files()
 
     def case(chance):
         content = {name: text.encode() for name, text in files.items()}
@@ -106,6 +112,18 @@ def test_pack_with_mistakes(campaign):
             change = changed_toml if name.endswith(".toml") else changed_text
             changed = change(files[name], chance)
             content[name] = changed if isinstance(changed, bytes) else changed.encode("utf-8", "surrogatepass")
+        return chance.choice((HELP, LIST, OTHERS, ITS_OWN)) if chance else ITS_OWN, content
+
+    campaign(case, before=installed, must_work=(HELP, LIST, OTHERS))
+
+
+@many
+def test_forged_pack(campaign):
+    """Neither does one with absurd names, entry points, links, devices or sizes."""
+    whole = {name: text.encode() for name, text in pack_files().items()}
+
+    def case(chance):
+        content = forged_pack(whole, chance) if chance else whole
         return chance.choice((HELP, LIST, OTHERS, ITS_OWN)) if chance else ITS_OWN, content
 
     campaign(case, before=installed, must_work=(HELP, LIST, OTHERS))

@@ -65,6 +65,9 @@ class Ended:
         return None
 
 
+Content = bytes | Callable[[Path], object]  # of a file: its bytes, or what makes it at a path
+
+
 def many(test: Callable[..., None]) -> Any:
     """Mark a test that runs with many cases alone, and not in every test run."""
     return pytest.mark.slow(pytest.mark.parametrize("n_cases", [MANY], indirect=True, ids=["many"])(test))
@@ -73,7 +76,7 @@ def many(test: Callable[..., None]) -> Any:
 def run(
     arguments: Sequence[str],
     folder: Path,
-    files: Mapping[str, bytes],
+    files: Mapping[str, Content],
     time_limit: int = TIME,
     before: Callable[[], None] | None = None,
 ) -> Ended:
@@ -84,7 +87,10 @@ def run(
     folder.mkdir()
     for name, content in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_bytes(content)
+        if isinstance(content, bytes):
+            (folder / name).write_bytes(content)
+        else:
+            content(folder / name)
     output, errors = folder.with_suffix(".out"), folder.with_suffix(".err")
     number = os.fork()
     if number == 0:
@@ -124,9 +130,15 @@ def run(
     seconds = used.ru_utime + used.ru_stime
     written = sorted(str(p.relative_to(folder)) for p in folder.rglob("*") if p.is_file())
     texts = [path.read_text(encoding="utf-8", errors="replace") if path.is_file() else "" for path in (output, errors)]
-    new = tuple(name for name in written if name not in files or (folder / name).read_bytes() != files[name])
-    code, stopped = os.waitstatus_to_exitcode(status), stopped or seconds >= time_limit
+    same = {name for name, content in files.items() if callable(content) or _is(folder / name, content)}
+    new = tuple(name for name in written if name not in same)
+    code = os.waitstatus_to_exitcode(status)
+    stopped = stopped or code == 128 + signal.SIGTERM or seconds >= time_limit
     return Ended(code, stopped, seconds, 1024.0 * used.ru_maxrss, texts[0], texts[1], new)
+
+
+def _is(path: Path, content: bytes) -> bool:
+    return path.is_file() and path.read_bytes() == content
 
 
 def _stop(number: int, _: object) -> None:
