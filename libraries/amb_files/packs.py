@@ -138,10 +138,11 @@ def files_of(kind: str, **general: Path) -> PackFiles:
 
 
 @cache
-def modules_of(name: str) -> dict[str, ModuleType]:
+def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
     """Import the module `name` of each application and pack that has it; return the modules by application or pack.
 
-    Applications come first. A module that cannot be imported is skipped with a warning.
+    Applications come first. A module that cannot be imported, or lacks one of the `needed` names because it has another
+    purpose, is skipped with a warning.
     """
     homes = {package: (f"application {package!r}", package, folder) for package, folder in applications().items()}
     homes |= {pack: (f"pack {pack!r}", folder.name, folder) for pack, folder in packs().items()}
@@ -149,7 +150,10 @@ def modules_of(name: str) -> dict[str, ModuleType]:
     for home, (what, package, folder) in homes.items():
         if (folder / f"{name}.py").is_file() or (folder / name / "__init__.py").is_file():
             try:
-                result[home] = import_module(f"{package}.{name}")
+                module = import_module(f"{package}.{name}")
+                if missing := [each for each in needed if not hasattr(module, each)]:
+                    raise ImportError(f"cannot import name {missing[0]!r}")
+                result[home] = module
             except (Exception, SystemExit) as error:  # whatever its code raises
                 why = f"{type(error).__name__}: {error}"
                 print(f"warning: {what} has no {name}, because the import fails: {why!r}", file=sys.stderr)

@@ -72,3 +72,19 @@ def test_unreadable_entry_points_are_refused_with_their_distribution(site, line,
     warned = command(site, line, code=2)[1]
     assert_names(warned, "entry_points.txt", "broken", reason)
     assert "Traceback" not in warned
+
+
+@pytest.mark.parametrize(
+    ("line", "package", "module"),
+    [("list", "amb_cosim.commands", "listing"), ("list", "broken", "listing"), ("study --help", "broken", "studies")],
+)
+@pytest.mark.parametrize("group", ["packs", "applications"])
+def test_a_module_of_another_purpose_is_skipped_naming_its_pack(site, group, line, package, module):
+    """The package of an entry point has a module of that name, but not the names that the command needs in it."""
+    (site / "broken" / f"{module}.py").touch()
+    text = f"[amb_cosim.{group}]\nbroken = {package}\n"
+    (site / "broken-1.0.dist-info" / "entry_points.txt").write_text(text, encoding="utf-8")
+    printed, warned = command(site, line)
+    assert "fig4_9" in printed or "campbell" in printed
+    warning = next(text for text in warned.splitlines() if module in text)
+    assert_names(warning, "import", "broken" if group == "packs" else package)

@@ -130,7 +130,7 @@ def _all_studies() -> dict[str, Study]:
     from amb_files.packs import modules_of
 
     studies = dict(_GENERAL)
-    for package, module in modules_of("studies").items():
+    for package, module in modules_of("studies", "STUDIES").items():
         if duplicates := sorted(studies.keys() & module.STUDIES):
             raise ValueError(f"{package} must rename its study {duplicates[0]!r}: the name is in use")
         studies |= {name: study.of(module.__name__) for name, study in module.STUDIES.items()}

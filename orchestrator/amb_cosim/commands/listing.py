@@ -87,8 +87,7 @@ def _entries() -> Iterator[ListedItem]:
     from amb_cosim.scenario.scenario import load_scenario
     from amb_files.packs import files_of, modules_of
 
-    files = files_of("scenarios")
-    applications = [module for module in modules_of("listing").values() if hasattr(module, "outcomes")]  # not of others
+    applications, files = modules_of("listing", "entries", "outcomes").values(), files_of("scenarios")
     for sentence in files.clashes.values():
         click.echo(f"warning: {sentence}", err=True)
     outcomes = {name: text for listing in applications for name, text in listing.outcomes().items()}
