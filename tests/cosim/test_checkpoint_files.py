@@ -189,6 +189,7 @@ def test_a_changed_fmu_is_named_by_its_file(fmu_from_c, tmp_path):
         {"table": np.zeros((2, 1))},
         {"table": np.zeros((3, 2))},
         {"scales": np.zeros((2, 2))},
+        *({"scales": np.array([1.0, value])} for value in (np.nan, np.inf)),
         *({name: np.array(0.0)} for name in ("scales", "points", "table", "steps")),
         {"past": []},
         {"since": {"stop": "now"}},
@@ -210,15 +211,21 @@ def test_signed_checkpoints_of_another_form_are_refused(tmp_path, changed):
         ({"step_size": 0.2}, ("0.2 s", "0.1 s")),
         ({"states": {}}, ("states", "motor")),
         ({"warnings": {}}, ("warnings", "motor")),
+        ({"signals": {}}, ("no value", "motor.y")),
+        ({"scales": np.ones(3)}, ("scales of 3", "all 1")),
+        ({"steps": np.zeros((3, 1)), "recorded_each": ("motor.y",)}, ("another record", "all points")),
+        ({"points": ()}, ("another record", "all points")),
     ],
 )
 def test_a_run_refuses_a_checkpoint_that_contradicts_it(fmu_from_c, tmp_path, changed, facts):
-    system = '[[component]]\nname = "motor"\nfmu = "Informed2.fmu"\n[experiment]\ncommunication_step = "0.1 s"\n'
+    parts = "".join(f'[[component]]\nname = "{name}"\nfmu = "Informed2.fmu"\n' for name in ("motor", "pump"))
+    joint = '[[connect]]\nfrom = "motor"\nto = "pump"\nvariables = { y = "u" }\n'
+    system = f'coupling = "iterative"\n{parts}{joint}[experiment]\ncommunication_step = "0.1 s"\n'
     (tmp_path / "system.toml").write_text(f'{system}stop_time = "1 s"\n', encoding="utf-8")
     informed_fmu(fmu_from_c, tmp_path, 2, "")
     run = partial(amb_cosim.simulate, tmp_path / "system.toml", isolated=False)
     state = run(save_at=["0.5 s"]).checkpoint("0.5 s")
-    if "point" in changed:
+    if {"point", "points"} & changed.keys():
         changed = {**changed, "points": state.points[:0], "table": state.table[:0]}
     file = replace(state, **changed).save(tmp_path / "state.npz")
     with raises_naming(ValueError, *facts):

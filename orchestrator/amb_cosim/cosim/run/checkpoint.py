@@ -198,6 +198,8 @@ class Checkpoint:
                 raise ValueError(name)
         if (np.diff(points) <= 0).any() or points.max(initial=head.point) > head.point:
             raise ValueError("points")
+        if not np.isfinite(arrays["scales"]).all():  # infinite ones would switch the iteration off
+            raise ValueError("scales")
         return cls(
             **{name: value for name, value in head if name not in OF_FILE},
             signals=dict(zip(head.names, arrays["signals"].tolist(), strict=True)),

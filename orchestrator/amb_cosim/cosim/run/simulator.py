@@ -247,7 +247,7 @@ class Simulator:
         if not start.is_held:
             past = state_fingerprint(self.assembly, self._plan, start.point)
             start.check_past(past, self.assembly.sources)
-            _check_parts(start, plan, [component.name for component in self.components])
+            _check_parts(start, plan, self.master)
         if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
             self.initialise()
         for component in self.components:
@@ -255,7 +255,8 @@ class Simulator:
         for name, value in start.signals.items():
             if name in self._at:
                 self.master.values[self._at[name]] = value
-        self.master.scales = start.scales
+        if self.master.coupling == "iterative":  # without it they are zero, and new events may set more inputs
+            self.master.scales = start.scales
         for k, condition in enumerate(plan.stops):
             self._stops.conditions.since[k] = start.since.get(name_of(condition), condition.first)
         steps = _columns(start.recorded_each, start.steps, plan.recorded_each, plan)
@@ -278,7 +279,7 @@ def _columns(recorded: Sequence[str], table: Array, names: Sequence[str], plan: 
     return record
 
 
-def _check_parts(start: Checkpoint, plan: Plan, components: Sequence[str]) -> None:
+def _check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> None:
     """Raise ValueError if parts of a checkpoint contradict the run that its past describes."""
     if (start.step_size, start.start_time) != (plan.step_size, plan.start_time):
         raise ValueError(
@@ -286,8 +287,18 @@ def _check_parts(start: Checkpoint, plan: Plan, components: Sequence[str]) -> No
             f"{plan.step_size:g} s from {plan.start_time:g} s"
         )
     for part, names in (("states", start.states), ("warnings", start.warnings)):
-        if missing := sorted(set(components) - names.keys()):
+        if missing := sorted({component.name for component in master.components} - names.keys()):
             raise ValueError(f"the checkpoint has no {part} of {missing[0]}")
+    fed = {master.wiring.names[position] for sources in master.wiring.sources for position in sources}
+    if unknown := sorted(fed - start.signals.keys() - plan.inputs.keys()):
+        raise ValueError(f"the checkpoint has no value of {unknown[0]}")
+    due = np.arange(max(plan.record_from, plan.begin), start.point)
+    has_steps = not start.recorded_each or len(start.steps) == len(due)
+    if not has_steps or not np.array_equal(start.points, due[due % plan.record_every == 0]):
+        raise ValueError("the checkpoint has another record; it must have all points before the checkpoint")
+    n, inputs = len(start.scales), len(master.scales)
+    if n != inputs and master.coupling == "iterative":
+        raise ValueError(f"the checkpoint has scales of {n} inputs; iterative coupling requires those of all {inputs}")
 
 
 def with_simulated_settling(plan: Plan, notice: str) -> Plan:
