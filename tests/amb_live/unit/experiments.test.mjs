@@ -86,6 +86,20 @@ test("a landing counts from the moment at which no magnet pulls", () => {
   assert.match(watch.remark(at(0.5, { "catch.mode": 1 }, off(1)), late), /^It has landed, and pressed/);
 });
 
+test("a rotor that its unbalance throws out without gravity has not landed", () => {
+  const gravity = (value) => ({ ...off(1), variables: new Map([...variables, ["rotor_contact.gravity", { unit: "m/s2", start: value }]]) });
+  const told = [0, 9.81].map((value) => {
+    const touching = (time) => at(time, { "catch.mode": 1, "catch.f_n_peak": 900 }, gravity(value)), notes = newNotes(0.1);
+    const [push, trap, land] = experimentsOf(touching(0.1)), watch = land.steps[1];
+    follow(watch, notes, touching(0.15));
+    const now = touching(0.3);
+    return [watch.remark(now, notes), watch.remark(now, { ...notes, began: 0.2 }), push.steps[0].instruction(now), push.steps[2].remark(now, notes), trap.steps[0].instruction(now)];
+  });
+  for (const text of told[0]) { assert.doesNotMatch(text, /landed|lies|falls/); }
+  assert.match(told[0][0], /thrown out, and touched 50\.0 ms after/);
+  for (const text of told[1]) { assert.match(text, /landed|lies/); }
+});
+
 test("a machine without amplifiers or discs has no experiment that needs them", () => {
   const bare = at(0, {}, { rig: { ...at(0).rig, geometry: { ...geometry, discs: [] } }, variables: new Map() });
   assert.deepEqual(experimentsOf(bare), []);

@@ -33,6 +33,12 @@ import { matching, plainLaw, settingOf, valueOf } from "./session.js";
 const places = (/** @type {readonly string[]} */ names) => names.map((name) => name.toUpperCase()).join(" and ");
 const percent = (/** @type {number} */ share) => `${numberText(100 * share, 2)} %`;
 
+/**
+ * Return whether no gravity pulls the rotor down: without power, its unbalance throws it out, and it does not land.
+ * @param {Session} session
+ */
+const isWeightless = (session) => settingOf(session, "rotor_contact.gravity") === 0;
+
 /** @param {Session} session */
 function isPushed(session) {
   return session.rig.geometry.discs.some(({ name }) => ["x", "y"].some((axis) => Math.abs(valueOf(session, `rotor_contact.${name}.f_${axis}`)) > 0));
@@ -107,7 +113,7 @@ function push() {
     title: "Levitate and push", suits: false,
     steps: [
       {
-        instruction: (now) => `Run it (space). ${isOff(now) ? "No magnet has power: the rotor falls or lies on its retainers" : "Nothing touches the rotor: magnets hold it, and its unbalance moves it around its orbit"}. The circle is the clearance of a retainer.`,
+        instruction: (now) => `Run it (space). ${isOff(now) ? `No magnet has power: the rotor ${isWeightless(now) ? "drifts or rubs on" : "falls or lies on"} its retainers` : "Nothing touches the rotor: magnets hold it, and its unbalance moves it around its orbit"}. The circle is the clearance of a retainer.`,
         isMet: (session) => session.status === "playing" || session.time > 0.01, hold: 0.05,
         remark: (session, notes) => (notes.touched ? `It rotates, and touches ${places(touched(session)) || "now and then"}.` : `It rotates freely, within ${percent(notes.reach)} of the clearance.`),
       },
@@ -120,7 +126,10 @@ function push() {
         isMet: (session) => !isPushed(session), hold: 0.15,
         remark: (session, notes) => {
           const sites = touched(session);
-          if (isOff(session)) { return sites.length > 0 ? `It lies on ${places(sites)}: without power nothing lifts it.` : "It moves freely until it falls: without power nothing holds it."; }
+          if (isOff(session)) {
+            const [lies, falls] = isWeightless(session) ? ["is in contact with", "touches"] : ["lies on", "falls"];
+            return sites.length > 0 ? `It ${lies} ${places(sites)}: without power nothing lifts it.` : `It moves freely until it ${falls}: without power nothing holds it.`;
+          }
           if (sites.length > 0) { return `It stays in contact at ${places(sites)}: that is the next experiment.`; }
           return notes.touched ? `It touched with a peak force of ${quantityText(notes.force, "N")}, and is free again.` : `It came back without contact, from ${percent(notes.reach)} of the clearance. Push harder?`;
         },
@@ -138,7 +147,7 @@ function trap({ rig, variables }) {
     title: "Trap and free", suits: false,
     steps: [
       {
-        instruction: (now) => (isOff(now) ? `No magnet has power: a rotor on its retainers is landed, not trapped. Choose Controller, ${plainLaw(now)} first. ` : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
+        instruction: (now) => (isOff(now) ? `No magnet has power: ${isWeightless(now) ? "nothing centres the rotor, so contact that lasts is no trap" : "a rotor on its retainers is landed, not trapped"}. Choose Controller, ${plainLaw(now)} first. ` : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
         isMet: isTrapped, hold: 0,
         remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with a peak force of up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
       },
@@ -153,8 +162,7 @@ function trap({ rig, variables }) {
 
 /** @param {Session} session @returns {Experiment} */
 function land(session) {
-  const { rig } = session, weightless = settingOf(session, "rotor_contact.gravity") === 0;
-  const fall = weightless ? "This scenario has no gravity; add it (Gravity and drop), and switch" : "Switch";
+  const { rig } = session, fall = isWeightless(session) ? "This scenario has no gravity; add it (Gravity and drop), and switch" : "Switch";
   const coming = rig.events.find(({ variable, value }) => /\.amplifier_off_[xy]$/.test(variable) && value > 0);
   const byItself = coming === undefined ? "" : ` The scenario does so itself at ${quantityText(coming.point * rig.stepSize, "s")}.`;
   return {
@@ -165,9 +173,12 @@ function land(session) {
         isMet: isOff, hold: 0, remark: () => "No magnet pulls the rotor any more.",
       },
       {
-        instruction: () => "Watch it land.",
+        instruction: (now) => (isWeightless(now) ? "Watch it: without gravity its unbalance throws it out, and it does not land." : "Watch it land."),
         isMet: (_, notes) => notes.touched, hold: 0.1,
-        remark: (now, notes) => `${notes.touchedAt > notes.began ? `It landed ${quantityText(notes.touchedAt - notes.began, "s")} after` : "It has landed"}, and pressed with a peak force of ${quantityText(notes.force, "N")}; ${landed(now)}.`,
+        remark: (now, notes) => {
+          const [came, has] = isWeightless(now) ? ["was thrown out, and touched", "has been thrown out"] : ["landed", "has landed"];
+          return `It ${notes.touchedAt > notes.began ? `${came} ${quantityText(notes.touchedAt - notes.began, "s")} after` : has}, and pressed with a peak force of ${quantityText(notes.force, "N")}; ${landed(now)}.`;
+        },
       },
       {
         instruction: (now) => `Lift it again: Controller, ${plainLaw(now)}.`,
