@@ -168,7 +168,7 @@ def step(
     return 0
 
 
-def sizes_of(bearings: Sequence[str], thrust: str = "") -> Array:
+def constants_for(bearings: Sequence[str], thrust: str = "") -> Array:
     """Return the constants of the actuator of these bearings, and of a thrust magnet of this name."""
     return np.array([len(axes_of(bearings, thrust))], dtype=np.float64)
 
@@ -179,7 +179,7 @@ def n_state(constants: Array) -> int:
 
 
 def model_for(bearings: Sequence[str], thrust: str = "") -> Model:
-    """Return the actuator of bearings with these names; its constants are `sizes_of` the same.
+    """Return the actuator of bearings with these names; `constants_for` the same are its constants.
 
     A thrust magnet with the name `thrust` has one axis, z, along the shaft.
 

@@ -39,7 +39,7 @@ from rotor_contact.whole_steps.constant_speed import ConstantSpeed, constant_spe
 HEAD = record(
     ("theta", np.float64),  # rotor angle (rad)
     ("initial_energy", np.float64),  # kinetic and strain energy at the start (J)
-    ("n_halvings", np.float64),  # how often `events.advance` halves its substeps
+    ("n_halvings", np.float64),  # how often `substeps.advance` halves its substeps
     ("tolerance_missed", np.float64),  # whether a substep of the last step was less accurate than requested
     ("coupling", np.float64),  # energy that shaft and free spin share by unbalance (J)
     ("largest_energy", np.float64),  # of mechanical energy, heat and work so far (J)

@@ -15,5 +15,5 @@ def linear_state(constants: Array) -> LinearState:
     energy = names.index("initial_energy"), names.index("largest_energy")
     unless = "spin.free", "*.housing_mass", "*.race_inertia", "*.mode"
     axial = place_of_axial_motion(structure)
-    rows = (axial, z), (z, z + 2 * len(structure.K))
-    return LinearState(rows[1 - structure.n_thrust :], names.index("theta"), energy, unless)
+    along = ((axial, z),) if structure.n_thrust else ()
+    return LinearState((*along, (z, z + 2 * len(structure.K))), names.index("theta"), energy, unless)

@@ -31,7 +31,7 @@ from rotor_contact.contact.workspace import (
     stages_of,
     with_motion,
 )
-from rotor_contact.forces.axial_motion import axial_force, moved_along
+from rotor_contact.forces.axial_motion import move_along
 from rotor_contact.forces.dynamics import ROUNDING as UNCHANGED
 from rotor_contact.forces.dynamics import (
     add_magnetic_forces,
@@ -44,7 +44,6 @@ from rotor_contact.forces.excitation import collect_amplitudes, collect_forces
 from rotor_contact.initial_orbit import clamp_to_clearance, start_on_orbit
 from rotor_contact.layout import (
     Scratch,
-    State,
     hold_spin,
     load_sites,
     n_state,
@@ -66,7 +65,7 @@ from rotor_contact.substeps.substeps import FAULT_TOO_MANY_EVENTS, FAULT_TOO_STI
 from rotor_contact.variables.enumerations import COMPLIANT, EXACT, INTEGRATED, NO_MATRICES, NODAL, PIECES, ROLLING
 from rotor_contact.variables.interface import interface_of
 from rotor_contact.variables.planes import Planes
-from rotor_contact.variables.signals import Inputs, Parameters, inputs_of, outputs_of, parameters_of
+from rotor_contact.variables.signals import inputs_of, outputs_of, parameters_of
 from rotor_contact.variables.step_cache import is_valid, store
 
 FAULT_NO_ORBIT, FAULT_LONG_STEP, FAULT_INERTIA, FAULT_NODAL, FAULT_FAST = 3, 4, 5, 6, 7
@@ -190,10 +189,9 @@ def step(
     head.tolerance_missed = 0.0
     copy(x.z[: 2 * n + N_INTEGRALS], z)
     z[2 * n + N_INTEGRALS :] = 0.0
-    z_end = speed_end = 0.0
     for k in range(structure.n_thrust):
-        z_end, speed_end, work_along = _move_along(structure, p, u, x, k, step_size)
-        energy_integrals(z, n).work += work_along
+        along = move_along(structure.mass, p.scalars[0].gravity, p.thrust[k], u.thrust[k], x.axial[k], step_size)
+        energy_integrals(z, n).work += along
     if spin.row < 0 and abs(Omega - head.speed) > ROUNDING * abs(Omega):
         energy_integrals(z, n).work += _work_of_jump(w, Omega)
     fault = NO_MATRICES_YET
@@ -213,8 +211,6 @@ def step(
         head.has_matrices = 1.0
     store_sites(scratch.sites, x.sites, z, n)
     copy(z[: 2 * n + N_INTEGRALS], x.z)
-    for k in range(structure.n_thrust):
-        x.axial[k].z, x.axial[k].speed = z_end, speed_end
     theta, Omega = angle_and_speed_after(w, x.z, head.theta, motion.Omega, step_size)
     if is_held:
         energy_integrals(x.z, n).work += 0.5 * spin.inertia * (Omega * Omega - head.speed * head.speed)
@@ -229,18 +225,6 @@ def step(
     error = energy_error(y.scalars[0].energy, head)
     y.scalars[0].solver.energy_missed = 1.0 if error > 0.1 * solver.energy_limit else 0.0
     return FAULT_ENERGY if error > solver.energy_limit else 0
-
-
-@kernel
-def _move_along(
-    structure: Structure, p: Parameters, u: Inputs, x: State, k: int, t: float
-) -> tuple[float, float, float]:
-    """Return displacement (m) and velocity (m/s) along the shaft after a time t (s), and the work of all forces (J)."""
-    at, gradient, gravity = x.axial[k], u.thrust[k].gradient, p.scalars[0].gravity
-    force = axial_force(structure.mass, gravity, p.thrust[k], u.thrust[k], at.z)
-    z, speed = moved_along(at.z, at.speed, force / structure.mass, gradient / structure.mass, t)
-    way = z - at.z
-    return z, speed, (force + 0.5 * gradient * way) * way
 
 
 @kernel

@@ -162,13 +162,12 @@ class Rotor:
     def _misplaced(self) -> Iterator[str]:
         """Yield a sentence for each part or master at a position that does not exist."""
         nodes = self.shaft.nodes
+        allowed = f"from {nodes[0]:g} m to {nodes[-1]:g} m, on the shaft"
         for key, part in self._parts():
             if part.z is not None and self.shaft.node_at(part.z) is None and not nodes[0] < part.z < nodes[-1]:
-                allowed = f"from {nodes[0]:g} m to {nodes[-1]:g} m, on the shaft"
                 yield f"{key}.z ({part.name}) = {part.z} m is not allowed; it must be {allowed}"
         disc = self.thrust_disc
         if disc is not None and not nodes[0] <= disc.z <= nodes[-1]:
-            allowed = f"from {nodes[0]:g} m to {nodes[-1]:g} m, on the shaft"
             yield f"thrust_disc.z = {disc.z} m is not allowed; it must be {allowed}"
         numbers = [(f"{key}.node ({part.name})", part.node) for key, part in self._parts()]
         numbers += [(f"reduction.masters[{k}]", node) for k, node in enumerate(self.masters)]
@@ -179,8 +178,8 @@ class Rotor:
     def _misnamed(self) -> Iterator[str]:
         """Yield a sentence for each duplicate name of parts or signals, and for each unknown name."""
         names = [(f"{key}.name", part.name) for key, part in self._parts()]
-        if self.thrust_disc is not None:
-            names.append(("thrust_disc.name", self.thrust_disc.name))
+        if self.thrust:
+            names.append(("thrust_disc.name", self.thrust))
         signals = [(f"sensors[{k}].{axis}", getattr(s, axis)) for k, s in enumerate(self.sensors) for axis in "xy"]
         taken: set[str] = set()
         for key, name in (*names, *signals):
@@ -240,6 +239,11 @@ class Rotor:
     def discs(self) -> tuple[BodyOrDisc, ...]:
         """The bodies that are planes of unbalance and external force."""
         return tuple(body for body in self.bodies if body.unbalance)
+
+    @property
+    def thrust(self) -> str:
+        """Name of the thrust disc, empty without one."""
+        return "" if self.thrust_disc is None else self.thrust_disc.name
 
     @property
     def nodes_by_name(self) -> dict[str, int]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from amb_actuator.actuator import MAX_BEARINGS, model_for, sizes_of
+from amb_actuator.actuator import MAX_BEARINGS, constants_for, model_for
 from fmi_export.model import Fault, Instance
 from tests.support.messages import raises_naming
 
@@ -10,7 +10,7 @@ H = 250e-6
 
 
 def actuator(*bearings, thrust=""):
-    return Instance(model_for(bearings, thrust), sizes_of(bearings, thrust))
+    return Instance(model_for(bearings, thrust), constants_for(bearings, thrust))
 
 
 @pytest.mark.parametrize("count", [1, 3, 16])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from amb_actuator.actuator import MAX_BEARINGS, model_for, sizes_of
+from amb_actuator.actuator import MAX_BEARINGS, constants_for, model_for
 from amb_actuator.interface import LINEAR, NONLINEAR
 from fmi_export.model import Instance
 from thrust_bearings.disc import ThrustDisc
@@ -15,7 +15,7 @@ MAGNET |= {"current_limit": DISC.current_limit, "b_sat": 10.0}  # far from satur
 
 
 def actuator(*bearings, **changes):
-    made = Instance(model_for(bearings, "thrust"), sizes_of(bearings, "thrust"))
+    made = Instance(model_for(bearings, "thrust"), constants_for(bearings, "thrust"))
     for name, value in MAGNET.items():
         made[f"thrust.{name}_z"] = value
     for name, value in changes.items():
@@ -48,7 +48,7 @@ def test_constants_of_the_linear_law_are_those_of_the_disc():
 
 def test_the_axes_of_bearings_do_not_know_the_thrust_magnet():
     names = ("one", "other")
-    alone = Instance(model_for(names), sizes_of(names))
+    alone = Instance(model_for(names), constants_for(names))
     both = actuator(*names)
     for made in (alone, both):
         made["force_law"], made["amplifier"], made["other.x"], made["other.i_y"] = float(NONLINEAR), 1.0, 1e-4, 0.7

@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 import sampled_loop
 
+from amb_actuator.actuator import constants_for as actuator_constants_for
 from amb_actuator.actuator import model_for as actuator_for
-from amb_actuator.actuator import sizes_of as sizes_of_actuator
 from amb_analysis.linear.sampled_loop import parameters_of_loop
 from amb_cosim.design import controller_data
 from amb_cosim.design.rotor_models import control_loop
@@ -17,7 +17,7 @@ from rolac_controller.sizes import sizes_of
 
 LOOP = control_loop()
 CONTROLLER, ACTUATOR = controller_for(LOOP), actuator_for(LOOP.bearings)
-ACTUATOR_CONSTANTS = sizes_of_actuator(LOOP.bearings)
+ACTUATOR_CONSTANTS = actuator_constants_for(LOOP.bearings)
 AXES = tuple((axis.bearing, axis.direction) for axis in LOOP.axes)
 SENSOR_NAMES = LOOP.sensor_names
 SLOT_AFTER, DONE, FAILED = last_stages(len(AXES))

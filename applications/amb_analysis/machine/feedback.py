@@ -101,8 +101,7 @@ def component_responses(
         H[:, first[0] : last[0], first[1] : last[1]] = harmonic_response(part.law, omegas, part.law.sample_time)
         first = last
     E = np.zeros((len(omegas), len(inputs), len(available_outputs)), dtype=np.complex128)
-    disc = machine.rotor.thrust_disc
-    along_shaft = [] if disc is None else [f"{PLANT}.{disc.name}.{name}" for name in ("z", "speed")]
+    along_shaft = [f"{PLANT}.{machine.rotor.thrust}.{name}" for name in ("z", "speed")]
     read: dict[str, int] = {}
     for target, source in feeds.items():
         if target in at_input and source in at_output:

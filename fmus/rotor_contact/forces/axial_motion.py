@@ -28,11 +28,21 @@ SHORT = 1e-2  # of |w| t^2, below which S and C are series
 
 
 @kernel
-def axial_force(mass: float, gravity: float, parameters: np.record, inputs: np.record, z: float) -> float:
-    """Return the right side of (1) at a displacement (N); records of `AXIAL_PARAMETERS` and `AXIAL_INPUTS`."""
-    weight: float = mass * gravity * math.sin(parameters.tilt)
-    force: float = inputs.force + inputs.gradient * (z - inputs.reference) + inputs.f_process - weight
-    return force
+def move_along(
+    mass: float, gravity: float, parameters: np.record, inputs: np.record, motion: np.record, t: float
+) -> float:
+    """Move a rotor (kg) along its shaft over a time t (s); return the work of all forces (J).
+
+    `gravity` is in m/s^2; records of types `AXIAL_PARAMETERS`, `AXIAL_INPUTS` and `AXIAL`.
+    """
+    gradient: float = inputs.gradient
+    weight = mass * gravity * math.sin(parameters.tilt)
+    force = inputs.force + gradient * (motion.z - inputs.reference) + inputs.f_process - weight
+    z, speed = moved_along(motion.z, motion.speed, force / mass, gradient / mass, t)
+    way = z - motion.z
+    motion.z, motion.speed = z, speed
+    work: float = (force + 0.5 * gradient * way) * way
+    return work
 
 
 @kernel

@@ -7,7 +7,7 @@ import math
 from fmi_export.interface import Interface, interface, repeated
 from fmi_export.variables import FAULT, Array, Variable, enumerated, input_, output, parameter
 from rotor_contact.variables import start_values
-from rotor_contact.variables.axial_variables import axial_inputs, axial_outputs, axial_parameters
+from rotor_contact.variables.axis_variables import axial_inputs, axial_outputs, axial_parameters, axis_inputs
 from rotor_contact.variables.energies import energies
 from rotor_contact.variables.enumerations import IMPACT_LAW, METHOD, NEWTON
 from rotor_contact.variables.planes import ContactSite, MeasuredPlane, Planes
@@ -19,21 +19,6 @@ def _bearing_parameters(bearing: str) -> list[Variable]:
     return [
         parameter(f"{bearing}.k_b", "N/m", f"Passive bearing stiffness {at}", 0.0, tunable=True),
         parameter(f"{bearing}.c_b", "N.s/m", f"Passive bearing damping {at}", 0.0, minimum=0.0, tunable=True),
-    ]
-
-
-def _axis_inputs(bearing: str, axis: str) -> list[Variable]:
-    at = f"{bearing.upper()}, {axis} axis"
-    return [
-        input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
-        input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
-        input_(
-            f"{bearing}.{axis}_ref",
-            "m",
-            f"Displacement at which that force applies, {at}",
-            field="reference",
-            display_unit="um",
-        ),
     ]
 
 
@@ -111,7 +96,7 @@ def interface_of(planes: Planes) -> Interface:
         ),
         input_("base.a_x", "m/s2", "Acceleration of the base in x", field="base_acceleration.x"),
         input_("base.a_y", "m/s2", "Acceleration of the base in y", field="base_acceleration.y"),
-        repeated("axes", axes, _axis_inputs),
+        repeated("axes", axes, axis_inputs),
         repeated("discs", [(disc,) for disc in planes.discs], _disc_inputs),
         repeated("cores", [(bearing, f"the rotor at {bearing.upper()}") for bearing in bearings], _unbalance_inputs),
         repeated("thrust", thrust, axial_inputs),

@@ -130,7 +130,7 @@ def plant_structure(
         n_translations=2 * len(reduced.translations),
         is_damped=bool(np.any(C) or np.any(R) or rotor.seals),
         valid_to=valid_to(full, reduced) or _accurate_to(rotor),
-        n_thrust=0 if rotor.thrust_disc is None else 1,
+        n_thrust=1 if rotor.thrust else 0,
         mass=rotor.mass,
         forms=np.concatenate([M, C, R]),
         K=K,
@@ -222,7 +222,7 @@ def _planes(rotor: Rotor, sites: Sequence[Site]) -> Planes:
         ),
         sensors=tuple(MeasuredPlane(s.name, s.x, s.y) for s in rotor.sensors),
         seals=(*(s.name for s in rotor.seals), *(f"{s.name}.tilt" for s in rotor.seals if s.tilting is not None)),
-        thrust=rotor.thrust_disc.name if rotor.thrust_disc is not None else "",
+        thrust=rotor.thrust,
         loss_factor=rotor.damping.loss_factor,
         implausible=implausible_sizes(rotor),
     )

@@ -47,8 +47,7 @@ def actuator(rotor: Rotor | None = None) -> tuple[Model, Array]:
     `actuator.model_for`."""
     rotor = rotor or load_rotor()
     names = tuple(bearing.name for bearing in rotor.bearings)
-    thrust = rotor.thrust_disc.name if rotor.thrust_disc is not None else ""
-    return amb_actuator.model_for(names, thrust), amb_actuator.sizes_of(names, thrust)
+    return amb_actuator.model_for(names, rotor.thrust), amb_actuator.constants_for(names, rotor.thrust)
 
 
 def controller(rotor: Rotor | None = None, table: ReceptanceTable | None = None) -> tuple[Model, Array]:

@@ -8,9 +8,9 @@ The coil pair of an axis that carries no weight has the bias current I_b, the ot
     weight towards -x:  I_upper = I_b + I_s,  I_lower = I_b
     weight towards +x:  I_upper = I_b,        I_lower = I_b + I_s                                 (1)
 
-so that a machine turned by 180 degrees has the same magnets. Of a tilted shaft with a thrust disc, the magnets of that
-carry the share along the shaft, and the bearings the rest. In the second case the actuator's parameters are a bias
-current I_b + I_s and a static current -I_s.
+so that a machine turned by 180 degrees has the same magnets. In the second case the actuator's parameters are a bias
+current I_b + I_s and a static current -I_s. If the shaft is tilted, the magnets of its thrust disc carry the weight
+along it, and the bearings the rest.
 """
 
 from __future__ import annotations
@@ -103,8 +103,7 @@ def _carry_weight(missing: MissingParameters, source: RotorSource) -> None:
         if not any(values.system.source_of(f"{PLANT}.{name}.f_{axis}") for axis in "xy")
     )
     tilt = 0.0
-    if rotor.thrust_disc is not None:
-        thrust = rotor.thrust_disc.name
+    if thrust := rotor.thrust:
         tilt = values.parameter(f"{PLANT}.{thrust}.tilt")
         if values.system.source_of(f"{PLANT}.{thrust}.f_z"):
             _carry(missing, thrust, "z", rotor.mass * size * math.sin(tilt))

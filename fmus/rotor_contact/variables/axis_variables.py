@@ -1,8 +1,24 @@
-"""Variables of the motion along the shaft, of rotors with the disc of an axial bearing."""
+"""Variables of the axes of magnetic bearings, and of the motion along the shaft of rotors with a thrust disc."""
 
 from __future__ import annotations
 
 from fmi_export.variables import Variable, input_, output, parameter
+
+
+def axis_inputs(bearing: str, axis: str) -> list[Variable]:
+    """Return the force of a bearing along an axis, with its gradient and the displacement at which it applies."""
+    at = f"{bearing.upper()}, {axis} axis"
+    return [
+        input_(f"{bearing}.f_{axis}", "N", f"Force on the rotor, {at}", field="force"),
+        input_(f"{bearing}.k_{axis}{axis}", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
+        input_(
+            f"{bearing}.{axis}_ref",
+            "m",
+            f"Displacement at which that force applies, {at}",
+            field="reference",
+            display_unit="um",
+        ),
+    ]
 
 
 def axial_parameters(thrust: str) -> list[Variable]:
@@ -19,18 +35,9 @@ def axial_parameters(thrust: str) -> list[Variable]:
 
 
 def axial_inputs(thrust: str) -> list[Variable]:
-    """Return the forces along the shaft: that of a bearing at a displacement with its gradient, and any other."""
-    at = f"{thrust.upper()}, along the shaft"
+    """Return the forces along the shaft: that of the thrust magnet, and any other."""
     return [
-        input_(f"{thrust}.f_z", "N", f"Force on the rotor, {at}", field="force"),
-        input_(f"{thrust}.k_zz", "N/m", f"Gradient of that force over displacement, {at}", field="gradient"),
-        input_(
-            f"{thrust}.z_ref",
-            "m",
-            f"Displacement at which that force applies, {at}",
-            field="reference",
-            display_unit="um",
-        ),
+        *axis_inputs(thrust, "z"),
         input_(f"{thrust}.f_process", "N", "Other force on the rotor along the shaft, such as that of the process"),
     ]
 
