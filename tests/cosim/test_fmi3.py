@@ -125,9 +125,19 @@ def test_unlike_types_are_named_as_the_fmus_declare_them(run, source, target):
 
 def test_iterative_coupling_restores_states_of_fmi_3(run, tmp_path):
     explicit = run('"one.Float64.in[1]" = 3').dataset
-    shutil.copy(tmp_path / "system.toml", tmp_path / "again.toml")
-    iterative = amb_cosim.simulate(tmp_path / "again.toml", coupling="iterative").dataset
+    again = tmp_path / "again.toml"
+    again.write_text(
+        'coupling = "iterative"\n' + (tmp_path / "system.toml").read_text(encoding="utf-8"), encoding="utf-8"
+    )
+    iterative = amb_cosim.simulate(again).dataset
     assert iterative["two.Float64.out[1]"].values[-1] == explicit["two.Float64.out[1]"].values[-1] == 3
+
+
+@pytest.mark.parametrize("option", ["coupling", "rotor", "stop"])
+def test_an_option_that_no_model_takes_is_refused(run, tmp_path, option):
+    run('"one.Float64.in[1]" = 3')
+    with raises_naming(ValueError, option, "there are none"):
+        amb_cosim.simulate(tmp_path / "system.toml", **{option: "iterative"})
 
 
 def test_references_without_an_experiment_use_the_default_experiment(arrays3_fmu, tmp_path):

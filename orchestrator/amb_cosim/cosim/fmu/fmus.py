@@ -258,6 +258,15 @@ def ensure_built(fmu: FmuSource, flavour: Flavour = "native", **options: Any) ->
     return Fmu(next(home.glob("*.fmu")), home / "extracted", flavour)
 
 
+def options_of(fmu: FmuSource) -> frozenset[str]:
+    """Return the names of the options that a model takes, by which it is made; an FMU file takes none."""
+    name = model_of(fmu)
+    if name is None:
+        return frozenset()
+    named = inspect.signature(_source(name)).parameters.values()
+    return frozenset(p.name for p in named if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)) - {"file"}
+
+
 def _source(name: str) -> Source:
     if name not in models():
         raise ValueError(f"no model {name!r}; {suggest(name, models())}")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.basics.choices import Flavour, Loop
+from amb_cosim.cosim.fmu.fmus import options_of
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.dataset import Run, to_signals
 from amb_cosim.cosim.run.options import Progress, RunOptions, Saves
@@ -19,6 +20,7 @@ from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
 from amb_cosim.cosim.system.values import Raw
 from amb_files.atomic import plain_file
+from amb_files.suggestions import suggest
 
 
 class Simulation(Run):
@@ -69,7 +71,7 @@ def simulate(
     Raises
     ------
     ValueError
-        If the file, a connection or a value is wrong.
+        If the file, a connection or a value is wrong, or no model takes an option.
     StartFailed, FmuError
         If an FMU cannot be loaded or refuses to start.
     ProcessFailed
@@ -100,6 +102,10 @@ def simulate(
         system = load_system(system)
     if experiment is None:
         raise ValueError(f"system {system.name} needs an experiment, which defines its duration")
+    taken = {name for component in system.components for name in options_of(component.fmu)}
+    for name, value in options.items():
+        if value is not None and name not in taken:  # the command line passes those that are not given as None
+            raise ValueError(f"{name} is no option of a model of system {system.name}; {suggest(name, sorted(taken))}")
     assembly = assemble(system, flavour, **options)
     recording = run_plan(assembly, plan_experiment(experiment, assembly.assignments(), set), run_options)
     return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)
