@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 import amb_cosim
 from amb_assessment.reporting.panels import Panel, curve, panel_of
 from amb_cosim.presentation.style import spread
+from amb_cosim.presentation.text_tables import text_table
 from amb_cosim.presentation.units import (
     force_unit,
     frequency_unit,
@@ -83,3 +84,9 @@ def test_a_curve_with_gaps_is_data_of_json():
     data = json.loads(json.dumps(panel.as_data(), allow_nan=False))
     assert data["least"] == -2.0
     np.testing.assert_array_equal(panel_of(data).curves[0].y, gaps.y)
+
+
+def test_tables_write_micrometres_and_microseconds_with_their_sign():
+    table = text_table("Stiffness (N/um)", ("step (us)", "maximum", "displacement (um)"))
+    assert table.title == "Stiffness (N/µm)"
+    assert [column.header for column in table.columns] == ["step (µs)", "maximum", "displacement (µm)"]

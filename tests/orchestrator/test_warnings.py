@@ -183,9 +183,9 @@ def test_a_run_receives_messages_after_another_logger_of_fmpy(run_python, tmp_pa
 @pytest.mark.parametrize(
     ("sample_time", "allowed", "step", "facts"),
     [
-        (250e-6, 50e-6, 51e-6, ("50 us", "controller's sample time")),
-        (100e-6, 20e-6, 25e-6, ("20 us", "controller's sample time")),
-        (None, 50e-6, 51e-6, ("50 us", "250 us")),
+        (250e-6, 50e-6, 51e-6, ("50 µs", "controller's sample time")),
+        (100e-6, 20e-6, 25e-6, ("20 µs", "controller's sample time")),
+        (None, 50e-6, 51e-6, ("50 µs", "250 µs")),
     ],
 )
 def test_a_jacobi_step_beyond_a_fifth_of_the_sample_time_warns(sample_time, allowed, step, facts):

@@ -111,8 +111,8 @@ def test_jacobi_order_levitates_the_rig(step, predicts, recovers, least, most) -
     assert (summary.recovery == "recovered", sequential.recovery) == (recovers, "recovered")
     late = [text for text in summary.warnings if "Jacobi" in text]
     assert len(late) == (step == "250 us")
-    assert all("500 us after the displacements" in text for text in late)
-    assert all(("predicts 500 us" in text) == predicts for text in late)
+    assert all("500 µs after the displacements" in text for text in late)
+    assert all(("predicts 500 µs" in text) == predicts for text in late)
 
 
 FREE = Levitation(Omega=120.0, disc="d3", unbalance=0.02)

@@ -19,14 +19,14 @@ from ball_bearings.hertz import SILICON_NITRIDE, STEEL
 
 MATERIALS = {"steel": STEEL, "silicon_nitride": SILICON_NITRIDE}
 TITLE = "Ball bearings of the retainers"
-LOAD_HEADS = ("retainer", "force (N)", "ball load (N)", "pressure (MPa)", "C_0 over force", "displacement (um)")
+LOAD_HEADS = ("retainer", "force (N)", "ball load (N)", "pressure (MPa)", "C_0 over force", "displacement (µm)")
 DATA_HEADS = (
     "balls",
     "C_0 (kN)",
     "by ISO 76 (kN)",
     "stiffness under the weight (MN/m)",
-    "displacement (um)",
-    "at C_0 (um)",
+    "displacement (µm)",
+    "at C_0 (µm)",
 )
 
 

@@ -97,7 +97,7 @@ def new(
             task = progress.add_task(STARTING, total=None)
 
             def report(sample_time: float, tried: int) -> None:
-                progress.update(task, description=f"samples of {1e6 * sample_time:g} us, gains tried: {tried}")
+                progress.update(task, description=f"samples of {1e6 * sample_time:g} µs, gains tried: {tried}")
 
             air, angle = None if gap is None else quantity(gap, "m", "gap"), quantity(tilt or 0.0, "rad", "tilt")
             machine = new_machine(folder, text, Omega, positions, magnet, flavour, report, gap=air, tilt=angle)
@@ -208,7 +208,7 @@ def _lag(design: Design) -> str:
     amplifier, computer = math.degrees(math.atan(hertz / BANDWIDTH)), 540.0 * hertz * sample_time
     return (
         f"assumed lag at {hertz:.0f} Hz: amplifiers of {1e-3 * BANDWIDTH:g} kHz {amplifier:.0f} deg, a computer with "
-        f"samples of {1e6 * sample_time:g} us and one of delay {computer:.0f} deg, no filter of the sensors"
+        f"samples of {1e6 * sample_time:g} µs and one of delay {computer:.0f} deg, no filter of the sensors"
     )
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
+from amb_cosim.presentation.digits import with_micro_signs
 from amb_cosim.presentation.units import convert_units_in_text, relabelled
 from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
@@ -77,7 +77,7 @@ class Panel:
         curves = (
             replace(c, name=convert_units_in_text(c.name), x=x_factor * c.x, y=y_factor * c.y) for c in self.curves
         )
-        x, y = (re.sub(r"\bum\b", "\N{MICRO SIGN}m", label) for label in (x, y))
+        x, y = (with_micro_signs(label) for label in (x, y))
         holds = tuple(y_factor * value for value in self.holds)
         return replace(self, title=convert_units_in_text(self.title), x=x, y=y, curves=tuple(curves), holds=holds)
 

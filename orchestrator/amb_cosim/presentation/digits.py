@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 
 def significant(value: float, digits: int = 4) -> str:
     """Return a number with significant digits, whatever its size, and as 15000, not 1.5e+04.
@@ -12,3 +14,14 @@ def significant(value: float, digits: int = 4) -> str:
     ('4.321e-05', '12346', '0')
     """
     return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e7 else f"{value:z.{digits}g}"
+
+
+def with_micro_signs(text: str) -> str:
+    """Return a text whose units are written as people read them.
+
+    Examples
+    --------
+    >>> with_micro_signs("step (us), norm of H (N/um)")
+    'step (µs), norm of H (N/µm)'
+    """
+    return re.sub(r"\bu([ms])\b", "\N{MICRO SIGN}\\1", text)

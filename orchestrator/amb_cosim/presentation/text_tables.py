@@ -9,7 +9,7 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
-from amb_cosim.presentation.digits import significant
+from amb_cosim.presentation.digits import significant, with_micro_signs
 from amb_cosim.presentation.plain_console import plain_console
 
 TextBlock = Table | str
@@ -52,9 +52,9 @@ def text_table(
     gap
         Spaces between two columns.
     """
-    table = TitledTable(title=title, box=None, padding=(0, gap, 0, 0))
+    table = TitledTable(title=with_micro_signs(title), box=None, padding=(0, gap, 0, 0))
     for heading in headings:
-        table.add_column(heading, justify="left" if heading in left else "right", no_wrap=True)
+        table.add_column(with_micro_signs(heading), justify="left" if heading in left else "right", no_wrap=True)
     for row in rows:
         table.add_row(*row)
     return table

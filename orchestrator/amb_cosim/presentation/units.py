@@ -13,7 +13,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from amb_cosim.presentation.digits import significant
+from amb_cosim.presentation.digits import significant, with_micro_signs
 from array_types import Array
 
 SIZES = {  # in the quantity's SI unit, which comes first; frequencies are speeds, 1 Hz is a turn per s
@@ -44,7 +44,7 @@ class ShownUnit:
     @property
     def label(self) -> str:
         """The printed unit."""
-        return self.name.replace("um", "\N{MICRO SIGN}m")
+        return with_micro_signs(self.name)
 
     def of(self, values: ArrayLike) -> Array:
         """Return values of the SI unit in this one."""

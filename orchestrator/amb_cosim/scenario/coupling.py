@@ -54,10 +54,10 @@ def coupling_warning(
     if coupling != "jacobi" or step_size <= longest * (1.0 + 1e-9):
         return None
     step, lag, ahead, most = (1e6 * time for time in (step_size, delay(coupling, step_size), prediction_time, longest))
-    compensation = f", of which the controller predicts {ahead:g} us" if prediction_time > 0.0 else ""
-    whose = "of the controller's sample time" if sample_time else f"of {1e6 * USUAL_SAMPLE_TIME:g} us between samples"
+    compensation = f", of which the controller predicts {ahead:g} µs" if prediction_time > 0.0 else ""
+    whose = "of the controller's sample time" if sample_time else f"of {1e6 * USUAL_SAMPLE_TIME:g} µs between samples"
     return (
-        f"with communication_step = {step:g} us in Jacobi order each force comes {lag:g} us after the displacements "
+        f"with communication_step = {step:g} µs in Jacobi order each force comes {lag:g} µs after the displacements "
         f"that it responds to{compensation}; that changes the damping of a levitated rotor, or makes it unstable. "
-        f"Keep to steps of at most {most:g} us, a fifth {whose}"
+        f"Keep to steps of at most {most:g} µs, a fifth {whose}"
     )

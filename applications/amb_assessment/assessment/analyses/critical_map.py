@@ -50,7 +50,7 @@ def answer(subject: Subject) -> AnalysisResult:
     )
     heads = ("bearing", *(f"{rpm(at):.0f} rpm" for at in (subject.file.speed.lowest, subject.file.speed.highest)))
     table = ResultTable(
-        "Dynamic stiffness (N/um) and damping (kN s/m) of the bearings at synchronous frequency", heads, rows
+        "Dynamic stiffness (N/µm) and damping (kN s/m) of the bearings at synchronous frequency", heads, rows
     )
     notes = (
         "Undamped rotor on equal, isotropic supports, without seals and stages; forward synchronous whirl. The "
