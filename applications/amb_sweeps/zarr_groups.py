@@ -56,9 +56,11 @@ def read_group(path: Path, group: str = "") -> xr.Dataset:
     import xarray as xr
 
     where = path.name
+    # The unit `hours` of a varied value makes no times of its numbers.
+    plain: Any = {"chunks": None, "decode_times": False, "decode_timedelta": False}
     try:
         _check_descriptions(path)
-        with xr.open_zarr(path, group=group or None, consolidated=False, chunks=None) as dataset:
+        with xr.open_zarr(path, group=group or None, consolidated=False, **plain) as dataset:
             announced, stored = 0, 0
             for name, variable in dataset.variables.items():
                 where = f"{path.name}/{group and group + '/'}{name}"

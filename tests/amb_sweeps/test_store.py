@@ -5,9 +5,11 @@ import os
 import random
 import shutil
 import tomllib
+from functools import partial
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from amb_cosim.scenario.scenario import as_scenario
 from amb_files.pack_file import rotor_path
@@ -20,14 +22,24 @@ from tests.support.messages import raises_naming
 DESIGN = sample_plan({"Omega": np.linspace(100.0, 200.0, 24), "x.y": ["a", "b"]})
 
 
-def fill(folder, group=""):
+def fill(folder, group="", design=DESIGN):
     """A sweep with all its points."""
-    store = SweepStore(folder, DESIGN, {"a": 1}, {}, group)
+    store = SweepStore(folder, design, {"a": 1}, {}, group)
     draw = np.random.default_rng(1)
     store.add(
-        [PointResult(n, "recovered", "why" * (n % 3), {"peak": draw.normal()}, 1.0 + n) for n in range(DESIGN.size)]
+        [PointResult(n, "recovered", "why" * (n % 3), {"peak": draw.normal()}, 1.0 + n) for n in range(design.size)]
     )
     return folder
+
+
+@pytest.mark.parametrize("unit", ["hours", "days", "seconds", "ms", "seconds since 2000-01-01"])
+def test_numbers_with_a_unit_of_time_stay_numbers(tmp_path, monkeypatch, unit):
+    """Before 2026, xarray made times of such numbers without being asked."""
+    monkeypatch.setattr(xr, "open_zarr", partial(xr.open_zarr, decode_timedelta=True))
+    fill(tmp_path, design=sample_plan({"one.t": [1.0, 2.0, 0.5]}).with_units({"one.t": unit}))
+    (stored,) = open_sweep(tmp_path).coords.values()
+    assert (stored.dtype, stored.attrs["units"]) == (np.float64, unit)
+    np.testing.assert_array_equal(stored.values, [1.0, 2.0, 0.5])
 
 
 def request(mass, guid):
