@@ -15,8 +15,9 @@ studies and commands as packs do, and its module `listing` adds to what `amb-cos
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
@@ -24,10 +25,10 @@ from importlib.metadata import EntryPoint, distributions, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 GROUP = "amb_cosim.packs"
 APPLICATIONS = "amb_cosim.applications"
+SUFFIX = ".toml"
 
 
 def unreadable_distributions() -> dict[str, str]:
@@ -85,37 +86,56 @@ def applications() -> dict[str, Path]:
     return {point.value: folder for point, folder in _folders(APPLICATIONS)}
 
 
-class PackFiles(dict[str, Path]):
-    """Files of packs by name; a name that two packs have is not listed, and refused with ValueError when it is used.
+class PackFiles(Mapping[str, Path]):
+    """TOML files in folders of packs, by their names without suffix, pack after pack.
 
-    clashes
-        The sentence about each name that two packs have.
+    A name that two packs have is not listed, and refused with ValueError when it is used. To find one file, no folder
+    is listed, because some have thousands.
+
+    Parameters
+    ----------
+    kind
+        Folder of the packs, such as `rotors`.
+    homes
+        Folders of the packs, by name.
     """
 
-    def __init__(self, files: Mapping[str, Path], clashes: Mapping[str, str]) -> None:
-        super().__init__(files)
-        self.clashes = dict(clashes)
-
-    def __contains__(self, name: object) -> bool:
-        self._check(name)
-        return super().__contains__(name)
+    def __init__(self, kind: str, homes: Mapping[str, Path]) -> None:
+        self._kind = kind
+        self._folders = {pack: folder / kind for pack, folder in homes.items()}
 
     def __getitem__(self, name: str) -> Path:
-        self._check(name)
-        return super().__getitem__(name)
+        file = f"{name}{SUFFIX}"
+        owners = [pack for pack, folder in self._folders.items() if os.path.lexists(folder / file)]
+        if not owners or Path(file).name != file:
+            raise KeyError(name)
+        if len(owners) > 1:
+            raise ValueError(self._clash(name, owners))
+        return self._folders[owners[0]] / file
 
-    def get(self, name: str, default: Any = None) -> Any:
-        """Return the file of a name, or the default without one."""
-        self._check(name)
-        return super().get(name, default)
+    def __iter__(self) -> Iterator[str]:
+        return (name for name, owners in self._owners().items() if len(owners) == 1)
 
-    def _check(self, name: object) -> None:
-        if name in self.clashes:
-            raise ValueError(self.clashes[str(name)])
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def clashes(self) -> list[str]:
+        """Return the sentence about each name that several packs have."""
+        return [self._clash(name, owners) for name, owners in self._owners().items() if len(owners) > 1]
+
+    def _owners(self) -> dict[str, list[str]]:
+        result: dict[str, list[str]] = {}
+        for pack, folder in self._folders.items():
+            for file in sorted(folder.glob(f"*{SUFFIX}")):
+                result.setdefault(file.name.removesuffix(SUFFIX), []).append(pack)
+        return result
+
+    def _clash(self, name: str, owners: Sequence[str]) -> str:
+        return f"packs {' and '.join(owners)} have {self._kind}/{name}{SUFFIX}; only one may have this name"
 
 
 def files_of(kind: str, **general: Path) -> PackFiles:
-    """Return the TOML files of the same kind in all packs, by their names without suffix, pack after pack.
+    """Return the TOML files of the same kind in all packs.
 
     Parameters
     ----------
@@ -124,17 +144,7 @@ def files_of(kind: str, **general: Path) -> PackFiles:
     general
         Folders of other packages to search like packs, by name.
     """
-    result: dict[str, Path] = {}
-    owners: dict[str, str] = {}
-    clashes: dict[str, str] = {}
-    for pack, folder in (general | packs()).items():
-        for file in sorted((folder / kind).glob("*.toml")):
-            other = owners.setdefault(file.stem, pack)
-            if other != pack:
-                rename = f"packs {other} and {pack} both have {kind}/{file.name}; one of them must rename it"
-                clashes.setdefault(file.stem, rename)
-            result[file.stem] = file
-    return PackFiles({name: file for name, file in result.items() if name not in clashes}, clashes)
+    return PackFiles(kind, general | packs())
 
 
 @cache

@@ -2,6 +2,7 @@
 
 import sys
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -70,4 +71,18 @@ def test_a_name_of_two_packs_is_refused_when_used_and_others_are_not(installed, 
     for use in (files.get, files.__getitem__, files.__contains__):
         with raises_naming(ValueError, "one", "other", "scenarios/drop.toml"):
             use("drop")
-    assert len(files.clashes) == 1
+    assert len(files.clashes()) == 1
+
+
+@pytest.mark.parametrize(
+    "name", ["", "..", "../scenarios/fig4_9", "./fig4_9", "fig4_9.toml", "a\0b", "x" * 300, "FIG4_9"]
+)
+def test_only_names_of_files_in_the_folder_are_files_of_packs(name):
+    assert name not in packs.files_of("scenarios")
+
+
+def test_a_file_of_a_pack_is_found_without_listing_its_folder(monkeypatch):
+    """A pack with thousands of scenarios, which are all read, would list them thousands of times."""
+    files = dict(packs.files_of("scenarios"))
+    monkeypatch.delattr(Path, "glob")
+    assert {name: packs.files_of("scenarios")[name] for name in files} == files

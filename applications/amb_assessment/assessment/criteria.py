@@ -169,7 +169,7 @@ def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
             raise ValueError(f"criterion {criterion.key}: failure has no {unknown[0]!r}; {hint}")
 
 
-def packaged_criteria() -> dict[str, Path]:
+def packaged_criteria() -> Mapping[str, Path]:
     """Return the files of criteria of this package and of packs, by name."""
     return files_of("criteria", amb_cosim=Path(__file__).parent)
 

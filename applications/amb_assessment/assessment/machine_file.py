@@ -310,7 +310,7 @@ def _without_plant_inputs(data: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in data.items() if key != "inputs"} | ({"inputs": inputs} if inputs else {})
 
 
-def packaged_machines() -> dict[str, Path]:
+def packaged_machines() -> Mapping[str, Path]:
     """Return the machine files of the packs, by name."""
     return files_of("machines")
 

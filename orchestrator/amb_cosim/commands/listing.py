@@ -88,11 +88,11 @@ def _entries() -> Iterator[ListedItem]:
     from amb_files.packs import files_of, modules_of
 
     applications, files = modules_of("listing", "entries", "outcomes").values(), files_of("scenarios")
-    for sentence in files.clashes.values():
+    for sentence in files.clashes():
         click.echo(f"warning: {sentence}", err=True)
     outcomes = {name: text for listing in applications for name, text in listing.outcomes().items()}
     for name in packaged_scenarios():
-        if (read := readable(files[name], load_scenario, name, files)) is not None:
+        if (read := readable(files[name], load_scenario, name)) is not None:
             outcome = outcomes.get(name, "")
             description = with_speeds_in(read.description, speed_unit())
             yield ListedItem(name, files[name], read.theme or OTHERS, description, outcome, read.source)

@@ -9,7 +9,7 @@ parameters and initial inputs of components (`rotor_contact.contact.law`); `*` a
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +37,7 @@ def packaged_scenarios() -> dict[str, Path]:
     return {name: file for name, file in files_of("scenarios").items() if not name.startswith("_")}
 
 
-def read_scenario(
-    name: str, derived: tuple[str, ...] = (), packaged: Mapping[str, Path] | None = None
-) -> dict[str, Any]:
+def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     """Return the content of a scenario file, laid over that of its base; paths are then relative to the working folder.
 
     Parameters
@@ -48,15 +46,13 @@ def read_scenario(
         Name of a scenario of a pack, or the path of a file.
     derived
         The files that have this one as their base.
-    packaged
-        `files_of("scenarios")`, if it is known: to list the files takes longer than to read one.
 
     Raises
     ------
     ValueError
         If there is none, it cannot be read, or it removes entries that do not exist.
     """
-    packaged = files_of("scenarios") if packaged is None else packaged
+    packaged = files_of("scenarios")
     source = packaged.get(name, Path(name))
     if source.is_symlink() and not source.exists():
         raise ValueError(f"scenario {name}: {source} is a link to a missing file")
@@ -85,7 +81,7 @@ def read_scenario(
             hint = suggest(base, packaged_scenarios())
             raise ValueError(f"scenario {name}: base = {base!r} is not allowed; there is no file {file}; {hint}")
         base = str(file)
-    below = read_scenario(base, (*derived, name), packaged)
+    below = read_scenario(base, (*derived, name))
     for entry in remove:
         with errors_in(f"scenario {name}"):
             below = _without(below, entry)

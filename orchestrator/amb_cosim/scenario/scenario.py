@@ -42,7 +42,6 @@ from amb_cosim.scenario.scenario_tables import Event, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_file
 from amb_files.checks import errors_in, require
 from amb_files.pack_file import default
-from amb_files.packs import files_of
 from amb_files.toml import validate
 
 _MACHINE = (  # fields that define the machine and its parameters
@@ -258,15 +257,13 @@ def scenarios() -> dict[str, str]:
     >>> scenarios()["compressor_levitated"]
     'A compressor in magnetic bearings under PID withstands a step of unbalance without contact'
     """
-    packaged = files_of("scenarios")
-    return {name: load_scenario(name, packaged).description for name in packaged_scenarios()}
+    return {name: load_scenario(name).description for name in packaged_scenarios()}
 
 
-def load_scenario(name: str | None = None, packaged: Mapping[str, Path] | None = None) -> Scenario:
+def load_scenario(name: str | None = None) -> Scenario:
     """Read the scenario called `name`, or the TOML file at that path; the default of the packs without a name.
 
-    A file with a `base`, the name or path of another one, contains only the differences; see `file`. If you read many,
-    pass `packaged`, the files of the packs' scenarios by name, which are otherwise listed for each.
+    A file with a `base`, the name or path of another one, contains only the differences; see `file`.
 
     Raises
     ------
@@ -274,7 +271,7 @@ def load_scenario(name: str | None = None, packaged: Mapping[str, Path] | None =
         If there is none, or it is invalid; the message has one line for each mistake.
     """
     name = default("scenario") if name is None else name
-    return make_scenario(read_scenario(name, packaged=packaged), name)
+    return make_scenario(read_scenario(name), name)
 
 
 def as_scenario(

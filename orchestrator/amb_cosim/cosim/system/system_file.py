@@ -50,7 +50,7 @@ from amb_files.toml import read_toml, validate
 from amb_files.wildcards import is_pattern, matches
 
 
-def packaged_systems() -> dict[str, Path]:
+def packaged_systems() -> Mapping[str, Path]:
     """Return the files of the systems that come with amb-cosim and with packs, by name."""
     return files_of("systems", amb_cosim=Path(__file__).parents[2])
 
