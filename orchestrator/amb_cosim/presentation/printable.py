@@ -6,6 +6,7 @@ print passes `PrintableStream`, or `plain_console`, whose own sequences for colo
 
 from __future__ import annotations
 
+import codecs
 import re
 import sys
 from collections.abc import Iterator
@@ -14,6 +15,17 @@ from typing import IO, Any
 
 # Control characters except tab and line feed; marks that turn the direction of text; halves of surrogate pairs.
 UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+
+LIKE = {"µ": "u", "×": "x", "–": "-", "’": "'"}  # what stands for a sign that an encoding lacks, instead of `?`
+
+
+def _unencodable(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(LIKE.get(sign, "?") for sign in error.object[error.start : error.end]), error.end
+
+
+codecs.register_error("amb_cosim.like", _unencodable)
 
 
 def printable(text: str) -> str:
@@ -48,11 +60,11 @@ class PrintableStream:
 
 @contextmanager
 def printable_streams() -> Iterator[None]:
-    """Print only printable text to standard output and standard error; unencodable signs become question marks."""
+    """Print only printable text to standard output and standard error; unencodable signs become those of `LIKE`, or `?`."""
     streams = sys.stdout, sys.stderr
     for stream in streams:
         with suppress(AttributeError, ValueError):  # not a stream of the system
-            stream.reconfigure(errors="replace")  # type: ignore[union-attr]
+            stream.reconfigure(errors="amb_cosim.like")  # type: ignore[union-attr]
     sys.stdout, sys.stderr = map(PrintableStream, streams)
     try:
         yield
