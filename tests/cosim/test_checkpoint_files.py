@@ -228,5 +228,5 @@ def test_a_run_refuses_a_checkpoint_that_contradicts_it(fmu_from_c, tmp_path, ch
     if {"point", "points"} & changed.keys():
         changed = {**changed, "points": state.points[:0], "table": state.table[:0]}
     file = replace(state, **changed).save(tmp_path / "state.npz")
-    with raises_naming(ValueError, *facts):
+    with raises_naming(ValueError, str(file), *facts):
         run(start=file)

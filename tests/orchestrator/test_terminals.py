@@ -77,7 +77,9 @@ with printable_streams(), plain_console(stderr=True).status("computing \\x1b]0;p
     assert process.returncode == 0
     assert b"Traceback" not in sent
     shown = re.sub(rb"\x1b\[[0-9;]*m", b"", sent).decode(encoding)
-    assert f"13.7 {'u' if encoding in ('ascii', 'koi8-r') else 'µ'}m of 3 {'☃' if encoding == 'utf-8' else '?'}" in shown
+    assert (
+        f"13.7 {'u' if encoding in ('ascii', 'koi8-r') else 'µ'}m of 3 {'☃' if encoding == 'utf-8' else '?'}" in shown
+    )
     assert b"\x1b[?25l" in sent  # the bar hides the cursor
     assert rb"\x1b[" not in sent  # its sequences are sent, not shown
     assert b"\x1b]0;" not in sent

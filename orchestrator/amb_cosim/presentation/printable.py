@@ -60,7 +60,7 @@ class PrintableStream:
 
 @contextmanager
 def printable_streams() -> Iterator[None]:
-    """Print only printable text to standard output and standard error; unencodable signs become those of `LIKE`, or `?`."""
+    """Print only printable text to standard output and standard error, with `LIKE` or `?` for unencodable signs."""
     streams = sys.stdout, sys.stderr
     for stream in streams:
         with suppress(AttributeError, ValueError):  # not a stream of the system

@@ -11,7 +11,7 @@ import hashlib
 import json
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +83,8 @@ class Checkpoint:
         State and logged warnings of each component.
     sources
         Files that the FMUs are made from, see `Assembly.sources`, if the checkpoint is for a file.
+    file
+        The file that it was read from.
     """
 
     point: int
@@ -101,6 +103,12 @@ class Checkpoint:
     warnings: Mapping[str, Sequence[str]]
     start_time: float = 0.0
     sources: Mapping[str, Any] = field(default_factory=dict)
+    file: str = field(default="", compare=False)
+
+    @property
+    def title(self) -> str:
+        """What messages call it."""
+        return f"the checkpoint {self.file}" if self.file else "the checkpoint"
 
     @property
     def time(self) -> float:
@@ -122,7 +130,7 @@ class Checkpoint:
             rest = list_differences({**self.past, "fmus": None}, {**past, "fmus": None})
             lines = "\n".join(filter(None, (others, rest)))
         if lines:
-            raise ValueError(f"the checkpoint at t = {self.time:.9g} s is of another run, which differs in\n{lines}")
+            raise ValueError(f"{self.title} at t = {self.time:.9g} s is of another run, which differs in\n{lines}")
 
     def save(self, path: str | Path) -> Path:
         """Write the checkpoint to a file, which appears completely or not at all, and return its path.
@@ -178,7 +186,7 @@ class Checkpoint:
             if version == VERSION:
                 if arrays.pop("checksum").tobytes() != _checksum(arrays).tobytes():
                     raise ValueError("checksum")
-                return cls._read(Head.model_validate_json(text), arrays)
+                return replace(cls._read(Head.model_validate_json(text), arrays), file=str(path))
             if not 0 < version < MOST_VERSION:
                 raise ValueError("version")
         except Exception as error:  # numpy, zipfile and json each raise their own

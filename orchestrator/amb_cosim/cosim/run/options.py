@@ -123,11 +123,9 @@ def _resumed(file: Path | None, assembly: Assembly, plan: Plan) -> Checkpoint | 
         checkpoint = Checkpoint.load(file)
         checkpoint.check_past(state_fingerprint(assembly, plan, checkpoint.point), assembly.sources)
         if checkpoint.point > plan.last:
-            raise ValueError(f"the run ends before t = {checkpoint.time:.9g} s")
+            raise ValueError(f"the run ends before {checkpoint.title} at t = {checkpoint.time:.9g} s")
     except ValueError as error:
-        log.warning(
-            "the run starts from the beginning, because the checkpoint in %s is of another run: %s", file, error
-        )
+        log.warning("the run starts from the beginning: %s", error)
         return None
     log.warning("the run continues from %s, at t = %.9g s", file, checkpoint.time)
     return checkpoint

@@ -240,10 +240,10 @@ class Simulator:
         plan = self.plan
         if start.point > plan.last:
             end = plan.time(plan.last)
-            raise ValueError(f"the run ends at {end:.9g} s, before the checkpoint at t = {start.time:.9g} s")
+            raise ValueError(f"the run ends at {end:.9g} s, before {start.title} at t = {start.time:.9g} s")
         if start.point < plan.begin:
             begin = plan.time(plan.begin)
-            raise ValueError(f"the run begins at {begin:.9g} s, after the checkpoint at t = {start.time:.9g} s")
+            raise ValueError(f"the run begins at {begin:.9g} s, after {start.title} at t = {start.time:.9g} s")
         if not start.is_held:
             past = state_fingerprint(self.assembly, self._plan, start.point)
             start.check_past(past, self.assembly.sources)
@@ -259,12 +259,12 @@ class Simulator:
             self.master.scales = start.scales
         for k, condition in enumerate(plan.stops):
             self._stops.conditions.since[k] = start.since.get(name_of(condition), condition.first)
-        steps = _columns(start.recorded_each, start.steps, plan.recorded_each, plan)
-        self.recorder.restore(start.points, _columns(start.recorded, start.table, plan.recorded, plan), steps)
+        steps = _columns(start, start.recorded_each, start.steps, plan.recorded_each, plan)
+        self.recorder.restore(start.points, _columns(start, start.recorded, start.table, plan.recorded, plan), steps)
         return start.point
 
 
-def _columns(recorded: Sequence[str], table: Array, names: Sequence[str], plan: Plan) -> Array:
+def _columns(start: Checkpoint, recorded: Sequence[str], table: Array, names: Sequence[str], plan: Plan) -> Array:
     """Return the record of a checkpoint, with the columns of a plan's record.
 
     An input that only this run changes had its initial value until then.
@@ -272,7 +272,7 @@ def _columns(recorded: Sequence[str], table: Array, names: Sequence[str], plan: 
     columns = dict(zip(recorded, table.T, strict=True))
     missing = [name for name in names if name not in columns and name not in plan.inputs]
     if missing:
-        raise ValueError(f"the checkpoint has no record of {missing[0]}; it must be recorded up to the checkpoint")
+        raise ValueError(f"{start.title} has no record of {missing[0]}; it must be recorded up to the checkpoint")
     record = np.empty((len(table), len(names)))
     for k, name in enumerate(names):
         record[:, k] = columns[name] if name in columns else plan.inputs[name]
@@ -283,22 +283,22 @@ def _check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) ->
     """Raise ValueError if parts of a checkpoint contradict the run that its past describes."""
     if (start.step_size, start.start_time) != (plan.step_size, plan.start_time):
         raise ValueError(
-            f"the checkpoint has steps of {start.step_size:g} s from {start.start_time:g} s; they must be "
+            f"{start.title} has steps of {start.step_size:g} s from {start.start_time:g} s; they must be "
             f"{plan.step_size:g} s from {plan.start_time:g} s"
         )
     for part, names in (("states", start.states), ("warnings", start.warnings)):
         if missing := sorted({component.name for component in master.components} - names.keys()):
-            raise ValueError(f"the checkpoint has no {part} of {missing[0]}")
+            raise ValueError(f"{start.title} has no {part} of {missing[0]}")
     fed = {master.wiring.names[position] for sources in master.wiring.sources for position in sources}
     if unknown := sorted(fed - start.signals.keys() - plan.inputs.keys()):
-        raise ValueError(f"the checkpoint has no value of {unknown[0]}")
+        raise ValueError(f"{start.title} has no value of {unknown[0]}")
     due = np.arange(max(plan.record_from, plan.begin), start.point)
     has_steps = not start.recorded_each or len(start.steps) == len(due)
     if not has_steps or not np.array_equal(start.points, due[due % plan.record_every == 0]):
-        raise ValueError("the checkpoint has another record; it must have all points before the checkpoint")
+        raise ValueError(f"{start.title} has another record; it must have all points before the checkpoint")
     n, inputs = len(start.scales), len(master.scales)
     if n != inputs and master.coupling == "iterative":
-        raise ValueError(f"the checkpoint has scales of {n} inputs; iterative coupling requires those of all {inputs}")
+        raise ValueError(f"{start.title} has scales of {n} inputs; iterative coupling requires those of all {inputs}")
 
 
 def with_simulated_settling(plan: Plan, notice: str) -> Plan:
