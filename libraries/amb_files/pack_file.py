@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Literal
@@ -37,26 +38,17 @@ class PackFile:
 
 @cache
 def pack_files() -> dict[str, PackFile]:
-    """Return the pack files, by name of the pack.
-
-    Raises
-    ------
-    ValueError
-        If a file cannot be read or is malformed.
-    """
-    return {pack: read_pack_file(file, pack) for pack, file in pack_toml_paths().items()}
-
-
-def pack_toml_paths() -> dict[str, Path]:
-    """Return the paths of the files `pack.toml`, by name of the pack."""
-    files = {name: folder / NAME for name, folder in packs().items()}
-    return {name: file for name, file in files.items() if file.exists() or file.is_symlink()}
-
-
-def read_pack_file(file: Path, pack: str) -> PackFile:
-    """Return the content of a pack's `pack.toml`; raises ValueError as `pack_files` does."""
-    what = f"{NAME} of pack {pack}"
-    return validate(read_toml(file, what), PackFile, what)
+    """Return the pack files, by name of the pack; an invalid one is skipped with a warning."""
+    result = {}
+    for pack, folder in packs().items():
+        file, what = folder / NAME, f"{NAME} of pack {pack}"
+        if file.exists() or file.is_symlink():
+            try:
+                result[pack] = validate(read_toml(file, what), PackFile, what)
+            except ValueError as error:
+                for line in str(error).splitlines():
+                    print(f"warning: {line}", file=sys.stderr)
+    return result
 
 
 def default(key: Default) -> str:

@@ -21,7 +21,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, distributions, entry_points
+from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -32,19 +32,21 @@ SUFFIX = ".toml"
 
 
 def unreadable_distributions() -> dict[str, str]:
-    """Return each installed distribution whose `entry_points.txt` cannot be read, with the reason.
-
-    A distribution without a name is identified by its folder.
-    """
+    """Return each installed distribution whose `entry_points.txt` cannot be read, with the reason."""
     result = {}
     for distribution in distributions():
         try:
             _ = distribution.entry_points
         except Exception as error:  # whatever the parser of the standard library raises
-            name = distribution.metadata["Name"] or Path(str(getattr(distribution, "_path", "distribution"))).name
             reason = getattr(error, "strerror", None) or "it has a line without a value"
-            result[name] = "it is not UTF-8" if isinstance(error, UnicodeDecodeError) else reason
+            result[_name_of(distribution)] = "it is not UTF-8" if isinstance(error, UnicodeDecodeError) else reason
     return result
+
+
+def _name_of(distribution: Distribution | None) -> str:
+    """Return the name of a distribution, or its folder if it has none."""
+    named = distribution and distribution.metadata["Name"]
+    return named or Path(str(getattr(distribution, "_path", "distribution"))).name
 
 
 def pack_of(file: Path) -> str:
@@ -171,15 +173,24 @@ def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
 
 
 def _folders(group: str) -> Iterator[tuple[EntryPoint, Path]]:
-    """Yield the entry points of a group with the folders of their packages; one without a package is skipped."""
+    """Yield the entry points of a group with the folders of their packages; those without a package are skipped.
+
+    A distribution has one warning about all that are skipped, with the first of them.
+    """
     kind = group.rpartition(".")[2].removesuffix("s")
+    skipped: dict[str, list[EntryPoint]] = {}
     for point in entry_points_of(group):
         try:
             folder = _folder(point.value)
         except Exception:  # whatever the import of a parent package raises
-            print(f"warning: {kind} {point.name!r} is skipped; there is no package {point.value!r}", file=sys.stderr)
+            skipped.setdefault(_name_of(point.dist), []).append(point)
         else:
             yield point, folder
+    for distribution, (first, *others) in skipped.items():
+        which = f"{first.name!r} is"
+        if others:
+            which = f"{first.name!r} and {len(others)} more of the installed {distribution} are"
+        print(f"warning: {kind} {which} skipped; there is no package {first.value!r}", file=sys.stderr)
 
 
 def _folder(package: str) -> Path:

@@ -1,28 +1,31 @@
 """Packs are registered by entry points; a broken one is skipped with a warning."""
 
 import sys
-from importlib.metadata import EntryPoint
+from importlib.metadata import Distribution, EntryPoint
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
 from amb_cosim.commands.cli import main
-from amb_files import packs
+from amb_files import pack_file, packs
 from tests.support.messages import assert_names, raises_naming
 
 
 @pytest.fixture
 def installed(monkeypatch):
-    """`installed({name: package})`: those packs alone, until the test ends."""
+    """`installed({name: package})`: those packs alone, or those of entry points, until the test ends."""
 
     def forget():
         packs.applications.cache_clear()
         packs.packs.cache_clear()
         packs.modules_of.cache_clear()
+        pack_file.pack_files.cache_clear()
 
     def install(packages):
-        points = [EntryPoint(name, package, packs.GROUP) for name, package in packages.items()]
+        points = packages
+        if isinstance(packages, dict):
+            points = [EntryPoint(name, package, packs.GROUP) for name, package in packages.items()]
         monkeypatch.setattr(packs, "entry_points", lambda group: points if group == packs.GROUP else [])
         forget()
 
@@ -35,6 +38,20 @@ def test_a_broken_pack_is_skipped_with_a_warning(package, installed, capsys):
     installed({"good": "json", "broken": package})
     assert [*packs.packs()] == ["good"]
     assert_names(capsys.readouterr().err, "pack 'broken'", f"{package!r}")
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_broken_packs_of_one_distribution_have_one_warning(named, installed, capsys, tmp_path):
+    folder = tmp_path / "flood-1.0.dist-info"
+    folder.mkdir()
+    lines = "".join(f"p{k} = no_such_{k}\n" for k in range(2000))
+    (folder / "entry_points.txt").write_text(f"[{packs.GROUP}]\n{lines}good = json\n")
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\n" + "Name: flood\nVersion: 1.0\n" * named)
+    installed([*Distribution.at(folder).entry_points, EntryPoint("other", "no_such", packs.GROUP)])
+    assert [*packs.packs()] == ["good"]
+    other, flood = capsys.readouterr().err.splitlines()
+    assert_names(flood, "'p0'", "'no_such_0'", "1999", "flood")
+    assert_names(other, "'other'", "'no_such'")
 
 
 @pytest.mark.parametrize(
@@ -86,3 +103,17 @@ def test_a_file_of_a_pack_is_found_without_listing_its_folder(monkeypatch):
     files = dict(packs.files_of("scenarios"))
     monkeypatch.delattr(Path, "glob")
     assert {name: packs.files_of("scenarios")[name] for name in files} == files
+
+
+@pytest.mark.parametrize("text", ["x = 1", "rotor = 3", "live = 'a'", "[", "\udce9"])
+def test_an_invalid_pack_file_is_skipped_with_a_warning(text, installed, monkeypatch, tmp_path, capsys):
+    """It is read for the default rotor, which runs that have nothing to do with this pack use."""
+    for package, content in (("pack_one", "rotor = 'mine'"), ("pack_bad", text)):
+        (tmp_path / package).mkdir()
+        (tmp_path / package / "__init__.py").touch()
+        (tmp_path / package / "pack.toml").write_bytes(content.encode(errors="surrogateescape"))
+    monkeypatch.syspath_prepend(tmp_path)
+    installed({"bad": "pack_bad", "one": "pack_one"})
+    assert pack_file.default("rotor") == "mine"
+    (warning,) = capsys.readouterr().err.splitlines()
+    assert_names(warning, "pack.toml", "bad")

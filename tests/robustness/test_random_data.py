@@ -81,10 +81,10 @@ POINTS = "[amb_cosim.packs]\nother = other_pack\n"
 
 def installed() -> None:
     """Let the working folder be one of the installed packages."""
-    from amb_files import packs
+    from amb_files import pack_file, packs
 
     sys.path.insert(0, str(Path.cwd()))
-    for cached in (packs.packs, packs.applications, packs.modules_of):
+    for cached in (packs.packs, packs.applications, packs.modules_of, pack_file.pack_files):
         cached.cache_clear()
 
 

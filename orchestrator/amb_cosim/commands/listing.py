@@ -47,6 +47,7 @@ class ListedItem(NamedTuple):
 def list_scenarios(name: str | None, words: str) -> None:
     """List scenarios and sweeps, or show all of NAME."""
     from amb_cosim.presentation.plain_console import plain_console
+    from amb_files.pack_file import pack_files
     from amb_files.packs import packs
     from amb_files.suggestions import suggest
 
@@ -65,11 +66,11 @@ def list_scenarios(name: str | None, words: str) -> None:
         entries = [entry for entry in entries if entry.has(required)]
         if not entries:
             raise ValueError(f"no entry has the words {words!r}")
-    console, described = plain_console(), _descriptions()
+    console, described = plain_console(), pack_files()
     for pack, folder in packs().items():
         of_pack = [entry for entry in entries if entry.file.parents[1] == folder]
         if of_pack:
-            _line(console, f"{pack}: {described[pack]}" if pack in described else pack, style="bold")
+            _line(console, f"{pack}: {described[pack].description}" if pack in described else pack, style="bold")
         for _, theme in sorted({(entry.command != "run", entry.theme) for entry in of_pack}):
             _line(console, f"  {theme}", style="italic")
             of_theme = [entry for entry in of_pack if entry.theme == theme]
@@ -98,14 +99,6 @@ def _entries() -> Iterator[ListedItem]:
             yield ListedItem(name, files[name], read.theme or OTHERS, description, outcome, read.source)
     for listing in applications:
         yield from listing.entries()
-
-
-def _descriptions() -> dict[str, str]:
-    """Return the descriptions of packs; an invalid pack.toml is skipped with a warning."""
-    from amb_files.pack_file import pack_toml_paths, read_pack_file
-
-    contents = {pack: readable(file, read_pack_file, file, pack) for pack, file in pack_toml_paths().items()}
-    return {pack: content.description for pack, content in contents.items() if content is not None}
 
 
 def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None:
