@@ -78,8 +78,17 @@ def _readable() -> Iterator[Iterable[EntryPoint]]:
 
 @cache
 def packs() -> dict[str, Path]:
-    """Return the folders of the installed packs, by name; a pack without a package is skipped with a warning."""
-    return {point.name: folder for point, folder in _folders(GROUP)}
+    """Return the folders of the installed packs, by name; a pack without a package is skipped with a warning.
+
+    Of several packs with a name, the later ones also have that of their package; a package with two names is one pack.
+    """
+    points: dict[Path, EntryPoint] = {}
+    for point, folder in _folders(GROUP):
+        points.setdefault(folder, point)
+    result: dict[str, Path] = {}
+    for folder, point in points.items():
+        result[f"{point.name} ({point.value})" if point.name in result else point.name] = folder
+    return result
 
 
 @cache
@@ -146,7 +155,8 @@ def files_of(kind: str, **general: Path) -> PackFiles:
     general
         Folders of other packages to search like packs, by name.
     """
-    return PackFiles(kind, general | packs())
+    own = set(general.values())
+    return PackFiles(kind, general | {pack: folder for pack, folder in packs().items() if folder not in own})
 
 
 @cache

@@ -91,6 +91,21 @@ def test_a_name_of_two_packs_is_refused_when_used_and_others_are_not(installed, 
     assert len(files.clashes()) == 1
 
 
+@pytest.mark.parametrize("other", ["a_pack", "z_pack"])
+def test_packs_of_one_name_both_have_their_files(other, installed, monkeypatch, tmp_path):
+    """The name of an installed pack may be used by another one, which has nothing to do with its runs."""
+    for package in (other, "m_pack"):
+        (tmp_path / package / "scenarios").mkdir(parents=True)
+        (tmp_path / package / "__init__.py").touch()
+        (tmp_path / package / "scenarios" / f"{package}_drop.toml").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "m_pack", raising=False)
+    entries = (("mine", "m_pack"), ("mine", other), ("again", "m_pack"), ("again", "m_pack"))
+    installed([EntryPoint(name, package, packs.GROUP) for name, package in entries])
+    assert sorted(packs.packs().values()) == sorted([tmp_path / "m_pack", tmp_path / other])
+    assert {"m_pack_drop", f"{other}_drop"} == {*packs.files_of("scenarios", general=tmp_path / "m_pack")}
+
+
 @pytest.mark.parametrize(
     "name", ["", "..", "../scenarios/fig4_9", "./fig4_9", "fig4_9.toml", "a\0b", "x" * 300, "FIG4_9"]
 )

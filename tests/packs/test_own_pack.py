@@ -63,14 +63,14 @@ def test_the_commands_of_the_page_run(amb_cosim, project):
     assert "Requirements of the pump and computed values" in page
 
 
-# File of a pack, its text, a command, and what this says.
+# File of a pack, its text, a command, and what this says before it fails, or warns of and goes on.
 MISTAKES = [
-    ("rotors/bath_rig.toml", "", "rotor show bath_rig", "packs bath_thesis and my_pump both have rotors/bath_rig.toml"),
+    ("rotors/bath_rig.toml", "", "rotor show bath_rig", "packs bath_thesis and my_pump have rotors/bath_rig.toml"),
     ("pack.toml", 'life = ["x"]', "study modes", "pack.toml of pack my_pump: unknown key life; did you mean live?"),
 ]
 SLOW = [
-    ("scenarios/drop.toml", "", "run drop", "packs bath_thesis and my_pump both have scenarios/drop.toml"),
-    ("systems/levitated_free_spin.toml", "", "run drop", "both have systems/levitated_free_spin.toml"),
+    ("scenarios/drop.toml", "", "run drop", "packs bath_thesis and my_pump have scenarios/drop.toml"),
+    ("systems/levitated_free_spin.toml", "", "run drop", "have systems/levitated_free_spin.toml"),
     ("pack.toml", 'rotor = "pump"', "study modes", "packs bath_thesis and my_pump both define a default rotor"),
     ("statements.toml", "", "report --pack my_pump", "statements.toml of pack my_pump: title is missing"),
 ]
@@ -86,7 +86,7 @@ def test_errors_of_a_name_clash_and_a_mistake_name_the_packs(amb_cosim, project,
     path.parent.mkdir(exist_ok=True)
     path.write_text(text, encoding="utf-8")
     try:
-        assert message in amb_cosim(command, code=2)
+        assert message in amb_cosim(command, code=0 if "unknown key" in message else 2)
     finally:
         if before is None:
             path.unlink()

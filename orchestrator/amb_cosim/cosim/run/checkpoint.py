@@ -107,7 +107,7 @@ class Checkpoint:
 
     @property
     def title(self) -> str:
-        """What messages call it."""
+        """The name that messages use."""
         return f"the checkpoint {self.file}" if self.file else "the checkpoint"
 
     @property
