@@ -1,13 +1,16 @@
 """Figures of studies: labels beside curves, words in areas, marks beside ridges, limits of axes."""
 
+import itertools
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from drawn import cut_texts, overlapping_texts
 from matplotlib.text import Text
+from mpl_toolkits.mplot3d import proj3d
 
-from amb_analysis.studies.figures import layout, over_speed, response, sensitivity, traps, waterfall
+from amb_analysis import studies
+from amb_analysis.studies.figures import layout, modes, over_speed, response, sensitivity, traps, waterfall
 from amb_analysis.studies.rotor_layout import layout as layout_of
 from amb_analysis.studies.stability_margin import AxisSensitivity, DiskMargin, GangOfFour, StabilityMargin
 from amb_analysis.studies.unbalance_records import CriticalResponse
@@ -131,3 +134,17 @@ def test_a_resonance_without_damping_does_not_set_the_scale():
     assert 1e-4 <= high < 1e-2
     assert response._limits(np.where(f == f[300], 500.0, 1.0)) == (None, None)
     assert response._limits(np.zeros(601)) == (None, None)
+
+
+def test_titles_of_mode_shapes_are_above_their_boxes_and_labels_in_their_panels():
+    figure = modes.draw(studies.modes("bath_rig_thesis"))
+    figure.canvas.draw()
+    for axes in figure.axes:
+        corners = itertools.product(axes.get_xlim(), axes.get_ylim(), axes.get_zlim())
+        [label] = axes.texts
+        points = np.array([*corners, label.get_position_3d()]).T
+        x, y, _ = proj3d.proj_transform(*points, axes.get_proj())
+        at = axes.transData.transform(np.column_stack([x, y]))
+        assert axes.title.get_window_extent().y0 > at[:-1, 1].max()
+        panel = axes.get_subplotspec().get_position(figure)
+        assert panel.contains(*figure.transFigure.inverted().transform(at[-1]))

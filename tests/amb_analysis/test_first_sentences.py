@@ -1,6 +1,7 @@
 """Studies begin with a sentence that has the answer, in the units of their tables."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -105,3 +106,27 @@ def test_outcomes_of_states_say_whether_the_rotor_is_in_contact():
     assert "free" in SynchronousState.beyond(state, 1.0)
     assert "in contact" not in SynchronousState.beyond(state, 1.0)
     assert_names(KINDS[Regime.CONTACT], "stays in contact", "contact-free orbit")
+
+
+@pytest.mark.parametrize(
+    ("top_speed", "wrong", "cure"),
+    [
+        (None, 1, "speed in [reduction]"),
+        (None, None, None),  # right at all speeds to which it is right at rest
+        (1000.0, 1, "band in [reduction]"),
+        (150.0, 1, None),  # right at all speeds of this rotor
+    ],
+)
+def test_rotor_says_where_the_plant_is_wrong_for_unbalance_and_what_helps(top_speed, wrong, cure):
+    compressor = studies.layout("compressor")
+    spinning = np.full(4, 1e-4)
+    if wrong is not None:
+        spinning[wrong] = 0.26
+    frequencies = np.array([100.0, 200.0, 400.0, 800.0])
+    error = replace(compressor.receptance, frequencies=frequencies, spinning=spinning)
+    whirl = None if top_speed is None else replace(compressor.whirl, speed=top_speed)
+    lines = [line for line in replace(compressor, receptance=error, whirl=whirl).text() if isinstance(line, str)]
+    advice = [line for line in lines if "[reduction]" in line]
+    assert len(advice) == (cure is not None)
+    if cure is not None:
+        assert_names(advice[0], rpm(200.0), "26 %", cure)

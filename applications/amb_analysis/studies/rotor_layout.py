@@ -7,9 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
+import numpy as np
+
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes, limits_of
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.system.values import RPM
+from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import frequency_unit, speed_unit
@@ -24,6 +27,7 @@ from rotor_analysis.rotor_file import RotorSource, load_rotor, numbered_position
 from rotor_analysis.undamped import planes_are_alike
 
 COUNT = 6  # modes
+ALLOWED_SPINNING = 0.01  # error of the receptance of the spinning rotor, above which advice is given
 
 
 @dataclass(frozen=True)
@@ -138,15 +142,31 @@ class RotorLayout(WarnedResult, DrawnResult):
         if error is None or not len(error.frequencies):
             return []
         unit = speed_unit()
-        columns = ("frequency", "at rest (%)", f"spinning at ({unit.label})", "then (%)")
+        columns = ("frequency", "at rest (%)", f"turning at ({unit.label})", "for unbalance (%)")
         table = text_table("Error of the plant's receptance", columns)
         for frequency, at_rest, spinning in zip(error.frequencies, error.error, error.spinning, strict=True):
-            numbers = (f"{100.0 * at_rest:.2g}", unit.number(frequency), f"{100.0 * spinning:.2g}")
+            numbers = (significant(100.0 * at_rest, 2), unit.number(frequency), significant(100.0 * spinning, 2))
             table.add_row(_hertz(frequency), *numbers)
-        highest = None if self.whirl is None else self.whirl.speed
-        beyond = highest is not None and error.frequencies[0] > highest
-        reach = f"; this rotor turns at {unit.text(highest or 0.0)} at most" if beyond else ""
-        return [table, f"spinning: the rotor turns once in each period of the force{reach}"]
+        meaning = "for unbalance: error for a force that turns with the rotor, at the speed in the column before"
+        return [table, meaning, *self._advice_on_spin(error)]
+
+    def _advice_on_spin(self, error: ReceptanceError) -> Iterator[str]:
+        """Yield at which speed of the rotor the plant is wrong although it is right at rest, and what helps."""
+        unit, highest = speed_unit(), None if self.whirl is None else self.whirl.speed
+        accurate = error.error <= error.accuracy  # at rest
+        reached = accurate if highest is None else accurate & (error.frequencies <= highest)
+        wrong = np.flatnonzero(reached & (error.spinning > ALLOWED_SPINNING))
+        if len(wrong):
+            first = int(wrong[0])
+            if highest is not None:
+                cure = "state a wider band in [reduction] of the rotor file"
+            else:
+                cure = "if your rotor turns as fast, state its highest speed as speed in [reduction] of the rotor file"
+                cure += " instead of masters" if self.method == "msdc" else ""
+            at = unit.text(float(error.frequencies[first]))
+            yield f"at {at} the error for unbalance is {significant(100.0 * error.spinning[first], 2)} %; {cure}"
+        if highest is not None:
+            yield f"this rotor turns at {unit.text(highest)} at most"
 
     def _whirl_table(self) -> list[TextBlock]:
         """Return the table of whirl at the highest speed, or nothing if the file states no speed."""

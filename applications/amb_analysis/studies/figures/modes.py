@@ -35,7 +35,7 @@ def draw(result: ModeShapes) -> Figure:
         rows += -(-len(result.modes[speed]) // columns) or 1
     height = 2.4 * rows + 0.9
     figure = StyledFigure(figsize=(max(3.1 * columns, 6.2), height))
-    figure.subplots_adjust(0.0, 0.55 / height, 0.97, 1.0 - 0.5 / height, wspace=0.0, hspace=0.12)
+    figure.subplots_adjust(0.0, 0.55 / height, 0.97, 1.0 - 0.5 / height, wspace=0.0, hspace=0.2)
     for speed, k, place in places:
         mode, kind = result.modes[speed][k], result.shapes[speed][k].kind
         axes = figure.add_subplot(rows, columns, place, projection="3d", computed_zorder=False)
@@ -44,7 +44,7 @@ def draw(result: ModeShapes) -> Figure:
         axes.set_title(
             f"{at}{k + 1}: {kind}, {mode.whirl}\n"
             f"{frequency_unit().text(mode.frequency)}, $\\zeta$ = {mode.damping_ratio:z.3f}",
-            y=0.86,
+            y=0.94,
         )
     handles = [
         Line2D([], [], color="0.6", lw=0.8, ls=DASHED, label="axis at rest"),
@@ -92,7 +92,7 @@ def _draw_mode(axes: Any, rotor: Rotor, mode: Mode) -> None:
     axes.set_yticks([], [])
     axes.set_zticks([], [])
     axes.set_ylabel("$x$", labelpad=-12)
-    axes.set_zlabel("$y$", labelpad=-12)
+    axes.text(z[-1], 1.0, 0.9, " $y$", ha="left", va="top")  # beside its axis; a label would stand in the next panel
     axes.tick_params(axis="x", labelsize=7, pad=-2)
     axes.set_box_aspect((2.4, 1, 1), zoom=1.25)
     axes.view_init(elev=18, azim=-62)
