@@ -10,6 +10,7 @@ from enum import StrEnum
 from amb_assessment.assessment.criteria import Criterion
 from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel
+from amb_cosim.presentation.digits import with_micro_signs
 
 TITLES = {
     "axial_frequency": "Natural frequency of the axial axis",
@@ -161,11 +162,15 @@ class Finding:
         number = number_text(value)
         if self.verdict is Judgement.FAILED and limit is not None and number == number_text(limit):
             number = next(text for n in range(5, 18) if (text := f"{value:.{n}g}") != f"{limit:.{n}g}")
-        return number if unit in ("", "1") else f"{number} {unit}"
+        return _joined(number, unit)
 
 
 def _with_unit(value: float, unit: str) -> str:
-    return number_text(value) if unit in ("", "1") else f"{number_text(value)} {unit}"
+    return _joined(number_text(value), unit)
+
+
+def _joined(number: str, unit: str) -> str:
+    return number if unit in ("", "1") else f"{number} {with_micro_signs(unit)}"
 
 
 def _grouped(value: float) -> str:

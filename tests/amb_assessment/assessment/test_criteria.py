@@ -215,7 +215,7 @@ def test_criteria_are_read_from_a_user_file(tmp_path):
     (criterion,) = load_criteria([path])
     assert criterion.where == "works standard"
     (result,) = judge([Quantity("probe_displacement", "here", 11.0, "um")], [criterion], {})
-    assert (result.verdict, result.advice, result.limit_text) == (Judgement.FAILED, "balance", "at most 10 um")
+    assert (result.verdict, result.advice, result.limit_text) == (Judgement.FAILED, "balance", "at most 10 µm")
     with raises_naming(ValueError, "api_618", "api_617"):
         load_criteria(["api_618"])
 

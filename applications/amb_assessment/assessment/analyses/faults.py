@@ -52,7 +52,7 @@ def answer(subject: Subject) -> AnalysisResult:
         Panel(f"{title} while the speed changes", "time (s)", "%", tuple(line for _, line in running)),
         Panel(f"{title}, the worst fault of each kind at {at}", "time (s)", "%", tuple(after_faults), holds=(100.0,)),
     )
-    heads = ("fault", "nearest at", "largest (% of clearance)", "at the end (%)", "contact at the end")
+    heads = ("fault", "nearest at", "largest (% of clearance)", "at the end (%)", "outcome")
     table = ResultTable("Faults", heads, tuple(rows))
     return AnalysisResult((*(quantity for quantity, _ in running), *faults), panels, (table,), notes)
 

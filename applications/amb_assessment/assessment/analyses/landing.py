@@ -10,6 +10,7 @@ from amb_assessment.assessment.retainer_bearings import check_sites, load_panels
 from amb_assessment.assessment.runs import check_falls, end_of, longest, simulate, upright, without_power, worst_inputs
 from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction
+from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
@@ -70,7 +71,14 @@ class Landing:
         rocking = "not ended" if self.rocks_within is None else f"swings up to {self.rocks_within:.0f} deg"
         end = "backward whirl" if self.whirls_backward else "at rest" if self.rests else rocking
         touched = ", ".join(self.touches) or "nothing"
-        return (f"{self.friction:g}", f"{self.phase:.0f}", f"{self.force:.4g}", end, touched, f"{self.heat:.4g}")
+        return (
+            f"{self.friction:g}",
+            f"{self.phase:.0f}",
+            number_text(self.force),
+            end,
+            touched,
+            number_text(self.heat),
+        )
 
 
 def answer(subject: Subject) -> AnalysisResult:

@@ -23,6 +23,7 @@ from amb_assessment.assessment.runs import (
 )
 from amb_assessment.assessment.subject import Subject, rpm, subject_of
 from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction
+from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.results.component_names import PLANT
@@ -264,7 +265,7 @@ def _texts(retainer: Retainer) -> tuple[str, ...]:
 
 
 def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
+    return "-" if value is None else number_text(value)
 
 
 def _convergence(
