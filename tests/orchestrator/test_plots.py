@@ -209,6 +209,17 @@ def test_no_current_is_drawn_while_the_amplifier_is_off(synthetic):
     assert (first, last) == pytest.approx((5.0, 9.99))
 
 
+@pytest.mark.parametrize(("law", "heat"), [(0.0, False), (1.0, True)])
+def test_energy_of_impacts_is_heat_unless_the_rule_is_nodal(synthetic, law, heat):
+    """The nodal rule does not conserve momentum, and may create energy."""
+    dataset = synthetic()
+    values = json.loads(dataset.attrs["parameters"])["rotor_contact"] | {"contact.impact_law": law}
+    figure = plots.Plots(dataset.assign_attrs(parameters=json.dumps({"rotor_contact": values}))).energy()
+    [label] = [name for name in lines_of(figure.axes[1]) if "impact" in name]
+    assert ("heat" in label) is heat
+    assert ("nodal" in label) is not heat
+
+
 @pytest.mark.parametrize(
     ("free", "expected"), [(1.0, {"spin": 13520.0, "lateral kinetic": 10.0}), (0.0, {"kinetic": 13530.0})]
 )

@@ -11,6 +11,7 @@ from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import table
 from amb_sweeps.metrics import evaluate
 from tests.orchestrator.conftest import acting
+from tests.support.messages import assert_names
 
 
 def figures_of(dataset):
@@ -361,6 +362,16 @@ def test_error_of_the_balance_is_printed_beside_the_heat(synthetic):
     assert summary.energy_balance_of_heat == pytest.approx(1.0 / 27.0)
     rows = dict(zip(*(column.cells for column in table(summary, whole=True).columns), strict=True))
     assert rows["error of the energy balance"] == "1 J, 0.04 of the heat of 27 J"
+    assert "energy gained in impacts" not in rows
+
+
+def test_energy_that_impacts_create_is_printed_and_no_heat(synthetic):
+    """Only the nodal impact rule can create energy, as it does not conserve momentum."""
+    dataset = ledger(synthetic())
+    dataset["rotor_contact.energy.impact"] = -dataset["rotor_contact.energy.impact"]
+    rows = dict(zip(*(column.cells for column in table(summarise(dataset), whole=True).columns), strict=True))
+    assert_names(rows["energy gained in impacts"], "12 J", "nodal")
+    assert "gain in impacts" in rows["error of the energy balance"]
 
 
 def test_run_without_heat_has_no_error_of_the_balance_beside_it(synthetic):

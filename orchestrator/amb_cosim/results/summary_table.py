@@ -68,9 +68,13 @@ def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
         yield "rolling on a turning race", f"from {_cycle(summary, summary.rolling_on_race_from)}"
     yield from _touchdown_rows(summary.touchdown) if summary.touchdown is not None else ()
     if summary.energy is not None and summary.energy_balance_of_heat is not None:
+        gained = -summary.energy["impact"]
         heat, share = energies.heat_of(summary.energy), summary.energy_balance_of_heat
-        balance = f"{summary.energy['balance']:.1g} J, {share:.1g} of the heat of {number(heat)} J"
-        yield "error of the energy balance", balance
+        whole = f"the heat of {number(heat)} J"
+        if gained > 0.0:
+            yield "energy gained in impacts", f"{number(gained)} J; the nodal impact rule does not conserve momentum"
+            whole = f"the heat and the gain in impacts, together {number(heat)} J"
+        yield "error of the energy balance", f"{summary.energy['balance']:.1g} J, {share:.1g} of {whole}"
     yield "simulated", f"{summary.simulated:.4g} s, {number(summary.real_time_factor)} times real time"
     if summary.steps_by_method is not None:
         ways = (f"{METHODS.get(name, name)} {100 * share:.3g} %" for name, share in summary.steps_by_method.items())

@@ -99,7 +99,7 @@ function largestForce(session) {
 
 const ENERGIES = /** @type {const} */ ([
   ["kinetic", "energy.kinetic", 0, "of the lateral motion, housings, races and a free spin, now"], ["strain", "energy.strain", 0, "of shaft and mounts, now"],
-  ["friction", "energy.friction", 1, "heat so far"], ["impacts", "energy.impact", 1, "heat so far"], ["damping", "energy.damping", 2, "heat so far"],
+  ["friction", "energy.friction", 1, "heat so far"], ["impacts", "energy.impact", 1, "lost so far; negative if the nodal impact rule, which does not conserve momentum, has added energy"], ["damping", "energy.damping", 2, "heat so far"],
   ["balance", "energy.balance", 3, "gain beyond the work; ideally zero"],
 ]);
 

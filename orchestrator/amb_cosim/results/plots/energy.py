@@ -16,6 +16,7 @@ from amb_cosim.results.plots.axes import (
     time_values,
     title_padding,
 )
+from amb_cosim.results.series import parameters
 
 # Colours of the energies.
 LATERAL = {"kinetic": BLUE, "strain": ORANGE}
@@ -26,12 +27,15 @@ LABELS = {
     "friction": "heat of friction",
     "impact": "heat of impacts",
 }
+NODAL = 0  # impact law that does not conserve momentum, and may create energy
+NODAL_IMPACTS = "lost in impacts\n(nodal rule: may\nbe negative)"
 
 
 def energy(dataset: Signals) -> Figure:
     """Draw the stored energy; below it, since cycle 0, work, heat and the error of the balance.
 
-    The energy of a free spin is a curve of its own, beside that of the lateral motion.
+    The energy of a free spin is a curve of its own, beside that of the lateral motion. Under the nodal impact rule
+    impacts may create energy, so that their energy is no heat.
     """
     figure = StyledFigure(figsize=(7.0, 4.6), layout="constrained")
     lateral, transferred = figure.subplots(2, 1, sharex=True)
@@ -44,9 +48,11 @@ def energy(dataset: Signals) -> Figure:
         lateral.plot(time_values(dataset), values, color=colour, label=label)
     where = "the lateral motion" if spin is None else "spin and lateral motion"
     lateral.set_title(f"Stored in {where}", loc="left", pad=title_padding(dataset, True))
+    nodal = parameters(dataset).get("contact.impact_law") == NODAL
+    labels = LABELS | ({"impact": NODAL_IMPACTS} if nodal else {})
     for name, values in (energies(dataset) or {}).items():
         if name in TRANSFERRED:
-            transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=LABELS.get(name, name))
+            transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=labels.get(name, name))
     transferred.set_title("Since cycle 0", loc="left")
     for panel in (lateral, transferred):
         panel.set_ylabel("energy (J)")
