@@ -160,6 +160,18 @@ def test_titles_state_positions_and_are_never_cut():
         assert "MB1" not in title
 
 
+@pytest.mark.parametrize(("second", "position"), [(0.06, True), (0.07, False)])
+def test_compared_figures_state_positions_in_which_runs_agree(second, position):
+    runs = {"a": placed(fall(), rb1=0.06, rb2=0.5), "b": placed(fall(), rb1=second, rb2=0.5)}
+    drawn = overlays(runs)
+    assert set(drawn) == {"orbits", "displacement", "contact"}
+    for figure in drawn.values():
+        first = next(axes for axes in figure.axes if axes.get_title() or axes.get_title("left"))
+        title = " ".join((first.get_title() or first.get_title("left")).split())
+        assert ("0.06 m" in title) is position
+        assert not cut_texts(figure)
+
+
 @pytest.mark.parametrize("later", [0.0, 0.002, 0.1, 1.0])
 def test_names_of_events_do_not_overlap(synthetic, later):
     """A shock of 0.1 cycles has no room for two names; both are in one label."""

@@ -169,7 +169,7 @@ class ClosedLoopPoles(MachineResult):
             return [f"{up_to}{self._least_damped()}", f"least stable: {at}", *notes]
         unit, pieces = speed_unit(), self.unstable_ranges
         ranges = [f"from {unit.number(a)} to {unit.text(b)}" if a < b else f"at {unit.text(a)}" for a, b in pieces]
-        return [f"{self.rotor} is not stable {', '.join(ranges)}: {at}{self._least_damped()}", *notes]
+        return [f"{self.rotor} is not stable {', '.join(ranges)}: {at}", *notes]
 
     def _least_damped(self) -> str:
         if self.least_damped is None:

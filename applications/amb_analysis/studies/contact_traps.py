@@ -46,7 +46,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.presentation.units import frequency_unit, speed_unit
+from amb_cosim.presentation.units import speed_unit
 from amb_cosim.scenario.plan_run import plan_run
 from amb_files.checks import require
 from array_types import Array
@@ -136,7 +136,7 @@ class Traps(MachineResult):
 
     def text(self) -> list[TextBlock]:
         """Return the states of the machine, what frees it, and the approximations."""
-        unit, cycles = speed_unit(), frequency_unit()
+        unit = speed_unit()
         table = text_table(
             f"{self.rotor}: states at {unit.text(self.speed, 5)} with {_grams(self.unbalance)}",
             (
@@ -161,9 +161,12 @@ class Traps(MachineResult):
         lines: list[TextBlock] = [*self._instability(), answer, table, self._reach(), *self._freeing()]
         for state in (state for state in self.states if state.contact):
             whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:MOST_LISTED]
-            frequencies = ", ".join(f"{cycles.number(v.frequency)} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling)
-            where = "+".join(f"{site} with {force:.4g} N" for site, force in state.normal_forces.items())
-            lines.append(f"in contact at {where} the rotor vibrates at {frequencies} {cycles.label} (damping ratio)")
+            frequencies = [f"{unit.text(v.frequency)} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling]
+            where = " and ".join(f"{site} ({force:.4g} N)" for site, force in state.normal_forces.items())
+            if frequencies:
+                lines.append(
+                    f"in contact at {where} the rotor vibrates at {', '.join(frequencies)}; in brackets the damping"
+                )
         for lasting in self.own:
             slow, fast = (", ".join(f"{site} {_newtons(N[k])}" for site, N in lasting.N.items()) for k in (0, 1))
             opposite = " on opposite sides" if -1 in lasting.signs else ""

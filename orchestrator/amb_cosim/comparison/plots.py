@@ -29,11 +29,13 @@ from amb_cosim.results.plots.axes import (
     COLOURS,
     FIRST_TEXT,
     WHOLE,
+    bearing_title,
     clearance,
     draw_events,
     event_times,
     mark_axes,
     orbit_labels,
+    site_title,
     write_events,
 )
 from amb_cosim.results.plots.enlarged import first_impacts
@@ -70,7 +72,8 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
     All orbits have the orientation of the first run.
     """
     first = next(iter(runs.values()))
-    figure = StyledFigure(figsize=(max(3.7 * len(bearings), 4.5), 4.2), layout="constrained")
+    figure = StyledFigure(figsize=(max(3.7 * len(bearings), 4.5), 4.5), layout="constrained")
+    figure.get_layout_engine().set(h_pad=0.1)  # type: ignore[call-arg, union-attr]
     panels = figure.subplots(1, len(bearings), squeeze=False)[0]
     unit = length_unit(_largest(radius(run, support(run, bearing)) for run in runs.values() for bearing in bearings))
     for panel, bearing in zip(panels, bearings, strict=True):
@@ -84,7 +87,7 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
             if c is not None:
                 draw_retainer(panel, c / unit.size)
         right, up = orbit_labels(first, unit.label)
-        set_orbit_axes(panel, fitted(name_label(bearing), 3.5), _reach(panel), right)
+        set_orbit_axes(panel, fitted(_title(runs, bearing_title, bearing), 3.5), _reach(panel), right)
         mark_axes(panel, first)
     panels[0].set_ylabel(up)
     return _with_legend(figure, f"Orbits, the last {LAST_TURNS} cycles thick", panels[0], runs)
@@ -122,7 +125,8 @@ def contact(runs: Runs, sites: list[str]) -> Figure:
     for column in columns:
         for panel, site in zip(column, sites, strict=True):
             draw_forces(panel, forces[site])
-            panel.set_title(name_label(site), loc="left", pad=16.0 if panel is column[0] else None)
+            title = _title(runs, site_title, site)
+            panel.set_title(title, loc="left", pad=16.0 if panel is column[0] else None)
             _draw_events(panel, runs)
         column[-1].set_xlabel(_time_label(changing))
     if zoom is not None:
@@ -179,7 +183,8 @@ def _along_the_run(
         for colour, run, series in zip(COLOURS * 2, runs.values(), values, strict=False):
             if series is not None:
                 panel.plot(_times(run, changing), series, color=colour, alpha=OPACITY, zorder=2)
-        panel.set_title(name_label(name), loc="left", pad=16.0 if panel is panels[0] else None)
+        title = _title(runs, bearing_title, name)
+        panel.set_title(title, loc="left", pad=16.0 if panel is panels[0] else None)
         panel.set(ylabel=label, ylim=(0.0, None))
         _draw_events(panel, runs)
     panels[-1].set_xlabel(_time_label(changing))
@@ -190,6 +195,13 @@ def _along_the_run(
 def _union(names: Iterable[Iterable[str]]) -> list[str]:
     """Return the names of all runs without repetition, in order of first appearance."""
     return list(dict.fromkeys(name for of_run in names for name in of_run))
+
+
+def _title(runs: Runs, title_in: Callable[[Signals, str], str], name: str) -> str:
+    """Return the title of a bearing or a site, with its position; its name alone if it differs between runs."""
+    having = [run for run in runs.values() if name in {*places(run).bearings, *places(run).sites}]
+    titles = {title_in(run, name) for run in having}
+    return titles.pop() if len(titles) == 1 else name_label(name)
 
 
 def _clearance(run: Signals, bearing: str) -> float | None:
