@@ -271,7 +271,7 @@ def _answered(
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
         answer = part.answer(subject)
         for item in answer.measured:
-            check_declared(item.quantity, item.facts)
+            check_declared(item.quantity, item.unit, item.facts)
         findings = tuple(judge(answer.measured, criteria, subject.facts, why_unstable))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__

@@ -7,10 +7,10 @@ from pathlib import Path
 from string import Formatter
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, FiniteFloat, model_validator
 
 from amb_assessment.assessment.expressions import evaluate, names_in
-from amb_assessment.assessment.quantities import VARIABLES
+from amb_assessment.assessment.quantities import QUANTITIES
 from amb_cosim.cosim.system.tables import Table
 from amb_files.checks import repeated
 from amb_files.packs import files_of
@@ -34,7 +34,7 @@ class Criterion(Table):
     key, clause, what
         Name; clause of the standard; the requirement in the project's words.
     quantity, unit
-        Judged quantity, by its name in the parts of an assessment, and the unit of its limits.
+        Judged quantity, one of `QUANTITIES`, and the unit of its limits, which must be that of the quantity.
     relation
         Whether the quantity must be `below` or `above` the limit.
     limit
@@ -61,10 +61,10 @@ class Criterion(Table):
     what: str
     failure: str = ""
     quantity: str
-    unit: str = ""
+    unit: str = "1"
     relation: Literal["below", "above"] = "below"
     limit: str = ""
-    zones: dict[str, float] = Field(default={})
+    zones: dict[str, FiniteFloat] = Field(default={})
     accepted: str = ""
     beyond: str = ""
     when: str = ""
@@ -76,6 +76,11 @@ class Criterion(Table):
 
     @model_validator(mode="after")
     def _is_complete(self) -> Criterion:
+        if self.quantity not in QUANTITIES:
+            hint = suggest(self.quantity, QUANTITIES)
+            raise ValueError(f"criterion {self.key}: there is no quantity {self.quantity!r}; {hint}")
+        if self.unit != (unit := QUANTITIES[self.quantity].unit):
+            raise ValueError(f"criterion {self.key}: unit = {self.unit!r} is not allowed; {self.quantity} is in {unit}")
         if self.known == "missing":
             if self.limit or self.zones:
                 raise ValueError(f"criterion {self.key} is missing but has limits; state their source")
@@ -148,13 +153,10 @@ def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
     Raises
     ------
     ValueError
-        If there is no such quantity or variable, or a formula has no value; the message names the criterion.
+        If there is no such variable, or a formula has no value; the message names the criterion.
     """
     for criterion in criteria:
-        if criterion.quantity not in VARIABLES:
-            hint = suggest(criterion.quantity, VARIABLES)
-            raise ValueError(f"criterion {criterion.key}: there is no quantity {criterion.quantity!r}; {hint}")
-        known = [*facts, *VARIABLES[criterion.quantity]]
+        known = [*facts, *QUANTITIES[criterion.quantity].variables]
         for formula in filter(None, (criterion.limit, criterion.when)):
             if unknown := sorted(names_in(formula) - set(known)):
                 hint = suggest(unknown[0], known)

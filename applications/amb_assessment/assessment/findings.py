@@ -8,28 +8,10 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from amb_assessment.assessment.criteria import Criterion
+from amb_assessment.assessment.quantities import QUANTITIES
 from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel
 from amb_cosim.presentation.digits import with_micro_signs
-
-TITLES = {
-    "axial_frequency": "Natural frequency of the axial axis",
-    "clearance_used_fault": "Largest displacement over the clearance after a fault",
-    "decrement_anywhere": "Least logarithmic decrement at all frequencies",
-    "decrement_varied": "Least logarithmic decrement within the tolerances",
-    "heat_to_standstill": "Heat in the retainers until the rotor stands still",
-    "landing_backward_whirl": "Landings that whirl backward",
-    "landing_force": "Largest contact force of a landing",
-    "landing_heat": "Heat of a landing in the retainers",
-    "rest_time": "Time until the rotor lies at rest",
-    "overload": "Acceleration that the rotor carries without contact, over g",
-    "retainer_heat": "Heat in the retainers",
-    "retainer_temperature": "Largest temperature of a retainer",
-    "separation_margin": "Separation margin of a critical speed",
-    "standstill_time": "Time until the rotor stands still",
-    "temperature_to_standstill": "Temperature of a retainer until the rotor stands still",
-    "undamped_critical_speed": "Undamped critical speed",
-}
 
 
 class Judgement(StrEnum):
@@ -74,7 +56,7 @@ class Quantity:
     @property
     def title(self) -> str:
         """The quantity in words."""
-        return TITLES.get(self.quantity, self.quantity.replace("_", " "))
+        return QUANTITIES[self.quantity].title or self.quantity.replace("_", " ")
 
 
 @dataclass(frozen=True)
@@ -222,9 +204,6 @@ def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float], in
         verdict = Judgement.MET if criterion.is_met(item.value, facts) else Judgement.FAILED
     except ValueError as error:
         return Finding(item, criterion, Judgement.UNANSWERED, reason=str(error))
-    if criterion.unit != item.unit:
-        reason = f"the criterion is in {criterion.unit or '1'}, the quantity in {item.unit or '1'}"
-        return Finding(item, criterion, Judgement.UNANSWERED, reason=reason)
     if reason := item.chaotic or (item.open if verdict is Judgement.MET else ""):
         return Finding(item, criterion, Judgement.UNANSWERED, limit, reason=reason)
     return Finding(item, criterion, verdict, limit, criterion.zone_of(item.value), facts=facts)

@@ -1,53 +1,68 @@
-"""The quantities that criteria may limit, and the variables that each adds to those of the machine in formulas."""
+"""The quantities that an assessment computes and criteria may limit."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
-VARIABLES: Mapping[str, tuple[str, ...]] = {
-    "axial_frequency": ("frequency", "N"),
-    "axial_load": ("capacity",),
-    "clearance_share": ("S_cc",),
-    "clearance_used": (),
-    "clearance_used_fault": (),
-    "clearance_used_running": (),
-    "cross_coupling_ratio": ("Q_a",),
-    "current_demand": (),
-    "decrement": ("frequency", "N"),
-    "decrement_anticipated": ("frequency", "N"),
-    "decrement_anywhere": ("frequency", "N"),
-    "decrement_varied": ("frequency", "N"),
-    "heat_to_standstill": (),
-    "landing_backward_whirl": ("whirl_friction", "friction"),
-    "landing_ball_pressure": (),
-    "landing_contact_elsewhere": ("whirl_friction", "friction"),
-    "landing_failed": ("whirl_friction", "friction"),
-    "landing_force": ("weight",),
-    "landing_force_change": (),
-    "landing_heat": ("weight",),
-    "mode_reach": ("frequency",),
-    "overload": (),
-    "probe_displacement": (),
-    "relevitation": (),
-    "rest_time": (),
-    "retainer_heat": (),
-    "retainer_temperature": (),
-    "sensitivity_measured": ("frequency",),
-    "sensitivity_peak": ("frequency",),
-    "sensitivity_peak_beyond": ("frequency",),
-    "sensitivity_varied": (),
-    "separation_margin": ("AF", "N_c"),
-    "slew_demand": (),
-    "spectral_radius": ("growth_rate", "frequency", "N"),
-    "spectral_radius_varied": ("growth_rate", "frequency", "N"),
-    "standstill_time": (),
-    "temperature_to_standstill": (),
-    "undamped_critical_speed": (),
-    "whirl_friction": ("friction",),
+
+class Declaration(NamedTuple):
+    """A quantity: its unit, its variables for formulas besides those of the machine, and its title on the page.
+
+    Without a title the page has its name, with spaces.
+    """
+
+    unit: str
+    variables: tuple[str, ...] = ()
+    title: str = ""
+
+
+QUANTITIES: Mapping[str, Declaration] = {
+    "axial_frequency": Declaration("Hz", ("frequency", "N"), "Natural frequency of the axial axis"),
+    "axial_load": Declaration("%", ("capacity",)),
+    "clearance_share": Declaration("%", ("S_cc",)),
+    "clearance_used": Declaration("%"),
+    "clearance_used_fault": Declaration("%", title="Largest displacement over the clearance after a fault"),
+    "clearance_used_running": Declaration("%"),
+    "cross_coupling_ratio": Declaration("1", ("Q_a",)),
+    "current_demand": Declaration("%"),
+    "decrement": Declaration("1", ("frequency", "N")),
+    "decrement_anticipated": Declaration("1", ("frequency", "N")),
+    "decrement_anywhere": Declaration("1", ("frequency", "N"), "Least logarithmic decrement at all frequencies"),
+    "decrement_varied": Declaration("1", ("frequency", "N"), "Least logarithmic decrement within the tolerances"),
+    "heat_to_standstill": Declaration("J", title="Heat in the retainers until the rotor stands still"),
+    "landing_backward_whirl": Declaration("%", ("whirl_friction", "friction"), "Landings that whirl backward"),
+    "landing_ball_pressure": Declaration("MPa"),
+    "landing_contact_elsewhere": Declaration("%", ("whirl_friction", "friction")),
+    "landing_failed": Declaration("%", ("whirl_friction", "friction")),
+    "landing_force": Declaration("1", ("weight",), "Largest contact force of a landing"),
+    "landing_force_change": Declaration("%"),
+    "landing_heat": Declaration("J", ("weight",), "Heat of a landing in the retainers"),
+    "mode_reach": Declaration("%", ("frequency",)),
+    "overload": Declaration("1", title="Acceleration that the rotor carries without contact, over g"),
+    "probe_displacement": Declaration("um"),
+    "relevitation": Declaration("%"),
+    "rest_time": Declaration("s", title="Time until the rotor lies at rest"),
+    "retainer_heat": Declaration("J", title="Heat in the retainers"),
+    "retainer_temperature": Declaration("K", title="Largest temperature of a retainer"),
+    "sensitivity_measured": Declaration("1", ("frequency",)),
+    "sensitivity_peak": Declaration("1", ("frequency",)),
+    "sensitivity_peak_beyond": Declaration("1", ("frequency",)),
+    "sensitivity_varied": Declaration("1"),
+    "separation_margin": Declaration("%", ("AF", "N_c"), "Separation margin of a critical speed"),
+    "slew_demand": Declaration("%"),
+    "spectral_radius": Declaration("1", ("growth_rate", "frequency", "N")),
+    "spectral_radius_varied": Declaration("1", ("growth_rate", "frequency", "N")),
+    "standstill_time": Declaration("s", title="Time until the rotor stands still"),
+    "temperature_to_standstill": Declaration("K", title="Temperature of a retainer until the rotor stands still"),
+    "undamped_critical_speed": Declaration("rpm", title="Undamped critical speed"),
+    "whirl_friction": Declaration("1", ("friction",)),
 }
 
 
-def check_declared(quantity: str, variables: Mapping[str, float]) -> None:
-    """Raise LookupError if an analysis computes a quantity, or gives it variables, that are not in `VARIABLES`."""
-    if quantity not in VARIABLES or not variables.keys() <= set(VARIABLES[quantity]):
-        raise LookupError(f"{quantity} with {', '.join(variables) or 'no variables'} is not declared in VARIABLES")
+def check_declared(quantity: str, unit: str, variables: Mapping[str, float]) -> None:
+    """Raise LookupError if an analysis computes a quantity, its unit or a variable that `QUANTITIES` does not have."""
+    declared = QUANTITIES.get(quantity)
+    if declared is None or unit != declared.unit or not variables.keys() <= set(declared.variables):
+        given = f"{quantity} in {unit or '1'} with {', '.join(variables) or 'no variables'}"
+        raise LookupError(f"{given} is not declared in QUANTITIES")

@@ -8,9 +8,9 @@ from amb_analysis.linear.loop import Loop
 from amb_assessment.assessment import assess as room
 from amb_assessment.assessment.assess import assess
 from amb_assessment.assessment.criteria import unread
-from amb_assessment.assessment.findings import TITLES
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.page import write_assessment
+from amb_assessment.assessment.quantities import QUANTITIES
 from amb_assessment.assessment.subject import subject_of
 
 DRIVING = """
@@ -98,7 +98,7 @@ def test_page_and_data_hold_every_verdict(compressor, tmp_path):
     data = json.loads((tmp_path / "assessment.json").read_text(encoding="utf-8"))
     assert list(data["parts"]) == [part.key for part in compressor.parts]
     unjudged = [item.measured for part in compressor.parts for item in part.findings if item.criterion is None]
-    assert {item.quantity for item in unjudged} <= TITLES.keys()
+    assert all(QUANTITIES[item.quantity].title for item in unjudged)
     assert all(item.title in page for item in unjudged)
 
 

@@ -2,6 +2,7 @@
 
 import math
 import re
+from itertools import cycle
 from pathlib import Path
 
 import pytest
@@ -19,11 +20,11 @@ from amb_assessment.assessment.criteria import (
 )
 from amb_assessment.assessment.expressions import evaluate, names_in
 from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, Quantity, judge
-from amb_assessment.assessment.quantities import VARIABLES
+from amb_assessment.assessment.quantities import QUANTITIES, check_declared
 from amb_cosim.commands.cli import main
 from tests.support.messages import assert_names, raises_naming
 
-ABOUT = {"key": "own", "what": "w", "quantity": "q", "source": "me", "known": "own"}
+ABOUT = {"key": "own", "what": "w", "quantity": "overload", "source": "me", "known": "own"}
 MACHINE = {"N_min": 7000.0, "N_mc": 9000.0, "N_trip": 9900.0}
 
 
@@ -110,7 +111,7 @@ def test_an_amplification_below_2_5_requires_no_margin():
 
 
 def test_formulas_of_the_machine_alone_are_evaluated_by_a_check():
-    margin = ABOUT | {"quantity": "separation_margin"}
+    margin = ABOUT | {"quantity": "separation_margin", "unit": "%"}
     check_formulas(load_criteria(), MACHINE)
     for formula in ({"limit": "sqrt(0 - N_mc)"}, {"limit": "1", "when": "N_mc / 0 > 1"}):
         with raises_naming(ValueError, "criterion own", "formula"):
@@ -123,13 +124,12 @@ def test_formulas_of_the_machine_alone_are_evaluated_by_a_check():
     [
         ({"limit": "foo"}, ("'foo'", "N_mc")),
         ({"limit": "1", "when": "N_mcc > 1"}, ("'N_mcc'", "N_mc")),
-        ({"limit": "1 / AF", "quantity": "landing_heat"}, ("'AF'", "weight")),
-        ({"limit": "1", "quantity": "separation_margins"}, ("'separation_margins'", "separation_margin")),
+        ({"limit": "1 / AF", "quantity": "landing_heat", "unit": "J"}, ("'AF'", "weight")),
     ],
 )
-def test_a_check_finds_unknown_quantities_and_variables(changed, facts):
+def test_a_check_finds_unknown_variables(changed, facts):
     with raises_naming(ValueError, "criterion own", *facts):
-        check_formulas([Criterion(**ABOUT | {"quantity": "separation_margin"} | changed)], MACHINE)
+        check_formulas([Criterion(**ABOUT | {"quantity": "separation_margin", "unit": "%"} | changed)], MACHINE)
 
 
 def test_a_zone_ends_below_its_limit():
@@ -150,18 +150,13 @@ def test_a_value_equal_to_its_limit_meets_it(relation, met):
 )
 def test_a_value_that_misses_its_limit_is_not_rounded_to_it(value, printed):
     """100 % (at most 100 %) would say that it is met; a value that meets it may be rounded to it."""
-    (result,) = judge([Quantity("q", "here", value, "%")], [Criterion(**ABOUT, unit="%", limit="100")], {})
+    used = Criterion(**ABOUT | {"quantity": "clearance_used"}, unit="%", limit="100")
+    (result,) = judge([Quantity("clearance_used", "here", value, "%")], [used], {})
     assert (result.verdict is Judgement.FAILED, result.value_text) == (value > 100.0, printed)
 
 
-def test_a_quantity_in_another_unit_is_not_judged():
-    (result,) = judge([Quantity("q", "here", 1.0, "mm")], [Criterion(**ABOUT, unit="um", limit="25")], {})
-    assert result.verdict is Judgement.UNANSWERED
-    assert "um" in result.reason
-
-
 def test_a_formula_of_an_unknown_variable_leaves_its_criterion_open():
-    (result,) = judge([Quantity("q", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
+    (result,) = judge([Quantity("overload", "here", 1.0)], [Criterion(**ABOUT, limit="2 * N_mx")], MACHINE)
     assert result.verdict is Judgement.UNANSWERED
     assert "N_mc" in result.reason
 
@@ -175,7 +170,7 @@ def test_formula_of_nan_is_refused(formula):
 
 
 def test_criteria_without_a_value_are_listed_by_key():
-    items = [Quantity("q", "here", 1.0), Quantity("q", "open", 1.0, open="nothing falls")]
+    items = [Quantity("overload", "here", 1.0), Quantity("overload", "open", 1.0, open="nothing falls")]
     criteria = [Criterion(**ABOUT, limit="2 * N_mx"), Criterion(**ABOUT | {"key": "other"}, limit="2")]
     part = Analysis("part", "Part", AnalysisResult(), tuple(judge(items, criteria, MACHINE)))
     result = Assessment(None, MACHINE, tuple(criteria), (part,))
@@ -199,11 +194,26 @@ def test_a_criterion_without_a_source_judges_nothing():
         ({"zones": {"A": 1.0}, "accepted": "B", "beyond": "D"}, ("accepted",)),
         ({"zones": {"A": 3.0, "B": 2.0}, "accepted": "B", "beyond": "D"}, ("ascend",)),
         ({"limit": "1 +"}, ("formula",)),
+        ({"zones": {"A": math.nan}, "accepted": "A", "beyond": "D"}, ("zones.A", "finite")),
+        ({"limit": "1", "quantity": "mode_reech"}, ("'mode_reech'", "mode_reach")),
+        ({"limit": "1", "quantity": "mode_reach"}, ("unit = '1'", "mode_reach", "%")),
+        ({"limit": "1", "quantity": "probe_displacement", "unit": "mm"}, ("'mm'", "um")),
     ],
 )
-def test_an_incomplete_criterion_is_refused(changes, facts):
+def test_an_incomplete_or_unknown_criterion_is_refused(changes, facts):
     with raises_naming(ValueError, *facts):
         Criterion(**ABOUT | changes)
+
+
+def test_a_dimensionless_criterion_needs_no_unit():
+    (result,) = judge([Quantity("overload", "here", 0.9, "1")], [Criterion(**ABOUT, limit="1")], {})
+    assert (result.verdict, result.limit_text) == (Judgement.MET, "at most 1")
+
+
+@pytest.mark.parametrize("declared", [("mode_reech", "%"), ("mode_reach", "1")])
+def test_a_computed_quantity_that_criteria_cannot_name_is_an_error(declared):
+    with raises_naming(LookupError, *declared):
+        check_declared(*declared, {})
 
 
 def test_criteria_are_read_from_a_user_file(tmp_path):
@@ -233,7 +243,7 @@ def test_the_sentence_of_every_packaged_criterion_has_its_number_and_its_limit()
         if criterion.known == "missing":
             assert not criterion.failure
             continue
-        names = ["N_min", "N_mc", "N_trip", "mass", "grade", *VARIABLES[criterion.quantity]]
+        names = ["N_min", "N_mc", "N_trip", "mass", "grade", *QUANTITIES[criterion.quantity].variables]
         quantity = Quantity(criterion.quantity, "at the end", 0.17, criterion.unit)
         found = Finding(quantity, criterion, Judgement.FAILED, 0.15, facts=dict.fromkeys(names, 3.0))
         limit = "2.5" if criterion.key == "critical_in_range" else "0.15"  # of the amplification, not of the margin
@@ -250,7 +260,7 @@ def test_the_advice_of_a_packaged_criterion_needs_no_other():
 
 def test_a_criterion_fails_by_the_worst_of_its_cases():
     """Above a limit the smallest value is the worst, below one the largest."""
-    values = [Quantity("q", f"at {value:g}", value) for value in (1.0, 3.0, 2.0)]
+    values = [Quantity("overload", f"at {value:g}", value) for value in (1.0, 3.0, 2.0)]
     for relation, worst in (("above", "at 1"), ("below", "at 3")):
         limit = {"above": "2.5", "below": "1.5"}[relation]
         findings = judge(values, [Criterion(**ABOUT, limit=limit, relation=relation)], MACHINE)
@@ -271,14 +281,17 @@ def test_a_criterion_fails_by_the_worst_of_its_cases():
 )
 def test_the_answer_counts_criteria(verdicts, failed_parts, facts):
     criteria = {key: Criterion(**ABOUT | {"key": key}, limit="1") for key in verdicts}
-    found = [Finding(Quantity("q", "here", 2.0), criteria[key], Judgement[name]) for key, name in verdicts.items()]
+    found = [
+        Finding(Quantity("overload", "here", 2.0), criteria[key], Judgement[name]) for key, name in verdicts.items()
+    ]
     assert_names(answer(found, failed_parts), *facts)
     assert_names(answer(found, failed_parts, ["closed_loop"]), "closed_loop")
 
 
 def test_cases_of_a_criterion_count_once():
     cases = [
-        Finding(Quantity("q", "here", 2.0), Criterion(**ABOUT, limit="1"), v) for v in (Judgement.MET, Judgement.FAILED)
+        Finding(Quantity("overload", "here", 2.0), Criterion(**ABOUT, limit="1"), v)
+        for v in (Judgement.MET, Judgement.FAILED)
     ]
     assert by_criterion(cases) == {"own": Judgement.FAILED}
 
@@ -286,7 +299,7 @@ def test_cases_of_a_criterion_count_once():
 @pytest.mark.parametrize("failure", ["{valeu}", "{value.__class__}", "{value", "{}"])
 def test_a_sentence_with_other_names_is_refused(failure):
     with raises_naming(ValueError, "criterion own", "failure"):
-        check_formulas([Criterion(**ABOUT | {"quantity": "separation_margin"}, limit="1", failure=failure)], MACHINE)
+        check_formulas([Criterion(**ABOUT, limit="1", failure=failure)], MACHINE)
 
 
 def test_a_limit_that_nobody_checked_says_so():
@@ -294,17 +307,17 @@ def test_a_limit_that_nobody_checked_says_so():
     assert all("not checked against the standard" in text for text in unchecked)
 
 
-def test_the_page_lists_all_quantities_with_their_variables():
+def test_the_page_lists_all_quantities_with_units_and_variables():
     page = (Path(__file__).parents[3] / "docs" / "reference" / "criteria_file.md").read_text(encoding="utf-8")
     rows = [
         line.split("|")[1:-1] for line in page.partition("| quantity | unit |")[2].splitlines() if line[:3] == "| `"
     ]
     listed = {
-        name: set(re.findall(r"`(\w+)`", further))
-        for names, _, further in rows
-        for name in re.findall(r"`(\w+)`", names)
+        name: (unit.strip(), set(re.findall(r"`(\w+)`", further)))
+        for names, units, further in rows
+        for name, unit in zip(re.findall(r"`(\w+)`", names), cycle(units.split(",")), strict=False)
     }
-    assert listed == {name: set(variables) for name, variables in VARIABLES.items()}
+    assert listed == {name: (declared.unit, set(declared.variables)) for name, declared in QUANTITIES.items()}
 
 
 def test_readme_help_and_page_state_how_many_criteria_nobody_could_check():
