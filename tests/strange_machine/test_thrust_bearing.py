@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from strange_machine import LEVITATION
 
+from amb_analysis.linear.axial_loop import AxialLoop, AxialPlant
 from amb_analysis.machine.coupled import coupled_loop
 from amb_assessment.assessment.analyses import axial
 from amb_assessment.assessment.assess import ANALYSES, assess, check_machine, chosen_parts
@@ -18,7 +19,6 @@ from amb_assessment.assessment.subject import subject_of
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_cosim.controllers.linear_controller import linear_controller
 from tests.support.messages import assert_names, raises_naming
-from thrust_bearings.axial_loop import AxialLoop, AxialPlant
 
 FILE = LEVITATION.parent / "machine.toml"
 AXIAL = ["axial", "axial_margins"]
@@ -78,13 +78,13 @@ def test_the_axial_axis_is_judged_like_the_radial_ones():
 
 
 def test_peak_of_the_sensitivity_is_that_of_the_loop_at_its_load():
-    """Of `AxialLoop`, which tests/thrust_bearings compares with python-control; K_s is that under 40 N of 250 N."""
+    """Of `AxialLoop`, which tests/amb_analysis compares with python-control; K_s is that under 40 N of 250 N."""
     file = load_machine(FILE)
     result = quantities(assess(file, only=["axial_margins"]))["sensitivity_peak"]
     mass, k_s, omega_b, T = 3.908928636, 5e5 * (1.0 + (40.0 / 250.0) ** 2), 2.0 * math.pi * 1500.0, 50e-6
     law = linear_controller(FILE.parent / "axial.toml").state_space()
     plant = AxialPlant(mass, 100.0, k_s, omega_b, file.thrust_bearing.lag(T))
-    loop = AxialLoop(plant, (law.A, law.B, law.C, law.D), T, 1.5)
+    loop = AxialLoop(plant, law, T, 1.5)
     assert result.value == pytest.approx(abs(loop.sensitivity(np.array([result.facts["frequency"]]))[0]), rel=1e-6)
 
 

@@ -15,7 +15,8 @@ from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import expm, matrix_balance
+from scipy.linalg import matrix_balance
+from scipy.signal import cont2discrete
 
 from amb_cosim.controllers.laws import Law, side_by_side
 from array_types import Array, Complex
@@ -150,9 +151,7 @@ def _is_solvable(matrix: Array) -> bool:
 
 
 def sampled(part: LinearComponent, sample_time: float, late: Mapping[str, float] | None = None) -> LinearComponent:
-    """Return the discrete-time form of a continuous part with inputs held over each sample (zero-order hold).
-
-    x(n+1) = Phi x(n) + Gamma_1 u(n-1) + Gamma_0 u(n),  Gamma_1 = Phi((1 - f) T) Gamma(f T),  Gamma_0 = Gamma((1 - f) T)
+    """Return the discrete-time form of a continuous part with inputs held over each sample (`held`).
 
     Parameters
     ----------
@@ -163,33 +162,46 @@ def sampled(part: LinearComponent, sample_time: float, late: Mapping[str, float]
     late
         Delay f of each input as a fraction of a sample, by name; 0 by default.
     """
-    law, delays = part.law, {name: f for name, f in (late or {}).items() if f > 0.0}
-    n, m = law.B.shape
-    Phi, Gamma_0 = zoh(law.A, law.B, sample_time)
-    late_columns = [part.inputs.index(name) for name in delays]
-    Gamma_1 = np.zeros((n, len(late_columns)))
-    Gamma_0, D = Gamma_0.copy(), law.D.copy()
-    for k, (j, f) in enumerate(zip(late_columns, delays.values(), strict=True)):
-        _, Gamma_before = zoh(law.A, law.B, f * sample_time)
-        Phi_after, Gamma_after = zoh(law.A, law.B, (1.0 - f) * sample_time)
-        Gamma_1[:, k] = Phi_after @ Gamma_before[:, j]
-        Gamma_0[:, j] = Gamma_after[:, j]
-    D_before = D[:, late_columns].copy()
-    D[:, late_columns] = 0.0
-    A = np.block([[Phi, Gamma_1], [np.zeros((len(late_columns), n + len(late_columns)))]])
-    B = np.vstack([Gamma_0, np.eye(m)[late_columns]])
-    return LinearComponent(
-        Law(A, B, np.hstack([law.C, D_before]), D, sample_time), part.inputs, part.outputs, notes=part.notes
-    )
+    law = part.law
+    shares = np.array([(late or {}).get(name, 0.0) for name in part.inputs])
+    Phi, Gamma_0, Gamma_1 = held(law.A, law.B, sample_time, shares)
+    is_late = shares > 0.0
+    n_late = int(is_late.sum())
+    A = np.block([[Phi, Gamma_1[:, is_late]], [np.zeros((n_late, len(Phi) + n_late))]])
+    B = np.vstack([Gamma_0, np.eye(len(shares))[is_late]])
+    C, D = np.hstack([law.C, law.D[:, is_late]]), np.where(is_late, 0.0, law.D)
+    return LinearComponent(Law(A, B, C, D, sample_time), part.inputs, part.outputs, notes=part.notes)
+
+
+def held(A: NDArray[Any], B: NDArray[Any], time: float, late: Array) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Return Phi, Gamma_0 and Gamma_1 of x(n+1) = Phi x(n) + Gamma_0 u(n) + Gamma_1 u(n-1), with held inputs u.
+
+    Gamma_1 = Phi((1 - f) T) Gamma(f T),  Gamma_0 = Gamma((1 - f) T)
+
+    Parameters
+    ----------
+    A, B
+        Of x' = A x + B u, real or complex.
+    time
+        T (s).
+    late
+        Delay f of each input as a fraction of T, shape (n_inputs,).
+    """
+    Phi, now = zoh(A, B, time)
+    before = np.zeros_like(now)
+    for f in np.unique(late[late > 0.0]):
+        columns = late == f
+        Gamma_before = zoh(A, B[:, columns], f * time)[1]
+        Phi_after, now[:, columns] = zoh(A, B[:, columns], (1.0 - f) * time)
+        before[:, columns] = Phi_after @ Gamma_before
+    return Phi, now, before
 
 
 def zoh(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return Phi and Gamma of x(t + time) = Phi x(t) + Gamma u, with the inputs u held over the time (s)."""
     n, m = B.shape
-    generator = np.zeros((n + m, n + m), dtype=np.result_type(A, B))
-    generator[:n, :n], generator[:n, n:] = A, B
-    transition = expm(generator * time)
-    return transition[:n, :n], transition[:n, n:]
+    Phi, Gamma, *_ = cont2discrete((A, B, np.zeros((0, n)), np.zeros((0, m))), time)
+    return Phi, Gamma
 
 
 def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[LinearComponent, dict[str, str]]:

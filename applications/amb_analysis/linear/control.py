@@ -15,7 +15,7 @@ import numpy as np
 
 from amb_analysis.linear.components import LinearComponent, names_of
 from amb_analysis.linear.sampled_loop import axis_matrix, parameters_of_loop
-from amb_cosim.controllers.laws import Law, in_series, side_by_side
+from amb_cosim.controllers.laws import Law, delayed, in_series, side_by_side, static
 from array_types import Array
 from linear_controller.matrices import find_bracket, matrices_of, sizes_of
 from rolac_controller.control_loop import ControlLoop, SensorPlane
@@ -113,21 +113,6 @@ def law_at(constants: Array, Omega: float) -> Law:
             at = slice(int(block.row), int(block.row) + rows), slice(int(block.column), int(block.column) + columns)
             M[at] += weight * values
     return Law(M[:n, :n], M[:n, n:], M[n:, :n], M[n:, n:])
-
-
-def static(D: Array) -> Law:
-    """Return a law without states."""
-    p, m = D.shape
-    return Law(np.zeros((0, 0)), np.zeros((0, m)), np.zeros((p, 0)), D)
-
-
-def delayed(count: int, samples: int) -> Law:
-    """Return a law that delays `count` signals by a number of samples."""
-    unit_delay = Law(np.zeros((count, count)), np.eye(count), np.eye(count), np.zeros((count, count)))
-    law = static(np.eye(count))
-    for _ in range(samples):
-        law = in_series(law, unit_delay)
-    return law
 
 
 def _filter(cutoff: float, sample_time: float) -> Law:

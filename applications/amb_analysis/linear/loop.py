@@ -20,6 +20,7 @@ import control
 import numpy as np
 
 from amb_analysis.linear.aliasing import continuous_poles, logarithms
+from amb_analysis.linear.components import StateSpace
 from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.model import LinearModel
@@ -238,8 +239,12 @@ class Modes(NamedTuple):
     of_outputs: Complex
     of_inputs: Complex
 
+    def response(self, z: Complex) -> Complex:
+        """Return C (z - A)^-1 B at points z, shape (n, outputs, inputs)."""
+        return np.asarray((self.of_outputs / (z[:, None, None] - self.poles)) @ self.of_inputs)
 
-def modes_of(system: control.StateSpace) -> Modes | None:
+
+def modes_of(system: StateSpace) -> Modes | None:
     """Return the modes of a model; None if it has no state, or its eigenvectors are parallel."""
     if not len(system.A):
         return None
@@ -264,9 +269,7 @@ def response(system: control.StateSpace, frequencies: Array, modes: Modes | None
     known = (modes or modes_of(system)) if len(omega) > CHECKED else None
     if known is not None:
         z = np.exp(1j * omega * system.dt)
-        terms = 1.0 / (z - known.poles[:, None])
-        result = np.einsum("ik,kn,kj->ijn", known.of_outputs, terms, known.of_inputs, optimize=True)
-        result += np.asarray(system.D)[:, :, None]
+        result = np.moveaxis(known.response(z) + np.asarray(system.D), 0, -1)
         largest = int(np.abs(result).max(axis=(0, 1)).argmax())
         compared = np.unique([*np.linspace(0, len(z) - 1, CHECKED, dtype=int), largest])
         expected = _solved_response(system, omega[compared])

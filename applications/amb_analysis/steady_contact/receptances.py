@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from amb_analysis.linear.components import frequency_response, zoh
+from amb_analysis.linear.components import frequency_response, held
 from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop
 
 
@@ -86,12 +86,7 @@ def sampled_response(loop: ForwardLoop, z: complex) -> Complex:
     assert loop.sample_time is not None
     columns, T = loop.columns[2], loop.sample_time
     A, B, C, D = loop.plant.A, loop.plant.B[:, columns], loop.plant.C, loop.plant.D
-    Phi, Gamma_0 = zoh(A, B, T)
-    Gamma_1 = np.zeros_like(Gamma_0)
-    for k, f in enumerate(loop.late):
-        if f > 0.0:
-            (_, Gamma_before), (Phi_after, Gamma_after) = zoh(A, B, f * T), zoh(A, B, (1.0 - f) * T)
-            Gamma_1[:, k], Gamma_0[:, k] = (Phi_after @ Gamma_before)[:, k], Gamma_after[:, k]
+    Phi, Gamma_0, Gamma_1 = held(A, B, T, loop.late)
     x = np.linalg.solve(z * np.eye(len(A)) - Phi, Gamma_0 + Gamma_1 / z)
     direct_delay = np.where(loop.late > 0.0, 1.0 / z, 1.0)
     return np.asarray(C @ x + D[:, columns] * direct_delay)

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from amb_analysis.linear.axial_loop import AxialLoop
 from amb_analysis.linear.stability import LARGEST, LoopStability, stability_of
 from amb_analysis.studies.sensitivity_curves import bands, curve_frequencies, peaks_of
 from amb_assessment.assessment.subject import Subject, hertz
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from array_types import Array
 from rotor_analysis.refinement import refined
-from thrust_bearings.axial_loop import AxialLoop
 from thrust_bearings.disc import OperatingPoint
 
 NAME = "thrust.z"
@@ -36,7 +36,7 @@ class LoadCase:
     @cached_property
     def stability(self) -> LoopStability:
         """Stability of the loop, which does not depend on the spin speed."""
-        return stability_of(self.loop.step_matrix, self.loop.sample_time)
+        return stability_of(self.loop.whole.A, self.loop.sample_time)
 
     @cached_property
     def sensitivity(self) -> tuple[Array, Array]:

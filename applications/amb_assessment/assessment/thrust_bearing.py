@@ -9,12 +9,12 @@ from pathlib import Path
 
 from pydantic import model_validator
 
+from amb_analysis.linear.axial_loop import AxialLoop, AxialPlant
+from amb_cosim.controllers.laws import Law
 from amb_cosim.controllers.linear_controller import linear_controller
 from amb_cosim.cosim.system.tables import Table, Value
 from amb_cosim.cosim.system.values import quantity
 from amb_files.checks import require
-from array_types import Array
-from thrust_bearings.axial_loop import AxialLoop, AxialPlant
 from thrust_bearings.disc import CatalogueBearing, OperatingPoint, ThrustDisc, moment_stiffness
 from thrust_bearings.eddy_currents import LEAKAGE, SolidIron, corner_frequency
 from thrust_bearings.rational_lag import NO_LAG, RationalLag, rational_lag
@@ -178,8 +178,8 @@ class ThrustBearing(Table):
         return NO_LAG if self.corner is None else rational_lag(self.corner, (LOWEST, 2.0 * math.pi / sample_time))
 
     @cached_property
-    def law(self) -> tuple[tuple[Array, Array, Array, Array], float, float]:
-        """Matrices A, B, C, D of the controller, its sample time (s), and its delay in samples.
+    def law(self) -> tuple[Law, float, float]:
+        """Law of the controller, its sample time (s), and its delay in samples.
 
         Raises
         ------
@@ -196,8 +196,7 @@ class ThrustBearing(Table):
             )
         if len(controller.laws) > 1:
             raise ValueError(f"controller {name} of the thrust bearing depends on speed; it must be one law")
-        law = controller.law_at()
-        return (law.A, law.B, law.C, law.D), controller.sample_time, float(controller.starts.get("delay", 0.0))
+        return controller.law_at(), controller.sample_time, float(controller.starts.get("delay", 0.0))
 
     def loop(self, mass: float, point: OperatingPoint, factors: tuple[float, float] = (1.0, 1.0)) -> AxialLoop:
         """Return the sampled loop of the rotor's axial motion at a static force.

@@ -13,14 +13,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_analysis.linear.components import frequency_response, zoh
+from amb_analysis.linear.components import StateSpace, frequency_response
 from amb_analysis.linear.control import pid_component
 from amb_analysis.linear.linearise import model_of
-from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.loop import Loop, Modes, modes_of
 from amb_analysis.studies.injection import HIGHEST, LOWEST
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
 from amb_cosim.controllers.laws import Law
@@ -44,21 +45,17 @@ class Peak:
     speed: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class SampledPlant:
-    """Rotor, magnets and amplifiers at a spin speed (rad/s), sampled with held demands, by (1), and in modal form."""
+class SampledPlant(NamedTuple):
+    """Rotor, magnets and amplifiers at a spin speed (rad/s), sampled with held demands, by (1), and its modes."""
 
     Omega: float
-    A: Array
-    B: Array
-    C: Array
-    poles: Complex
-    modal_output: Complex
-    modal_input: Complex
+    system: StateSpace
+    modes: Modes
 
-    def response(self, z: Complex) -> Complex:
-        """Return G at points z, shape (n, readings, axes)."""
-        return np.asarray((self.modal_output / (z[:, None, None] - self.poles)) @ self.modal_input)
+    def closed(self, law: Law) -> Array:
+        """Return the state matrix of the loop of (1) and a law."""
+        A, B, C = self.system.A, self.system.B, self.system.C
+        return np.block([[A + B @ law.D @ C, B @ law.C], [law.B @ C, law.A]])
 
 
 class LoopSearch:
@@ -79,7 +76,7 @@ class LoopSearch:
         self.parameters = loop.linear_components.parameters(CONTROLLER)
         self.plants = [_sampled(loop, Omega) for Omega in speeds]
         self._hertz = np.geomspace(LOWEST, 0.5 / self.sample_time, COARSE)
-        self._responses = [plant.response(self._z(self._hertz)) for plant in self.plants]
+        self._responses = [plant.modes.response(self._z(self._hertz)) for plant in self.plants]
 
     def law(self, gains: Mapping[str, float]) -> Law:
         """Return the law of the PID with other gains, by parameter."""
@@ -88,7 +85,7 @@ class LoopSearch:
 
     def poles(self, law: Law) -> list[Complex]:
         """Return the poles z of the loop at each speed."""
-        return [np.linalg.eigvals(_closed(plant, law)).astype(np.complex128) for plant in self.plants]
+        return [np.linalg.eigvals(plant.closed(law)).astype(np.complex128) for plant in self.plants]
 
     def coarse_peaks(self, law: Law, poles: Sequence[Complex]) -> tuple[float, float]:
         """Return the largest |S| of all axes and speeds up to 2 kHz and above, at few frequencies and at the poles."""
@@ -97,7 +94,7 @@ class LoopSearch:
         for plant, G, z in zip(self.plants, self._responses, poles, strict=True):
             hertz = self._about(z)
             points = self._z(hertz)
-            about = _sensitivity(frequency_response(law, points), plant.response(points))
+            about = _sensitivity(frequency_response(law, points), plant.modes.response(points))
             S = np.vstack([_sensitivity(K, G), about]).max(axis=1)
             within = np.concatenate([self._hertz, hertz]) <= HIGHEST
             low, high = max(low, float(S[within].max())), max(high, float(S[~within].max(initial=0.0)))
@@ -115,7 +112,7 @@ class LoopSearch:
         for plant, z in zip(self.plants, self.poles(law), strict=True):
             hertz = curve_frequencies(z, self.sample_time, LOWEST, 0.5 / self.sample_time)
             points = self._z(hertz)
-            S = _sensitivity(frequency_response(law, points), plant.response(points))
+            S = _sensitivity(frequency_response(law, points), plant.modes.response(points))
             by_speed.append(
                 (self._largest(plant, hertz, S, hertz <= HIGHEST), self._largest(plant, hertz, S, hertz > HIGHEST))
             )
@@ -169,16 +166,11 @@ def _sampled(loop: Loop, Omega: float) -> SampledPlant:
     source = loop.linear_components.at(Omega)
     sources = [source.assembly.system.source_of(reading) or "" for reading in loop.readings]
     model = model_of(source, loop.demands, sources, [PLANT, ACTUATOR])
-    A, B = zoh(model.A, model.B, loop.sample_time)
-    poles, V = np.linalg.eig(A)
-    return SampledPlant(Omega, A, B, model.C, poles, model.C @ V, np.linalg.solve(V, B.astype(np.complex128)))
-
-
-def _closed(plant: SampledPlant, law: Law) -> Array:
-    """Return the state matrix of the loop of (1) and a law."""
-    return np.block(
-        [[plant.A + plant.B @ law.D @ plant.C, plant.B @ law.C], [law.B @ plant.C, law.A]],
-    )
+    system = model.sample(loop.sample_time)
+    modes = modes_of(system)
+    if modes is None:
+        raise ValueError(f"the plant at {Omega:g} rad/s has no eigenvectors")
+    return SampledPlant(Omega, system, modes)
 
 
 def _sensitivity(K: Complex, G: Complex) -> Array:

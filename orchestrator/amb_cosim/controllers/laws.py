@@ -133,6 +133,21 @@ def _section_gain(numerator: Array, denominator: Array) -> float:
     return float(product ** ((n - m) / n)) if product > 0.0 else 1.0
 
 
+def static(D: Array) -> Law:
+    """Return a law without states."""
+    p, m = D.shape
+    return Law(np.zeros((0, 0)), np.zeros((0, m)), np.zeros((p, 0)), D)
+
+
+def delayed(count: int, samples: int) -> Law:
+    """Return a law that delays `count` signals by a number of samples."""
+    unit_delay = Law(np.zeros((count, count)), np.eye(count), np.eye(count), np.zeros((count, count)))
+    law = static(np.eye(count))
+    for _ in range(samples):
+        law = in_series(law, unit_delay)
+    return law
+
+
 def in_series(first: Law, then: Law) -> Law:
     """Return the laws `first` and `then` in series."""
     n, m = len(first.A), len(then.A)

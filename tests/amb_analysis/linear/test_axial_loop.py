@@ -6,14 +6,16 @@ import control
 import numpy as np
 import pytest
 
+from amb_analysis.linear.axial_loop import AxialLoop, AxialPlant
+from amb_analysis.linear.components import zoh
+from amb_cosim.controllers.laws import Law, static
 from tests.support.messages import raises_naming
-from thrust_bearings.axial_loop import AxialLoop, AxialPlant
 from thrust_bearings.rational_lag import NO_LAG, rational_lag
 
 T = 50e-6
 MASS, K_I, K_S, OMEGA_B = 6.0, 150.0, 1e6, 2.0 * math.pi * 2000.0
 LAG = rational_lag(2.0 * math.pi * 300.0, (2.0 * math.pi * 0.1, 2.0 * math.pi / T), 1e-2)
-NOTHING = (np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.zeros((1, 1)))  # a controller
+NOTHING = static(np.zeros((1, 1)))  # a controller
 PD = (-2.5e4, -30.0, 2.0 * math.pi * 3000.0)
 
 
@@ -24,7 +26,7 @@ def pd(kp, kd, roll_off):
 
 def loop(delay=0.0, lag=LAG, gains=PD, k_s=K_S):
     K = control.ss(pd(*gains))
-    return AxialLoop(AxialPlant(MASS, K_I, k_s, OMEGA_B, lag), (K.A, K.B, K.C, K.D), T, delay)
+    return AxialLoop(AxialPlant(MASS, K_I, k_s, OMEGA_B, lag), Law(K.A, K.B, K.C, K.D), T, delay)
 
 
 def transfer_of_plant(lag, k_s=K_S):
@@ -78,13 +80,13 @@ def test_loop_with_lag_agrees_with_python_control():
 def test_fraction_of_a_sample_is_a_hold_of_finer_steps(delay):
     """A delay of d samples is a demand that changes d T later: simulated in twentieths of a sample."""
     fine = 20
-    held = AxialLoop(AxialPlant(MASS, K_I, K_S, OMEGA_B), NOTHING, T / fine)
-    A, B, _ = held.sampled_plant
+    plant = AxialPlant(MASS, K_I, K_S, OMEGA_B).law
+    A, B = zoh(plant.A, plant.B, T / fine)
     law, x = loop(delay, NO_LAG), np.array([1e-5, 0.0, 0.0])
-    K_A, K_B, K_C, K_D = law.controller
+    K_A, K_B, K_C, K_D = (getattr(law.controller, name) for name in "ABCD")
     k, demands = np.zeros(len(K_A)), [0.0] * 200
     shift = round(delay * fine)
-    ours = np.zeros(len(law.step_matrix))
+    ours = np.zeros(len(law.whole.A))
     ours[:3] = x
     for step in range(100 * fine):
         if step % fine == 0:
@@ -92,7 +94,7 @@ def test_fraction_of_a_sample_is_a_hold_of_finer_steps(delay):
             u = float((K_C @ k)[0] + K_D[0, 0] * x[0])
             k = K_A @ k + K_B[:, 0] * x[0]
             demands.append(u)
-            ours = law.step_matrix @ ours
+            ours = law.whole.A @ ours
         newest = (step - shift) // fine  # the newest demand that acts
         x = A @ x + B[:, 0] * demands[200 + newest]
 
@@ -138,6 +140,6 @@ def test_an_invalid_loop_is_refused(change, facts):
 
 def test_a_controller_of_several_signals_is_refused():
     plant = AxialPlant(MASS, K_I, K_S, OMEGA_B)
-    two = (np.zeros((0, 0)), np.zeros((0, 2)), np.zeros((1, 0)), np.ones((1, 2)))
+    two = static(np.ones((1, 2)))
     with raises_naming(ValueError, "controller", "(1, 2)"):
         AxialLoop(plant, two, T)

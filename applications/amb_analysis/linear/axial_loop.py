@@ -1,0 +1,116 @@
+"""The sampled loop of a rigid rotor in a thrust bearing: its poles and its sensitivity.
+
+    m z'' = F + f_z,   F = G_n(s) (K_i i_c + K_s z),   i_c' = omega_b (i - i_c)                    (1)
+
+with the lag G_n of the eddy currents and the amplifier's bandwidth omega_b. The controller reads z at the instants k T
+and demands u_k = C x_k + D z_k, x_k+1 = A x_k + B z_k. The demand is held for a sample, d samples later.
+
+As K_i > 0, feedback that returns the rotor is negative: a demand i < 0 at z > 0. With the loop gain L of the negative
+feedback, opened at the demand, the sensitivity is S = 1/(1 + L) (ISO 14839-3).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from amb_analysis.linear.components import LinearComponent, harmonic_response, loop_of
+from amb_cosim.controllers.laws import Law, delayed, in_series
+from amb_files.checks import require, require_positive
+from array_types import Array, Complex
+from thrust_bearings.rational_lag import NO_LAG, RationalLag
+
+
+@dataclass(frozen=True)
+class AxialPlant:
+    """A rigid rotor in its thrust bearing, with current demands as input.
+
+    mass
+        m (kg).
+    k_i, k_s
+        K_i (N/A) and K_s (N/m).
+    bandwidth
+        Bandwidth omega_b of the amplifier (rad/s).
+    lag
+        Lag of the eddy currents; none with laminated iron.
+    """
+
+    mass: float
+    k_i: float
+    k_s: float
+    bandwidth: float
+    lag: RationalLag = NO_LAG
+
+    def __post_init__(self) -> None:
+        require_positive(self, mass="kg", k_i="N/A", k_s="N/m", bandwidth="rad/s")
+
+    @cached_property
+    def law(self) -> Law:
+        """Displacement over demand by (1), in the states z, z', i_c and those of the lag."""
+        lag, gain, c, d = self.lag.state_space()
+        n = 3 + len(lag)
+        force = np.array([self.k_s, 0.0, self.k_i])  # N, by z, z' and i_c, before the lag
+        A, B = np.zeros((n, n)), np.zeros((n, 1))
+        A[0, 1] = 1.0
+        A[1, :3] = d[0, 0] * force / self.mass
+        A[1, 3:] = c[0] / self.mass
+        A[2, 2] = -self.bandwidth
+        A[3:, :3] = gain * force
+        A[3:, 3:] = lag
+        B[2] = self.bandwidth
+        return Law(A, B, np.eye(1, n), np.zeros((1, 1)))
+
+
+@dataclass(frozen=True)
+class AxialLoop:
+    """The closed sampled loop.
+
+    plant
+        Rotor, bearing, amplifier.
+    controller
+        Sampled law from z (m) to the demanded current (A).
+    sample_time
+        T (s).
+    delay
+        d, in samples.
+    """
+
+    plant: AxialPlant
+    controller: Law
+    sample_time: float
+    delay: float = 0.0
+
+    def __post_init__(self) -> None:
+        require(0.0 < self.sample_time < math.inf, "sample_time", f"{self.sample_time:g} s", "> 0 s")
+        require(0.0 <= self.delay < math.inf, "delay", f"{self.delay:g} samples", ">= 0 samples")
+        shape = self.controller.D.shape
+        require(shape == (1, 1), "controller", f"with D of shape {shape}", "from one signal to one demand, (1, 1)")
+
+    @cached_property
+    def whole(self) -> Law:
+        """The closed loop, demanded over injected currents: plant, controller, and the samples of delay."""
+        samples = math.floor(self.delay)
+        law = replace(in_series(self.controller, delayed(1, samples)), sample_time=self.sample_time)
+        plant = LinearComponent(self.plant.law, ("demand",), ("z",))
+        controller = LinearComponent(law, ("reading",), ("u",), self.delay - samples)
+        loop = loop_of([plant, controller], {"reading": "z", "demand": "u"})
+        return loop.selected(["demand"], ["demand"]).law
+
+    @cached_property
+    def poles(self) -> Complex:
+        """Poles z of the closed loop; it is stable if all are inside the unit circle."""
+        return np.linalg.eigvals(self.whole.A).astype(np.complex128)
+
+    @property
+    def vibrations(self) -> Complex:
+        """Oscillating modes s (rad/s) of the closed loop, with z = exp(s T) and Im s > 0, by ascending frequency."""
+        s = np.log(self.poles[self.poles.imag > 0.0]) / self.sample_time
+        return np.asarray(s[np.argsort(s.imag)])
+
+    def sensitivity(self, frequencies: Array) -> Complex:
+        """Return S (1) at frequencies (Hz), shape (n,), at most half the sample rate."""
+        omega = 2.0 * np.pi * np.asarray(frequencies, dtype=np.float64)
+        return harmonic_response(self.whole, omega, self.sample_time)[:, 0, 0]
