@@ -13,6 +13,14 @@ from fmi_export.parts import part
 from fmi_export.records import record, size_of
 from rotor_contact.contact.bodies import SPIN, place_bodies
 from rotor_contact.contact.constraints import MAX_UNKNOWNS
+from rotor_contact.contact.faces import (
+    FACE_STATE,
+    N_FACE_INTEGRALS,
+    N_FACE_STATE,
+    faces_of,
+    faces_size,
+    place_faces,
+)
 from rotor_contact.contact.site import SITE, Sites
 from rotor_contact.contact.site_totals import SITE_STATE, begin_step, end_step
 from rotor_contact.contact.workspace import (
@@ -21,6 +29,7 @@ from rotor_contact.contact.workspace import (
     N_STAGES,
     Workspace,
     energy_integrals,
+    face_integrals,
     site_integrals,
 )
 from rotor_contact.forces.axial_motion import AXIAL
@@ -63,7 +72,8 @@ Records = np.ndarray[tuple[int], np.dtype[np.record]]
 class State(NamedTuple):
     """The state: record `HEAD`, in an array of length 1; latest key and constant speed; sites; z = (q, v, integrals).
 
-    `axial` has the motion along the shaft of a rotor with a thrust disc, one record or none. z has room for all bodies;
+    `axial` has the motion along the shaft of a rotor with a thrust disc, one record or none; `faces` has records of
+    type `FACE_STATE`. z has room for all bodies;
     with fewer bodies it ends earlier.
     """
 
@@ -72,6 +82,7 @@ class State(NamedTuple):
     constant: ConstantSpeed
     sites: Records
     axial: Records
+    faces: Records
     z: Array
 
 
@@ -91,7 +102,9 @@ class Scratch(NamedTuple):
     orbit
         Equations of the steady orbit, shape (2 n, 2 n + 1).
     step_cache
-        Inputs of the records of sites and spin, and of the non-magnetic forces.
+        Inputs of the records of sites, faces and spin, and of the non-magnetic forces.
+    faces
+        As in `Workspace`.
     """
 
     spin: Records
@@ -104,6 +117,7 @@ class Scratch(NamedTuple):
     site_rows: Array
     orbit: Equations
     step_cache: StepCache
+    faces: Array
 
 
 @views
@@ -119,9 +133,10 @@ def pairs_of_inputs(structure: Structure) -> int:
 
 
 @views
-def stage_size(n: int, n_sites: int) -> int:
-    """Return the size of a row of `Workspace.stages`."""
-    return 2 * n + N_INTEGRALS + N_SITE_INTEGRALS * n_sites
+def stage_size(n: int, n_sites: int, n_faces: int) -> int:
+    """Return the size of a row of `Workspace.stages`, an even number."""
+    size = 2 * n + N_INTEGRALS + N_SITE_INTEGRALS * n_sites + N_FACE_INTEGRALS * n_faces
+    return size + size % 2
 
 
 @views
@@ -147,7 +162,7 @@ def place_of_axial_motion(structure: Structure) -> int:
 @views
 def place_of_motion(structure: Structure) -> int:
     """Return where z begins in the state."""
-    return place_of_axial_motion(structure) + structure.n_thrust * N_AXIAL
+    return place_of_axial_motion(structure) + structure.n_thrust * N_AXIAL + structure.n_faces * N_FACE_STATE
 
 
 def n_state(constants: Array) -> int:
@@ -163,13 +178,14 @@ def n_work(constants: Array) -> int:
     n_unknowns = MAX_UNKNOWNS * n_sites
     return (
         N_SPIN
-        + N_STAGES * stage_size(most_degrees_of_freedom(s), n_sites)
+        + N_STAGES * stage_size(most_degrees_of_freedom(s), n_sites, s.n_faces)
         + (2 * n + N_ROWS) * n
         + n_sites * N_SITE
         + n_unknowns * (n_unknowns + 1)
         + 2 * n * (2 * n + 1)
         + n_bearings * N_BEARING
         + step_cache_size(s)
+        + faces_size(s.n_faces, n)
         + matrices_size(n, n_bearings, n_sites, pairs_of_inputs(s), s.is_damped)
     )
 
@@ -184,6 +200,7 @@ def state_of(state: Array, structure: Structure) -> State:
         constant_speed_of(state, place_of_constant_speed(structure), n_bearings),
         part(state, place_of_sites(structure), SITE_STATE, n_sites),
         part(state, place_of_axial_motion(structure), AXIAL, structure.n_thrust),
+        part(state, place_of_axial_motion(structure) + structure.n_thrust * N_AXIAL, FACE_STATE, structure.n_faces),
         part(state, place_of_motion(structure), REAL, 2 * most_degrees_of_freedom(structure) + N_INTEGRALS),
     )
 
@@ -195,7 +212,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     Frequently read parts come first, at even offsets: kernels use vectors of two numbers.
     """
     n, n_bearings, n_sites = structure.K.shape[0], structure.bearings.shape[0], structure.sites.shape[0]
-    stages, stages_size = N_SPIN, N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites)
+    stages, stages_size = N_SPIN, N_STAGES * stage_size(most_degrees_of_freedom(structure), n_sites, structure.n_faces)
     motion = stages + stages_size
     sites = motion + (2 * n + N_ROWS) * n
     n_unknowns = MAX_UNKNOWNS * n_sites
@@ -203,11 +220,12 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
     orbit = equations + n_unknowns * (n_unknowns + 1)
     bearings = orbit + 2 * n * (2 * n + 1)
     step_cache = bearings + n_bearings * N_BEARING
+    faces = step_cache + step_cache_size(structure)
     return Scratch(
         part(work, 0, SPIN, 1),
         step_matrices_of(
             work,
-            step_cache + step_cache_size(structure),
+            faces + faces_size(structure.n_faces, n),
             n,
             n_bearings,
             n_sites,
@@ -222,13 +240,14 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
         part(work, sites, REAL, (n_sites, N_SITE)),
         equations_of(work, orbit, 2 * n),
         step_cache_of(work, step_cache, structure),
+        part(work, faces, REAL, faces_size(structure.n_faces, n)),
     )
 
 
 @views
 def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int) -> Workspace:
     """Return the workspace of a step; n is the number of all degrees of freedom."""
-    size = stage_size(n, structure.sites.shape[0])
+    size = stage_size(n, structure.sites.shape[0], structure.n_faces)
     return Workspace(
         n,
         structure.forms,
@@ -239,12 +258,13 @@ def workspace_of(structure: Structure, motion: Motion, scratch: Scratch, n: int)
         scratch.equations,
         part(scratch.stages, 0, REAL, (N_STAGES, size)),
         structure.n_translations,
+        scratch.faces,
     )
 
 
 @noinline_kernel
 def place_sites(structure: Structure, parameters: Parameters, inputs: Inputs, scratch: Scratch) -> int:
-    """Fill the records of the sites and of the spin; return the number of all degrees of freedom.
+    """Fill the records of the sites, the faces and the spin; return the number of all degrees of freedom.
 
     Fields of a site that are not parameters are set to zero.
     """
@@ -252,6 +272,8 @@ def place_sites(structure: Structure, parameters: Parameters, inputs: Inputs, sc
         copy(parameters.sites[k], scratch.site_rows[k])
         scratch.site_rows[k, parameters.sites.shape[1] :] = 0.0
         scratch.sites[k].row = int(structure.sites[k])
+    if structure.n_faces > 0:
+        place_faces(structure, parameters.faces, scratch.faces)
     return place_bodies(parameters, inputs, scratch.sites, scratch.spin[0], structure.K.shape[0])
 
 
@@ -293,3 +315,23 @@ def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
         end_step(site, states[k], site_integrals(z, n, k))
         integrals.impact_heat += site.impact_heat
         integrals.work += site.drive_work
+
+
+@kernel
+def load_faces(states: Records, w: Workspace) -> None:
+    """Set from their states whether seats push, and reset everything that a step collects."""
+    records = faces_of(w.faces, w.Minv.shape[0]).records
+    for k in range(records.shape[0]):
+        face = records[k]
+        face.is_pressed = states[k].is_pressed
+        face.f_n = face.f_n_peak = face.impulse = face.angular_impulse = 0.0
+        face.force = face.share = face.torque = face.loss = face.sliding_power = face.rocking_power = 0.0
+
+
+@kernel
+def store_faces(w: Workspace, states: Records, z: Array) -> None:
+    """Store whether seats push, and their heat, in the states of the faces; z is as in `store_sites`."""
+    records = faces_of(w.faces, w.Minv.shape[0]).records
+    for k in range(records.shape[0]):
+        states[k].is_pressed = records[k].is_pressed
+        states[k].heat += face_integrals(z, w.n, w.sites.shape[0], k).heat

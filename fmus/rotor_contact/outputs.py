@@ -8,8 +8,10 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from rotor_contact.contact.bodies import is_beyond_limit, kinetic_energy, strain_energy
 from rotor_contact.contact.compliant import is_compliant, stored_energy
+from rotor_contact.contact.face_forces import stored_at_face, write_face
+from rotor_contact.contact.faces import faces_of
 from rotor_contact.contact.friction import is_below_slip_scale
-from rotor_contact.contact.site import Site, Sites, locate_journal, slip_velocity, tangential_component
+from rotor_contact.contact.site import Site, locate_journal, slip_velocity, tangential_component
 from rotor_contact.contact.workspace import Workspace, energy_integrals
 from rotor_contact.forces.passive_bearings import stored_in_bearing
 from rotor_contact.layout import State
@@ -24,9 +26,18 @@ SMALLEST_ENERGY = 1e-9  # J, below which a balance is rounding
 
 @kernel
 def write_outputs(
-    structure: Structure, parameters: Parameters, w: Workspace, x: State, Omega: float, outputs: Outputs
+    structure: Structure,
+    parameters: Parameters,
+    w: Workspace,
+    x: State,
+    Omega: float,
+    step_size: float,
+    outputs: Outputs,
 ) -> None:
-    """Write all outputs from the state `x`; `Omega` (rad/s) is the present spin speed."""
+    """Write all outputs from the state `x`; `Omega` (rad/s) is the present spin speed.
+
+    `step_size` (s) is that of the last step, 0 at the start.
+    """
     n, sites = w.n, w.sites
     q = x.z[:n]
     v = x.z[n : 2 * n]
@@ -52,7 +63,9 @@ def write_outputs(
         outputs.seals[k].beyond_table = 1.0 if Omega < seal.lowest or Omega > seal.highest else 0.0
     for k in range(outputs.thrust.shape[0]):
         outputs.thrust[k].z, outputs.thrust[k].speed = x.axial[k].z, x.axial[k].speed
-    scalars.contact_state = _contact_state(structure, sites)
+    for k in range(outputs.faces.shape[0]):
+        write_face(w, k, q, v, x.axial[0].z, x.axial[0].speed, x.faces[k].heat, step_size, outputs.faces[k])
+    scalars.contact_state = _contact_state(structure, w)
     mechanical = write_mechanical_energy(structure, parameters, w, x, scalars.energy)
     write_heat_and_work(energy_integrals(x.z, n), mechanical - head.initial_energy, scalars.energy)
 
@@ -68,14 +81,18 @@ def energy_error(energy: np.record, head: np.record) -> float:
 
 
 @kernel
-def _contact_state(structure: Structure, sites: Sites) -> float:
-    """Return the sum of 1, 2, 4, ... for each bearing that the rotor touches."""
+def _contact_state(structure: Structure, w: Workspace) -> float:
+    """Return the sum of 1, 2, 4, ... for each bearing whose retainer the rotor touches, across or along the shaft."""
     state = 0.0
     for bearing in range(structure.bearings.shape[0]):
-        for k in range(sites.shape[0]):
-            if structure.site_bearings[k] == bearing and sites[k].mode != FREE:
-                state += 2.0**bearing
-                break
+        touches = False
+        for k in range(w.sites.shape[0]):
+            touches = touches or (structure.site_bearings[k] == bearing and w.sites[k].mode != FREE)
+        for face in faces_of(w.faces, w.Minv.shape[0]).records:
+            if face.is_pressed != 0.0 and face.site >= 0.0:
+                touches = touches or structure.site_bearings[int(face.site)] == bearing
+        if touches:
+            state += 2.0**bearing
     return state
 
 
@@ -139,6 +156,8 @@ def write_mechanical_energy(
         kinetic += 0.5 * w.spin[0].inertia * Omega * Omega + x.head[0].coupling
     for axial in x.axial:
         kinetic += 0.5 * structure.mass * axial.speed * axial.speed
+    for k in range(structure.n_faces):
+        strain += stored_at_face(w, k, q, x.axial[0].z)
     energy.kinetic = kinetic
     energy.strain = strain
     total: float = kinetic + strain

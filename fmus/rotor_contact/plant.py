@@ -31,6 +31,7 @@ from rotor_contact.contact.workspace import (
     stages_of,
     with_motion,
 )
+from rotor_contact.face_step import advance_on_faces, is_near_faces
 from rotor_contact.forces.axial_motion import move_along
 from rotor_contact.forces.dynamics import ROUNDING as UNCHANGED
 from rotor_contact.forces.dynamics import (
@@ -45,6 +46,7 @@ from rotor_contact.initial_orbit import clamp_to_clearance, start_on_orbit
 from rotor_contact.layout import (
     Scratch,
     hold_spin,
+    load_faces,
     load_sites,
     n_state,
     n_work,
@@ -52,6 +54,7 @@ from rotor_contact.layout import (
     release_spin,
     scratch_of,
     state_of,
+    store_faces,
     store_sites,
     workspace_of,
 )
@@ -100,12 +103,15 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         x.sites[k].temperature = p.scalars[0].ambient_temperature
     for axial in x.axial:
         axial.z = axial.speed = 0.0
+    for face in x.faces:
+        face.is_pressed = face.heat = 0.0
     Omega, theta = u.scalars[0].Omega, p.scalars[0].initial.angle
     head.theta = theta if 0.0 <= theta < TURN else theta % TURN
     motion = motion_of(structure, scratch.motion, scratch.bearings, head.theta, Omega, 0.0)
     set_bearings(p, motion)
     collect_coefficients(structure, motion)
     w = workspace_of(structure, motion, scratch, n)
+    load_faces(x.faces, w)
     is_free = p.scalars[0].spin.free != 0.0
     head.is_held, head.speed = 1.0 if is_free and spin.row < 0 else 0.0, Omega
     if is_free:
@@ -136,7 +142,7 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         store_sites(sites, x.sites, start, n)
     head.coupling = coupling_energy(motion, spin, head.theta, z[n : 2 * n])
     head.initial_energy = write_mechanical_energy(structure, p, w, x, y.scalars[0].energy)
-    write_outputs(structure, p, w, x, Omega, y)
+    write_outputs(structure, p, w, x, Omega, 0.0, y)
     y.scalars[0].solver.energy_missed = y.scalars[0].drive.at_limit = 0.0
     return 0
 
@@ -189,13 +195,18 @@ def step(
     head.tolerance_missed = 0.0
     copy(x.z[: 2 * n + N_INTEGRALS], z)
     z[2 * n + N_INTEGRALS :] = 0.0
-    for k in range(structure.n_thrust):
-        along = move_along(structure.mass, p.scalars[0].gravity, p.thrust[k], u.thrust[k], x.axial[k], step_size)
+    load_faces(x.faces, w)
+    touches = structure.n_faces > 0 and is_near_faces(structure, p, u, w, x, step_size)
+    if structure.n_thrust > 0 and not touches:
+        along = move_along(structure.mass, p.scalars[0].gravity, p.thrust[0], u.thrust[0], x.axial[0], step_size)
         energy_integrals(z, n).work += along
     if spin.row < 0 and abs(Omega - head.speed) > ROUNDING * abs(Omega):
         energy_integrals(z, n).work += _work_of_jump(w, Omega)
     fault = NO_MATRICES_YET
-    if solver.exact_motion != 0.0:
+    if touches:
+        head.method = COMPLIANT if solver.exact_motion != 0.0 else INTEGRATED
+        fault = advance_on_faces(structure, p, u, w, x, law, step_size)
+    elif solver.exact_motion != 0.0:
         if spin.row < 0 and is_near(motion.Omega, x.constant.speed[0].Omega, UNCHANGED):
             motion = motion_at(motion, head.theta, x.constant.speed[0].Omega)
             w = with_motion(w, motion)
@@ -210,6 +221,7 @@ def step(
     if head.method == EXACT or head.method == PIECES:
         head.has_matrices = 1.0
     store_sites(scratch.sites, x.sites, z, n)
+    store_faces(w, x.faces, z)
     copy(z[: 2 * n + N_INTEGRALS], x.z)
     theta, Omega = angle_and_speed_after(w, x.z, head.theta, motion.Omega, step_size)
     if is_held:
@@ -221,7 +233,7 @@ def step(
         site, of_site = scratch.sites[k], site_integrals(z, n, k)
         average(site, of_site, step_size)
         advance_temperature(site, x.sites[k], of_site.heat, p.scalars[0].ambient_temperature, step_size)
-    write_outputs(structure, p, w, x, Omega, y)
+    write_outputs(structure, p, w, x, Omega, step_size, y)
     error = energy_error(y.scalars[0].energy, head)
     y.scalars[0].solver.energy_missed = 1.0 if error > 0.1 * solver.energy_limit else 0.0
     return FAULT_ENERGY if error > solver.energy_limit else 0

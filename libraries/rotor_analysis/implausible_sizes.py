@@ -33,6 +33,7 @@ def implausible_sizes(rotor: Rotor) -> tuple[str, ...]:
         _above("length of the shaft", length, LONGEST, "m"),
         _above("diameter of the shaft", thickest, THICKEST, "m"),
         *(_above(f"clearance of {site.name}", site.clearance, LOOSEST, "m") for site in rotor.sites),
+        *(_above(f"clearance of {face.name}", face.clearance, LOOSEST, "m") for face in rotor.faces),
         *(_above(f"offset of {body.name}", abs(body.offset), max(length, LARGEST), "m") for body in rotor.bodies),
     ]
     masses = [_above("mass", rotor.mass, HEAVIEST, "kg")]

@@ -1,11 +1,11 @@
-"""Parts on the shaft: bodies, bearings, contact sites and sensors, each at a node or at a position z."""
+"""Parts on the shaft: bodies, bearings, contact sites, sensors and faces, each at a node or at a position z."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from annotated_types import Ge
@@ -307,4 +307,24 @@ class ThrustDisc:
     """Name, the first part of its variables in the plant."""
 
 
-Part = Body | Disc | Bearing | Site | Sensor
+@table
+class Face(_Placed):
+    """A face that stops the rotor along its shaft, such as a shoulder against the ring of a retainer bearing."""
+
+    name: Name
+    """Name, the first part of its variables in the plant."""
+    node: NodeUnlessZ
+    """Node number, from 1, unless `z` is set."""
+    stops: Literal["-z", "+z"]
+    """Motion that it stops: towards smaller or larger z."""
+    clearance: Length
+    """Distance along the shaft to its seat, with the rotor in the middle."""
+    radius: Size
+    """Mean radius of the ring on which it lands."""
+    retainer: Name | None = None
+    """Contact site on whose retainer it lands: the face then turns that race, moves that housing and heats them."""
+    z: Position | None = None
+    """Position along the shaft, instead of `node`; the shaft then has a node there."""
+
+
+Part = Body | Disc | Bearing | Site | Sensor | Face

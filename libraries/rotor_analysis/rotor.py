@@ -26,6 +26,7 @@ from rotor_analysis.parts import (
     Bearing,
     BodyOrDisc,
     CentreOfMass,
+    Face,
     Part,
     Point,
     Sensor,
@@ -36,7 +37,7 @@ from rotor_analysis.shaft import Shaft, ShaftOrSections
 
 Method = Literal["free_modes", "msdc", "none"]
 
-KINDS = ("bodies", "bearings", "seals", "sites", "sensors")
+KINDS = ("bodies", "bearings", "seals", "sites", "sensors", "faces")
 
 
 @table
@@ -90,7 +91,7 @@ class Mesh:
 
 @table
 class Rotor:
-    """A rotor: shaft, bodies, bearings, seals, contact sites, sensors, damping, and materials.
+    """A rotor: shaft, bodies, bearings, seals, contact sites, sensors, faces, damping, and materials.
 
     Parts can be placed by `z`: the shaft then gets a node there, and the numbers of parts and masters refer to this
     mesh.
@@ -136,6 +137,8 @@ class Rotor:
     """Seals and passive bearings, which act both in analyses and in co-simulation."""
     thrust_disc: ThrustDisc | None = None
     """Disc of an axial magnetic bearing; without one the rotor does not move along its shaft."""
+    faces: tuple[Face, ...] = ()
+    """Faces that stop the rotor along its shaft."""
 
     def __post_init__(self) -> None:
         errors = [*self._misplaced(), *self._misnamed()]
@@ -197,6 +200,13 @@ class Rotor:
                     yield f"sites[{k}].{key} ({site.name}) = {bearing!r} is not the name of a bearing; {hint}"
             if site.bearing is not None and site.stator is not None:
                 yield f"sites[{k}] ({site.name}) has both bearing and stator; it may have one of them"
+        sites = [site.name for site in self.sites]
+        for k, face in enumerate(self.faces):
+            if face.retainer is not None and face.retainer not in sites:
+                hint = suggest(face.retainer, sites)
+                yield f"faces[{k}].retainer ({face.name}) = {face.retainer!r} is not the name of a site; {hint}"
+        if self.faces and self.thrust_disc is None:
+            yield "faces require a [thrust_disc]; without one the rotor does not move along its shaft"
 
     def _fields_on(self, shaft: Shaft) -> dict[str, Any]:
         """Return the fields of this rotor on another mesh of its shaft, which must have the required nodes."""
@@ -285,7 +295,7 @@ class Rotor:
 
     @property
     def part_nodes(self) -> tuple[int, ...]:
-        """Node numbers of all parts: bodies, bearings, seals, sites and sensors."""
+        """Node numbers of all parts: bodies, bearings, seals, sites, sensors and faces."""
         return _nodes(part for _, part in self._parts())
 
     @property

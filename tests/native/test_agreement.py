@@ -12,7 +12,7 @@ from machines import SITES, held, machine
 from raw import Library, Library3
 
 from amb_cosim.design import plant_data
-from rotor_analysis.parts import AtSpeed, Bearing, ThrustDisc
+from rotor_analysis.parts import AtSpeed, Bearing, Face, ThrustDisc
 from tests.support.messages import assert_names
 
 pytestmark = pytest.mark.gate
@@ -127,6 +127,30 @@ def test_a_machine_with_a_thrust_disc_agrees_along_its_shaft(unpacked, fmi, load
         assert native.step(n) == 0, native.log
         assert native.get(*names) == [core[name] for name in names]
     assert abs(core["thrust.z"]) > 1e-6
+
+
+def test_a_machine_that_lands_along_its_shaft_agrees(unpacked):
+    """It falls onto a face beside its first retainer, whose race and housing move, bounces and comes to rest."""
+    site = machine().sites[0]
+    face = Face("seat", site.node, "-z", 1e-4, 0.03, site.name)
+    model, constants = plant_data.plant(machine(thrust_disc=ThrustDisc(0.4), faces=(face,)))
+    of_site = {"housing_mass": 0.5, "mount_stiffness_x": 1e7, "mount_stiffness_y": 1e7, "race_inertia": 1e-4}
+    values = held(3) | {f"{site.name}.{name}": value for name, value in of_site.items()}
+    values |= {
+        "Omega": 150.0,
+        "impeller5.u": 2e-3,
+        "gravity": 9.81,
+        "thrust.tilt": 1.5,
+        "seat.mu": 0.2,
+        "seat.restitution": 0.9,
+    }
+    values |= {"spin.free": 1.0, "spin.inertia": 1.0, "seat.seat_tilt_y": 1e-4}
+    native, core = fmu_and_core(unpacked(model, constants), model, constants, values)
+    difference, record = largest_difference(native, core, 150, lambda n: {})
+    assert difference == 0.0
+    pressed = record[:, [v.name for v in model.interface.of("output")].index("seat.mode")]
+    assert np.count_nonzero(np.diff(pressed)) > 2
+    assert np.any(record[:, [v.name for v in model.interface.of("output")].index("seat.torque")] < 0.0)
 
 
 def test_the_controller_agrees_at_steps_within_a_sample(unpacked):

@@ -197,3 +197,33 @@ def test_position_within_a_nanometre_of_a_node_is_the_node(tmp_path):
     rotor = loaded(tmp_path, f'name = "pump"\n{SHAFT}{SEAL}z = 0.5000000001')
     assert rotor.shaft.nodes == (0.0, 0.5, 1.0)
     assert rotor.site_nodes == (2,)
+
+
+FACE = """[thrust_disc]
+z = 0.5
+[[sites]]
+name = "ring"
+node = 1
+[[faces]]
+name = "seat"
+node = 1
+stops = "-z"
+clearance = 2e-4
+radius = 0.01
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "facts"),
+    [
+        ("radius = 0.01", "radius = 0.01\nretainer = 'rign'", ("faces[0].retainer (seat)", "'rign'", "ring")),
+        ("2e-4", "-2e-4", ("faces[0].clearance (seat)", "-0.0002 m", "> 0 m")),
+        ('"-z"', '"z"', ("faces[0].stops (seat)", "'z'", "'-z'", "'+z'")),
+        ('"seat"', '"ring"', ("faces[0].name", "'ring'", "unique")),
+        ('"seat"\nnode = 1', '"seat"\nz = 3.0', ("faces[0].z (seat)", "3.0 m", "on the shaft")),
+        ("[thrust_disc]\nz = 0.5\n", "", ("faces", "[thrust_disc]")),
+    ],
+)
+def test_mistake_in_a_face_is_named_with_its_key(tmp_path, old, new, facts):
+    (line,) = refused(tmp_path, f'name = "pump"\n{SHAFT}{FACE}'.replace(old, new))
+    assert_names(line, *facts)

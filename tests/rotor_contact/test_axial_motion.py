@@ -88,7 +88,7 @@ def test_balance_closes_with_forces_that_change_along_the_shaft(free):
         largest = max(largest, abs(x["energy.balance"]))
     along = 0.5 * ROTOR.mass * x["thrust.speed"] ** 2
     assert along > 1e-4
-    assert x["energy.kinetic"] >= along
+    assert x["energy.kinetic"] >= along * (1.0 - 1e-12)
     assert largest < 1e-9 * along
 
 

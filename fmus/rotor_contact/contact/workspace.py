@@ -10,21 +10,23 @@ from fmi_export.jit import views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import size_of
+from rotor_contact.contact.faces import FACE_INTEGRALS, N_FACE_INTEGRALS
 from rotor_contact.contact.site import Sites
 from rotor_contact.contact.site_totals import SITE_INTEGRALS
 from rotor_contact.forces.dynamics import Motion
 from rotor_contact.shaft.linear_solver import Equations
 from rotor_contact.variables.energies import ENERGY_INTEGRALS
 
-# At the end of every state z: integrals of energies over time and, for each site, its integrals over the step.
+# At the end of every state z: integrals of energies over time and, for each site and each face, those over the step.
 N_INTEGRALS, N_SITE_INTEGRALS = size_of(ENERGY_INTEGRALS), size_of(SITE_INTEGRALS)
 N_STAGES = 9
 
 
 class Stages(NamedTuple):
-    """States z = (q, v, energy integrals, integrals of the sites) and derivatives of a substep.
+    """States z = (q, v, energy integrals, integrals of sites and faces) and derivatives of a substep.
 
-    Each has the shape (2 n + N_INTEGRALS + N_SITE_INTEGRALS n_sites,), where n is the number of all degrees of freedom.
+    Each has the shape (2 n + N_INTEGRALS + N_SITE_INTEGRALS n_sites + N_FACE_INTEGRALS n_faces,), where n is the number
+    of all degrees of freedom.
 
     They are the rows of `Workspace.stages`.
 
@@ -70,6 +72,8 @@ class Workspace(NamedTuple):
         States and derivatives of the integration, for `stages_of`.
     n_translations
         Number of degrees of freedom that are translations of planes; they come first.
+    faces
+        Records and rows of the faces, for `faces.faces_of`.
     """
 
     n: int
@@ -81,6 +85,7 @@ class Workspace(NamedTuple):
     equations: Equations
     stages: Array
     n_translations: int
+    faces: Array
 
 
 @views
@@ -104,6 +109,14 @@ def site_integrals(z: Array, n: int, k: int) -> np.record:
 
 
 @views
+def face_integrals(z: Array, n: int, n_sites: int, k: int) -> np.record:
+    """Return the integrals of face k in a state or its derivative."""
+    at = 2 * n + N_INTEGRALS + n_sites * N_SITE_INTEGRALS + k * N_FACE_INTEGRALS
+    integrals: np.record = part(z, at, FACE_INTEGRALS, 1)[0]
+    return integrals
+
+
+@views
 def with_motion(w: Workspace, motion: Motion) -> Workspace:
     """Return the same workspace with another motion."""
-    return Workspace(w.n, w.forms, w.Minv, motion, w.spin, w.sites, w.equations, w.stages, w.n_translations)
+    return Workspace(w.n, w.forms, w.Minv, motion, w.spin, w.sites, w.equations, w.stages, w.n_translations, w.faces)

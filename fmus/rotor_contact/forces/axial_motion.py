@@ -4,12 +4,12 @@ With the mass m, the force f of the bearing at z_ref and its gradient k, another
 
     m z'' = f + k (z - z_ref) + p - m g sin(b)                                     (1)
 
-With w = k/m and the acceleration a at the beginning, the motion after a time t is
+With w = k/m, the acceleration a at the beginning, and a damping c over the mass, which faces have, the motion after a
+time t is
 
-    z(t) = z + v S + a C,    v(t) = v + (w v) C + a S                                 (2)
-    S = sinh(sqrt(w) t)/sqrt(w),    C = (cosh(sqrt(w) t) - 1)/w
+    z(t) = z + v S + a C_2,    v(t) = v S' + a S,    S'' + c S' - w S = 0,  S(0) = 0,  S'(0) = 1         (2)
 
-with sine and cosine for w < 0: a gradient k > 0 pushes the rotor away, as a magnet does. The work of all forces is that
+where C_2 is the integral of S: a gradient k > 0 pushes the rotor away, as a magnet does. The work of all forces is that
 of the force at the beginning, and half the gradient times the square of the way. z couples to the lateral motion by
 neither bearings nor mass, so it is no row of that motion.
 """
@@ -24,20 +24,28 @@ from fmi_export.jit import kernel
 from fmi_export.records import record
 
 AXIAL = record(("z", np.float64), ("speed", np.float64))  # m, m/s
-SHORT = 1e-2  # of |w| t^2, below which S and C are series
+SHORT = 0.5  # of |w| t^2 + c t, below which S is a series
+N_TERMS = 19
+
+
+@kernel
+def force_along(mass: float, gravity: float, parameters: np.record, inputs: np.record, z: float) -> float:
+    """Return the force (N) of (1) on a rotor of this mass (kg) at z (m).
+
+    `gravity` is in m/s^2; records of types `AXIAL_PARAMETERS` and `AXIAL_INPUTS`.
+    """
+    weight = mass * gravity * math.sin(parameters.tilt)
+    force: float = inputs.force + inputs.gradient * (z - inputs.reference) + inputs.f_process - weight
+    return force
 
 
 @kernel
 def move_along(
     mass: float, gravity: float, parameters: np.record, inputs: np.record, motion: np.record, t: float
 ) -> float:
-    """Move a rotor (kg) along its shaft over a time t (s); return the work of all forces (J).
-
-    `gravity` is in m/s^2; records of types `AXIAL_PARAMETERS`, `AXIAL_INPUTS` and `AXIAL`.
-    """
+    """Move a rotor along its shaft over a time t (s); return the work of all forces (J). `motion` is an `AXIAL`."""
     gradient: float = inputs.gradient
-    weight = mass * gravity * math.sin(parameters.tilt)
-    force = inputs.force + gradient * (motion.z - inputs.reference) + inputs.f_process - weight
+    force = force_along(mass, gravity, parameters, inputs, motion.z)
     z, speed = moved_along(motion.z, motion.speed, force / mass, gradient / mass, t)
     way = z - motion.z
     motion.z, motion.speed = z, speed
@@ -48,19 +56,33 @@ def move_along(
 @kernel
 def moved_along(z: float, speed: float, acceleration: float, w: float, t: float) -> tuple[float, float]:
     """Return z (m) and its velocity (m/s) after a time t (s), by (2); `w` (1/s^2) is the gradient over the mass."""
-    S, C = _responses(w, t)
-    return z + speed * S + acceleration * C, speed + w * speed * C + acceleration * S
+    rate, S, C_2, _ = responses(w, 0.0, t)
+    return z + speed * S + acceleration * C_2, speed * rate + acceleration * S
 
 
 @kernel
-def _responses(w: float, t: float) -> tuple[float, float]:
-    """Return S (s) and C (s^2)."""
-    x = w * t * t
-    if abs(x) < SHORT:
-        S = t * (1.0 + x / 6.0 * (1.0 + x / 20.0 * (1.0 + x / 42.0 * (1.0 + x / 72.0))))
-        C = 0.5 * t * t * (1.0 + x / 12.0 * (1.0 + x / 30.0 * (1.0 + x / 56.0 * (1.0 + x / 90.0))))
-        return S, C
-    rate = math.sqrt(abs(w))
-    half = 0.5 * rate * t
-    s, c = (math.sinh(half), math.cosh(half)) if w > 0.0 else (math.sin(half), math.cos(half))
-    return 2.0 * s * c / rate, 2.0 * s * s / abs(w)
+def responses(w: float, c: float, t: float) -> tuple[float, float, float, float]:
+    """Return S', S (s), C_2 (s^2) and its integral (s^3) of (2) after a time t (s)."""
+    if abs(w) * t * t + c * t < SHORT:
+        before, term = 0.0, 1.0  # coefficients of t^(k - 1) in S, times t^(k - 2)
+        rate, S, C_2, C_3 = 1.0, 1.0, 0.5, 1.0 / 6.0
+        for k in range(2, N_TERMS):
+            before, term = term, (w * t * t * before - c * t * (k - 1.0) * term) / (k * (k - 1.0))
+            rate += k * term
+            S += term
+            C_2 += term / (k + 1.0)
+            C_3 += term / ((k + 1.0) * (k + 2.0))
+        return rate, S * t, C_2 * t * t, C_3 * t * t * t
+    half, square = 0.5 * c, 0.25 * c * c + w
+    root = math.sqrt(abs(square))
+    if root * t < 1e-6:
+        S = t * math.exp(-half * t)
+        mean = math.exp(-half * t)
+    elif square > 0.0:
+        slow, fast = math.exp((root - half) * t), math.exp((-root - half) * t)
+        S, mean = 0.5 * (slow - fast) / root, 0.5 * (slow + fast)
+    else:
+        S, mean = math.exp(-half * t) * math.sin(root * t) / root, math.exp(-half * t) * math.cos(root * t)
+    rate = mean - half * S
+    C_2 = (rate + c * S - 1.0) / w
+    return rate, S, C_2, (S + c * C_2 - t) / w

@@ -28,8 +28,15 @@ SIZES = record(
     ("n_seal_ranges", np.float64),  # of speeds
     ("n_thrust", np.float64),  # 1 with a disc of an axial bearing, else 0
     ("mass", np.float64),  # kg, see `Structure`
+    ("n_faces", np.float64),
 )
 N_SIZES = size_of(SIZES)
+
+# Where a face is: 1 if it pushes the rotor to larger z, -1 to smaller z; its height above the centre of mass (m); the
+# number of the site on whose retainer it is, or -1.
+FACE_PLACE = record(("side", np.float64), ("height", np.float64), ("site", np.float64))
+N_FACE_PLACE = size_of(FACE_PLACE)
+ROWS_OF_FACE = 8
 
 
 class Structure(NamedTuple):
@@ -40,6 +47,8 @@ class Structure(NamedTuple):
 
     n_thrust, mass
         Number of discs of axial bearings, 0 or 1, and the rotor's mass (kg), with which it moves along its shaft.
+    n_faces
+        Number of faces that stop it there.
     valid_to
         Frequency (rad/s) up to which the natural frequencies match those of the full model; infinite if unknown.
     forms
@@ -63,6 +72,9 @@ class Structure(NamedTuple):
         Number of the bearing whose retainer a site is, or -1.
     seals
         Seals and passive bearings (`seals.Seals`); their mass is in M.
+    faces
+        Records of type `FACE_PLACE`, then for each face x, y and their slopes x', y' of the shaft from the degrees of
+        freedom, and in the same order the accelerations by a unit force or moment on each, n numbers each.
     """
 
     n_translations: int
@@ -70,6 +82,7 @@ class Structure(NamedTuple):
     valid_to: float
     n_thrust: int
     mass: float
+    n_faces: int
     forms: Array
     K: Array
     Minv: Array
@@ -83,6 +96,7 @@ class Structure(NamedTuple):
     sites: Array
     site_bearings: Array
     seals: Seals
+    faces: Array
 
 
 @views
@@ -99,12 +113,14 @@ def structure_of(constants: Array) -> Structure:
     bearings = sensors + n_sensors * n
     sites = bearings + n_bearings
     seals = sites + 2 * n_sites
+    faces = seals + n_seal_ranges * n_seals * N_SEAL + 4 * n_seals * n
     return Structure(
         int(sizes.n_translations),
         sizes.is_damped != 0.0,
         sizes.valid_to,
         int(sizes.n_thrust),
         sizes.mass,
+        int(sizes.n_faces),
         part(constants, N_SIZES, REAL, (3 * n, n)),
         part(constants, K, REAL, (n, n)),
         part(constants, K + n * n, REAL, (n, n)),
@@ -121,4 +137,5 @@ def structure_of(constants: Array) -> Structure:
             part(constants, seals, SEAL, (n_seal_ranges, n_seals)),
             part(constants, seals + n_seal_ranges * n_seals * N_SEAL, REAL, (4 * n_seals, n)),
         ),
+        part(constants, faces, REAL, int(sizes.n_faces) * (N_FACE_PLACE + ROWS_OF_FACE * n)),
     )

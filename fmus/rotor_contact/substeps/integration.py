@@ -10,6 +10,7 @@ from fmi_export.model import Array
 from rotor_contact.contact.bodies import accelerate_bodies, body_limit, mount_heat, power_on_bodies, race_drag
 from rotor_contact.contact.compliant import apply_compliant, compliant_limit, compression_heat, is_compliant
 from rotor_contact.contact.constraints import apply_contact, project
+from rotor_contact.contact.face_forces import apply_faces, face_limit, write_face_rates
 from rotor_contact.contact.site import is_constrained, race_radius, slip_velocity, tangential_component
 from rotor_contact.contact.site_totals import collect_substep, set_rates
 from rotor_contact.contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
@@ -65,6 +66,7 @@ def derivative(w: Workspace, tau: float, z: Array, dz: Array) -> bool:
     if n > w.Minv.shape[0]:
         accelerate_bodies(w, q, v, damping_torque, a)
     apply_compliant(w, z, Omega, a)
+    apply_faces(w, q, v, Omega, a)
     solved = apply_contact(w, q, v, Omega, a)
     _write_rates(w, Omega, unbalance, shaft_heat, damping_torque, z, dz)
     return solved
@@ -112,6 +114,7 @@ def _write_rates(
     rates.friction_heat = friction
     rates.impact_heat = compression
     rates.work = work
+    write_face_rates(w, Omega, dz)
 
 
 @kernel
@@ -194,4 +197,5 @@ def substep_limit(w: Workspace, Omega: float, longest: float) -> float:
     limit = passive_limit(w.Minv, w.motion.bearings, max(limit, MIN_SUBSTEP * longest))
     if n > w.Minv.shape[0]:
         limit = min(limit, body_limit(w.sites, w.spin[0]))
-    return compliant_limit(w.Minv, w.sites, v, Omega, limit)
+    limit = compliant_limit(w.Minv, w.sites, v, Omega, limit)
+    return face_limit(w, v, Omega, limit) if w.faces.shape[0] > 0 else limit

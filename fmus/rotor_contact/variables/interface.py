@@ -10,7 +10,8 @@ from rotor_contact.variables import start_values
 from rotor_contact.variables.axis_variables import axial_inputs, axial_outputs, axial_parameters, axis_inputs
 from rotor_contact.variables.energies import energies
 from rotor_contact.variables.enumerations import IMPACT_LAW, METHOD, NEWTON
-from rotor_contact.variables.planes import ContactSite, MeasuredPlane, Planes
+from rotor_contact.variables.face_variables import face_outputs, face_parameters
+from rotor_contact.variables.planes import ContactSite, Face, MeasuredPlane, Planes
 from rotor_contact.variables.site_variables import site_outputs, site_parameters
 
 
@@ -77,6 +78,7 @@ def interface_of(planes: Planes) -> Interface:
         repeated("sites", [(site,) for site in sites], site_parameters),
         repeated("bearings", [(bearing,) for bearing in bearings], _bearing_parameters),
         repeated("thrust", thrust, axial_parameters),
+        repeated("faces", [(face,) for face in planes.faces], face_parameters),
         input_(
             "Omega",
             "rad/s",
@@ -150,6 +152,7 @@ def interface_of(planes: Planes) -> Interface:
         repeated("sites", [(site.name, planes) for site in sites], site_outputs),
         repeated("seals", [(seal,) for seal in planes.seals], _seal_outputs),
         repeated("thrust", thrust, axial_outputs),
+        repeated("faces", [(face.name,) for face in planes.faces], face_outputs),
         _contact_state(planes),
         *energies(planes),
         FAULT,
@@ -241,6 +244,12 @@ def _spin_parameters(polar_inertia: float) -> list[Variable]:
 # A single element of each, for the record types of the parts.
 SMALLEST = interface_of(
     Planes(
-        ("d",), ("b",), (ContactSite("s", 1e-3, 0.0),), (MeasuredPlane("p", "p.x", "p.y"),), seals=("l",), thrust="t"
+        ("d",),
+        ("b",),
+        (ContactSite("s", 1e-3, 0.0),),
+        (MeasuredPlane("p", "p.x", "p.y"),),
+        seals=("l",),
+        thrust="t",
+        faces=(Face("f", 1e-3, 1e-2),),
     ),
 ).with_all_parts()

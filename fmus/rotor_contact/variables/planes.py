@@ -34,6 +34,19 @@ class MeasuredPlane:
 
 
 @dataclass(frozen=True)
+class Face:
+    """A face that stops the rotor along its shaft: start values of its clearance and mean radius (m).
+
+    `retainer` is the contact site on whose retainer it lands, if any.
+    """
+
+    name: str
+    clearance: float
+    radius: float
+    retainer: str = ""
+
+
+@dataclass(frozen=True)
 class Planes:
     """Names of all planes by kind, in the order of their variables.
 
@@ -57,6 +70,8 @@ class Planes:
         Names of seals and passive bearings with coefficients over the speed.
     thrust
         Name of the disc of an axial bearing; without one the rotor does not move along its shaft.
+    faces
+        Faces that stop the rotor along its shaft.
     loss_factor
         Loss factor of the shaft, whose damping the constants have as viscous damping; 0 without.
     implausible
@@ -74,6 +89,7 @@ class Planes:
     mixes_axes: bool = False
     seals: tuple[str, ...] = ()
     thrust: str = ""
+    faces: tuple[Face, ...] = ()
     loss_factor: float = 0.0
     implausible: tuple[str, ...] = ()
 

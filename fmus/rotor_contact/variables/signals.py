@@ -23,6 +23,7 @@ DISC_INPUTS = SMALLEST.element_record("input", "discs")
 CORE_INPUTS = SMALLEST.element_record("input", "cores")
 SITE_OUTPUTS = SMALLEST.element_record("output", "sites")
 SEAL_OUTPUTS = SMALLEST.element_record("output", "seals")
+FACE_PARAMETERS, FACE_OUTPUTS = (SMALLEST.element_record(kind, "faces") for kind in ("parameter", "output"))
 AXIAL_PARAMETERS, AXIAL_INPUTS, AXIAL_OUTPUTS = (
     SMALLEST.element_record(kind, "thrust") for kind in ("parameter", "input", "output")
 )
@@ -30,22 +31,23 @@ AXIAL_PARAMETERS, AXIAL_INPUTS, AXIAL_OUTPUTS = (
 N_PARAMETERS, N_INPUTS, N_OUTPUTS = size_of(PARAMETERS), size_of(INPUTS), size_of(OUTPUTS)
 N_SITE_PARAMETERS, N_BEARING_PARAMETERS = size_of(SITE_PARAMETERS), size_of(BEARING_PARAMETERS)
 N_AXIS, N_DISC, N_CORE, N_SITE_OUTPUTS = (size_of(r) for r in (AXIS_INPUTS, DISC_INPUTS, CORE_INPUTS, SITE_OUTPUTS))
-N_SEAL_OUTPUTS, N_AXIAL_PARAMETERS, N_AXIAL_INPUTS = (
-    size_of(r) for r in (SEAL_OUTPUTS, AXIAL_PARAMETERS, AXIAL_INPUTS)
+N_SEAL_OUTPUTS, N_AXIAL_PARAMETERS, N_AXIAL_INPUTS, N_AXIAL_OUTPUTS, N_FACE_PARAMETERS = (
+    size_of(r) for r in (SEAL_OUTPUTS, AXIAL_PARAMETERS, AXIAL_INPUTS, AXIAL_OUTPUTS, FACE_PARAMETERS)
 )
 
 
 class Parameters(NamedTuple):
     """Single parameters as a record of type `PARAMETERS`, in an array of one, and those of the sites and the bearings.
 
-    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS). `thrust` has one record of the motion along the
-    shaft, or none.
+    Site parameters are numbers, shape (n_sites, N_SITE_PARAMETERS), and so are those of faces. `thrust` has one record
+    of the motion along the shaft, or none.
     """
 
     scalars: Records
     sites: Array
     bearings: Records
     thrust: Records
+    faces: Array
 
 
 class Inputs(NamedTuple):
@@ -63,7 +65,7 @@ class Inputs(NamedTuple):
 
 class Outputs(NamedTuple):
     """Single outputs as a record of type `OUTPUTS`, in an array of one; displacements (m) at axes and sensors; records
-    of sites and seals; one of the motion along the shaft, or none."""
+    of sites and seals; one of the motion along the shaft, or none; records of faces."""
 
     scalars: Records
     displacements: Array
@@ -71,6 +73,7 @@ class Outputs(NamedTuple):
     sites: Records
     seals: Records
     thrust: Records
+    faces: Records
 
 
 @views
@@ -78,7 +81,8 @@ def n_parameters(structure: Structure) -> int:
     """Return the number of all parameters."""
     n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
     of_parts = n_sites * N_SITE_PARAMETERS + n_bearings * N_BEARING_PARAMETERS
-    return N_PARAMETERS + of_parts + structure.n_thrust * N_AXIAL_PARAMETERS
+    along = structure.n_thrust * N_AXIAL_PARAMETERS + structure.n_faces * N_FACE_PARAMETERS
+    return N_PARAMETERS + of_parts + along
 
 
 @views
@@ -100,11 +104,14 @@ def parameters_of(parameters: Array, structure: Structure) -> Parameters:
     """Return views into the parameters of a plant with this structure."""
     n_sites, n_bearings = structure.sites.shape[0], structure.bearings.shape[0]
     bearings = N_PARAMETERS + n_sites * N_SITE_PARAMETERS
+    thrust = bearings + n_bearings * N_BEARING_PARAMETERS
+    faces = thrust + structure.n_thrust * N_AXIAL_PARAMETERS
     return Parameters(
         part(parameters, 0, PARAMETERS, 1),
         part(parameters, N_PARAMETERS, REAL, (n_sites, N_SITE_PARAMETERS)),
         part(parameters, bearings, BEARING_PARAMETERS, n_bearings),
-        part(parameters, bearings + n_bearings * N_BEARING_PARAMETERS, AXIAL_PARAMETERS, structure.n_thrust),
+        part(parameters, thrust, AXIAL_PARAMETERS, structure.n_thrust),
+        part(parameters, faces, REAL, (structure.n_faces, N_FACE_PARAMETERS)),
     )
 
 
@@ -129,11 +136,13 @@ def outputs_of(outputs: Array, structure: Structure) -> Outputs:
     n_axes, n_sensors = 2 * structure.bearings.shape[0], structure.sensors.shape[0]
     n_sites, n_seals = structure.sites.shape[0], structure.seals.records.shape[1]
     seals = N_OUTPUTS + n_axes + n_sensors + n_sites * N_SITE_OUTPUTS
+    thrust = seals + n_seals * N_SEAL_OUTPUTS
     return Outputs(
         part(outputs, 0, OUTPUTS, 1),
         part(outputs, N_OUTPUTS, REAL, n_axes),
         part(outputs, N_OUTPUTS + n_axes, REAL, n_sensors),
         part(outputs, N_OUTPUTS + n_axes + n_sensors, SITE_OUTPUTS, n_sites),
         part(outputs, seals, SEAL_OUTPUTS, n_seals),
-        part(outputs, seals + n_seals * N_SEAL_OUTPUTS, AXIAL_OUTPUTS, structure.n_thrust),
+        part(outputs, thrust, AXIAL_OUTPUTS, structure.n_thrust),
+        part(outputs, thrust + structure.n_thrust * N_AXIAL_OUTPUTS, FACE_OUTPUTS, structure.n_faces),
     )

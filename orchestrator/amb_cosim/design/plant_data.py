@@ -24,8 +24,8 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.plant import model_for
 from rotor_contact.shaft.seals import SEAL, SealRecords, Seals, add_seals
-from rotor_contact.shaft.structure import SIZES, Structure
-from rotor_contact.variables.planes import ContactSite, MeasuredPlane, Planes
+from rotor_contact.shaft.structure import FACE_PLACE, SIZES, Structure
+from rotor_contact.variables.planes import ContactSite, Face, MeasuredPlane, Planes
 
 MAX_SUBSTEP = 250e-6  # s, longest substep of a rotor without fast modes
 RESOLUTION = 1.0  # rad of the fastest mode per substep
@@ -125,6 +125,23 @@ def plant_structure(
         return np.array([place[reduced.translations[node][0]] for node in nodes], dtype=np.float64)
 
     sites = (*rotor.sites, *stator_bores(rotor, stators))
+    site_names = [site.name for site in sites]
+    centre = rigid_body(rotor).centre
+    places = np.array(
+        [
+            (
+                1.0 if face.stops == "-z" else -1.0,
+                rotor.shaft.nodes[face.node - 1] - centre,
+                site_names.index(face.retainer) if face.retainer else -1,
+            )
+            for face in rotor.faces
+        ],
+        dtype=FACE_PLACE,
+    )
+    at_faces = [row + k for row in full.rows(tuple(face.node for face in rotor.faces))[::2] for k in range(4)]
+    face_rows = np.concatenate(
+        [right[at_faces].reshape(-1, 4, len(M)), (Minv @ left[:, at_faces]).T.reshape(-1, 4, len(M))], 1
+    )
     number = {bearing.name: k for k, bearing in enumerate(rotor.bearings)}
     structure = Structure(
         n_translations=2 * len(reduced.translations),
@@ -132,6 +149,7 @@ def plant_structure(
         valid_to=valid_to(full, reduced) or _accurate_to(rotor),
         n_thrust=1 if rotor.thrust else 0,
         mass=rotor.mass,
+        n_faces=len(rotor.faces),
         forms=np.concatenate([M, C, R]),
         K=K,
         Minv=Minv,
@@ -145,6 +163,7 @@ def plant_structure(
         sites=first_rows(tuple(site.node for site in sites)),
         site_bearings=np.array([number.get(site.bearing or "", -1) for site in sites], dtype=np.float64),
         seals=seals,
+        faces=np.concatenate([places.view(np.float64), face_rows.ravel()]),
     )
     max_substep = float(min(MAX_SUBSTEP, RESOLUTION / _fastest(structure)))
     planes = replace(
@@ -223,6 +242,7 @@ def _planes(rotor: Rotor, sites: Sequence[Site]) -> Planes:
         sensors=tuple(MeasuredPlane(s.name, s.x, s.y) for s in rotor.sensors),
         seals=(*(s.name for s in rotor.seals), *(f"{s.name}.tilt" for s in rotor.seals if s.tilting is not None)),
         thrust=rotor.thrust,
+        faces=tuple(Face(f.name, f.clearance, f.radius, f.retainer or "") for f in rotor.faces),
         loss_factor=rotor.damping.loss_factor,
         implausible=implausible_sizes(rotor),
     )
@@ -238,7 +258,7 @@ def _shaft_radius(rotor: Rotor, node: int) -> float:
 
 def flat_constants(structure: Structure) -> Array:
     """Return a structure in the layout of `rotor_contact.shaft.structure.structure_of`."""
-    n_translations, is_damped, valid_to, n_thrust, mass, *arrays, seals = structure
+    n_translations, is_damped, valid_to, n_thrust, mass, n_faces, *arrays, seals, faces = structure
     sizes = np.array(
         [
             (
@@ -254,11 +274,14 @@ def flat_constants(structure: Structure) -> Array:
                 seals.records.shape[0],
                 n_thrust,
                 mass,
+                n_faces,
             )
         ],
         dtype=SIZES,
     )
-    return np.concatenate([sizes.view(np.float64), *(np.ravel(part).view(np.float64) for part in (*arrays, *seals))])
+    return np.concatenate(
+        [sizes.view(np.float64), *(np.ravel(part).view(np.float64) for part in (*arrays, *seals, faces))]
+    )
 
 
 def constant_mass(seal: Bearing) -> Array:

@@ -1,0 +1,229 @@
+"""Motion along the shaft against faces: phases of linear motion, each up to where a seat is met or left.
+
+In a phase, a ring that is pressed is a spring and a damper, linear about the middle of the phase; the motion is (2) of
+`axial_motion`, with the sums over the faces. A seat is left where its force would pull: then the ring relaxes, and what
+it has stored becomes heat.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fmi_export.jit import kernel, noinline_kernel
+from rotor_contact.contact.faces import Face, FaceRecords, half_of_contact, penetration, spring_force, stored_in_face
+from rotor_contact.forces.axial_motion import force_along, responses
+from rotor_contact.shaft.lobatto import greatest_of_parabola
+
+LONGEST_PHASE = 0.5  # rad of the rotor's vibration on a ring
+FINEST = 0.125  # of the lean, by which the penetration may change in a phase while one side of the ring has lifted
+MAX_PHASES = 10000  # of a part; in the last one no seat is met or left
+N_HALVINGS = 60  # of a phase, to find an instant in it
+
+
+@noinline_kernel
+def move_onto_faces(
+    mass: float,
+    gravity: float,
+    parameters: np.record,
+    inputs: np.record,
+    motion: np.record,
+    faces: FaceRecords,
+    t: float,
+) -> float:
+    """Move a rotor along its shaft over a time t (s), as `move_along` does; return the work of all other forces (J).
+
+    The faces collect their force, its impulse and peak, and the heat of their compression.
+    """
+    for face in faces:
+        face.part_impulse = face.part_depth = face.part_way = face.part_time = face.loss = 0.0
+    begin: float = motion.z
+    gradient: float = inputs.gradient
+    left, phases = t, 0
+    while left > 0.0:
+        phases += 1
+        force = force_along(mass, gravity, parameters, inputs, motion.z)
+        left -= _pass_phase(mass, force, gradient, motion, faces, left, phases < MAX_PHASES)
+    for face in faces:
+        face.impulse += face.part_impulse
+        face.share = min(face.part_time / t, 1.0)
+        if face.part_time > 0.0:
+            face.force = face.part_impulse / face.part_time
+            face.depth, face.closing = face.part_depth / face.part_time, face.part_way / face.part_time
+        face.f_n = _force(face, motion.z, motion.speed) if face.is_pressed != 0.0 else 0.0
+    way: float = motion.z - begin
+    work: float = (force_along(mass, gravity, parameters, inputs, begin) + 0.5 * gradient * way) * way
+    return work
+
+
+@kernel
+def _pass_phase(
+    mass: float, force: float, gradient: float, motion: np.record, faces: FaceRecords, left: float, events: bool
+) -> float:
+    """Pass a phase of at most `left` (s), which ends where a seat is met or left; return its length."""
+    z: float = motion.z
+    speed: float = motion.speed
+    length = left
+    is_free = True
+    for face in faces:
+        if face.is_pressed != 0.0:
+            length, is_free = min(length, _longest(face, mass, z, speed)), False
+    a, w, c = force / mass, gradient / mass, 0.0
+    for face in faces:
+        if face.is_pressed != 0.0:
+            _linearise(face, z, speed, length)
+            a += face.side * face.at_start / mass
+            w -= face.slope / mass
+            c += face.drag / mass
+    if is_free:
+        length = _turning(a, w, speed, length)
+    elif _stays(faces, mass, z, speed, a, w):
+        length = left
+    changed = -1
+    if events:
+        for k in range(faces.shape[0]):
+            if _changes(faces[k], z, speed, a, w, c, length):
+                length = _instant(faces[k], z, speed, a, w, c, length)
+                changed = k
+    rate, S, C_2, C_3 = responses(w, c, length)
+    way, new_speed = speed * S + a * C_2, speed * rate + a * S
+    sum_of_way = speed * C_2 + a * C_3
+    lost = mass * (0.5 * (speed * speed - new_speed * new_speed) + (a + 0.5 * w * way) * way)
+    for face in faces:
+        if face.is_pressed != 0.0:
+            face.part_depth += penetration(face, z) * length - face.side * sum_of_way
+            face.part_way -= face.side * way
+            _collect(face, speed, a, w, c, length, way, new_speed, sum_of_way)
+            face.loss += max(lost, 0.0) * (face.drag / (mass * c) if c > 0.0 else 0.0) - face.side * face.rocking * way
+    motion.z, motion.speed = z + way, new_speed
+    if changed >= 0:
+        face = faces[changed]
+        stored = stored_in_face(face, penetration(face, motion.z), face.lean)
+        face.loss += stored if face.is_pressed != 0.0 else -stored
+        face.is_pressed = 1.0 - face.is_pressed
+    return length
+
+
+@kernel
+def _longest(face: Face, mass: float, z: float, speed: float) -> float:
+    """Return the length (s) of a phase in which the ring of a pressed face is linear enough."""
+    longest = LONGEST_PHASE / math.sqrt(face.stiffness / mass)
+    delta, rate = penetration(face, z), -face.side * speed
+    if face.lean > 0.0 and rate != 0.0:
+        way = FINEST * face.lean
+        if rate < 0.0:
+            way += max(delta - face.lean, 0.0)
+        if rate < 0.0 or delta < face.lean:
+            longest = min(longest, way / abs(rate))
+    return longest
+
+
+@kernel
+def _linearise(face: Face, z: float, speed: float, length: float) -> None:
+    """Set spring and damper of a pressed face for a phase of this length (s), about the middle of its way."""
+    delta: float = penetration(face, z)
+    stiffness: float = face.stiffness
+    damping: float = face.damping
+    middle = delta - face.side * speed * 0.5 * length if face.lean > 0.0 else max(delta, 0.0)
+    half = half_of_contact(middle, face.lean)
+    if face.lean == 0.0:
+        half = math.pi
+    slope, rocking = stiffness * half / math.pi, damping / math.pi * math.sin(half) * face.lean_rate
+    face.slope, face.drag, face.rocking = slope, damping * half / math.pi, rocking
+    face.at_start = spring_force(face, middle, half) + slope * (delta - middle) + rocking
+
+
+@kernel
+def _force(face: Face, z: float, speed: float) -> float:
+    """Return the force (N) of a seat on a ring that touches; negative where it would pull."""
+    delta = penetration(face, z)
+    half = half_of_contact(delta, face.lean)
+    rate = math.sin(half) * face.lean_rate - half * face.side * speed
+    force: float = spring_force(face, delta, half) + face.damping / math.pi * rate
+    return force
+
+
+@kernel
+def _turning(a: float, w: float, speed: float, longest: float) -> float:
+    """Return the time (s) until free motion turns back, if that is within `longest`."""
+    rate, S, _, _ = responses(w, 0.0, longest)
+    if speed * (speed * rate + a * S) >= 0.0:
+        return longest
+    low, high = 0.0, longest
+    for _ in range(N_HALVINGS):
+        middle = 0.5 * (low + high)
+        rate, S, _, _ = responses(w, 0.0, middle)
+        if speed * (speed * rate + a * S) > 0.0:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@kernel
+def _stays(faces: FaceRecords, mass: float, z: float, speed: float, a: float, w: float) -> bool:
+    """Return whether the vibration about the rest on a single seat is too small to leave it or to lift a side."""
+    pressed = -1
+    for k in range(faces.shape[0]):
+        if faces[k].is_pressed != 0.0:
+            if pressed >= 0:
+                return False
+            pressed = k
+    if pressed < 0 or w >= 0.0:
+        return False
+    face = faces[pressed]
+    way = -a / w  # to the position of rest
+    amplitude = math.sqrt(way * way + speed * speed / -w)
+    rest = penetration(face, z + way)
+    lowest = rest * face.stiffness - (face.stiffness + face.damping * math.sqrt(-w)) * amplitude
+    return bool(rest - amplitude >= face.lean and lowest > 0.0 and face.slope == face.stiffness)
+
+
+@kernel
+def _changes(face: Face, z: float, speed: float, a: float, w: float, c: float, t: float) -> bool:
+    """Return whether a face is met, or left, at the time t (s) of a phase."""
+    if face.enabled == 0.0:
+        return False
+    rate, S, C_2, _ = responses(w, c, t)
+    way, new_speed = speed * S + a * C_2, speed * rate + a * S
+    if face.is_pressed != 0.0:
+        return bool(face.at_start - face.side * (face.slope * way + face.drag * new_speed) < 0.0)
+    delta = penetration(face, z + way)
+    return bool(delta > -face.lean and _force(face, z + way, new_speed) > 0.0)
+
+
+@kernel
+def _instant(face: Face, z: float, speed: float, a: float, w: float, c: float, length: float) -> float:
+    """Return the time (s) in a phase at which a face is met, or left."""
+    low, high = 0.0, length
+    for _ in range(N_HALVINGS):
+        middle = 0.5 * (low + high)
+        if _changes(face, z, speed, a, w, c, middle):
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@kernel
+def _collect(
+    face: Face,
+    speed: float,
+    a: float,
+    w: float,
+    c: float,
+    length: float,
+    way: float,
+    new_speed: float,
+    sum_of_way: float,
+) -> None:
+    """Collect impulse and largest force of a pressed face in a phase."""
+    face.part_time += length
+    face.part_impulse += face.at_start * length - face.side * (face.slope * sum_of_way + face.drag * way)
+    rate, S, C_2, _ = responses(w, c, 0.5 * length)
+    half_way, half_speed = speed * S + a * C_2, speed * rate + a * S
+    begin = face.at_start - face.side * face.drag * speed
+    middle = face.at_start - face.side * (face.slope * half_way + face.drag * half_speed)
+    end = face.at_start - face.side * (face.slope * way + face.drag * new_speed)
+    face.f_n_peak = max(face.f_n_peak, greatest_of_parabola(begin, middle, end))

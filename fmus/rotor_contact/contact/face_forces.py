@@ -1,0 +1,244 @@
+"""Forces of faces on the shaft, its spin, and the retainers on which it lands; and their heat.
+
+Over a part of a step the force of the seat is known from the motion along the shaft, and the torque of friction from
+the state at its beginning: that torque ends the slip at the earliest at the end of the part. The centre of pressure and
+the friction across the shaft follow the lateral motion.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fmi_export.jit import inlined_kernel, kernel, noinline_kernel
+from fmi_export.model import Array
+from rotor_contact.contact.faces import (
+    LEAST_SLIP,
+    Face,
+    eccentricity,
+    faces_of,
+    friction,
+    penetration,
+    pressure,
+    stored_in_face,
+)
+from rotor_contact.contact.workspace import Workspace, energy_integrals, face_integrals, site_integrals, stages_of
+from rotor_contact.forces.dynamics import spin_coupling
+from rotor_contact.shaft.products import dot
+
+LEAST_LEAN = 1e-6  # of the clearance; a smaller lean counts as none
+RESOLUTION = 0.2  # of the fastest time constant of a pressed face; a substep is no longer
+
+
+@kernel
+def relative_motion(w: Workspace, k: int, v: Array, Omega: float) -> tuple[float, float, float]:
+    """Return velocity x, y (m/s) and spin (rad/s) of face k relative to its seat."""
+    m = w.Minv.shape[0]
+    records, rows = faces_of(w.faces, m)
+    face = records[k]
+    v_x, v_y, omega = dot(rows[8 * k], v[:m]), dot(rows[8 * k + 1], v[:m]), Omega
+    if w.spin[0].row >= 0:
+        omega = v[w.spin[0].row]
+    if face.site >= 0.0:
+        site = w.sites[int(face.site)]
+        if site.housing >= 0 and face.on_mount != 0.0:
+            v_x -= v[site.housing]
+            v_y -= v[site.housing + 1]
+        if site.race >= 0:
+            omega -= v[site.race]
+    return v_x, v_y, omega
+
+
+@kernel
+def lean_of(w: Workspace, k: int, q: Array) -> tuple[float, float]:
+    """Return the lean x', y' of the shaft at face k (rad), or of velocities its rate (rad/s)."""
+    m = w.Minv.shape[0]
+    rows = faces_of(w.faces, m).rows
+    return dot(rows[8 * k + 2], q[:m]), dot(rows[8 * k + 3], q[:m])
+
+
+@noinline_kernel
+def set_leans(w: Workspace, z: Array, t: float) -> None:
+    """Set lean and rise of all faces in the middle of a part of length t (s) that begins at z."""
+    n, records = w.n, faces_of(w.faces, w.Minv.shape[0]).records
+    for k in range(records.shape[0]):
+        u_x, u_y = lean_of(w, k, z[:n])
+        rate_x, rate_y = lean_of(w, k, z[n : 2 * n])
+        face = records[k]
+        u_x, u_y = u_x + 0.5 * t * rate_x, u_y + 0.5 * t * rate_y
+        set_lean(face, u_x, u_y)
+        along = face.radius * ((u_x - face.seat_tilt_x) * rate_x + (u_y - face.seat_tilt_y) * rate_y)
+        face.lean_rate = face.radius * along / face.lean if face.lean > 0.0 else 0.0
+
+
+@kernel
+def set_lean(face: Face, u_x: float, u_y: float) -> None:
+    """Set the lean (m) of a face and its rise (m) from the lean of the shaft (rad)."""
+    face.lean = face.radius * math.hypot(u_x - face.seat_tilt_x, u_y - face.seat_tilt_y)
+    if face.lean < LEAST_LEAN * face.clearance:
+        face.lean = 0.0
+    face.rise = 0.5 * face.height * (u_x * u_x + u_y * u_y)
+
+
+@noinline_kernel
+def set_torques(w: Workspace, z: Array, Omega: float, t: float) -> None:
+    """Set the torque of all pressed faces over a part of length t (s) that begins at z."""
+    n, records, spin = w.n, faces_of(w.faces, w.Minv.shape[0]).records, w.spin[0]
+    for k in range(records.shape[0]):
+        face = records[k]
+        face.torque = 0.0
+        if face.force <= 0.0 or face.share <= 0.0:
+            continue
+        v_x, v_y, omega = relative_motion(w, k, z[n : 2 * n], Omega)
+        u_x, u_y = lean_of(w, k, z[:n])
+        rate_x, rate_y = lean_of(w, k, z[n : 2 * n])
+        p_x, p_y, _ = pressure(face, u_x + 0.5 * t * rate_x, u_y + 0.5 * t * rate_y, rate_x, rate_y)
+        e_x, e_y = eccentricity(face.force, p_x, p_y)
+        torque = face.share * friction(face, face.force, e_x, e_y, v_x, v_y, omega)[2]
+        mobility = spin.scale * spin.scale if spin.row >= 0 else 0.0
+        if face.site >= 0.0:
+            site = w.sites[int(face.site)]
+            if site.race >= 0:
+                mobility += 1.0 / site.race_inertia
+        if mobility > 0.0:
+            largest = abs(omega) / (mobility * t)
+            torque = min(max(torque, -largest), largest)
+        face.torque = torque
+        face.angular_impulse += torque * t
+
+
+@inlined_kernel
+def apply_faces(w: Workspace, q: Array, v: Array, Omega: float, a: Array) -> None:
+    """Add the effect of pressed faces to the acceleration `a`, and store their heat flows."""
+    m = w.Minv.shape[0]
+    if w.faces.shape[0] > 0:
+        _apply(w, q, v, Omega, a, m)
+
+
+@noinline_kernel
+def _apply(w: Workspace, q: Array, v: Array, Omega: float, a: Array, m: int) -> None:
+    records, rows = faces_of(w.faces, m)
+    spin = w.spin[0]
+    for k in range(records.shape[0]):
+        face = records[k]
+        face.sliding_power = face.rocking_power = 0.0
+        if face.force <= 0.0 or face.share <= 0.0:
+            continue
+        v_x, v_y, omega = relative_motion(w, k, v, Omega)
+        u_x, u_y = lean_of(w, k, q)
+        rate_x, rate_y = lean_of(w, k, v)
+        p_x, p_y, heat = pressure(face, u_x, u_y, rate_x, rate_y)
+        e_x, e_y = eccentricity(face.force, p_x, p_y)
+        f_x, f_y, _ = friction(face, face.force, e_x, e_y, v_x, v_y, omega)
+        f_x, f_y = face.share * f_x, face.share * f_y
+        pushed, arm = face.side * face.share, face.force * face.height
+        m_x, m_y = -pushed * (face.radius * p_x + arm * u_x), -pushed * (face.radius * p_y + arm * u_y)
+        face.rocking_power = face.share * heat
+        face.sliding_power = -(f_x * v_x + f_y * v_y + face.torque * omega)
+        E = rows[8 * k + 4 : 8 * k + 8]
+        g = 0.0
+        if spin.row >= 0:
+            p = spin_coupling(w.motion).p
+            g -= face.torque
+            for i in range(m):
+                g += p[i] * (f_x * E[0, i] + f_y * E[1, i] + m_x * E[2, i] + m_y * E[3, i])
+            g *= spin.scale
+            s = spin_coupling(w.motion).s
+            for i in range(m):
+                a[i] += s[i] * g
+            a[spin.row] -= g * spin.scale
+        for i in range(m):
+            a[i] += f_x * E[0, i] + f_y * E[1, i] + m_x * E[2, i] + m_y * E[3, i]
+        if face.site >= 0.0:
+            site = w.sites[int(face.site)]
+            if site.housing >= 0 and face.on_mount != 0.0:
+                a[site.housing] -= site.mobility * f_x
+                a[site.housing + 1] -= site.mobility * f_y
+            if site.race >= 0:
+                a[site.race] -= face.torque / site.race_inertia
+
+
+@inlined_kernel
+def write_face_rates(w: Workspace, Omega: float, dz: Array) -> None:
+    """Add heat and work of the faces to the rates `dz` of all integrals."""
+    if w.faces.shape[0] > 0:
+        records, rates = faces_of(w.faces, w.Minv.shape[0]).records, energy_integrals(dz, w.n)
+        for k in range(records.shape[0]):
+            face, heat = records[k], records[k].sliding_power + records[k].rocking_power
+            pressed = face.force > 0.0 and face.share > 0.0
+            rates.friction_heat += face.sliding_power
+            rates.impact_heat += face.rocking_power
+            if w.spin[0].row < 0 and pressed:
+                rates.work -= face.torque * Omega
+            face_integrals(dz, w.n, w.sites.shape[0], k).heat = heat
+            if face.site >= 0.0:
+                site_integrals(dz, w.n, int(face.site)).heat += heat
+
+
+@noinline_kernel
+def collect_losses(w: Workspace) -> None:
+    """Add the heat of compression along the shaft in a part to the integrals of z."""
+    z, records = stages_of(w.stages).z, faces_of(w.faces, w.Minv.shape[0]).records
+    for k in range(records.shape[0]):
+        loss = records[k].loss
+        energy_integrals(z, w.n).impact_heat += loss
+        face_integrals(z, w.n, w.sites.shape[0], k).heat += loss
+        if records[k].site >= 0.0:
+            site_integrals(z, w.n, int(records[k].site)).heat += loss
+
+
+@noinline_kernel
+def face_limit(w: Workspace, v: Array, Omega: float, longest: float) -> float:
+    """Return the length (s) of a substep that resolves all pressed faces, at most `longest`."""
+    limit, records = longest, faces_of(w.faces, w.Minv.shape[0]).records
+    for k in range(records.shape[0]):
+        face = records[k]
+        if face.force > 0.0 and face.share > 0.0:
+            omega = relative_motion(w, k, v, Omega)[2]
+            mobility = face.mobility
+            if face.site >= 0.0:
+                mobility += face.on_mount * w.sites[int(face.site)].mobility
+            slip = max(abs(omega) * face.radius, LEAST_SLIP)
+            tilting = 0.5 * face.radius * face.radius * face.tilt_mobility
+            fastest = math.sqrt(face.stiffness * tilting) + face.damping * tilting
+            fastest += face.mu * face.force * mobility / slip
+            fastest += math.sqrt(
+                0.5 * face.mu * face.stiffness * face.radius * math.sqrt(mobility * face.tilt_mobility)
+            )
+            limit = min(limit, RESOLUTION / fastest)
+    return limit
+
+
+@kernel
+def stored_at_face(w: Workspace, k: int, q: Array, z: float) -> float:
+    """Return the energy (J) that face k of a rotor at z (m) stores."""
+    face = faces_of(w.faces, w.Minv.shape[0]).records[k]
+    if face.is_pressed == 0.0:
+        return 0.0
+    u_x, u_y = lean_of(w, k, q)
+    set_lean(face, u_x, u_y)
+    energy: float = stored_in_face(face, penetration(face, z), face.lean)
+    return energy
+
+
+@kernel
+def write_face(
+    w: Workspace, k: int, q: Array, v: Array, z: float, speed: float, heat: float, step_size: float, y: np.record
+) -> None:
+    """Write the outputs of face k of a rotor at z (m) with this speed (m/s); means are over `step_size` (s)."""
+    face = faces_of(w.faces, w.Minv.shape[0]).records[k]
+    u_x, u_y = lean_of(w, k, q)
+    rate_x, rate_y = lean_of(w, k, v)
+    set_lean(face, u_x, u_y)
+    face.depth, face.closing = penetration(face, z), -face.side * speed
+    p_x, p_y, _ = pressure(face, u_x, u_y, rate_x, rate_y)
+    e_x, e_y = eccentricity(face.f_n, p_x, p_y) if face.is_pressed != 0.0 else (0.0, 0.0)
+    y.gap = face.clearance + face.side * (z - face.rise)
+    y.mode = face.is_pressed
+    y.f_n = face.f_n
+    y.f_n_peak = max(face.f_n_peak, face.f_n)
+    y.f_n_mean = face.impulse / step_size if step_size > 0.0 else 0.0
+    y.torque = face.angular_impulse / step_size if step_size > 0.0 else 0.0
+    y.centre_x, y.centre_y = face.radius * e_x, face.radius * e_y
+    y.heat = heat
