@@ -65,3 +65,47 @@ def test_the_linear_model_moves_along_the_shaft_as_the_machine_does():
     times = np.arange(len(z)) * STEP
     expected = control.forced_response(loop, times, np.full(len(z), PUSH)).outputs
     assert np.max(np.abs(z - expected)) < 0.02 * np.max(np.abs(expected))
+
+
+@pytest.fixture(scope="module")
+def landing():
+    """The pump without power: it falls onto its seat, whose race follows it."""
+    result = amb_cosim.run(str(PUMP / "landing.toml"), progress=False)
+    assert result.outcome.failure is None, result.outcome.failure
+    return result
+
+
+def test_the_pump_falls_onto_its_seat_and_stands_there(landing):
+    signals = landing.dataset
+    mode, time = signals["rotor_contact.seat.mode"].values, signals["time"].values
+    fall = np.sqrt(2.0 * 0.25e-3 / 9.81)  # s; the current decays within the first millisecond
+    assert fall < time[np.argmax(mode > 0.0)] < fall + 1e-3
+    assert signals["rotor_contact.seat.f_n"].values[-1] == pytest.approx(WEIGHT, rel=1e-4)
+    assert not signals["rotor_contact.stop.mode"].values.any()
+    assert signals["rotor_contact.contact_state"].values[-1] == 1.0  # that of the lower bearing
+    speed, race = (signals[f"rotor_contact.{name}"].values[-1] for name in ("speed", "catch_lower.race_speed"))
+    assert race == pytest.approx(speed, rel=1e-4)
+    balance = signals["rotor_contact.energy.balance"].values
+    assert np.max(np.abs(balance)) < 1e-6 * signals["rotor_contact.energy.dissipated"].values[-1]
+
+
+def test_the_summary_names_the_face_on_which_the_rotor_stands(landing):
+    summary = landing.summary
+    verdict = summary.verdict
+    assert verdict.word == "landed"
+    assert "seat" in str(verdict)
+    assert 600.0 < summary.averaged_contact_force["seat"] < summary.peak_contact_force["seat"] < 1100.0
+    face = summary.touchdown.retainers["seat"]
+    race = 0.5 * 6e-6 * landing.dataset["rotor_contact.catch_lower.race_speed"].values[-1] ** 2
+    assert face.heat == pytest.approx(race, rel=0.1)  # friction on a race takes as much as the race gains
+    assert face.temperature > 293.15
+    assert all(mm is None for mm in summary.touchdown.drop.values())  # nothing falls across an upright shaft
+
+
+def test_figures_of_a_landing_show_the_gaps_along_the_shaft(landing):
+    from amb_cosim.results.plots import chosen, figure
+
+    assert {"touchdown", "contact"} <= set(chosen(landing.dataset))
+    titles = [panel.get_title("left") for panel in figure(landing.dataset, "touchdown").axes]
+    assert any("along the shaft" in title for title in titles)
+    assert not any("gravity" in title for title in titles)

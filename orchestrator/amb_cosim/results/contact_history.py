@@ -36,10 +36,11 @@ def peak(dataset: Signals, name: str) -> float | None:
 
 
 def touchable(dataset: Signals) -> list[str]:
-    """Return the retainer bearings and the other touched sites; without retainers, all sites."""
+    """Return the retainer bearings and the other touched sites; without retainers, all sites; and touched faces."""
     others, retainers = places(dataset).others, places(dataset).retainers
     touched = [site for site in others if peak_force(dataset, site) or peak(dataset, f"{site}.impulse")]
-    return [*retainers, *touched] if retainers else list(others)
+    faces = [face for face in places(dataset).faces if peak_force(dataset, face)]
+    return [*retainers, *touched, *faces] if retainers else [*others, *faces]
 
 
 def loaded_interval(dataset: Signals) -> tuple[float, float]:
@@ -56,7 +57,7 @@ def contact_share(dataset: Signals) -> dict[str, float | None]:
 
 def share_in_contact(dataset: Signals) -> float | None:
     """Return the share of the time between disturbance and relief that the rotor is in contact at any site."""
-    names = ("contact_state", *(f"{site}.mode" for site in places(dataset).sites))
+    names = ("contact_state", *(f"{site}.mode" for site in places(dataset).contacts))
     recorded = [values != FREE for name in names if (values := _while_loaded(dataset, name)) is not None]
     return float(np.mean(reduce(np.logical_or, recorded))) if recorded else None
 
@@ -80,7 +81,7 @@ def in_contact(dataset: Signals) -> Bools | None:
     state = signal(dataset, "contact_state")
     if state is None:
         return None
-    return reduce(np.logical_or, (touches(dataset, site) for site in places(dataset).sites), state != 0)
+    return reduce(np.logical_or, (touches(dataset, site) for site in places(dataset).contacts), state != 0)
 
 
 def contact_cycles(dataset: Signals) -> tuple[float | None, float | None]:

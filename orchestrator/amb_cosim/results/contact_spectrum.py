@@ -28,10 +28,11 @@ def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
     Returns
     -------
     dict
-        By site, see `contact_history.touchable`; None if the rotor's FMU does not state the frequency up to which its
-        reduction is valid, or the force was not recorded or is zero.
+        By site, see `contact_history.touchable`, without faces; None if the rotor's FMU does not state the frequency up
+        to which its reduction is valid, or the force was not recorded or is zero.
     """
-    return {site: _share(dataset, site) for site in touchable(dataset)}
+    faces = places(dataset).faces
+    return {site: _share(dataset, site) for site in touchable(dataset) if site not in faces}
 
 
 def warnings_beyond_reduction(dataset: Signals) -> list[str]:

@@ -17,7 +17,7 @@ def landing_rows(dataset: Signals, fall: Touchdown) -> Iterator[tuple[str, str]]
     """Yield labels and texts of a landing; values that were not recorded are left out."""
     if any(item.whirl is not None for item in fall.retainers.values()):
         yield "whirl", whirl_text(fall) or "none"
-    touched, retainers = fall.retainers, {*places(dataset).retainers, *places(dataset).second}
+    touched, retainers = fall.retainers, {*places(dataset).retainers, *places(dataset).second, *places(dataset).faces}
     of_retainers = [name_label(site) for site in touched if site in retainers]
     others = [name_label(site) for site in touched if site not in retainers]
     beside = f", and outside the retainers {', '.join(others)}" if others else ", nothing else"
@@ -27,7 +27,7 @@ def landing_rows(dataset: Signals, fall: Touchdown) -> Iterator[tuple[str, str]]
         most = max(heats, key=lambda site: heats[site])
         largest = f", of which {significant(heats[most], 3)} J at {most}" if len(heats) > 1 else f" at {most}"
         yield "heat in contact", f"{significant(sum(heats.values()), 3)} J{largest}"
-        yield "highest temperature", _temperature(fall)
+        yield "highest temperature", _temperature(dataset, fall)
     turning = speed(dataset)[cycles(dataset) >= 0.0]
     if len(turning):
         yield "speed at the end", speed_unit().text(float(turning[-1]))
@@ -43,11 +43,12 @@ def whirl_text(fall: Touchdown) -> str:
     return ", ".join(whirling)
 
 
-def _temperature(fall: Touchdown) -> str:
+def _temperature(dataset: Signals, fall: Touchdown) -> str:
     """Return the highest temperature and its site, or which parameter it needs."""
     temperatures = {site: item.temperature for site, item in fall.retainers.items() if item.temperature is not None}
     if not temperatures:
         site = next(iter(fall.retainers))
-        return f"not computed: {site}.heat_capacity is 0"
+        at = places(dataset).faces.get(site, site)
+        return f"not computed: {at}.heat_capacity is 0" if at else f"not computed: {site} has no retainer"
     hottest = max(temperatures, key=lambda site: temperatures[site])
     return f"{significant(temperatures[hottest])} K at {name_label(hottest)}"

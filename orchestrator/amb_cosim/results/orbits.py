@@ -60,10 +60,9 @@ def upright(dataset: Signals) -> complex:
         exp(-j (pi/2 + a)),    a: `gravity_angle`, the direction of gravity from x towards y
 
     Magnets often stand at 45 degrees to the vertical. It also applies to a rotor whose gravity is left out, and is 1
-    without an angle, and of an upright rotor, whose scenario states a gravity of 0 across the shaft: it has no "up".
+    without an angle, and of an upright rotor, which has no "up".
     """
-    values = parameters(dataset)
-    angle, down = values.get("gravity_angle"), np.sign(float(values.get("gravity") or 1.0))
+    angle, down = parameters(dataset).get("gravity_angle"), np.sign(gravity_across(dataset) or 1.0)
     if angle is None or is_upright(dataset):
         return 1.0 + 0.0j
     factor = complex(down * np.exp(-1j * (0.5 * np.pi + float(angle))))
@@ -71,10 +70,20 @@ def upright(dataset: Signals) -> complex:
 
 
 def is_upright(dataset: Signals) -> bool:
-    """Return whether the shaft is vertical: gravity is 0 because the scenario states so, not because it is left out."""
+    """Return whether the shaft is vertical: by its tilt, or with a gravity of 0 that is stated, not left out."""
+    if gravity_across(dataset):
+        return False
     stated = dataset.attrs.get("scenario_data", "{}")  # JSON, unless the result is only judged
     stated = json.loads(stated) if isinstance(stated, str) else stated
-    return "gravity" in stated and not parameters(dataset).get("gravity")
+    return "gravity" in stated or bool(parameters(dataset).get("gravity"))
+
+
+def gravity_across(dataset: Signals) -> float:
+    """Return the gravity across the shaft (m/s^2), which a shaft that moves along itself may be tilted against."""
+    values = parameters(dataset)
+    gravity, tilt = float(values.get("gravity") or 0.0), float(values.get(f"{places(dataset).thrust}.tilt") or 0.0)
+    across = gravity * float(np.cos(tilt))
+    return across if abs(across) > UPRIGHT * abs(gravity) else 0.0
 
 
 def turned_upright(dataset: Signals, motion: Path) -> Path:

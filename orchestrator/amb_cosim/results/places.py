@@ -40,6 +40,10 @@ class RotorPlaces:
         Each further retainer of a bearing that has one in `bearings`, with that bearing.
     z
         The position of each site on the shaft (m), if the plant states it.
+    faces
+        Each face that stops the rotor along its shaft, with the retainer on which it lands; empty if it has none.
+    thrust
+        The disc of an axial bearing, with which the rotor moves along its shaft; empty without one.
     """
 
     bearings: Mapping[str, str]
@@ -51,6 +55,8 @@ class RotorPlaces:
     stators: Mapping[str, str] = field(default_factory=dict)
     second: Mapping[str, str] = field(default_factory=dict)
     z: Mapping[str, float] = field(default_factory=dict)
+    faces: Mapping[str, str] = field(default_factory=dict)
+    thrust: str = ""
 
     @property
     def retainers(self) -> dict[str, str]:
@@ -61,6 +67,11 @@ class RotorPlaces:
     def others(self) -> tuple[str, ...]:
         """The sites other than retainers: bushes, seals, stator bores."""
         return tuple(site for site in self.sites if site not in self.retainers)
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """All sites and faces."""
+        return *self.sites, *self.faces
 
     @property
     def contact_states(self) -> tuple[str, ...]:
@@ -97,6 +108,8 @@ def _read(text: str) -> RotorPlaces:
         stored.get("stators", {}),
         stored.get("second", {}),
         stored.get("z", {}),
+        stored.get("faces", {}),
+        stored.get("thrust", ""),
     )
 
 
@@ -127,7 +140,19 @@ def _named_places(assembly: Assembly) -> RotorPlaces:
         stators = {site["name"]: site["stator"] for site in layout["sites"] if site.get("stator")}
         second = {site["name"]: site["bearing"] for site in others if site["bearing"]}
         z = {site["name"]: site["z"] for site in layout["sites"] if site.get("z") is not None}
-        return RotorPlaces(bearings, sites, measured, apart, layout.get("valid_to"), (), stators, second, z)
+        faces = {face["name"]: face["retainer"] for face in layout.get("faces", ())}
+        return RotorPlaces(
+            bearings,
+            sites,
+            measured,
+            apart,
+            valid_to=layout.get("valid_to"),
+            stators=stators,
+            second=second,
+            z=z,
+            faces=faces,
+            thrust=layout.get("thrust", ""),
+        )
     touching, forces = _parts(plant, "output", "f_n"), _parts(plant, "input", "f_x")
     names = [name for name in _parts(plant, "output", "x") if name in forces]
     return RotorPlaces(dict(zip_longest(names, touching[: len(names)], fillvalue="")), tuple(touching))

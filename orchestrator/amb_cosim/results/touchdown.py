@@ -14,7 +14,7 @@ import numpy as np
 from amb_cosim.cosim.record.signals import Samples, Signals, SignalTable, variables_of
 from amb_cosim.results.contact_forces import received_impulse, touches
 from amb_cosim.results.contact_history import FREE, ROLLING, in_contact, touchable
-from amb_cosim.results.orbits import moving_places, path, path_at_rest, radius
+from amb_cosim.results.orbits import gravity_across, moving_places, path, path_at_rest, radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import amplifiers_off
 from amb_cosim.results.rocking import steady_swing
@@ -61,7 +61,7 @@ class Retainer:
     friction
         Heat of sliding friction in contact, by samples of its power (J).
     heat
-        Heat of friction, race drag and impacts (J).
+        Heat of friction, race drag and impacts (J), without that of faces on this retainer.
     race_spin_up
         Time from the first contact until the race turns at 95 % of its largest speed (s); None if it does not turn, or
         if the rotor still slides on it.
@@ -144,11 +144,12 @@ def touchdown(dataset: Signals) -> Touchdown | None:
     start = int(np.searchsorted(dataset["time"].values[:-1], release))
     lying = contact[np.searchsorted(steps["time"].values, dataset["time"].values[start:])]
     after, sampled = _from(steps, release_step), _from(dataset, start)
-    impulses = {site: _impulse(steps, site, release_step) for site in places(dataset).sites}
+    impulses = {site: _impulse(steps, site, release_step) for site in places(dataset).contacts}
     touched = [site for site in touchable(dataset) if touches(after, site).any()]
     heights = {place: height(sampled, place) for place in moving_places(dataset)}
     radii = {place: radius(sampled, place) for place in moving_places(dataset)}
-    rest = _rest(sampled, lying, touched)
+    across = [site for site in touched if site not in places(dataset).faces]
+    rest = _rest(sampled, lying, across)
     return Touchdown(
         release=release,
         drop={place: None if at is None else 1e3 * float(at[0] - at.min()) for place, at in heights.items()},
@@ -156,7 +157,7 @@ def touchdown(dataset: Signals) -> Touchdown | None:
         first_impacts=_first_impacts(after, list(impulses)),
         retainers={site: _retainer(after, site, impulses[site]) for site in touched},
         rest_after=rest,
-        rocks_within=None if rest is not None else _rocks(sampled, lying, touched),
+        rocks_within=None if rest is not None else _rocks(sampled, lying, across),
         free_after=_free(after, contact[release_step:]),
         standstill_after=_standstill(after),
         slow_after=_slow(after),
@@ -184,13 +185,13 @@ def _steps(after: Signals) -> Array:
 def height(dataset: Signals, place: str) -> Array | None:
     """Return the height (m) of the rotor above the centre at a bearing or site, against gravity, at each sample.
 
-    None without gravity.
+    None without gravity across the shaft.
     """
-    values, motion = parameters(dataset), path_at_rest(dataset, place)
-    if motion is None or "gravity_angle" not in values or not values.get("gravity"):
+    values, motion, gravity = parameters(dataset), path_at_rest(dataset, place), gravity_across(dataset)
+    if motion is None or "gravity_angle" not in values or not gravity:
         return None
     angle = values["gravity_angle"]
-    return np.asarray(-np.sign(values["gravity"]) * (np.array([np.cos(angle), np.sin(angle)]) @ motion), np.float64)
+    return np.asarray(-np.sign(gravity) * (np.array([np.cos(angle), np.sin(angle)]) @ motion), np.float64)
 
 
 def _first_impacts(after: Signals, sites: Sequence[str]) -> tuple[Impact, ...]:
@@ -209,15 +210,19 @@ def _first_impacts(after: Signals, sites: Sequence[str]) -> tuple[Impact, ...]:
 
 def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
     """Return the loads of a site from the release on."""
-    mode, power, heat, temperature = (
-        signal(after, f"{site}.{name}") for name in ("mode", "friction_power", "heat", "temperature")
-    )
+    mode, power, heat = (signal(after, f"{site}.{name}") for name in ("mode", "friction_power", "heat"))
+    faces = places(after).faces
+    temperature = signal(after, f"{faces.get(site, site)}.temperature")
+    for face, retainer in faces.items():
+        on_face = signal(after, f"{face}.heat")
+        if retainer == site and heat is not None and on_face is not None:
+            heat = heat - on_face
     durations = _steps(after)
     free, sliding, rolling = (
         None if mode is None else float(durations[mode == value].sum()) for value in (FREE, SLIDING, ROLLING)
     )
     direction, whirl_speed = _whirl(after, site)
-    warms = temperature is not None and bool(parameters(after).get(f"{site}.heat_capacity"))
+    warms = temperature is not None and bool(parameters(after).get(f"{faces.get(site, site)}.heat_capacity"))
     return Retainer(
         free=free,
         sliding=sliding,
@@ -312,7 +317,7 @@ def _rest(after: Signals, contact: Bools, touched: Sequence[str]) -> float | Non
 
 def _rocks(after: Signals, contact: Bools, touched: Sequence[str]) -> float | None:
     """Return the largest swing (deg) of a rotor that rocks steadily at all touched sites, and touches to the end."""
-    gravity, swings = float(parameters(after).get("gravity") or 0.0), list[float]()
+    gravity, swings = gravity_across(after), list[float]()
     for positions, clearance in _lying(after, contact, touched):
         swing = steady_swing(_times(after), positions[0] + 1j * positions[1], clearance, gravity)
         if swing is None:

@@ -197,7 +197,7 @@ def _touched_at_the_end(dataset: Signals, within: float = contact_history.RECOVE
     """Return the sites that were in contact within the last cycles, by default those of a recovery."""
     steps = at_every_step(dataset)
     end = cycles(steps) > cycles(steps)[-1] - within
-    return [name_label(site) for site in places(dataset).sites if touches(steps, site)[end].any()]
+    return [name_label(site) for site in places(dataset).contacts if touches(steps, site)[end].any()]
 
 
 def _speed(dataset: Signals) -> tuple[str, str] | None:

@@ -173,7 +173,7 @@ def chosen(dataset: Signals) -> list[str]:
 def _lacks(dataset: Signals, name: str) -> str:
     """Return what a run lacks for a figure; empty if it lacks nothing."""
     if name in ("contact", "whirl") and not _is_touched(dataset):
-        return "the rotor touched no site"
+        return "the rotor touched nothing"
     if name == "energy" and energies(dataset) is None:
         return "the run did not reach cycle 0, or did not record energy.*"
     if name == "touchdown" and touchdown(dataset) is None:
@@ -185,7 +185,7 @@ def _lacks(dataset: Signals, name: str) -> str:
 
 def _is_touched(dataset: Signals) -> bool:
     """Return whether the rotor exerted a force on any contact site from cycle 0 on."""
-    return any(peak_force(dataset, s) or largest_averaged_force(dataset, s) for s in places(dataset).sites)
+    return any(peak_force(dataset, s) or largest_averaged_force(dataset, s) for s in places(dataset).contacts)
 
 
 def _has_magnets(dataset: Signals) -> bool:

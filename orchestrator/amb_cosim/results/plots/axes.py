@@ -109,6 +109,7 @@ def site_title(dataset: Signals, site: str) -> str:
     """Return what a contact site is, unless its name says so, its name, and its position if the plant states it."""
     result = places(dataset)
     kind = "Retainer" if site in result.retainers or site in result.second else "Contact site"
+    kind = "Face" if site in result.faces else kind
     z = result.z.get(site)
     named = name_label(site) if site.startswith(kind.lower()) else f"{kind} {name_label(site)}"
     return named + ("" if z is None else f" at $z$\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{z:.4g}\N{NO-BREAK SPACE}m")
@@ -122,7 +123,7 @@ def bearing_title(dataset: Signals, bearing: str) -> str:
 
 def colour_of(dataset: Signals, site: str) -> str:
     """Return the colour of a contact site in all figures."""
-    return COLOURS[places(dataset).sites.index(site) % len(COLOURS)]
+    return COLOURS[places(dataset).contacts.index(site) % len(COLOURS)]
 
 
 def time_values(dataset: Signals) -> Array:

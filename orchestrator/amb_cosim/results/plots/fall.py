@@ -23,7 +23,7 @@ from amb_cosim.presentation.style import (
     set_orbit_axes,
 )
 from amb_cosim.presentation.units import SYMBOLS, force_unit, length_unit, speed_unit
-from amb_cosim.results.orbits import centre, turned_upright
+from amb_cosim.results.orbits import centre, gravity_across, turned_upright
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
     FIRST_TEXT,
@@ -58,8 +58,9 @@ BELOW = 0.45  # part of the panel of heights below its inset
 def touchdown(dataset: Signals) -> Figure:
     """Draw the orbit at each station in its retainer, and below, over time, heights, speeds, heat and temperatures.
 
-    Heights, which need gravity, are those in the bearings with retainers; without gravity their gaps are drawn. An
-    inset enlarges the first impacts; the orbit until their end is dark. Titles of orbits name whirl and largest force.
+    A rotor with faces has its gaps along the shaft, too. Heights, which need gravity across the shaft, are those in the
+    bearings with retainers; without it their gaps are drawn. An inset enlarges the first impacts; the orbit until their
+    end is dark. Titles of orbits name whirl and largest force.
     """
     drawn, result = [station for station in stations(dataset) if station.site], places(dataset)
     retainers = {**result.retainers, **result.second}
@@ -67,6 +68,7 @@ def touchdown(dataset: Signals) -> Figure:
     heated = [station for station in drawn if np.any(plant_signal(dataset, f"{station.site}.heat") > 0.0)]
     over_time: list[tuple[Callable[[Axes, Signals, list[Station]], None], list[Station]]] = [
         (draw_fall, [station for station in drawn if station.site in retainers] or drawn),
+        *([(_draw_gaps_along, drawn)] if result.faces else []),
         (_draw_speeds, drawn),
         *([(_draw_heat, heated)] if heated else []),
         *([(_draw_temperatures, warm)] if warm else []),
@@ -133,10 +135,9 @@ def _has_housing(dataset: Signals, station: Station) -> bool:
 
 def _legend(dataset: Signals, drawn: list[Station]) -> list[Artist]:
     """Return the legend of colours and dashes of all panels."""
-    falls = bool(parameters(dataset).get("gravity"))
-    entries: list[Artist] = [
-        Line2D([], [], color=colour_of(dataset, station.site), label=name_label(station.site)) for station in drawn
-    ]
+    falls = bool(gravity_across(dataset))
+    names = [*(station.site for station in drawn), *places(dataset).faces]
+    entries: list[Artist] = [Line2D([], [], color=colour_of(dataset, name), label=name_label(name)) for name in names]
     entries += [
         Line2D([], [], color="black", label="rotor"),
         Line2D([], [], color="black", ls=DASHED, label=f"{'height' if falls else 'gap'} of a rotor that lies"),
@@ -187,7 +188,7 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
 def draw_fall(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
     """Draw the height at each station against gravity, and the lowest one; without gravity the gap to its retainer."""
     unit = length_unit(max((_reach(dataset, station) for station in drawn), default=1.0))
-    falls = bool(parameters(dataset).get("gravity"))
+    falls = bool(gravity_across(dataset))
     for station in drawn:
         gap = clearance(dataset, station.site) - np.hypot(*station.path(dataset))
         values = height(dataset, station.place) if falls else gap
@@ -197,6 +198,17 @@ def draw_fall(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
         panel.axhline(lowest / unit.size, color="black", lw=0.8, ls=DASHED)
     panel.set_title("Height against gravity" if falls else "Gap to the retainer", loc="left")
     panel.set_ylabel(f"{'height' if falls else 'gap'} ({unit.label})")
+
+
+def _draw_gaps_along(panel: Axes, dataset: Signals, _: list[Station]) -> None:
+    """Draw the gap of each face along the shaft."""
+    gaps = {face: plant_signal(dataset, f"{face}.gap") for face in places(dataset).faces}
+    unit = length_unit(max((float(np.nanmax(np.abs(gap))) for gap in gaps.values()), default=1.0))
+    for face, gap in gaps.items():
+        panel.plot(time_values(dataset), unit.of(gap), color=colour_of(dataset, face))
+    panel.axhline(0.0, color="black", lw=0.8, ls=DASHED)
+    panel.set_title("Gap along the shaft", loc="left")
+    panel.set_ylabel(f"gap ({unit.label})")
 
 
 def _draw_speeds(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
