@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 import amb_cosim
+from amb_analysis.machine.coupled import MachineVariation, coupled_loop
+from amb_analysis.machine.machine import machine_of
+from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.rotor_file import load_rotor
 
@@ -21,8 +24,8 @@ STEP = 50e-6  # s
 @cache
 def signals_of(tilt):
     """Signals of a run of 0.2 s at a tilt (degrees), with the push from 20 ms on."""
-    scenario = load_scenario(str(PUMP / "levitation.toml")).changed(event=[PUSHED])
-    result = amb_cosim.run(scenario, set={"rotor_contact.thrust.tilt": f"{tilt} deg"}, progress=False)
+    scenario = load_scenario(str(PUMP / "levitation.toml")).changed(event=[PUSHED], tilt=f"{tilt} deg")
+    result = amb_cosim.run(scenario, progress=False)
     assert result.outcome.failure is None, result.outcome.failure
     return {name: result.dataset[name].values for name in result.dataset.data_vars}
 
@@ -65,6 +68,16 @@ def test_the_linear_model_moves_along_the_shaft_as_the_machine_does():
     times = np.arange(len(z)) * STEP
     expected = control.forced_response(loop, times, np.full(len(z), PUSH)).outputs
     assert np.max(np.abs(z - expected)) < 0.02 * np.max(np.abs(expected))
+
+
+def test_a_varied_loop_keeps_the_axis_along_the_shaft():
+    machine = machine_of(plan_run(load_scenario(str(PUMP / "levitation.toml"))))
+    nominal = machine.loop.poles(0.0).z
+    same = coupled_loop(machine, variation=MachineVariation(modes=1.0 + 1e-12)).poles(0.0).z
+    assert len(same) == len(nominal)
+    np.testing.assert_allclose(np.sort(np.abs(same)), np.sort(np.abs(nominal)), atol=1e-9)
+    weaker = coupled_loop(machine, variation=MachineVariation(k_s=0.9)).poles(0.0).z
+    assert np.max(np.abs(np.sort(np.abs(weaker)) - np.sort(np.abs(nominal)))) > 1e-5
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import make_scenario
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor_file import load_rotor
+from tests.support.messages import raises_naming
 
 WEIGHT = 96.0254 * 9.81  # N
 
@@ -132,3 +133,26 @@ def test_a_machine_turned_by_180_degrees_has_the_same_coil_currents(law):
 def split(axis):
     bearing, _, direction = axis.partition(".")
     return bearing, direction
+
+
+@pytest.mark.parametrize(("tilt", "across"), [("30 deg", math.sqrt(0.75)), ("-60 deg", 0.5), ("90 deg", 0.0)])
+def test_bearings_carry_the_weight_across_a_tilted_shaft(tilt, across):
+    """A rotor without a thrust disc does not move along its shaft."""
+    plan = plan_run(levitated(tilt=tilt, rotor="bath_rig")).plan
+    whole = plan_run(levitated(gravity=9.81 * across, rotor="bath_rig")).plan
+    assert plan.parameters["rotor_contact"]["gravity"] == pytest.approx(9.81 * across, rel=1e-12, abs=0.0)
+    currents, expected = (
+        [p.parameters["amb_actuator"][f"{axis.replace('.', '.static_current_')}"] for axis in AXES]
+        for p in (plan, whole)
+    )
+    assert currents == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "facts"),
+    [({"tilt": "91 deg"}, ("tilt", "91 deg", "90 deg")), ({"tilt": "10 deg", "gravity": None}, ("tilt", "gravity"))],
+    ids=["beyond the vertical", "without gravity"],
+)
+def test_a_tilt_that_makes_no_sense_is_refused(changes, facts):
+    with raises_naming(ValueError, *facts):
+        levitated(**changes)

@@ -55,7 +55,7 @@ def coupled_loop(machine: Machine, others: tuple[Bearing, ...] = (), variation: 
 
 
 def _coupled_rotor(machine: Machine, at: LinearSource, law: Law, others: tuple[Bearing, ...], modes: float) -> Law:
-    """Return q'' = (M + dM)^-1 (f - (K + dK) q - (C + dC) q') in the coordinates of the plant."""
+    """Return q'' = (M + dM)^-1 (f - (K + dK) q - (C + dC) q') in the coordinates of the plant; other states stay."""
     M, K, right, left = at.cached("reduction", lambda: _reduced(machine))
     n, Omega = len(M), at.speed_of(PLANT)
     dK, dC, dM = (np.zeros((n, n)) for _ in range(3))
@@ -68,8 +68,10 @@ def _coupled_rotor(machine: Machine, at: LinearSource, law: Law, others: tuple[B
     dK = dK + (modes**2 - 1.0) * K
     inverse = np.linalg.inv(M + dM)
     A, B = law.A.copy(), law.B.copy()
-    A[n:] = inverse @ (M @ law.A[n:] - np.hstack([dK, dC]))
-    B[n:] = inverse @ M @ law.B[n:]
+    lateral = slice(n, 2 * n)
+    A[lateral] = inverse @ M @ law.A[lateral]
+    A[lateral, : 2 * n] -= inverse @ np.hstack([dK, dC])
+    B[lateral] = inverse @ M @ law.B[lateral]
     return Law(A, B, law.C, law.D, law.sample_time)
 
 
@@ -78,7 +80,7 @@ def _varied_magnets(part: LinearComponent, v: MachineVariation) -> Law:
     law = part.law
     C, D = law.C.copy(), law.D.copy()
     forces = [k for k, name in enumerate(part.outputs) if ".f_" in name]
-    displacements = [k for k, name in enumerate(part.inputs) if name.endswith((".x", ".y"))]
+    displacements = [k for k, name in enumerate(part.inputs) if name.endswith((".x", ".y", ".z"))]
     others = [k for k in range(len(part.inputs)) if k not in displacements]
     C[forces] *= v.k_i
     D[np.ix_(forces, others)] *= v.k_i

@@ -71,7 +71,7 @@ def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlo
             tensors += seal.tilting.at(speed.highest)[:2] if seal.tilting is not None else 2 * [np.zeros((2, 2))]
         seals.add_row(seal.name, number(1e3 * z[seal.node - 1]), *(_tensor(item) for item in tensors))
     check_sites(subject.file.retainer_bearings, subject.sites)
-    along, across = subject.file.axial_gravity, abs(subject.parameters[PLANT]["gravity"])
+    along, across = subject.file.axial_gravity, abs(subject.gravity_across)
     balls = labelled_table(f"{TITLE}, under their share of the weight across the shaft", "retainer", *DATA_HEADS)
     loads = lain_on(subject) if subject.file.retainer_bearings and (across or not along) else {}
     for item in subject.file.retainer_bearings:

@@ -54,7 +54,7 @@ def lying_on(subject: Subject) -> list[LyingOn]:
     """
     c, p = clearances(subject), subject.parameters[PLANT]
     offset = np.array([complex(*(p[f"{site}.offset_{axis}"] for axis in "xy")) for site in subject.retainers])
-    down = complex(np.sign(p["gravity"]) * np.exp(1j * p["gravity_angle"]))
+    down = complex(np.sign(subject.gravity_across) * np.exp(1j * p["gravity_angle"]))
     sinks = (offset * down.conjugate()).real
     return [
         LyingOn(at, mass, 1.0 + float(sinks[at] @ mass / (c[at] @ mass)))

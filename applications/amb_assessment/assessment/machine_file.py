@@ -21,7 +21,7 @@ from amb_cosim.cosim.system.tables import Table, Value, Values
 from amb_cosim.cosim.system.values import RPM, quantity, stated
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, require_speed_unit, with_paths
-from amb_cosim.scenario.scenario import Scenario, make_scenario
+from amb_cosim.scenario.scenario import Scenario, make_scenario, tilt_of
 from amb_files.checks import errors_in, require
 from amb_files.packs import files_of
 from amb_files.suggestions import suggest
@@ -31,7 +31,7 @@ from rotor_analysis.parts import AtSpeed, Bearing
 
 GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # form of ISO 21940-11, in mm/s
 
-OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "communication_step", "fmu", "parameters")
+OF_MACHINE = ("system", "rotor", "gravity", "gravity_angle", "tilt", "communication_step", "fmu", "parameters")
 OF_SCENARIO = (*OF_MACHINE, "gradient", "inputs")  # fields of a scenario that define its machine
 
 
@@ -195,15 +195,12 @@ class MachineFile(Table):
         Name or file of a scenario that defines the machine; fields of this file replace those of the scenario.
     rotor, controller
         Rotor file; controller of blocks or arrays, or an FMU. By default the PID of `rolac_controller`.
-    system, gravity, gravity_angle, communication_step, fmu, parameters
+    system, gravity, gravity_angle, tilt, communication_step, fmu, parameters
         As in a scenario: `parameters.amb_actuator` are magnets and amplifiers, `parameters.rotor_contact` retainers.
     speed, balancing, stages
         Operating speeds, balancing grade, stages that drive whirl.
     retainer_bearings
         Ball bearings of retainers, whose balls a landing loads.
-    tilt
-        Angle of the shaft above the horizontal, with its end of largest z up: 90 deg for a vertical machine. Gravity
-        then has the component -g sin(tilt) along z, and g cos(tilt) across.
     thrust_bearing
         Axial magnetic bearing.
     up_to
@@ -259,18 +256,7 @@ class MachineFile(Table):
     @property
     def shaft_tilt(self) -> float:
         """Angle of the shaft above the horizontal (rad)."""
-        if self.tilt is None:
-            return 0.0
-        value = quantity(self.tilt, "rad", "tilt")
-        if not abs(value) <= 0.5 * math.pi * (1.0 + 1e-9):
-            raise ValueError(f"tilt = {math.degrees(value):g} deg is not allowed; it must be >= -90 deg and <= 90 deg")
-        return value
-
-    @property
-    def _across(self) -> float:
-        """The share of gravity across the shaft, cos(tilt), exactly 0 if it is upright."""
-        is_upright = math.isclose(abs(self.shaft_tilt), 0.5 * math.pi, rel_tol=1e-9)
-        return 0.0 if is_upright else math.cos(self.shaft_tilt)
+        return tilt_of(self._scenario_data().get("tilt", 0.0))
 
     @property
     def axial_gravity(self) -> float:
@@ -286,8 +272,6 @@ class MachineFile(Table):
     def as_scenario(self, Omega: float, **fields: Any) -> Scenario:
         """Return a scenario of the machine at a speed (rad/s): one second without settling, unless `fields` differ."""
         data = self._scenario_data()
-        if self.tilt is not None and data.get("gravity") is not None:
-            data = overlaid(data, {"gravity": quantity(data["gravity"], "m/s2", "gravity") * self._across})
         if self.controller is not None:
             data = overlaid(data, {"fmu": {CONTROLLER: self.controller}})
         data = overlaid(data, {"inputs": {CONTROLLER: {"rolac_enable": False}}})

@@ -298,12 +298,12 @@ def check_falls(subject: Subject) -> None:
 
 
 def upright(subject: Subject) -> str:
-    """Return why a landing of an upright machine is not that of the machine; empty if gravity acts across the shaft."""
-    if subject.parameters[PLANT]["gravity"] or not subject.file.axial_gravity:
+    """Return why a landing of an upright machine is not that of the machine; empty if something stops its fall."""
+    if subject.gravity_across or not subject.file.axial_gravity or subject.falls_onto_a_face:
         return ""
-    return "gravity acts along the shaft alone, and there are no axial retainers in co-simulation"
+    return "gravity acts along the shaft alone, and its rotor file has no [[faces]] that stop the fall"
 
 
 def has_no_gravity(subject: Subject) -> bool:
     """Return whether gravity acts neither across nor along the shaft."""
-    return not subject.parameters[PLANT]["gravity"] and not subject.file.axial_gravity
+    return not subject.gravity_across and not subject.file.axial_gravity

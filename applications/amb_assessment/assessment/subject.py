@@ -13,7 +13,9 @@ from amb_assessment.assessment.machine_file import MachineFile
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
+from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.scenario import share_across
 from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import with_modes
 from rotor_analysis.rotor_file import load_rotor
@@ -48,6 +50,18 @@ class Subject(Machine):
             "mass": self.rotor.mass,
             "grade": 1e3 * self.file.balancing.speed,
         }
+
+    @cached_property
+    def gravity_across(self) -> float:
+        """Gravity across the shaft (m/s^2)."""
+        plant, thrust = self.parameters[PLANT], self.rotor.thrust
+        return plant["gravity"] * (share_across(plant[f"{thrust}.tilt"]) if thrust else 1.0)
+
+    @cached_property
+    def falls_onto_a_face(self) -> bool:
+        """Whether a face stops the fall along the shaft."""
+        stopped = "-z" if self.file.axial_gravity < 0.0 else "+z"
+        return any(face.stops == stopped for face in self.rotor.faces)
 
     @cached_property
     def faults(self) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from amb_assessment.assessment.findings import Quantity
 from amb_assessment.assessment.lying_rotor import clearances, lying_on
 from amb_assessment.assessment.stages import co_simulated
 from amb_assessment.assessment.subject import Subject, rpm
-from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.refinement import refined
@@ -38,14 +37,14 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
 
 
 def _least_friction(subject: Subject) -> Quantity:
-    if not subject.parameters[PLANT]["gravity"] and subject.file.axial_gravity:
+    if not subject.gravity_across and subject.file.axial_gravity:
         note = "gravity acts along the shaft alone: no fall passes a top"
         return Quantity("whirl_friction", "upright", MOST, "1", note=note, chaotic=note)
     highest = subject.file.speed.tripping
     scenario = co_simulated(subject, subject.file.speed.highest)
     linear_source, seals = source_of_run(plan_run(scenario)), load_rotor(scenario.rotor).seals
     c = clearances(subject)
-    across = abs(subject.parameters[PLANT]["gravity"])
+    across = abs(subject.gravity_across)
     g = across or STANDARD_GRAVITY
     sets, masses, heights = zip(*lying_on(subject), strict=True)
 

@@ -185,12 +185,10 @@ def _behaviour(design: Design) -> str:
 
 
 def _gravity(tilt: float) -> dict[str, str]:
-    """Return gravity in the scenarios, across the shaft (m/s^2), and in the machine file, whole with the tilt (rad)."""
+    """Return gravity (m/s^2) and the line of the tilt (rad) in the scenarios."""
     degrees = round(math.degrees(tilt), 9)
-    across = 0.0 if abs(degrees) == 90.0 else STANDARD_GRAVITY * math.cos(tilt)
-    whole = f'\ngravity = "{STANDARD_GRAVITY} m/s2"\ntilt = "{degrees:.9g} deg"' if degrees else ""
-    along = f", {degrees:.9g} degrees above the horizontal" if degrees else ""
-    return {"across": f"{across:.6g}", "of_tilt": whole, "along": along}
+    line = f'\ntilt = "{degrees:.9g} deg"  # of the shaft above the horizontal' if degrees else ""
+    return {"gravity": f"{STANDARD_GRAVITY:.6g}", "of_tilt": line}
 
 
 def _values(

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from amb_cosim.cosim.basics.blas import one_blas_thread
+from amb_cosim.cosim.system.values import quantity
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.operating_point import (
     GEOMETRY,
@@ -33,7 +34,7 @@ from amb_cosim.scenario.operating_point import (
     stated_constants,
 )
 from amb_cosim.scenario.rotors import RotorSource
-from amb_cosim.scenario.scenario import SPEED, Scenario
+from amb_cosim.scenario.scenario import SPEED, Scenario, share_across, tilt_of
 from array_types import Array
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
     missing
         The values of all parameters, and the names of those that are set or fixed.
     scenario
-        Its gravity, the direction in which it pulls, from x towards y, and its rotor.
+        Its gravity, the direction in which it pulls, from x towards y, the tilt of its shaft, and its rotor.
 
     Raises
     ------
@@ -65,13 +66,27 @@ def set_gravity(missing: MissingParameters, scenario: Scenario) -> list[str]:
     if scenario.gravity is None:
         return _assumed_loads(missing)
     values = missing.values
-    missing.set(f"{PLANT}.gravity", scenario.gravity)
+    gravity, tilt = quantity(scenario.gravity, "m/s2", "gravity"), tilt_of(scenario.tilt)
+    if thrust := _thrust(scenario):
+        missing.set(f"{PLANT}.{thrust}.tilt", tilt)
+    else:
+        gravity *= share_across(tilt)
+    missing.set(f"{PLANT}.gravity", gravity)
     missing.set(f"{PLANT}.gravity_angle", scenario.gravity_angle)
     if ACTUATOR in values.interfaces:
         missing.set(f"{ACTUATOR}.total_force", True)
         if not {f"{PLANT}.gravity", f"{ACTUATOR}.total_force"} & {*values.dropped}:
             _carry_weight(missing, scenario.rotor)
     return []
+
+
+def _thrust(scenario: Scenario) -> str:
+    """Return the thrust disc of a tilted rotor, with which it moves along its shaft; empty without one."""
+    if not tilt_of(scenario.tilt):
+        return ""
+    from rotor_analysis.rotor_file import load_rotor
+
+    return load_rotor(scenario.rotor).thrust
 
 
 def _assumed_loads(missing: MissingParameters) -> list[str]:
@@ -111,7 +126,7 @@ def _carry_weight(missing: MissingParameters, source: RotorSource) -> None:
         carried = _carried(rotor, passive, values.inputs[SPEED] if rotor.seals else 0.0)
     upwards = np.array([-math.cos(angle), -math.sin(angle)])
     for bearing, mass in carried.items():
-        load = 0.0 * upwards if bearing in dict(passive) else size * math.cos(tilt) * mass @ upwards
+        load = 0.0 * upwards if bearing in dict(passive) else size * share_across(tilt) * mass @ upwards
         for axis, of_axis in zip("xy", load.tolist(), strict=True):
             _carry(missing, bearing, axis, of_axis)
 

@@ -227,7 +227,8 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
 def _essential(places: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of variables for summary and plots, which are always recorded."""
     measured = [name for signals in places.measured.values() for name in signals]
-    of_places = (*(f"{bearing}.[xy]" for bearing in places.bearings), *(f"{site}.*" for site in places.sites))
+    along = [places.thrust] if places.thrust else []
+    of_places = (*(f"{bearing}.[xy]" for bearing in places.bearings), *(f"{at}.*" for at in (*places.contacts, *along)))
     return tuple(f"{PLANT}.{name}" for name in (*of_places, *measured, "contact_state", "energy.*"))
 
 
@@ -235,7 +236,7 @@ def _contact(places: RotorPlaces) -> tuple[str, ...]:
     """Return patterns of variables that figures of contact require at every step, also of a decimated record."""
     of_sites = ("f_n*", "impulse", "mode", "whirl_speed", "race_speed", "friction_power", "heat", "temperature")
     of_plant = ("contact_state", "energy.*", "speed", "solver.method")
-    names = (*of_plant, *(f"{site}.{name}" for site in places.sites for name in of_sites))
+    names = (*of_plant, *(f"{at}.{name}" for at in places.contacts for name in of_sites))
     return (*(f"{PLANT}.{name}" for name in names), f"{ACTUATOR}.*.amplifier_off_?")
 
 

@@ -45,7 +45,8 @@ from amb_files.pack_file import default
 from amb_files.toml import validate
 
 _MACHINE = (  # fields that define the machine and its parameters
-    *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "communication_step"),
+    *("system", "rotor", "gradient", "fmu", "parameters", "Omega", "gravity", "gravity_angle", "tilt"),
+    "communication_step",
 )
 
 SPEED = "Omega"  # the shared signal whose initial value defines the cycles
@@ -98,11 +99,14 @@ class Scenario(Table):
     """Speed up to cycle 0, and afterwards unless `speed` has points. A file states its unit; a number is in rad/s."""
     gravity: Value | None = None
     """Acceleration that pulls on the rotor. The static currents of magnetic bearings carry the weight, and the rotor
-    levitates at its setpoint; parameters set in the scenario keep their values. A vertical shaft has 0. Without the
-    key, static currents keep their values.
+    levitates at its setpoint; parameters set in the scenario keep their values. Without the key, static currents keep
+    their values.
     """
     gravity_angle: Value = "225 deg"
     """Direction of gravity, from x towards y."""
+    tilt: Value = 0.0
+    """Angle of the shaft above the horizontal, with its end of largest z up: 90 deg for a vertical machine. Gravity has
+    its cosine across the shaft, and its sine along it, where a rotor with `[thrust_disc]` in its file moves."""
     settle_cycles: float = Field(default=40.0, ge=0.0, le=1e9)
     """Revolutions before cycle 0 in which the motion settles. The rotor angle at cycle 0 is `initial.angle` of the
     rotor plus these revolutions, with any communication step."""
@@ -244,6 +248,25 @@ def checked_speed(speed: float, written: Raw = 0.0) -> float:
     return speed
 
 
+def tilt_of(written: Raw) -> float:
+    """Return the angle of a shaft above the horizontal (rad).
+
+    Raises
+    ------
+    ValueError
+        If it is beyond the vertical.
+    """
+    value = quantity(written, "rad", "tilt")
+    if not abs(value) <= 0.5 * math.pi * (1.0 + 1e-9):
+        raise ValueError(f"tilt = {math.degrees(value):g} deg is not allowed; it must be >= -90 deg and <= 90 deg")
+    return value
+
+
+def share_across(tilt: float) -> float:
+    """Return the share of gravity across a shaft of this tilt (rad), its cosine, exactly 0 if it is upright."""
+    return 0.0 if math.isclose(abs(tilt), 0.5 * math.pi, rel_tol=1e-9) else math.cos(tilt)
+
+
 def cycle_period(speed: float) -> float:
     """Return the duration of a cycle (s) at an initial speed (rad/s): a turn, or `AT_STANDSTILL`."""
     return 2.0 * math.pi / speed if checked_speed(speed) else AT_STANDSTILL
@@ -304,6 +327,8 @@ def make_scenario(data: dict[str, Any], name: str) -> Scenario:
         _check_speeds(scenario, period)
         for stop in scenario.stop:
             stop.condition(period)
+        if tilt_of(scenario.tilt) and scenario.gravity is None:
+            raise ValueError(f"tilt = {scenario.tilt} requires gravity, which it divides")
         _ = scenario.step_size("gauss_seidel"), scenario.end(period)  # both raise for wrong values
     return scenario
 

@@ -1,4 +1,4 @@
-"""Upright machines: gravity acts along the shaft, where the co-simulation has no axis."""
+"""Upright machines: gravity acts along the shaft, where only a rotor with a thrust disc moves."""
 
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from amb_cosim.results.component_names import PLANT
 from tests.support.messages import assert_names
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
+PUMP = Path(__file__).parents[2] / "system" / "upright_pump"
 RIGID = 0.237  # friction of a fall over the top of rigid retainers
 
 
@@ -35,6 +36,19 @@ def test_gravity_across_an_upright_shaft_is_exactly_nothing(degrees, share):
     across = subject.parameters[PLANT]["gravity"]
     assert across == (0.0 if share == 0.0 else pytest.approx(9.81 * share, rel=1e-3))
     assert bool(upright(subject)) == (share == 0.0)
+
+
+def test_landings_of_an_upright_machine_with_faces_are_judged(tmp_path):
+    """Gravity and tilt are those of its scenario."""
+    speeds = '[speed]\nminimum = "18000 rpm"\nmaximum = "36000 rpm"\n'
+    path = tmp_path / "machine.toml"
+    path.write_text(f"scenario = {str(PUMP / 'levitation.toml')!r}\n{speeds}", encoding="utf-8")
+    pump = check_machine(load_machine(path))
+    assert pump.parameters[PLANT]["gravity"] == 9.81
+    assert pump.gravity_across == 0.0
+    assert pump.file.axial_gravity == pytest.approx(-9.81)
+    assert pump.falls_onto_a_face
+    assert not upright(pump)
 
 
 def weights(subject):
