@@ -157,7 +157,7 @@ class Machine:
 
     @cached_property
     def free_rotor(self) -> SupportedRotor:
-        """The same in `MODES` free modes and residual shapes of its parts, for responses at many speeds."""
+        """The free rotor in `MODES` modes and residual shapes of its parts, which is faster at many speeds."""
         return SupportedRotor(self.rotor, self.free, reduce_to_modes(self.free, MODES, self.rotor.part_nodes))
 
     @cached_property
@@ -246,7 +246,7 @@ class Machine:
 
     @cached_property
     def unbalanced_points(self) -> dict[Point, complex]:
-        """The unbalance (kg m) by node or centre of mass, of those that have one: the sum of all places at a point."""
+        """Unbalance (kg m) at each node or centre of mass that has any, summed over the places there."""
         result: dict[Point, complex] = {}
         for place, u in self.unbalance.items():
             if u:

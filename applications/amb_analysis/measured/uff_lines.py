@@ -13,8 +13,8 @@ END_OF_SET = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*\r?(?=\n|\Z)")
 def unpadded(content: bytes) -> bytes:
     """Return a file without blanks at the ends of its lines, which pyuff takes for numbers, and with one end of line.
 
-    Binary numbers are left as they are. They begin after the lines of text that the head of their set announces, and
-    end with the next line that ends a set, at the earliest after the bytes that the head announces.
+    Binary numbers are left as they are. The head of a set states its lines of text and its bytes. The numbers begin
+    after that text, and end at the first line after those bytes that ends a set.
     """
     parts, at = [], 0
     for head in BINARY_HEAD.finditer(content):

@@ -20,8 +20,8 @@ UNSTEADY = ("noise", "adc", "dac")  # effects with which no two turns are alike
 def idle_switches(values: Assignments, stated: Collection[str]) -> list[str]:
     """Return a sentence on switches that were set but have no effect under the preset of the chain.
 
-    Under `ideal` all effects are off, under other presets except `custom` all are on: other switch settings have no
-    effect.
+    The preset `custom` leaves each effect to its switch. Under `ideal` all effects are off, and under any other preset
+    all are on, so that a switch changes nothing.
 
     Parameters
     ----------

@@ -104,7 +104,7 @@ class RunOptions:
         return self.start is None and not self.saves.points and self.saves.file is None
 
     def for_plan(self, assembly: Assembly, plan: Plan) -> RunOptions:
-        """Return the options with those that a plan decides: `isolated`, `saves`, and an automatic start."""
+        """Return the options, of which the plan sets `isolated`, `saves` and, if it resumes a run, `start`."""
         saves = self.saves.for_plan(assembly, plan)
         isolated = bool(assembly.from_elsewhere) if self.isolated is None else self.isolated
         return replace(
