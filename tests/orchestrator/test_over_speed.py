@@ -97,6 +97,8 @@ def test_poles_begin_with_the_stability_and_the_least_damped_vibration():
     assert "not stable" not in stable.text()[0]
     unstable = replace(stable, unstable=(float(stable.speeds[1]),))
     assert_names(unstable.text()[0], "not stable", "95.49 rpm")
+    with units("rpm"):
+        assert all("Hz" not in result.text()[0] for result in (stable, unstable))
 
 
 def heads_of(result):

@@ -34,6 +34,7 @@ from typing import Annotated
 import numpy as np
 from scipy.linalg import eig, matrix_balance
 
+from amb_cosim.presentation.units import frequency_unit
 from array_types import Array, Complex
 
 NEAR = 1e-5  # distance from the unit circle within which rounding is examined
@@ -87,8 +88,8 @@ class LoopStability:
     @property
     def motion(self) -> str:
         """The kind of motion, where it is largest, and its rate, in words."""
-        hertz = self.frequency / (2.0 * math.pi)
-        kind = "a drift without vibration" if self.is_drift else f"a vibration of {hertz:.1f} Hz"
+        vibration = f"a vibration of {frequency_unit().text(self.frequency, 5)}"
+        kind = "a drift without vibration" if self.is_drift else vibration
         place = f", largest at {self.place}," if self.place else ""
         return f"{kind}{place} {'decays' if self.is_stable else 'grows'} by {abs(self.growth_rate):.3g} 1/s"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Annotated
@@ -14,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from amb_analysis.linear.loop import CLOSE, Loop
 from amb_analysis.linear.stability import LoopStability
 from amb_cosim.presentation.digits import significant
+from amb_cosim.presentation.units import frequency_unit
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 
@@ -60,8 +60,8 @@ class LeastDamped:
     frequency: Annotated[float, "rad/s"]
 
     def __str__(self) -> str:
-        hertz = self.frequency / (2.0 * math.pi)
-        return f"damping ratio {significant(self.damping_ratio)} of the vibration of {hertz:.1f} Hz"
+        frequency = frequency_unit().text(self.frequency, 5)
+        return f"damping ratio {significant(self.damping_ratio)} of the vibration of {frequency}"
 
 
 def vibrations(loop: Loop, Omega: float) -> Vibrations:
