@@ -59,6 +59,7 @@ def test_two_halves_of_a_step_are_the_step():
     ({"thrust.k_zz": -1e5, "thrust.z_ref": -1e-5}, -1.0),
     ({"gravity": 9.81, "thrust.tilt": 0.3}, -1.0),  # the end of larger z is up
     ({"gravity": 9.81, "thrust.tilt": -0.3}, 1.0),
+    ({"base.a_z": 3.0}, -1.0),  # z is relative to the base, which leaves the rotor behind
 ])  # fmt: skip
 def test_each_force_moves_the_rotor_in_its_direction(values, sign):
     assert run(axial(values), 3, WITH_DISC)[-1] @ [0.0, sign] > 1e-6

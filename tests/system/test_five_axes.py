@@ -59,6 +59,20 @@ def test_the_controller_pulls_against_the_push_until_the_rotor_is_back():
     assert signals["amb_actuator.thrust.f_z"][-1] == pytest.approx(WEIGHT - PUSH, rel=1e-3)
 
 
+def test_the_thrust_magnet_takes_the_rotor_along_with_its_base(tmp_path):
+    """The base is lifted with 2 m/s2, from a table whose rows are closer than steps."""
+    times = np.arange(0.0, 0.3, 0.02e-3)
+    lifted = np.where(times >= 0.01, 2.0, 0.0)
+    rows = "\n".join(f"{t:.6f},{a}" for t, a in zip(times, lifted, strict=True))
+    (tmp_path / "lift.csv").write_text(f"time (s),rotor_contact.base.a_z (m/s2)\n{rows}\n", encoding="utf-8")
+    lift = [{"file": str(tmp_path / "lift.csv")}]
+    scenario = load_scenario(str(PUMP / "levitation.toml")).changed(profile=lift)
+    signals = amb_cosim.run(scenario, progress=False).dataset
+    z, force = (signals[name].values for name in ("rotor_contact.thrust.z", "amb_actuator.thrust.f_z"))
+    assert z[round(0.011 / STEP)] < -1e-7  # it is left behind first
+    assert force[-1] == pytest.approx(WEIGHT * (1.0 + 2.0 / 9.81), rel=1e-3)
+
+
 def test_the_linear_model_moves_along_the_shaft_as_the_machine_does():
     scenario = load_scenario(str(PUMP / "levitation.toml"))
     inputs, outputs = ["rotor_contact.thrust.f_process"], ["rotor_contact.thrust.z"]

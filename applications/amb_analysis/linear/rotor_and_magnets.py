@@ -29,7 +29,7 @@ def rotor_component(
 ) -> LinearComponent:
     """Return displacements (m) over forces (N) and accelerations of the base (m/s^2) of a rotor without contact.
 
-    Along the shaft of a rotor with a thrust disc, m z'' = f_z + f_process.
+    Along the shaft of a rotor with a thrust disc, m z'' = f_z + f_process - m a_z.
 
     q'' = M^-1 (f + B_base a) - (M^-1 (K + K_b) - Omega M^-1 R J) q - (M^-1 (C + R + C_b) + Omega M^-1 G) q'
 
@@ -71,10 +71,10 @@ def rotor_component(
     )
     if layout.get("thrust"):
         thrust = layout["thrust"]
-        inputs += [f"{thrust}.f_z", f"{thrust}.f_process"]
+        inputs += [f"{thrust}.f_z", f"{thrust}.f_process", "base.a_z"]
         outputs += [f"{thrust}.z", f"{thrust}.speed"]
-        force = np.full((1, 2), 1.0 / s.mass)
-        along = np.array([[0.0, 1.0], [0.0, 0.0]]), np.vstack([np.zeros((1, 2)), force]), np.eye(2), np.zeros((2, 2))
+        force = np.array([[1.0 / s.mass, 1.0 / s.mass, -1.0]])
+        along = np.array([[0.0, 1.0], [0.0, 0.0]]), np.vstack([np.zeros((1, 3)), force]), np.eye(2), np.zeros((2, 3))
         across = law.A, law.B, law.C, law.D
         law = Law(*(block_diag(of_rotor, of_axis) for of_rotor, of_axis in zip(across, along, strict=True)))
     return _unique(law, name, inputs, outputs, NEGLECTED)

@@ -1,8 +1,9 @@
 """Motion of the rotor along its shaft, as a rigid body, under forces that are constant or proportional to z in a step.
 
-With the mass m, the force f of the bearing at z_ref and its gradient k, another force p, and gravity g at the tilt b,
+With mass m, force f of the bearing at z_ref and its gradient k, another force p, gravity g at the tilt b and the
+acceleration a of the base, relative to which the rotor moves,
 
-    m z'' = f + k (z - z_ref) + p - m g sin(b)                                     (1)
+    m z'' = f + k (z - z_ref) + p - m (g sin(b) + a)                              (1)
 
 With w = k/m, the acceleration a at the beginning, and a damping c over the mass, which faces have, the motion after a
 time t is
@@ -34,7 +35,7 @@ def force_along(mass: float, gravity: float, parameters: np.record, inputs: np.r
 
     `gravity` is in m/s^2; records of types `AXIAL_PARAMETERS` and `AXIAL_INPUTS`.
     """
-    weight = mass * gravity * math.sin(parameters.tilt)
+    weight = mass * (gravity * math.sin(parameters.tilt) + inputs.base_acceleration)
     force: float = inputs.force + inputs.gradient * (z - inputs.reference) + inputs.f_process - weight
     return force
 

@@ -39,6 +39,7 @@ def axial_inputs(thrust: str) -> list[Variable]:
     return [
         *axis_inputs(thrust, "z"),
         input_(f"{thrust}.f_process", "N", "Other force on the rotor along the shaft, such as that of the process"),
+        input_("base.a_z", "m/s2", "Acceleration of the base along the shaft", field="base_acceleration"),
     ]
 
 

@@ -127,6 +127,11 @@ def with_paths(data: dict[str, Any], place: Callable[[str], str]) -> dict[str, A
     changed = {key: placed(key, data[key]) for key in PATHS if key in data}
     if isinstance(data.get("fmu"), dict):
         changed["fmu"] = {component: placed("fmu", fmu) for component, fmu in data["fmu"].items()}
+    if isinstance(data.get("profile"), list):
+        changed["profile"] = [
+            table | {"file": place(table["file"])} if isinstance(table, dict) and table.get("file") else table
+            for table in data["profile"]
+        ]
     return data | changed
 
 

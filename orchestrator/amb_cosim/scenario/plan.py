@@ -104,6 +104,7 @@ def _experiment(
             changes += [InputChange(time, name, value, label) for name, value in _scaled(event.set, scenario, values)]
         changes += _release(scenario, values, changes)
         profiles = _speed_profile(scenario, values, period)
+        profiles += tuple(profile for table in scenario.profile for profile in table.profiles(0.0))
     return Experiment(
         step_size=h,
         stop_time=end,

@@ -14,7 +14,7 @@ from pydantic import Field
 from amb_cosim.cosim.basics.choices import Coupling, Role, Settling
 from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu
 from amb_cosim.cosim.system.system_file import load_system
-from amb_cosim.cosim.system.system_tables import Record
+from amb_cosim.cosim.system.system_tables import ProfileTable, Record
 from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
@@ -130,6 +130,8 @@ class Scenario(Table):
     """Changes during the run."""
     speed: tuple[SpeedPoint, ...] = ()
     """Points of the speed after cycle 0, linear between them and constant after the last."""
+    profile: tuple[ProfileTable, ...] = ()
+    """Inputs that are linear between points, or are in a file, with times from cycle 0 on."""
     stop: tuple[Stop, ...] = ()
     """Conditions that end the run before its end."""
     record: Record = Record()

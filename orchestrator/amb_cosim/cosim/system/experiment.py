@@ -33,12 +33,14 @@ class InputChange:
 class Profile:
     """An input that is linear between points (time in s, value), constant outside; `slope` receives its slope, in 1/s.
 
-    Without a point at or before communication point 0, the input's initial value applies there.
+    Without a point at or before communication point 0, the input's initial value applies there. Values are in `unit`,
+    if it is stated, and are then averaged over each step if they are closer than steps.
     """
 
     variable: str
     points: tuple[tuple[float, Raw], ...]
     slope: str | None = None
+    unit: str | None = None
 
 
 @dataclass(frozen=True)

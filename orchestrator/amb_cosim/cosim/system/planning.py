@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
+import numpy as np
+
 from amb_cosim.cosim.basics.choices import Settling
 from amb_cosim.cosim.basics.time_grid import ROUNDING, TimeGrid, in_steps, is_on_grid, nearest_point, whole_steps
 from amb_cosim.cosim.system.assignments import Assignments
@@ -198,6 +200,8 @@ def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int)
         slope, _ = values.read(profile.slope, 0.0, "input")
         values.inputs.setdefault(slope, 0.0)
     values.inputs.setdefault(name, values.start_value(profile.variable))
+    if profile.unit is not None:
+        return Ramp(name, _sampled(profile, values, grid), slope)
     points: list[tuple[int, float]] = []
     if grid.nearest(f"point of {name}", profile.points[0][0]) > beginning:
         points.append((beginning, values.inputs[name]))
@@ -210,6 +214,24 @@ def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int)
             )
         points.append((n, values.read(profile.variable, raw, "input")[1]))
     return Ramp(name, tuple(points), slope)
+
+
+def _sampled(profile: Profile, values: Assignments, grid: TimeGrid) -> tuple[tuple[int, float], ...]:
+    """Return the points of a profile with a unit, or if they are closer than steps, its mean over each."""
+    times, numbers = np.array(profile.points, dtype=np.float64).T
+    zero, one = (values.read(profile.variable, f"{number} {profile.unit}".strip(), "input")[1] for number in (0, 1))
+    numbers = zero + (one - zero) * numbers
+    h = grid.step_size
+    if np.all(np.diff(times) >= h * (1.0 - ROUNDING)):
+        points = {grid.nearest(f"point of {profile.variable}", t): v for t, v in zip(times, numbers, strict=True)}
+        return tuple((n, float(value)) for n, value in points.items())
+    first, last = (nearest_point(f"point of {profile.variable}", t, h, grid.start) for t in (times[0], times[-1]))
+    edges = grid.start + h * np.arange(first, last + 2)
+    both = np.unique(np.concatenate([edges, times[(times > edges[0]) & (times < edges[-1])]]))
+    signal = np.interp(both, times, numbers)
+    integral = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(both) * (signal[1:] + signal[:-1]))])
+    means = np.diff(np.interp(edges, both, integral)) / h
+    return (*enumerate(means.tolist(), first), (last + 1, float(numbers[-1])))
 
 
 def _sample_time(component: Component, values: Assignments) -> float | None:

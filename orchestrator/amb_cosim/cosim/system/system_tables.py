@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from amb_cosim.cosim.basics.choices import Coupling
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Profile
+from amb_cosim.cosim.system.profile_file import profiles_of
 from amb_cosim.cosim.system.stopping import StopCondition
 from amb_cosim.cosim.system.tables import Count, Table, Value, Values, time_of
 
@@ -65,14 +66,32 @@ class EventTable(Table):
 
 
 class ProfileTable(Table):
-    """An input that is linear between points (time, value)."""
+    """An input that is linear between points (time, value), or inputs in a file."""
 
-    variable: str
+    variable: str = ""
     """The input or shared signal."""
-    points: tuple[tuple[Value, Value], ...] = Field(min_length=1)
+    points: tuple[tuple[Value, Value], ...] = ()
     """Times and values; constant before the first and after the last."""
     slope: str | None = None
     """Input for the slope (per s), if a component needs it."""
+    file: str = ""
+    """Instead of these, a CSV file: a column `time (s)`, and one for each input with its unit, such as
+    `rotor_contact.base.a_x (m/s2)`. Rows closer than communication steps are averaged over each step."""
+    begin: Value = 0.0
+    """Time at which the file's time 0 is."""
+
+    @model_validator(mode="after")
+    def _has_one_source(self) -> ProfileTable:
+        if bool(self.file) == bool(self.variable or self.points) or bool(self.variable) != bool(self.points):
+            raise ValueError("a profile needs either variable and points, or file")
+        return self
+
+    def profiles(self, earliest: float) -> tuple[Profile, ...]:
+        """Return the inputs, times in s; raises ValueError if one is before `earliest` (s), or the file is wrong."""
+        if self.file:
+            return profiles_of(self.file, time_of(self.begin, "begin of a profile", least=earliest))
+        points = tuple((time_of(t, "time of a point", least=earliest), value) for t, value in self.points)
+        return (Profile(self.variable, points, self.slope),)
 
 
 class StopTable(Table):
@@ -144,12 +163,7 @@ class ExperimentTable(Table):
                 for number, e in enumerate(self.event, 1)
                 for name, raw in e.set.items()
             ),
-            profiles=tuple(
-                Profile(
-                    p.variable, tuple((time_of(t, "time of a point", least=earliest), v) for t, v in p.points), p.slope
-                )
-                for p in self.profile
-            ),
+            profiles=tuple(profile for table in self.profile for profile in table.profiles(earliest)),
             stops=tuple(stop.condition(beginning) for stop in self.stop),
             recorded=self.record.variables,
             record_every=self.record.every,

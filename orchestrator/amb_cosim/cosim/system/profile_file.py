@@ -1,0 +1,72 @@
+"""Inputs over time from a table of measured or given values, such as the record of an earthquake.
+
+    time (ms), rotor_contact.base.a_x (m/s2), rotor_contact.base.a_y (m/s2)
+    0,         0.00,                          0.00
+    5,         0.12,                         -0.03
+
+The first column is the time; each of the others is an input by its name, with its unit. Between the rows an input is
+linear. Rows closer than communication steps are averaged over each step, so that no impulse is lost.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from amb_cosim.cosim.system.experiment import Profile
+from amb_cosim.cosim.system.values import quantity
+from amb_files.csv_files import read_csv
+from array_types import Array
+
+HEADING = re.compile(r"(?P<name>.*?)\s*(?:[(\[](?P<unit>[^()\[\]]*)[)\]])?")
+
+
+def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
+    """Return the inputs in a file, whose time 0 is at `begin` (s).
+
+    Raises
+    ------
+    ValueError
+        If it cannot be read, has no inputs, its first column is no time or does not rise, or a value is no number.
+    """
+    return tuple(
+        Profile(name, tuple(zip((begin + times).tolist(), values.tolist(), strict=True)), unit=unit)
+        for name, unit, times, values in _columns(str(Path(file).resolve()), f"profile {file}")
+    )
+
+
+@lru_cache(maxsize=8)
+def _columns(path: str, what: str) -> tuple[tuple[str, str, Array, Array], ...]:
+    headings, rows = read_csv(Path(path), what)
+    (time, unit), *inputs = (_parted(heading) for heading in headings)
+    if time != "time" or not inputs:
+        raise ValueError(f"{what} has the columns {', '.join(headings)}; it must have time first, and inputs after it")
+    times, *columns = np.array(list(_numbers(rows, headings, what))).T
+    times = times * quantity(f"1 {unit or 's'}", "s", f"time of {what}")
+    if not np.all(np.diff(times) > 0.0):
+        k = int(np.argmin(np.diff(times)))
+        raise ValueError(f"{what} has the time {times[k + 1]:g} s after {times[k]:g} s; times must rise")
+    return tuple((name, unit, times, column) for (name, unit), column in zip(inputs, columns, strict=True))
+
+
+def _parted(heading: str) -> tuple[str, str]:
+    """Return name and unit of a heading; the unit is empty if it is not stated."""
+    match = HEADING.fullmatch(heading)
+    return (match["name"], (match["unit"] or "").strip()) if match else (heading, "")
+
+
+def _numbers(rows: list[list[str]], headings: list[str], what: str) -> Iterator[list[float]]:
+    for k, row in enumerate(rows, 2):
+        values = []
+        for heading, text in zip(headings, row, strict=True):
+            try:
+                values.append(float(text))
+            except ValueError:
+                raise ValueError(f"row {k} of {what} has {heading} = {text.strip()!r}, which is no number") from None
+        if not np.all(np.isfinite(values)):
+            raise ValueError(f"row {k} of {what} has a value that is not finite")
+        yield values

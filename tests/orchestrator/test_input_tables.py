@@ -1,0 +1,79 @@
+"""Inputs over time from a table of times and values: an earthquake, a measured shock."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amb_cosim.scenario.file import read_scenario
+from tests.orchestrator.test_plan import NO_EVENTS, H, plan
+from tests.support.messages import raises_naming
+
+
+def table(tmp_path, rows, headings="time (s), rotor.d2.u (g.m)"):
+    path = tmp_path / "table.csv"
+    path.write_text("\n".join([headings, *(", ".join(map(str, row)) for row in rows)]) + "\n", encoding="utf-8")
+    return path
+
+
+def ramps(path, more=""):
+    scenario = f"{NO_EVENTS}[[profile]]\nfile = {str(path)!r}\n{more}"
+    return {ramp.variable: ramp.points for ramp in plan(scenario=scenario).ramps}
+
+
+def test_a_table_is_what_its_points_are(tmp_path):
+    path = table(tmp_path, [(0.0, 1.0), (0.1, 3.0), (0.2, 0.0)])
+    points = '[["0 s", "1 g.m"], ["0.1 s", "3 g.m"], ["0.2 s", "0 g.m"]]'
+    written = plan(scenario=f'{NO_EVENTS}[[profile]]\nvariable = "rotor.d2.u"\npoints = {points}\n').ramps
+    assert ramps(path) == {ramp.variable: ramp.points for ramp in written}
+    assert ramps(path)["rotor.d2.u"][1] == (round(0.1 / H), pytest.approx(3e-3))
+
+
+def test_units_of_headings_and_the_begin_of_a_table_apply(tmp_path):
+    path = table(tmp_path, [(0.0, 0.1), (50.0, 0.3)], "time [ms], rotor.d2.u [kg.mm]")
+    (points,) = ramps(path, 'begin = "0.2 s"').values()
+    assert points == ((round(0.2 / H), pytest.approx(1e-4)), (round(0.25 / H), pytest.approx(3e-4)))
+
+
+@pytest.mark.parametrize("per_step", [2.0, 3.7, 25.0])
+def test_rows_closer_than_steps_lose_no_impulse(tmp_path, per_step):
+    times = np.arange(0.0, 0.02, H / per_step)
+    values = 3.0 * np.maximum(np.sin(2.0 * math.pi * 300.0 * times), 0.0)  # never negative, as an unbalance must be
+    (points,) = ramps(table(tmp_path, zip(times, values, strict=True))).values()
+    n, means = np.array(points).T
+    assert np.array_equal(np.diff(n), np.ones(len(n) - 1))
+    impulse = np.sum(means[:-1]) * H
+    after = values[-1] * (n[-1] * H - times[-1])  # it stays at its last value
+    expected = np.trapezoid(values, times) + after
+    assert impulse == pytest.approx(1e-3 * expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("headings", "rows", "facts"),
+    [
+        ("t (s), rotor.d2.u (g.m)", [(0, 1)], ("time", "t (s)")),
+        ("time (s)", [(0,), (1,)], ("time", "inputs")),
+        ("time (s), rotor.d2.u (g.m)", [(0, 1), (0, 2)], ("0 s", "rise")),
+        ("time (s), rotor.d2.u (g.m)", [(0, 1), (1, "much")], ("row 3", "'much'", "number")),
+        ("time (s), rotor.d2.u (g.m)", [(0, 1), (1, "nan")], ("row 3", "finite")),
+        ("time (s), rotor.d9.u (g.m)", [(0, 1), (1, 2)], ("d9.u",)),
+        ("time (s), rotor.d2.u (m)", [(0, 1), (1, 2)], ("rotor.d2.u", "kg.m")),
+        ("time (kg), rotor.d2.u (g.m)", [(0, 1), (1, 2)], ("time", "kg")),
+    ],
+)
+def test_mistakes_in_a_table_are_named(tmp_path, headings, rows, facts):
+    with raises_naming(ValueError, *facts):
+        ramps(table(tmp_path, rows, headings))
+
+
+@pytest.mark.parametrize("text", ["", 'variable = "rotor.d2.u"', 'file = "a.csv"\nvariable = "rotor.d2.u"'])
+def test_a_profile_has_points_or_a_file(text):
+    with raises_naming(ValueError, "profile", "points", "file"):
+        plan(scenario=f"{NO_EVENTS}[[profile]]\n{text}\n")
+
+
+def test_a_file_is_relative_to_its_scenario(tmp_path):
+    (tmp_path / "mine.toml").write_text('Omega = "9 rpm"\n[[profile]]\nfile = "quake.csv"\n', encoding="utf-8")
+    (entry,) = read_scenario(str(tmp_path / "mine.toml"))["profile"]
+    assert Path(entry["file"]) == tmp_path / "quake.csv"
