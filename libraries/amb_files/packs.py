@@ -45,7 +45,9 @@ def unreadable_distributions() -> dict[str, str]:
 
 def _name_of(distribution: Distribution | None) -> str:
     """Return the name of a distribution, or its folder if it has none."""
-    named = distribution and distribution.metadata["Name"]
+    named = None
+    with suppress(Exception):  # whatever the standard library raises for a METADATA that cannot be read
+        named = distribution and distribution.metadata["Name"]
     return named or Path(str(getattr(distribution, "_path", "distribution"))).name
 
 

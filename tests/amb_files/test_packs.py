@@ -40,13 +40,14 @@ def test_a_broken_pack_is_skipped_with_a_warning(package, installed, capsys):
     assert_names(capsys.readouterr().err, "pack 'broken'", f"{package!r}")
 
 
-@pytest.mark.parametrize("named", [True, False])
+@pytest.mark.parametrize("named", [True, False, None])
 def test_broken_packs_of_one_distribution_have_one_warning(named, installed, capsys, tmp_path):
     folder = tmp_path / "flood-1.0.dist-info"
     folder.mkdir()
     lines = "".join(f"p{k} = no_such_{k}\n" for k in range(2000))
     (folder / "entry_points.txt").write_text(f"[{packs.GROUP}]\n{lines}good = json\n")
-    (folder / "METADATA").write_text("Metadata-Version: 2.1\n" + "Name: flood\nVersion: 1.0\n" * named)
+    if named is not None:  # otherwise there is no such file
+        (folder / "METADATA").write_text("Metadata-Version: 2.1\n" + "Name: flood\nVersion: 1.0\n" * named)
     installed([*Distribution.at(folder).entry_points, EntryPoint("other", "no_such", packs.GROUP)])
     assert [*packs.packs()] == ["good"]
     other, flood = capsys.readouterr().err.splitlines()
