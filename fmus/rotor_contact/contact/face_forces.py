@@ -29,6 +29,7 @@ from rotor_contact.shaft.products import dot
 
 LEAST_LEAN = 1e-6  # of the clearance; a smaller lean counts as none
 RESOLUTION = 0.2  # of the fastest time constant of a pressed face; a substep is no longer
+OF_CREEP = 0.5  # the same of the creep under friction, which only has to decay
 
 
 @kernel
@@ -202,11 +203,11 @@ def face_limit(w: Workspace, v: Array, Omega: float, longest: float) -> float:
             slip = max(abs(omega) * face.radius, LEAST_SLIP)
             tilting = 0.5 * face.radius * face.radius * face.tilt_mobility
             fastest = math.sqrt(face.stiffness * tilting) + face.damping * tilting
-            fastest += face.mu * face.force * mobility / slip
             fastest += math.sqrt(
                 0.5 * face.mu * face.stiffness * face.radius * math.sqrt(mobility * face.tilt_mobility)
             )
-            limit = min(limit, RESOLUTION / fastest)
+            creep = face.mu * face.force * mobility / slip
+            limit = min(limit, min(RESOLUTION / fastest, OF_CREEP / max(creep, 1e-300)))
     return limit
 
 

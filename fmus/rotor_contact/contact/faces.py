@@ -39,7 +39,7 @@ from rotor_contact.shaft.products import dot
 from rotor_contact.shaft.structure import FACE_PLACE, N_FACE_PLACE, REAL, ROWS_OF_FACE, Structure
 from rotor_contact.variables.signals import FACE_PARAMETERS
 
-LEAST_SLIP = 5e-4  # m/s
+LEAST_SLIP = 1e-3  # m/s
 
 # A face during a step: its parameters, in the order of the interface, its place, and what changes.
 FACE = record(
