@@ -15,6 +15,7 @@ from amb_analysis.studies.inputs import GRADE
 from amb_assessment.first_design.rotor_text import diameter_at, gap_for, require_speed
 from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from amb_cosim.scenario.scenario import share_across
 from amb_files.checks import require
 from rotor_analysis.parts import BodyOrDisc, Site
 from rotor_analysis.rigid_body import rigid_body
@@ -185,8 +186,7 @@ def machine_sizes(
     surface = f"the surface of the shaft in its bearings ({1e3 * diameter:.3g} mm) then has {SURFACE_SPEED:g} m/s"
     require(speed <= fastest, "speed", f"{speed:.4g} rad/s", f"<= {fastest:.4g} rad/s: {surface}")
     body = rigid_body(rotor)
-    across = 0.0 if math.isclose(abs(tilt), 0.5 * math.pi) else math.cos(tilt)
-    loads, at_rest = (_axis_loads(rotor, Omega, across) for Omega in (speed, 0.0))
+    loads, at_rest = (_axis_loads(rotor, Omega, share_across(tilt)) for Omega in (speed, 0.0))
     least = min((site.clearance for site in retainers), default=0.0)
     gap = gap or 2.0 * least or gap_for(diameter)
     most_loaded = max(map(abs, (*loads.values(), *at_rest.values())))

@@ -92,9 +92,7 @@ def _pass_phase(
     lost = mass * (0.5 * (speed * speed - new_speed * new_speed) + (a + 0.5 * w * way) * way)
     for face in faces:
         if face.is_pressed != 0.0:
-            face.part_depth += penetration(face, z) * length - face.side * sum_of_way
-            face.part_way -= face.side * way
-            _collect(face, speed, a, w, c, length, way, new_speed, sum_of_way)
+            _collect(face, z, speed, a, w, c, length, way, new_speed, sum_of_way)
             face.loss += max(lost, 0.0) * (face.drag / (mass * c) if c > 0.0 else 0.0) - face.side * face.rocking * way
     motion.z, motion.speed = z + way, new_speed
     if changed >= 0:
@@ -127,8 +125,6 @@ def _linearise(face: Face, z: float, speed: float, length: float) -> None:
     damping: float = face.damping
     middle = delta - face.side * speed * 0.5 * length if face.lean > 0.0 else max(delta, 0.0)
     half = half_of_contact(middle, face.lean)
-    if face.lean == 0.0:
-        half = math.pi
     slope, rocking = stiffness * half / math.pi, damping / math.pi * math.sin(half) * face.lean_rate
     face.slope, face.drag, face.rocking = slope, damping * half / math.pi, rocking
     face.at_start = spring_force(face, middle, half) + slope * (delta - middle) + rocking
@@ -209,6 +205,7 @@ def _instant(face: Face, z: float, speed: float, a: float, w: float, c: float, l
 @kernel
 def _collect(
     face: Face,
+    z: float,
     speed: float,
     a: float,
     w: float,
@@ -218,8 +215,10 @@ def _collect(
     new_speed: float,
     sum_of_way: float,
 ) -> None:
-    """Collect impulse and largest force of a pressed face in a phase."""
+    """Collect time, depth, way, impulse and largest force of a pressed face in a phase."""
     face.part_time += length
+    face.part_depth += penetration(face, z) * length - face.side * sum_of_way
+    face.part_way -= face.side * way
     face.part_impulse += face.at_start * length - face.side * (face.slope * sum_of_way + face.drag * way)
     rate, S, C_2, _ = responses(w, c, 0.5 * length)
     half_way, half_speed = speed * S + a * C_2, speed * rate + a * S

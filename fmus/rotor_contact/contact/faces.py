@@ -219,19 +219,24 @@ def eccentricity(force: float, p_x: float, p_y: float) -> tuple[float, float]:
 
 @kernel
 def friction_of_ring(rho: float) -> tuple[float, float]:
-    """Return F and D - rho F of (2): force over mu N, and torque over mu N R."""
+    """Return F and D - rho F of (2): force over mu N, and torque over mu N R; at 1/rho they change places."""
+    if rho > 1.0:
+        torque, force = _friction_below_one(1.0 / rho)
+        return force, torque
+    return _friction_below_one(rho)
+
+
+@kernel
+def _friction_below_one(rho: float) -> tuple[float, float]:
+    """Return `friction_of_ring` for rho up to 1."""
     if rho < 0.1:
         x = rho * rho
         force = rho * (0.5 + x * (0.0625 + x * (0.0234375 + x * 0.01220703125)))
         return force, 1.0 - x * (0.25 + x * (0.046875 + x * (0.01953125 + x * 0.01068115234375)))
-    if rho > 10.0:
-        x = 1.0 / (rho * rho)
-        force = 1.0 - x * (0.25 + x * (0.046875 + x * (0.01953125 + x * 0.01068115234375)))
-        return force, (0.5 + x * (0.0625 + x * (0.0234375 + x * 0.01220703125))) / rho
-    a, b, total, power = 1.0, abs(1.0 - rho) / (1.0 + rho), 0.0, 0.5
-    c = math.sqrt(max(1.0 - b * b, 0.0))
+    a, b, total, power = 1.0, (1.0 - rho) / (1.0 + rho), 0.0, 0.5
     if b < 1e-12:
         return 2.0 / math.pi, 2.0 / math.pi
+    c = math.sqrt(1.0 - b * b)
     for _ in range(8):
         total += power * c * c
         a, b, c, power = 0.5 * (a + b), math.sqrt(a * b), 0.5 * (a - b), 2.0 * power
@@ -256,18 +261,11 @@ def friction(
     limit = face.mu * force
     if limit == 0.0 or slip == 0.0:
         return 0.0, 0.0, 0.0
-    of_ring, torque = friction_of_ring(speed / abs(around)) if around != 0.0 else (1.0, 0.0)
-    along = (
-        -(1.0 - share)
-        * limit
-        * of_ring
-        * slip
-        / (math.sqrt(slip * slip + LEAST_SLIP * LEAST_SLIP) * max(speed, 1e-300))
-    )
+    of_force, of_torque = friction_of_ring(speed / abs(around)) if around != 0.0 else (1.0, 0.0)
+    against = -(1.0 - share) * limit * slip / math.sqrt(slip * slip + LEAST_SLIP * LEAST_SLIP)
+    along = against * of_force / max(speed, 1e-300)
     f_x, f_y = along * v_x, along * v_y
-    torque *= (
-        -(1.0 - share) * limit * R * math.copysign(1.0, omega) * slip / math.sqrt(slip * slip + LEAST_SLIP * LEAST_SLIP)
-    )
+    torque = against * of_torque * R * math.copysign(1.0, omega)
     if share > 0.0:
         n_x, n_y = e_x / share, e_y / share
         s_x, s_y = v_x - around * n_y, v_y + around * n_x

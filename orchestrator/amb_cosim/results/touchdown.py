@@ -212,7 +212,8 @@ def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
     """Return the loads of a site from the release on."""
     mode, power, heat = (signal(after, f"{site}.{name}") for name in ("mode", "friction_power", "heat"))
     faces = places(after).faces
-    temperature = signal(after, f"{faces.get(site, site)}.temperature")
+    warmed = faces.get(site, site)
+    temperature = signal(after, f"{warmed}.temperature")
     for face, retainer in faces.items():
         on_face = signal(after, f"{face}.heat")
         if retainer == site and heat is not None and on_face is not None:
@@ -222,7 +223,7 @@ def _retainer(after: Signals, site: str, impulse: float | None) -> Retainer:
         None if mode is None else float(durations[mode == value].sum()) for value in (FREE, SLIDING, ROLLING)
     )
     direction, whirl_speed = _whirl(after, site)
-    warms = temperature is not None and bool(parameters(after).get(f"{faces.get(site, site)}.heat_capacity"))
+    warms = temperature is not None and bool(parameters(after).get(f"{warmed}.heat_capacity"))
     return Retainer(
         free=free,
         sliding=sliding,
