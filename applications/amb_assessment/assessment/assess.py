@@ -41,13 +41,13 @@ from amb_files.suggestions import suggest
 
 
 class Needs(IntEnum):
-    """Needs of a part; each value includes those before it."""
+    """Needs of an analysis; each value includes those before it."""
 
     NOTHING, STABLE_LOOP, CONTACT_SITES = range(3)
 
 
-class Part(NamedTuple):
-    """A part of an assessment: its title on the page, the function that returns its results, and what it needs."""
+class Analysis(NamedTuple):
+    """An analysis of a machine: its title on the page, the function that returns its results, and what it needs."""
 
     title: str
     answer: Callable[[Subject], AnalysisResult]
@@ -55,31 +55,35 @@ class Part(NamedTuple):
 
 
 ANALYSES = {  # in the order of the page
-    "free_modes": Part("Free-free modes, and positions of sensors and magnets", free_modes.answer),
-    "critical_map": Part("Undamped critical speeds over support stiffness", critical_map.answer),
-    "closed_loop": Part("Closed loop over speed: damped frequencies and logarithmic decrements", closed_loop.answer),
-    "cross_coupling": Part("Stability with cross coupling", cross_coupling.answer),
-    "unbalance": Part("Unbalance response, amplification and separation margins", unbalance.answer, Needs.STABLE_LOOP),
-    "envelope": Part(
+    "free_modes": Analysis("Free-free modes, and positions of sensors and magnets", free_modes.answer),
+    "critical_map": Analysis("Undamped critical speeds over support stiffness", critical_map.answer),
+    "closed_loop": Analysis(
+        "Closed loop over speed: damped frequencies and logarithmic decrements", closed_loop.answer
+    ),
+    "cross_coupling": Analysis("Stability with cross coupling", cross_coupling.answer),
+    "unbalance": Analysis(
+        "Unbalance response, amplification and separation margins", unbalance.answer, Needs.STABLE_LOOP
+    ),
+    "envelope": Analysis(
         "Envelope: required and available forces, currents, voltages and slew rates", envelope.answer, Needs.STABLE_LOOP
     ),
-    "sensitivity": Part("Sensitivity, computed and measured", sensitivity.answer, Needs.STABLE_LOOP),
-    "robustness": Part("Robustness: worst margins within the tolerances", robustness.answer, Needs.STABLE_LOOP),
-    "axial": Part("Axial axis: thrust bearing", axial.answer),
-    "axial_margins": Part("Axial axis: sensitivity, and worst margins", axial.margins, Needs.STABLE_LOOP),
-    "vibration": Part("Vibration at speed in co-simulation", vibration.answer, Needs.CONTACT_SITES),
-    "faults": Part("Run-up, run-down and faults in co-simulation", faults.answer, Needs.CONTACT_SITES),
-    "landing": Part("Landing on the retainers", landing.answer, Needs.CONTACT_SITES),
-    "rest": Part("Landing to rest", rest.answer, Needs.CONTACT_SITES),
-    "recovery": Part("Relevitation and overload", recovery.answer, Needs.CONTACT_SITES),
+    "sensitivity": Analysis("Sensitivity, computed and measured", sensitivity.answer, Needs.STABLE_LOOP),
+    "robustness": Analysis("Robustness: worst margins within the tolerances", robustness.answer, Needs.STABLE_LOOP),
+    "axial": Analysis("Axial axis: thrust bearing", axial.answer),
+    "axial_margins": Analysis("Axial axis: sensitivity, and worst margins", axial.margins, Needs.STABLE_LOOP),
+    "vibration": Analysis("Vibration at speed in co-simulation", vibration.answer, Needs.CONTACT_SITES),
+    "faults": Analysis("Run-up, run-down and faults in co-simulation", faults.answer, Needs.CONTACT_SITES),
+    "landing": Analysis("Landing on the retainers", landing.answer, Needs.CONTACT_SITES),
+    "rest": Analysis("Landing to rest", rest.answer, Needs.CONTACT_SITES),
+    "recovery": Analysis("Relevitation and overload", recovery.answer, Needs.CONTACT_SITES),
 }
 
 ProgressCallback = Callable[[str, int, int], None]  # title of the current part, finished parts, all parts
 
 
 @dataclass(frozen=True)
-class Analysis:
-    """An analysis of an assessment.
+class PartResult:
+    """The results of one analysis, a part of an assessment.
 
     key, title
         Name for `only`, and title on the page.
@@ -106,7 +110,7 @@ class Assessment:
     machine: MachineFile
     facts: Mapping[str, float]
     criteria: tuple[Criterion, ...]
-    parts: tuple[Analysis, ...]
+    parts: tuple[PartResult, ...]
     warnings: tuple[str, ...] = ()
 
     @property
@@ -261,8 +265,8 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
 
 
 def _answered(
-    name: str, part: Part, subject: Subject, criteria: tuple[Criterion, ...], why_unstable: Callable[[], str]
-) -> Analysis:
+    name: str, part: Analysis, subject: Subject, criteria: tuple[Criterion, ...], why_unstable: Callable[[], str]
+) -> PartResult:
     begin = time.perf_counter()
     try:
         if part.needs >= Needs.STABLE_LOOP and (reason := why_unstable()):
@@ -275,11 +279,11 @@ def _answered(
         findings = tuple(judge(answer.measured, criteria, subject.facts, why_unstable))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__
-        return Analysis(name, part.title, AnalysisResult(), (), reason, time.perf_counter() - begin)
-    return Analysis(name, part.title, answer, findings, "", time.perf_counter() - begin)
+        return PartResult(name, part.title, AnalysisResult(), (), reason, time.perf_counter() - begin)
+    return PartResult(name, part.title, answer, findings, "", time.perf_counter() - begin)
 
 
-def _part_data(part: Analysis) -> dict[str, Any]:
+def _part_data(part: PartResult) -> dict[str, Any]:
     return {
         "title": part.title,
         "not_answered_because": part.reason or None,

@@ -106,7 +106,7 @@ def test_a_failing_part_is_unanswered_and_the_others_run(monkeypatch):
     def broken(subject):
         raise ValueError("the drawing is wet")
 
-    monkeypatch.setitem(room.ANALYSES, "free_modes", room.Part("Free modes", broken))
+    monkeypatch.setitem(room.ANALYSES, "free_modes", room.Analysis("Free modes", broken))
     result = assess("compressor", only=["free_modes", "closed_loop"])
     assert result.unanswered == {"free_modes": "the drawing is wet"}
     assert result.parts[1].findings

@@ -46,7 +46,7 @@ def test_threads_change_no_bit_of_the_unbalance_of_a_landing(monkeypatch):
         found.append({name: value.hex() for name, value in worst_inputs(subject).items()})
         return AnalysisResult()
 
-    monkeypatch.setitem(assessing.ANALYSES, "landing", assessing.Part("Landing", answer))
+    monkeypatch.setitem(assessing.ANALYSES, "landing", assessing.Analysis("Landing", answer))
     for number in THREADS:
         with_threads(number, lambda: assess(BLOWER / "machine.toml", only=["landing"]))
     assert len(found) == len(THREADS)

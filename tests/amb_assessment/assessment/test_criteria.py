@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from amb_assessment.assessment.assess import Analysis, Assessment
+from amb_assessment.assessment.assess import Assessment, PartResult
 from amb_assessment.assessment.conclusion import answer, by_criterion, failures
 from amb_assessment.assessment.criteria import (
     READINGS,
@@ -172,7 +172,7 @@ def test_formula_of_nan_is_refused(formula):
 def test_criteria_without_a_value_are_listed_by_key():
     items = [Quantity("overload", "here", 1.0), Quantity("overload", "open", 1.0, open="nothing falls")]
     criteria = [Criterion(**ABOUT, limit="2 * N_mx"), Criterion(**ABOUT | {"key": "other"}, limit="2")]
-    part = Analysis("part", "Part", AnalysisResult(), tuple(judge(items, criteria, MACHINE)))
+    part = PartResult("part", "Part", AnalysisResult(), tuple(judge(items, criteria, MACHINE)))
     result = Assessment(None, MACHINE, tuple(criteria), (part,))
     assert list(result.unevaluated) == ["own"]
 
