@@ -119,7 +119,7 @@ def test_undamped_critical_speeds_include_the_passive_bearing():
     guide = 5e6
     file = MACHINES["expander"]().model_copy(update={"parameters": {PLANT: {"guide.k_b": guide}}})
     subject = subject_of(file)
-    found = critical_map.answer(subject).measured
+    found = critical_map.result_of(subject).quantities
     assert [item.where for item in found] == [f"number {n} along {axis}" for axis in "xy" for n in (1, 2)]
     for item in found:
         Omega = item.value * np.pi / 30.0
@@ -190,7 +190,7 @@ def test_threshold_of_cross_coupling_follows_from_the_receptance(expander):
     passed = np.flatnonzero(imaginary[:-1] * imaginary[1:] < 0.0)
     at_zero = [brentq(lambda omega: coupling(omega).imag, grid[k], grid[k + 1]) for k in passed]
     threshold = min(Q for Q in (coupling(omega).real for omega in at_zero) if Q > 0.0)
-    (ratio,) = (m.value for m in cross_coupling.answer(machine).measured if m.quantity == "cross_coupling_ratio")
+    (ratio,) = (m.value for m in cross_coupling.result_of(machine).quantities if m.quantity == "cross_coupling_ratio")
     assert ratio * 20e3 == pytest.approx(threshold, rel=5e-4)
 
 
@@ -218,11 +218,11 @@ def assessed():
 @pytest.mark.slow
 def test_a_landing_loads_the_balls_by_the_largest_force_of_their_site(co_simulated):
     (part,) = (part for part in co_simulated.parts if part.key == "landing")
-    (table,) = (table for table in part.answer.tables if table.title == TITLE)
+    (table,) = (table for table in part.result.tables if table.title == TITLE)
     ((site, force, Q, *_),) = table.rows
     pressure = measured_in(co_simulated, "landing")["landing_ball_pressure"]
     assert (site, pressure.where) == ("catch_s", "catch_s")
-    landings = part.answer.tables[0].rows
+    landings = part.result.tables[0].rows
     assert 0.0 < float(force) <= max(float(row[2]) for row in landings)
     assert float(Q) >= 4.37 * float(force) / 11.0  # more with clearance
     assert 0.0 < pressure.value < 4200.0
@@ -247,7 +247,7 @@ def test_a_long_coast_down_is_extrapolated_and_marked(co_simulated):
     assert result["retainer_heat"].value < result["heat_to_standstill"].value
     assert "retainer_temperature" not in result
     (part,) = (part for part in co_simulated.parts if part.key == "rest")
-    assert any(note.startswith("No temperature of catch_n, catch_s") for note in part.answer.notes)
+    assert any(note.startswith("No temperature of catch_n, catch_s") for note in part.result.notes)
 
 
 def measured_in(found, key):

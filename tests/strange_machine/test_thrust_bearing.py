@@ -128,8 +128,8 @@ def test_a_thrust_beyond_the_capacity_is_missed_and_has_no_loop():
     assert result.failed[0].verdict is Judgement.FAILED
     assert quantities(result)["axial_load"].value == pytest.approx(120.0)
     (part,) = (part for part in result.parts if part.key == "axial")
-    assert_names(part.answer.notes[0], "-300 N", "no loop")
-    assert [row[0] for row in part.answer.tables[0].rows] == ["0"]
+    assert_names(part.result.notes[0], "-300 N", "no loop")
+    assert [row[0] for row in part.result.tables[0].rows] == ["0"]
     assert set(result.unanswered) == {"axial_margins", "unbalance"}
     assert_names(result.unanswered["unbalance"], "-300 N", "250 N")
 
@@ -137,7 +137,7 @@ def test_a_thrust_beyond_the_capacity_is_missed_and_has_no_loop():
 def test_a_thrust_of_either_sign_is_judged_without_load_too():
     """At its rest position the bearing has the least negative stiffness."""
     (part,) = assess(machine_with(thrust=["-100 N", "150 N"]), only=["axial"]).parts
-    rows = [[float(text) for text in row[:4]] for row in part.answer.tables[0].rows]
+    rows = [[float(text) for text in row[:4]] for row in part.result.tables[0].rows]
     assert [row[0] for row in rows] == [100.0, -150.0, 0.0]
     assert min(rows, key=lambda row: row[2])[0] == 0.0
 

@@ -27,7 +27,7 @@ from amb_assessment.assessment.analyses import (
     unbalance,
     vibration,
 )
-from amb_assessment.assessment.conclusion import answer, failures
+from amb_assessment.assessment.conclusion import conclusion_of, failures
 from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria
 from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
 from amb_assessment.assessment.machine_file import MachineFile, load_machine
@@ -50,32 +50,34 @@ class Analysis(NamedTuple):
     """An analysis of a machine: its title on the page, the function that returns its results, and what it needs."""
 
     title: str
-    answer: Callable[[Subject], AnalysisResult]
+    result_of: Callable[[Subject], AnalysisResult]
     needs: Needs = Needs.NOTHING
 
 
 ANALYSES = {  # in the order of the page
-    "free_modes": Analysis("Free-free modes, and positions of sensors and magnets", free_modes.answer),
-    "critical_map": Analysis("Undamped critical speeds over support stiffness", critical_map.answer),
+    "free_modes": Analysis("Free-free modes, and positions of sensors and magnets", free_modes.result_of),
+    "critical_map": Analysis("Undamped critical speeds over support stiffness", critical_map.result_of),
     "closed_loop": Analysis(
-        "Closed loop over speed: damped frequencies and logarithmic decrements", closed_loop.answer
+        "Closed loop over speed: damped frequencies and logarithmic decrements", closed_loop.result_of
     ),
-    "cross_coupling": Analysis("Stability with cross coupling", cross_coupling.answer),
+    "cross_coupling": Analysis("Stability with cross coupling", cross_coupling.result_of),
     "unbalance": Analysis(
-        "Unbalance response, amplification and separation margins", unbalance.answer, Needs.STABLE_LOOP
+        "Unbalance response, amplification and separation margins", unbalance.result_of, Needs.STABLE_LOOP
     ),
     "envelope": Analysis(
-        "Envelope: required and available forces, currents, voltages and slew rates", envelope.answer, Needs.STABLE_LOOP
+        "Envelope: required and available forces, currents, voltages and slew rates",
+        envelope.result_of,
+        Needs.STABLE_LOOP,
     ),
-    "sensitivity": Analysis("Sensitivity, computed and measured", sensitivity.answer, Needs.STABLE_LOOP),
-    "robustness": Analysis("Robustness: worst margins within the tolerances", robustness.answer, Needs.STABLE_LOOP),
-    "axial": Analysis("Axial axis: thrust bearing", axial.answer),
+    "sensitivity": Analysis("Sensitivity, computed and measured", sensitivity.result_of, Needs.STABLE_LOOP),
+    "robustness": Analysis("Robustness: worst margins within the tolerances", robustness.result_of, Needs.STABLE_LOOP),
+    "axial": Analysis("Axial axis: thrust bearing", axial.result_of),
     "axial_margins": Analysis("Axial axis: sensitivity, and worst margins", axial.margins, Needs.STABLE_LOOP),
-    "vibration": Analysis("Vibration at speed in co-simulation", vibration.answer, Needs.CONTACT_SITES),
-    "faults": Analysis("Run-up, run-down and faults in co-simulation", faults.answer, Needs.CONTACT_SITES),
-    "landing": Analysis("Landing on the retainers", landing.answer, Needs.CONTACT_SITES),
-    "rest": Analysis("Landing to rest", rest.answer, Needs.CONTACT_SITES),
-    "recovery": Analysis("Relevitation and overload", recovery.answer, Needs.CONTACT_SITES),
+    "vibration": Analysis("Vibration at speed in co-simulation", vibration.result_of, Needs.CONTACT_SITES),
+    "faults": Analysis("Run-up, run-down and faults in co-simulation", faults.result_of, Needs.CONTACT_SITES),
+    "landing": Analysis("Landing on the retainers", landing.result_of, Needs.CONTACT_SITES),
+    "rest": Analysis("Landing to rest", rest.result_of, Needs.CONTACT_SITES),
+    "recovery": Analysis("Relevitation and overload", recovery.result_of, Needs.CONTACT_SITES),
 }
 
 ProgressCallback = Callable[[str, int, int], None]  # title of the current part, finished parts, all parts
@@ -87,7 +89,7 @@ class PartResult:
 
     key, title
         Name for `only`, and title on the page.
-    answer, findings
+    result, findings
         Results, and the verdicts on them.
     reason
         Reason for a failure; otherwise empty.
@@ -97,7 +99,7 @@ class PartResult:
 
     key: str
     title: str
-    answer: AnalysisResult
+    result: AnalysisResult
     findings: tuple[Finding, ...]
     reason: str = ""
     wall: float = 0.0
@@ -127,7 +129,7 @@ class Assessment:
     def conclusion(self) -> str:
         """Whether the machine may run: how many of the criteria failed, and how many are unanswered."""
         parts = [part.key for part in self.parts]
-        return answer(self.findings, self.unanswered, parts if parts != chosen_parts(self.machine) else ())
+        return conclusion_of(self.findings, self.unanswered, parts if parts != chosen_parts(self.machine) else ())
 
     @property
     def failures(self) -> list[tuple[Finding, str]]:
@@ -206,7 +208,7 @@ def assess(
     Examples
     --------
     >>> part = assess("turbo_expander", only=["free_modes"]).parts[0]
-    >>> [mode.where for mode in part.answer.measured]
+    >>> [mode.where for mode in part.result.quantities]
     ['mode 1, 558 Hz, drive_end read at probe_de', 'mode 2, 1439 Hz, far_end read at probe_fe']
     """
     file = machine if isinstance(machine, MachineFile) else load_machine(machine)
@@ -273,14 +275,14 @@ def _answered(
             raise ValueError(f"{reason}; this part needs a rotor that levitates")
         if part.needs >= Needs.CONTACT_SITES and not subject.sites:
             raise ValueError(f"rotor {subject.rotor.name} has no [[sites]], so its possible contacts are unknown")
-        answer = part.answer(subject)
-        for item in answer.measured:
+        result = part.result_of(subject)
+        for item in result.quantities:
             check_declared(item.quantity, item.unit, item.facts)
-        findings = tuple(judge(answer.measured, criteria, subject.facts, why_unstable))
+        findings = tuple(judge(result.quantities, criteria, subject.facts, why_unstable))
     except (ValueError, LookupError, ArithmeticError, RuntimeError, StartFailed, FmuError, ProcessFailed) as error:
         reason = str(error) or type(error).__name__
         return PartResult(name, part.title, AnalysisResult(), (), reason, time.perf_counter() - begin)
-    return PartResult(name, part.title, answer, findings, "", time.perf_counter() - begin)
+    return PartResult(name, part.title, result, findings, "", time.perf_counter() - begin)
 
 
 def _part_data(part: PartResult) -> dict[str, Any]:
@@ -289,8 +291,8 @@ def _part_data(part: PartResult) -> dict[str, Any]:
         "not_answered_because": part.reason or None,
         "seconds": round(part.wall, 3),
         "findings": [_finding_data(item) for item in part.findings],
-        "tables": [_table_data(item) for item in part.answer.tables],
-        "notes": list(part.answer.notes),
+        "tables": [_table_data(item) for item in part.result.tables],
+        "notes": list(part.result.notes),
     }
 
 

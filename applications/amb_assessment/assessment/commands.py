@@ -50,7 +50,7 @@ def assess(
     if check:
         _print_description(file, criteria, flavour)
         return
-    from amb_assessment.assessment.assess import assess as answer
+    from amb_assessment.assessment.assess import assess as assessment_of
     from amb_assessment.assessment.machine_file import load_machine
     from amb_assessment.assessment.page import DATA, PAGE, write_assessment
     from amb_assessment.assessment.pdf import PDF, print_page
@@ -69,7 +69,7 @@ def assess(
         def report(title: str, done: int, total: int) -> None:
             progress.update(task, description=f"{done + 1} of {total}: {title}", completed=done, total=total)
 
-        result = answer(
+        result = assessment_of(
             machine,
             only=only,
             criteria=criteria,

@@ -19,7 +19,7 @@ def by_criterion(findings: Sequence[Finding]) -> dict[str, Judgement]:
     return {key: min(cases, key=WORST_FIRST.index) for key, cases in verdicts.items()}
 
 
-def answer(findings: Sequence[Finding], failed_parts: Mapping[str, str], parts: Sequence[str] = ()) -> str:
+def conclusion_of(findings: Sequence[Finding], failed_parts: Mapping[str, str], parts: Sequence[str] = ()) -> str:
     """Return whether the machine may run, as a sentence without a full stop.
 
     Parameters

@@ -72,7 +72,7 @@ class ResultTable:
 class AnalysisResult:
     """Results of an analysis: quantities, plots, tables, and notes."""
 
-    measured: tuple[Quantity, ...] = ()
+    quantities: tuple[Quantity, ...] = ()
     panels: tuple[Panel, ...] = ()
     tables: tuple[ResultTable, ...] = ()
     notes: tuple[str, ...] = ()

@@ -38,7 +38,7 @@ def page(assessment: Assessment) -> str:
     environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=READINGS)
     environment.globals.update(sentences=_sentences)
     environment.filters.update(code=_with_code)
-    panels = {part.key: [panel.in_chosen_units() for panel in part.answer.panels] for part in assessment.parts}
+    panels = {part.key: [panel.in_chosen_units() for panel in part.result.panels] for part in assessment.parts}
     return environment.get_template("assessment.html.j2").render(
         assessment=assessment,
         machine=assessment.machine,

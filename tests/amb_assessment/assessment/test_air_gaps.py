@@ -41,7 +41,7 @@ def test_share_of_an_air_gap_is_that_of_a_retainer_in_its_plane(tmp_path):
     """Retainers in the planes of the magnets: 0.3 mm are nearer than the air gap of 0.4 mm, 0.6 mm are not."""
     shares = {}
     for clearance in (0.3e-3, 0.6e-3):
-        measured = unbalance.answer(blower(tmp_path, f"{clearance}", in_planes=True)).measured
+        measured = unbalance.result_of(blower(tmp_path, f"{clearance}", in_planes=True)).quantities
         shares[clearance] = {item.where: item.value for item in measured if item.quantity == "clearance_share"}
     assert {where.split(",")[0] for where in shares[0.3e-3]} == {"td_a", "td_b"}
     assert {where.split(",")[0] for where in shares[0.6e-3]} == set(AIR_GAPS)
@@ -77,7 +77,7 @@ def test_a_magnet_between_two_retainers_is_reached_first_or_not_at_all(order, ga
 def test_vibration_is_the_orbit_over_the_air_gap_that_is_nearer(tmp_path):
     """With retainers of 2 mm the magnets of 0.4 mm decide at both bearings, with the orbits of a separate run."""
     subject = blower(tmp_path, "2e-3")
-    items = {item.where: item for item in vibration.answer(subject).measured}
+    items = {item.where: item for item in vibration.result_of(subject).quantities}
     assert {where.split(" at ")[0] for where in items} == set(AIR_GAPS)
     Omega = subject.file.speed.highest
     inputs = runs.worst_response(subject, Omega, Omega).unbalance.inputs
@@ -100,7 +100,7 @@ def test_offset_of_a_retainer_adds_to_the_orbit(tmp_path):
     machine.write_text(text.replace(header, table) if header in text else text + "\n" + table, encoding="utf-8")
     offset = subject_of(load_machine(machine))
     shares = [
-        {item.where: item.value for item in unbalance.answer(of).measured if item.quantity == "clearance_share"}
+        {item.where: item.value for item in unbalance.result_of(of).quantities if item.quantity == "clearance_share"}
         for of in (centred, offset)
     ]
     assert shares[1] == pytest.approx({where: of + 25.0 * ("td_a" in where) for where, of in shares[0].items()})
@@ -149,7 +149,7 @@ def test_a_run_that_ends_early_away_from_a_magnet_is_an_error(tmp_path):
 @pytest.mark.slow
 def test_a_rotor_that_stays_at_a_magnet_has_not_relevitated(tmp_path):
     subject = blower(tmp_path, "0.6e-3")
-    items = {item.quantity: item for item in recovery.answer(subject).measured}
+    items = {item.quantity: item for item in recovery.result_of(subject).quantities}
     (verdict,) = judged(subject, [items["relevitation"]])
     assert verdict.verdict is Judgement.FAILED
     assert_names(items["relevitation"].where, "air gap of")

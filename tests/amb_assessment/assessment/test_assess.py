@@ -56,7 +56,7 @@ def test_control_that_destabilises_modes_that_runs_leave_out_is_missed(tmp_path)
 
 def test_unbalance_of_each_mode_has_its_place_and_sums_to_the_whole(compressor):
     (part,) = (part for part in compressor.parts if part.key == "unbalance")
-    (table,) = (table for table in part.answer.tables if table.title == "Unbalance of each mode")
+    (table,) = (table for table in part.result.tables if table.title == "Unbalance of each mode")
     whole = 2.0 * 6350.0 * compressor.facts["mass"] / compressor.facts["N_mc"]
     for _, places in table.rows:
         amounts = [float(place.split(" g mm at ")[0]) for place in places.split(", ")]
@@ -66,7 +66,7 @@ def test_unbalance_of_each_mode_has_its_place_and_sums_to_the_whole(compressor):
 def test_separation_margins_name_the_unbalance_they_belong_to(compressor):
     """The note of each margin has the amounts and places of its case in the table of placed unbalances."""
     (part,) = (part for part in compressor.parts if part.key == "unbalance")
-    (table,) = (table for table in part.answer.tables if table.title == "Unbalance of each mode")
+    (table,) = (table for table in part.result.tables if table.title == "Unbalance of each mode")
     placed = dict(table.rows)
     margins = [f.measured for f in part.findings if f.measured.quantity == "separation_margin"]
     assert margins
@@ -77,7 +77,7 @@ def test_separation_margins_name_the_unbalance_they_belong_to(compressor):
 
 def test_curves_of_decrement_and_frequency_of_a_mode_share_a_label(compressor):
     (part,) = (part for part in compressor.parts if part.key == "closed_loop")
-    frequency, damping = ([curve for curve in of.curves if curve.style == "lines"] for of in part.answer.panels)
+    frequency, damping = ([curve for curve in of.curves if curve.style == "lines"] for of in part.result.panels)
     assert [curve.name for curve in damping] == [curve.name for curve in frequency[: len(damping)]]
     for curve in frequency:
         assert float(curve.name.split(" Hz ")[0]) == pytest.approx(curve.y[-1], abs=0.5)

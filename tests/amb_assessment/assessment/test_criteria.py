@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from amb_assessment.assessment.assess import Assessment, PartResult
-from amb_assessment.assessment.conclusion import answer, by_criterion, failures
+from amb_assessment.assessment.conclusion import by_criterion, conclusion_of, failures
 from amb_assessment.assessment.criteria import (
     READINGS,
     Criterion,
@@ -284,8 +284,8 @@ def test_the_answer_counts_criteria(verdicts, failed_parts, facts):
     found = [
         Finding(Quantity("overload", "here", 2.0), criteria[key], Judgement[name]) for key, name in verdicts.items()
     ]
-    assert_names(answer(found, failed_parts), *facts)
-    assert_names(answer(found, failed_parts, ["closed_loop"]), "closed_loop")
+    assert_names(conclusion_of(found, failed_parts), *facts)
+    assert_names(conclusion_of(found, failed_parts, ["closed_loop"]), "closed_loop")
 
 
 def test_cases_of_a_criterion_count_once():

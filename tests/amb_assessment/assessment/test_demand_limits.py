@@ -52,7 +52,7 @@ def test_coils_and_voltage_limit_a_demand_within_its_controller_limits():
 
 def test_a_tenth_of_the_demand_limit_uses_ten_times_its_share():
     def shares(machine):
-        found = envelope.answer(machine).measured
+        found = envelope.result_of(machine).quantities
         return {item.where.split()[0]: item.value for item in found if item.quantity == "current_demand"}
 
     whole = shares(with_law_limits(-4.0, 4.0))["amb_a.y"]
@@ -67,7 +67,9 @@ def test_axes_that_differ_show_a_limit_each():
     file = load_machine(BLOWER / "machine.toml")
     weak = file.model_copy(update={"parameters": {**file.parameters, "amb_actuator": {"amb_a.voltage_limit_y": 60.0}}})
     subject = subject_of(weak)
-    curves = {item.name: item for item in envelope.answer(subject).panels[1].curves if item.name.endswith("can give")}
+    curves = {
+        item.name: item for item in envelope.result_of(subject).panels[1].curves if item.name.endswith("can give")
+    }
     assert list(curves) == ["amb_a.x can give", "amb_a.y can give", "amb_b can give"]
     y, p = curves["amb_a.y can give"], subject.axis(*AXIS)
     Omega = y.x[-1] * math.pi / 30.0

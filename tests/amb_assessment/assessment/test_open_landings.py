@@ -66,7 +66,7 @@ def test_a_machine_without_gravity_does_not_land():
 @pytest.mark.slow
 def test_relevitation_without_gravity_is_open():
     subject = subject_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"}))
-    item = next(item for item in recovery.answer(subject).measured if item.quantity == "relevitation")
+    item = next(item for item in recovery.result_of(subject).quantities if item.quantity == "relevitation")
     (found,) = judge([item], load_criteria(["physics"]), {})
     assert found.verdict is Judgement.UNANSWERED
     assert_names(found.reason, "no gravity")
@@ -78,9 +78,9 @@ def test_a_landing_runs_to_its_end_or_is_reported_as_unfinished(monkeypatch):
     monkeypatch.setattr(landing, "FRICTIONS", (0.15,))
     monkeypatch.setattr(landing, "PHASES", 2)
     monkeypatch.setattr(landing, "chance", lambda least: "")  # another reason for leaving the criterion open
-    result = landing.answer(subject_of(load_machine(BLOWER)))
+    result = landing.result_of(subject_of(load_machine(BLOWER)))
     open_ended = [row for row in result.tables[0].rows if row[3] == "not ended"]
-    failed = next(item for item in result.measured if item.quantity == "landing_failed")
+    failed = next(item for item in result.quantities if item.quantity == "landing_failed")
     assert bool(open_ended) is bool(failed.open)
     for row in result.tables[0].rows:
         assert row[3] in ("not ended", "backward whirl", "at rest") or float(row[3].split()[2]) < 90.0
@@ -113,9 +113,9 @@ def test_a_landing_on_the_stators_is_not_survived(tmp_path, monkeypatch):
     (tmp_path / "rotor.toml").write_text(text.replace("= 0.2e-3", "= 0.6e-3"), encoding="utf-8")
     for name, value in (("FRICTIONS", (0.15,)), ("PHASES", 1), ("FIRST", 0.05), ("LONGEST", 0.05)):
         monkeypatch.setattr(landing, name, value)
-    result = landing.answer(subject_of(load_machine(tmp_path / "machine.toml")))
+    result = landing.result_of(subject_of(load_machine(tmp_path / "machine.toml")))
     found = {
-        item.criterion.key: item for item in judge(result.measured, load_criteria(["physics"]), {}) if item.criterion
+        item.criterion.key: item for item in judge(result.quantities, load_criteria(["physics"]), {}) if item.criterion
     }
     for key in ("landing_survived", "landing_on_retainers_alone"):
         assert found[key].verdict is Judgement.FAILED
@@ -127,7 +127,7 @@ def test_contact_late_in_a_coast_down_is_judged(monkeypatch):
     """The turbo-expander strikes its labyrinth 1.8 s after the loss of power."""
     monkeypatch.setattr(rest, "LONGEST", 2.2)
     subject = subject_of(load_machine("turbo_expander"))
-    found = {item.quantity: item for item in rest.answer(subject).measured}
+    found = {item.quantity: item for item in rest.result_of(subject).quantities}
     touched = found["landing_contact_elsewhere"]
     assert touched.value == 100.0
     assert_names(touched.where, "labyrinth")
@@ -135,4 +135,4 @@ def test_contact_late_in_a_coast_down_is_judged(monkeypatch):
 
 def test_coast_down_without_gravity_is_refused():
     with raises_naming(ValueError, "no gravity"):
-        rest.answer(subject_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"})))
+        rest.result_of(subject_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"})))

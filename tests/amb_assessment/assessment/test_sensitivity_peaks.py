@@ -113,10 +113,10 @@ def test_sensitivity_of_the_worst_corner_is_that_between_its_speeds(monkeypatch)
     monkeypatch.setattr(robustness, "least_stable", lambda *_: LoopStability(0.99, -100.0, 10.0))
     speed = SimpleNamespace(lowest=500.0, highest=1000.0, tripping=1050.0)
     tolerances = SimpleNamespace(k_i=0.1, k_s=0.0, gap=0.0, modes=0.0)
-    result = robustness.answer(
+    result = robustness.result_of(
         SimpleNamespace(file=SimpleNamespace(speed=speed, tolerances=tolerances, highest_frequency=1e3))
     )
-    (worst,) = [item for item in result.measured if item.quantity == "sensitivity_varied"]
+    (worst,) = [item for item in result.quantities if item.quantity == "sensitivity_varied"]
     assert worst.value == pytest.approx(5.2, rel=1e-3)
     assert worst.where.startswith("K_i 1.1")
     assert "5.20" in {row[-1] for row in result.tables[0].rows}

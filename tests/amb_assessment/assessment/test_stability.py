@@ -140,9 +140,9 @@ def expander(tmp_path):
 def test_an_unstable_corner_misses_its_sensitivity_and_stability(expander):
     """With less damping a mode at 4.6 kHz grows, beyond the frequency up to which the file assesses decrements."""
     subject = subject_of(expander("modal = 0.001\n", "modal = 0.0008\n"))
-    result = robustness.answer(subject)
+    result = robustness.result_of(subject)
     found = {
-        item.criterion.key: item for item in judge(result.measured, load_criteria(), subject.facts) if item.criterion
+        item.criterion.key: item for item in judge(result.quantities, load_criteria(), subject.facts) if item.criterion
     }
     assert found["stable_with_tolerances"].verdict is Judgement.FAILED
     assert found["stable_with_tolerances"].measured.value > 1.0001
@@ -260,6 +260,6 @@ def test_threshold_of_cross_coupling_is_the_start_of_a_narrow_range(monkeypatch)
     monkeypatch.setattr(cross_coupling, "anticipated", lambda subject, factor: factor)
     monkeypatch.setattr(cross_coupling, "coupled_loop", lambda subject, factor: factor)
     monkeypatch.setattr(cross_coupling, "vibrations", vibrating)
-    result = cross_coupling.answer(SimpleNamespace(file=file))
-    (ratio,) = [item.value for item in result.measured if item.quantity == "cross_coupling_ratio"]
+    result = cross_coupling.result_of(SimpleNamespace(file=file))
+    (ratio,) = [item.value for item in result.quantities if item.quantity == "cross_coupling_ratio"]
     assert ratio == pytest.approx(3.4 - 0.3 / np.sqrt(5.0), abs=1e-3)

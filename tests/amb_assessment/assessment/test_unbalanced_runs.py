@@ -56,10 +56,10 @@ def test_a_rotor_with_a_single_disc_has_the_whole_unbalance(tmp_path):
 @pytest.mark.parametrize("lowest", ["34000 rpm", "35543 rpm"])
 def test_vibration_is_judged_at_the_resonance_within_the_speeds(lowest):
     """Three speeds of the range miss the resonance; the narrower range ends beside it. Both exceed 50 %."""
-    result = vibration.answer(expander(minimum=lowest))
-    worst = max(result.measured, key=lambda quantity: quantity.value)
+    result = vibration.result_of(expander(minimum=lowest))
+    worst = max(result.quantities, key=lambda quantity: quantity.value)
     assert worst.value > 50.0
-    speeds = {float(quantity.where.split(" at ")[1].split()[0]) for quantity in result.measured}
+    speeds = {float(quantity.where.split(" at ")[1].split()[0]) for quantity in result.quantities}
     assert any(speed == pytest.approx(35650.0, rel=0.002) for speed in speeds)
     assert {float(lowest.split()[0]), 40000.0} <= speeds
 
@@ -72,8 +72,8 @@ def test_worst_speed_of_a_range_is_that_of_many_speeds():
 
 
 def test_envelope_has_the_demand_of_a_resonance_between_its_speeds():
-    result = envelope.answer(expander())
-    demand = max(item.value for item in result.measured if item.quantity == "current_demand")
+    result = envelope.result_of(expander())
+    demand = max(item.value for item in result.quantities if item.quantity == "current_demand")
     assert demand == pytest.approx(129.4 * 3.0 / 2.5, rel=0.01)  # of the bias 129.4 %; 2.5 A of 3 A are allowed
 
 
@@ -90,7 +90,7 @@ def test_largest_voltage_is_found_where_the_current_has_no_maximum(monkeypatch):
 
     monkeypatch.setattr(envelope, "largest_needed", needed)
     monkeypatch.setattr(envelope, "POINTS", 12)
-    (table,) = envelope.answer(subject).tables
+    (table,) = envelope.result_of(subject).tables
     Omega = np.linspace(1500.0, 2500.0, 10001)
     for p, row in zip(axes, table.rows, strict=True):
         voltages = p.resistance * (p.bias_current + p.static_current) + current(Omega) * np.hypot(
@@ -150,12 +150,12 @@ def test_every_fault_is_a_disturbance_so_that_it_has_an_outcome():
 
 @pytest.mark.slow
 def test_the_worst_axis_and_sensor_stand_for_a_fault():
-    result = faults.answer(subject_of(load_machine(BLOWER)))
+    result = faults.result_of(subject_of(load_machine(BLOWER)))
     (table,) = result.tables
     kinds = {"power of": 4, "upper coils of": 4, "lower coils of": 4, "sensor": 4, "base shock": 4}
     for kind, count in kinds.items():
         assert sum(row[0].startswith(kind) for row in table.rows) == count
-    measured = [item.value for item in result.measured if item.quantity == "clearance_used_fault"]
+    measured = [item.value for item in result.quantities if item.quantity == "clearance_used_fault"]
     assert len(measured) == 4
     for kind, value in zip(("power", ("upper", "lower"), "sensor", "base"), measured, strict=True):
         assert value == pytest.approx(max(float(row[2]) for row in table.rows if row[0].startswith(kind)), rel=0.01)
@@ -165,7 +165,7 @@ def test_bearings_that_differ_along_x_and_y_have_two_maps():
     """The blower with half the gain along x of one bearing; with equal axes there is one direction."""
     file = load_machine(BLOWER)
     weak = subject_of(file.model_copy(update={"controller": str(BLOWER.parent / "one_axis_weak.toml")}))
-    first, other = ({item.where for item in critical_map.answer(of).measured} for of in (subject_of(file), weak))
+    first, other = ({item.where for item in critical_map.result_of(of).quantities} for of in (subject_of(file), weak))
     assert not any(" along " in where for where in first)
     assert all(where.endswith((" along x", " along y")) for where in other)
     assert {where.rpartition(" ")[2] for where in other} == {"x", "y"}
@@ -178,7 +178,7 @@ def test_share_of_the_clearance_grows_with_the_unbalance(monkeypatch):
     shares = {}
     for factor in (20.0, 200.0):
         monkeypatch.setattr(unbalance, "FACTOR", factor)
-        measured = unbalance.answer(subject).measured
+        measured = unbalance.result_of(subject).quantities
         shares[factor] = [item.value for item in measured if item.quantity == "clearance_share"]
         assert all(item.facts["S_cc"] == 1.0 for item in measured if item.quantity == "clearance_share")
     assert shares[200.0] == pytest.approx([10.0 * share for share in shares[20.0]])

@@ -87,7 +87,7 @@ def test_landings_across_an_upright_shaft_are_not_judged(standing, monkeypatch, 
 
     monkeypatch.setattr(landing, "worst_inputs", lambda _: {})
     monkeypatch.setattr(landing, "_landed", land)
-    measured = [item for item in landing.answer(standing).measured if item.quantity.startswith("landing_")]
+    measured = [item for item in landing.result_of(standing).quantities if item.quantity.startswith("landing_")]
     for item in measured:
         for found in judge([item], load_criteria(["physics"]), {}):
             assert found.verdict in (Judgement.UNANSWERED, Judgement.NOT_JUDGED)

@@ -232,7 +232,8 @@ def test_contact_in_whirling_landings_counts_unless_left_to_chance(friction, whi
     monkeypatch.setattr(landing, "worst_inputs", lambda _: {})
     monkeypatch.setattr(landing, "_landed", land)
     measured = {
-        found.quantity: found for found in landing.answer(check_machine(load_machine(BLOWER / "machine.toml"))).measured
+        found.quantity: found
+        for found in landing.result_of(check_machine(load_machine(BLOWER / "machine.toml"))).quantities
     }
     assert [verdict_on(measured[name]) for name in ("landing_failed", "landing_contact_elsewhere")] == [verdict] * 2
 

@@ -1,1 +1,1 @@
-"""The parts of an assessment, each a module with a function `answer`."""
+"""The parts of an assessment, each a module with a function `result_of`."""

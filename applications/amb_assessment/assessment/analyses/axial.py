@@ -26,7 +26,7 @@ from thrust_bearings.rational_lag import TOLERANCE
 HEADS = ("bearing force (N)", "control current (A)", "K_s (MN/m)", "Hz", "damping ratio", "decrement", "peak of |S|")
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the used share of the capacity, and stability, frequency and decrement of the axial loop.
 
     Raises

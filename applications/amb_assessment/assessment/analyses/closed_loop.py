@@ -24,7 +24,7 @@ MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure
 ROUNDING = 1e-9  # relative difference of decrements of the same pole
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return stability from zero to the trip speed, damped frequencies, and the least decrement in operation."""
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency

@@ -18,7 +18,7 @@ LEAST = 1e-3  # of the largest dynamic stiffness of a magnet: replaces smaller a
 DECADES = (-3.0, 1.5)  # of stiffness, about m omega^2/2 with the rotor's mass and first free bending frequency
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the critical speed map, and the critical speeds at the bearings' dynamic stiffness."""
     bending = free_modes(subject.free.M[::2, ::2], subject.free.K[::2, ::2])[0][0]
     scale = 0.5 * subject.rotor.mass * bending**2

@@ -25,7 +25,7 @@ def growth_rates(swept: NDArray[np.object_]) -> Array:
     return np.array([vibrations.stability.growth_rate for vibrations in swept])
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the decrement with the anticipated cross coupling, and the relative threshold, at the largest speed."""
     if not subject.file.stages:
         raise ValueError("the machine file has no stages; add their data or their cross coupling")

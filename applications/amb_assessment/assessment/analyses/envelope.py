@@ -21,7 +21,7 @@ from rotor_analysis.resonances import resonances
 POINTS = 90  # speeds, before refinement about critical speeds and maxima
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the worst-case requirements of each axis up to the trip speed, with the balancing grade's unbalance."""
     total, others = subject.unbalance_of_grade(), real_coefficients(subject)
     loads = [case.of(total) for case in unbalance_cases(subject)]

@@ -32,7 +32,7 @@ SHOCK_TIME = 0.011  # s
 SHOCK_STEPS = 8
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the smallest distance of the rotor to contact in each run, with the unbalance of the balancing grade."""
     speed = subject.file.speed
     passed = worst_response(subject, SLOW * speed.highest, speed.tripping)

@@ -14,7 +14,7 @@ from rotor_analysis.mode_reach import BearingReach, ModeReach, mode_reaches
 LEAST, MOST = 3, 6  # listed modes
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the bending modes of the free rotor at rest up to the judged frequency, at least three.
 
     If no mode is below this frequency, the first is judged.

@@ -81,7 +81,7 @@ class Landing:
         )
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the least friction of a whirl, and force, whirl, contact elsewhere and heat of landings at full speed."""
     if not subject.retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")

@@ -30,7 +30,7 @@ ROUNDING = 1e-9  # of a time: contact at the end of a step belongs to the accele
 OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the weight
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the distance to contact after the power returns, and the overload that causes contact."""
     Omega = subject.file.speed.highest
     inputs = worst_inputs(subject)

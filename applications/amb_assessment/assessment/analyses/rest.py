@@ -71,7 +71,7 @@ class Outlook:
         return math.isclose(self.standstill, before.standstill, rel_tol=SAME_TIME)
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return time and heat to rest, the largest retainer temperature, and the change of forces with more modes."""
     check_falls(subject)
     Omega = subject.file.speed.highest

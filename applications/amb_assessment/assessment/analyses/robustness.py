@@ -23,7 +23,7 @@ NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
 UNSTABLE_CORNER = "not stable, so without a sensitivity; the value stands for that"
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the largest spectral radius, the smallest decrement and the largest sensitivity over the tolerances.
 
     All corners and all poles are included, from zero to the trip speed. A corner that is not stable has no sensitivity;

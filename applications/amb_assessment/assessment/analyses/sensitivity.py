@@ -21,7 +21,7 @@ PEAKS = "sensitivity_peak", "sensitivity_peak_beyond"  # quantities: up to the 2
 SPEEDS = 4  # from the smallest to the largest, before refinement about maxima
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the peak of each axis over the operating speeds, and the measured one at the largest speed."""
     speed = subject.file.speed
     loop = coupled_loop(subject, real_coefficients(subject))

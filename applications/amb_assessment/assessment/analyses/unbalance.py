@@ -19,7 +19,7 @@ FACTOR = 2.0  # unbalance over the residual unbalance U_r
 LEAST_SCALE, LARGEST_SCALE = 1.0, 6.0  # S_cc
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the response at probes and clearances under twice the residual unbalance, placed for each mode."""
     cases = unbalance_cases(subject)
     total = FACTOR * subject.residual_unbalance()

@@ -10,7 +10,7 @@ from amb_assessment.assessment.subject import NEARER, Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
 
 
-def answer(subject: Subject) -> AnalysisResult:
+def result_of(subject: Subject) -> AnalysisResult:
     """Return the largest displacement over the clearance at retainers and air gaps, with the grade's unbalance.
 
     The machine runs at the ends of its operating speeds and at the speed between them with the largest steady response.
