@@ -21,10 +21,10 @@ from amb_assessment.assessment.analyses import critical_map, cross_coupling, res
 from amb_assessment.assessment.analyses.envelope import largest_needed
 from amb_assessment.assessment.analyses.sensitivity import sensitivities
 from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine
 from amb_assessment.assessment.retainer_bearings import TITLE
 from amb_assessment.assessment.stages import anticipated, co_simulated, real_coefficients
-from amb_assessment.assessment.subject import subject_of
 from amb_assessment.assessment.unbalance_cases import unbalance_cases
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
@@ -46,7 +46,7 @@ OF_THE_RIG = re.compile(r"\b(mb|rb|eb|d|s)[1-8]\b|bath", re.IGNORECASE)
 
 @pytest.fixture(scope="module")
 def expander():
-    return subject_of(MACHINES["expander"]())
+    return assessed_machine_of(MACHINES["expander"]())
 
 
 @pytest.mark.parametrize("name", slow_but_first(MACHINES))
@@ -118,7 +118,7 @@ def test_undamped_critical_speeds_include_the_passive_bearing():
     """
     guide = 5e6
     file = MACHINES["expander"]().model_copy(update={"parameters": {PLANT: {"guide.k_b": guide}}})
-    subject = subject_of(file)
+    subject = assessed_machine_of(file)
     found = critical_map.result_of(subject).quantities
     assert [item.where for item in found] == [f"number {n} along {axis}" for axis in "xy" for n in (1, 2)]
     for item in found:
@@ -170,7 +170,7 @@ def test_threshold_of_cross_coupling_follows_from_the_receptance(expander):
     force is along the velocity. So -1/Q is an eigenvalue of H W.
     """
     stage = CompressorStage(at="turbine", cross_coupling="20 N/mm")
-    machine = subject_of(expander.file.model_copy(update={"stages": (stage,)}))
+    machine = assessed_machine_of(expander.file.model_copy(update={"stages": (stage,)}))
     Omega, limit = machine.file.speed.highest, machine.file.highest_frequency
     model = passive(machine, Omega, anticipated(machine, 0.0))
     nodes = sorted(model.translations)

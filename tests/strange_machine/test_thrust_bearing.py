@@ -11,11 +11,11 @@ from amb_analysis.linear.axial_loop import AxialLoop, AxialPlant
 from amb_analysis.machine.coupled import coupled_loop
 from amb_assessment.assessment.analyses import axial
 from amb_assessment.assessment.assess import ANALYSES, assess, check_machine, chosen_parts
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.findings import Judgement
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.stability import least_stable
 from amb_assessment.assessment.stages import real_coefficients
-from amb_assessment.assessment.subject import subject_of
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_cosim.controllers.linear_controller import linear_controller
 from tests.support.messages import assert_names, raises_naming
@@ -54,10 +54,10 @@ def test_a_machine_without_thrust_bearing_has_no_axial_part():
 
 def test_the_tilted_disc_acts_in_the_lateral_loop():
     """-K_s (1 + (F/capacity)^2) (r_i^2 + r_o^2)/4 under 40 N of 250 N; a hundred times as much tilts the rotor away."""
-    (disc,) = subject_of(load_machine(FILE)).thrust_tilt
+    (disc,) = assessed_machine_of(load_machine(FILE)).thrust_tilt
     k = -0.5e6 * (1.0 + (40.0 / 250.0) ** 2) * (0.020**2 + 0.042**2) / 4.0
     np.testing.assert_allclose(disc.tilt_stiffness, k * np.eye(2), rtol=1e-9)
-    strong = subject_of(machine_with(k_s="50 N/um"))
+    strong = assessed_machine_of(machine_with(k_s="50 N/um"))
     loops = [coupled_loop(strong, others) for others in (real_coefficients(strong), real_coefficients(strong)[:-1])]
     with_disc, without = (loop.poles(0.0).stability for loop in loops)
     assert without.is_stable

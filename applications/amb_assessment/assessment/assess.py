@@ -27,13 +27,13 @@ from amb_assessment.assessment.analyses import (
     unbalance,
     vibration,
 )
+from amb_assessment.assessment.assessed_machine import AssessedMachine, assessed_machine_of
 from amb_assessment.assessment.conclusion import conclusion_of, failures
 from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria
 from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, ResultTable, judge
 from amb_assessment.assessment.machine_file import MachineFile, load_machine
 from amb_assessment.assessment.quantities import check_declared
 from amb_assessment.assessment.stability import instability
-from amb_assessment.assessment.subject import Subject, subject_of
 from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
@@ -50,7 +50,7 @@ class Analysis(NamedTuple):
     """An analysis of a machine: its title on the page, the function that returns its results, and what it needs."""
 
     title: str
-    result_of: Callable[[Subject], AnalysisResult]
+    result_of: Callable[[AssessedMachine], AnalysisResult]
     needs: Needs = Needs.NOTHING
 
 
@@ -235,7 +235,7 @@ def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:
     return [name for name in ANALYSES if (name in only if only else name not in excluded)]
 
 
-def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
+def check_machine(file: MachineFile, flavour: Flavour = "native") -> AssessedMachine:
     """Return the machine of a file, after checking everything that all parts need.
 
     Raises
@@ -250,7 +250,7 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
             f"machine {file.name}: gravity = 0 m/s2 is not allowed with tilt = {file.tilt}, which divides it; it must "
             "be that of a horizontal machine, such as gravity = '9.81 m/s^2' in the machine file"
         )
-    subject = subject_of(file, flavour)
+    subject = assessed_machine_of(file, flavour)
     _ = subject.loop.axes, subject.facts
     for stage in file.stages:
         subject.rotor.node_of(stage.at)
@@ -267,7 +267,11 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> Subject:
 
 
 def _answered(
-    name: str, part: Analysis, subject: Subject, criteria: tuple[Criterion, ...], why_unstable: Callable[[], str]
+    name: str,
+    part: Analysis,
+    subject: AssessedMachine,
+    criteria: tuple[Criterion, ...],
+    why_unstable: Callable[[], str],
 ) -> PartResult:
     begin = time.perf_counter()
     try:

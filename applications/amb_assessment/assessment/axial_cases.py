@@ -11,7 +11,7 @@ import numpy as np
 from amb_analysis.linear.axial_loop import AxialLoop
 from amb_analysis.linear.stability import LARGEST, LoopStability, stability_of
 from amb_analysis.studies.sensitivity_curves import bands, curve_frequencies, peaks_of
-from amb_assessment.assessment.subject import Subject, hertz
+from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from array_types import Array
 from rotor_analysis.refinement import refined
@@ -62,7 +62,7 @@ class LoadCase:
         return min(decrements, default=(LARGEST, 0.0))
 
 
-def thrust_bearing_of(subject: Subject) -> ThrustBearing:
+def thrust_bearing_of(subject: AssessedMachine) -> ThrustBearing:
     """Return the thrust bearing of a machine.
 
     Raises
@@ -76,12 +76,12 @@ def thrust_bearing_of(subject: Subject) -> ThrustBearing:
     return bearing
 
 
-def weight_along_z(subject: Subject) -> float:
+def weight_along_z(subject: AssessedMachine) -> float:
     """Return the weight of the rotor along z (N)."""
     return subject.file.axial_gravity * subject.rotor.mass
 
 
-def static_forces(subject: Subject) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def static_forces(subject: AssessedMachine) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the static forces (N) that the bearing carries, and those beyond its capacity.
 
     The forces balance the least and the largest thrust; the third is the smallest force between these, at which the
@@ -94,14 +94,14 @@ def static_forces(subject: Subject) -> tuple[tuple[float, ...], tuple[float, ...
     return tuple(x for x in loads if abs(x) <= capacity), tuple(x for x in loads if abs(x) > capacity)
 
 
-def load_case(subject: Subject, load: float, factors: tuple[float, float] = (1.0, 1.0)) -> LoadCase:
+def load_case(subject: AssessedMachine, load: float, factors: tuple[float, float] = (1.0, 1.0)) -> LoadCase:
     """Return the loop under a static force (N) with factors on K_i and K_s (1)."""
     bearing = thrust_bearing_of(subject)
     point = bearing.bearing.operating_point(load)
     return LoadCase(load, point, bearing.loop(subject.rotor.mass, point, factors))
 
 
-def load_cases(subject: Subject) -> list[LoadCase]:
+def load_cases(subject: AssessedMachine) -> list[LoadCase]:
     """Return the loops under the static forces that the bearing carries."""
     return [load_case(subject, load) for load in static_forces(subject)[0]]
 
@@ -112,7 +112,7 @@ def least_stable_case(cases: Mapping[str, LoadCase]) -> tuple[str, LoopStability
     return name, cases[name].stability
 
 
-def axial_instability(subject: Subject) -> str:
+def axial_instability(subject: AssessedMachine) -> str:
     """Return why a machine's thrust bearing does not hold its rotor; empty if it does, or if there is none."""
     if subject.file.thrust_bearing is None:
         return ""

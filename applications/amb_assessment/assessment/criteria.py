@@ -17,9 +17,9 @@ from amb_files.packs import files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 
-Reading = Literal["read", "secondary", "recalled", "own", "missing"]
+Reliability = Literal["read", "secondary", "recalled", "own", "missing"]
 WORDS = ("value", "limit", "where", "zone")  # of a sentence on a failure
-READINGS: Mapping[Reading, str] = {
+RELIABILITIES: Mapping[Reliability, str] = {
     "read": "read in the standard",
     "secondary": "from a secondary source; not checked against the standard",
     "recalled": "from memory; not checked against the standard",
@@ -69,7 +69,7 @@ class Criterion(Table):
     beyond: str = ""
     when: str = ""
     source: str
-    known: Reading
+    known: Reliability
     advice: str = ""
     standard: str = ""
     edition: str = ""

@@ -8,10 +8,10 @@ import numpy as np
 from scipy.constants import mu_0
 
 from amb_actuator.force import static_pull
+from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.criteria import Criterion, unread
 from amb_assessment.assessment.lying_rotor import carried_masses as lain_on
 from amb_assessment.assessment.retainer_bearings import DATA_HEADS, TITLE, check_sites
-from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.assessment.thrust_bearing import DATA_HEADS as DATA_OF_THRUST
 from amb_cosim.design.magnetic_bearing import current_range, linearisation, operating_constants
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
@@ -34,7 +34,7 @@ MAGNET_HEADS = (
 LEAKAGE = 4.0  # factor between the inductances of file and gap, above which the file is in doubt
 
 
-def description(subject: Subject, criteria: Sequence[Criterion]) -> list[TextBlock]:
+def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list[TextBlock]:
     """Return tables of bearings, sensors, retainers and stages of a machine, and lines on its speeds and criteria."""
     rotor, z, speed = subject.rotor, subject.z, subject.file.speed
     springs = {b.name: b.stiffness[0][0] for b in subject.passive_bearings if b.name not in subject.magnets}

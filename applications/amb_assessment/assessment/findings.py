@@ -35,11 +35,11 @@ class Quantity:
         Variables of this quantity for formulas of criteria.
     note
         Note for the reader.
-    open
+    may_worsen_because
         Reason why the value may become worse, so that a criterion can fail but not be met; otherwise empty.
     chaotic
         Reason why the value is chance, so that a criterion can neither be met nor fail; otherwise empty.
-    levitated
+    needs_stable_loop
         Whether it describes a levitated rotor: if the loop is unstable, its criteria are unanswered.
     """
 
@@ -49,9 +49,9 @@ class Quantity:
     unit: str = ""
     facts: Mapping[str, float] = field(default_factory=dict)
     note: str = ""
-    open: str = ""
+    may_worsen_because: str = ""
     chaotic: str = ""
-    levitated: bool = False
+    needs_stable_loop: bool = False
 
     @property
     def title(self) -> str:
@@ -177,13 +177,13 @@ def judge(
     machine
         Variables of the machine for formulas.
     unstable
-        Returns why the machine does not levitate, empty if it does; called only for `levitated` quantities.
+        Returns why the machine does not levitate, empty if it does; called if a quantity has `needs_stable_loop`.
     """
     result: list[Finding] = []
     for item in measured:
         facts = {**machine, **item.facts}
         applicable = [criterion for criterion in criteria if criterion.quantity == item.quantity]
-        instability = unstable() if item.levitated and applicable else ""
+        instability = unstable() if item.needs_stable_loop and applicable else ""
         judged = [
             verdict for criterion in applicable if (verdict := _judged(item, criterion, facts, instability)) is not None
         ]
@@ -204,6 +204,6 @@ def _judged(item: Quantity, criterion: Criterion, facts: Mapping[str, float], in
         verdict = Judgement.MET if criterion.is_met(item.value, facts) else Judgement.FAILED
     except ValueError as error:
         return Finding(item, criterion, Judgement.UNANSWERED, reason=str(error))
-    if reason := item.chaotic or (item.open if verdict is Judgement.MET else ""):
+    if reason := item.chaotic or (item.may_worsen_because if verdict is Judgement.MET else ""):
         return Finding(item, criterion, Judgement.UNANSWERED, limit, reason=reason)
     return Finding(item, criterion, verdict, limit, criterion.zone_of(item.value), facts=facts)

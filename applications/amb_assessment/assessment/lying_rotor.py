@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from amb_assessment.assessment.subject import Subject
+from amb_assessment.assessment.assessed_machine import AssessedMachine
 from amb_cosim.results.component_names import PLANT
 from array_types import Array, Complex
 from rotor_analysis.static_load import carried_at
@@ -30,12 +30,12 @@ class LyingOn(NamedTuple):
     height: float
 
 
-def clearances(subject: Subject) -> Array:
+def clearances(subject: AssessedMachine) -> Array:
     """Return the radial clearances of a machine's retainers (m)."""
     return np.array([subject.parameters[PLANT][f"{site}.clearance"] for site in subject.retainers])
 
 
-def carried_masses(subject: Subject) -> dict[str, float]:
+def carried_masses(subject: AssessedMachine) -> dict[str, float]:
     """Return the largest mass (kg) that each retainer carries of a lying rotor; 0 if the rotor does not reach it."""
     result = dict.fromkeys(subject.retainers, 0.0)
     for lying in lying_on(subject) if result else ():
@@ -44,7 +44,7 @@ def carried_masses(subject: Subject) -> dict[str, float]:
     return result
 
 
-def lying_on(subject: Subject) -> list[LyingOn]:
+def lying_on(subject: AssessedMachine) -> list[LyingOn]:
     """Return the retainers, one or two, in which a fall can whirl.
 
     Two are those on which a rotor lies: each carries a share by the rule of the lever, and the line through both
@@ -62,7 +62,7 @@ def lying_on(subject: Subject) -> list[LyingOn]:
     ]
 
 
-def _sets(subject: Subject, c: Array, offset: Complex, down: complex) -> list[tuple[list[int], Array]]:
+def _sets(subject: AssessedMachine, c: Array, offset: Complex, down: complex) -> list[tuple[list[int], Array]]:
     """Return the numbers and the masses of `lying_on`.
 
     Parameters

@@ -12,7 +12,7 @@ from pathlib import Path
 from markupsafe import Markup, escape
 
 from amb_assessment.assessment.assess import Assessment
-from amb_assessment.assessment.criteria import READINGS, unread
+from amb_assessment.assessment.criteria import RELIABILITIES, unread
 from amb_assessment.assessment.findings import Judgement
 from amb_assessment.reporting.page_parts import asset, in_script, number_text, picture_url, plotly_script
 from amb_assessment.reporting.panels import Panel
@@ -35,7 +35,7 @@ def write_assessment(assessment: Assessment, folder: Path) -> Path:
 def page(assessment: Assessment) -> str:
     """Return the text of the page."""
     environment = templates_of("amb_assessment.assessment", "template")
-    environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=READINGS)
+    environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=RELIABILITIES)
     environment.globals.update(sentences=_sentences)
     environment.filters.update(code=_with_code)
     panels = {part.key: [panel.in_chosen_units() for panel in part.result.panels] for part in assessment.parts}

@@ -10,8 +10,8 @@ import numpy as np
 
 from amb_analysis.machine.machine import air_gap
 from amb_analysis.machine.response import refined_response
+from amb_assessment.assessment.assessed_machine import AssessedMachine
 from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
-from amb_assessment.assessment.subject import Subject
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.options import RunOptions, Saves
@@ -91,12 +91,12 @@ class WorstResponse:
         return 100.0 * max(simulated, steady), note
 
 
-def planes_of_unbalance(subject: Subject) -> dict[str, int]:
+def planes_of_unbalance(subject: AssessedMachine) -> dict[str, int]:
     """Return the nodes at which the co-simulated rotor can have unbalance, by name: its disc planes and bearings."""
     return {part.name: part.node for part in (*subject.rotor.bearings, *subject.rotor.discs)}
 
 
-def placed_unbalances(subject: Subject) -> list[PlacedUnbalance]:
+def placed_unbalances(subject: AssessedMachine) -> list[PlacedUnbalance]:
     """Return the unbalance of the balancing grade placed for each mode.
 
     Each lobe of the shape has its share by modal mass, at the plane within it where the shape is largest. The share of
@@ -117,7 +117,7 @@ def placed_unbalances(subject: Subject) -> list[PlacedUnbalance]:
     return result
 
 
-def worst_response(subject: Subject, lowest: float, highest: float, sites: Sequence[str] = ()) -> WorstResponse:
+def worst_response(subject: AssessedMachine, lowest: float, highest: float, sites: Sequence[str] = ()) -> WorstResponse:
     """Return the largest steady response to the modes' unbalances at any speed (rad/s) from the lowest to the highest.
 
     The offset of a place adds to the major axis of the orbit there. The speeds are refined about critical speeds and
@@ -144,13 +144,13 @@ def worst_response(subject: Subject, lowest: float, highest: float, sites: Seque
     return WorstResponse(unbalances[k], float(speeds[n]), names[considered[top]], at_sites)
 
 
-def worst_inputs(subject: Subject) -> dict[str, float]:
+def worst_inputs(subject: AssessedMachine) -> dict[str, float]:
     """Return the unbalance with the largest steady response at the largest speed, as inputs of the rotor."""
     Omega = subject.file.speed.highest
     return worst_response(subject, Omega, Omega).unbalance.inputs
 
 
-def steady_vibration(subject: Subject, response: WorstResponse) -> dict[str, Array]:
+def steady_vibration(subject: AssessedMachine, response: WorstResponse) -> dict[str, Array]:
     """Return the displacement over the clearance by site, of a run with noise and converters at a response's speed."""
     inputs = response.unbalance.inputs
     run = simulate(subject, response.Omega, inputs, real=True, to_magnets=True, levitated=True, end_cycle=CYCLES)
@@ -158,7 +158,7 @@ def steady_vibration(subject: Subject, response: WorstResponse) -> dict[str, Arr
 
 
 def simulate(
-    subject: Subject,
+    subject: AssessedMachine,
     Omega: float,
     inputs: Mapping[str, float] | None = None,
     *,
@@ -222,14 +222,14 @@ def end_of(result: Result) -> Checkpoint | None:
     return next(iter(result.checkpoints.values()), None)
 
 
-def ended_at_magnet(subject: Subject, result: Result) -> bool:
+def ended_at_magnet(subject: AssessedMachine, result: Result) -> bool:
     """Return whether a run ended because its actuator refused a rotor that had crossed an air gap."""
     used = clearance_used(subject, result)
     gaps = [used[air_gap(bearing)] for bearing in subject.air_gaps]
     return result.outcome.component == ACTUATOR and any(len(shares) and shares[-1] >= 1.0 for shares in gaps)
 
 
-def settling_cycles(subject: Subject, Omega: float) -> float:
+def settling_cycles(subject: AssessedMachine, Omega: float) -> float:
     """Return the cycles in which the vibrations of a start decay to `REMAINS`, between 20 and 400.
 
         n = ln(1/REMAINS) Omega/(2 pi |sigma|)                                                         (1)
@@ -248,7 +248,7 @@ def settling_cycles(subject: Subject, Omega: float) -> float:
     return float(np.ceil(np.clip(needed, SETTLING, LONGEST_SETTLING)))
 
 
-def clearance_used(subject: Subject, result: Result) -> dict[str, Array]:
+def clearance_used(subject: AssessedMachine, result: Result) -> dict[str, Array]:
     """Return the displacement over the clearance at every place that the rotor can touch, from cycle 0 on.
 
     It is that of samples, and 1 or more at the end of a step in which the rotor touches.
@@ -272,7 +272,7 @@ def _recorded(result: Result) -> Array:
     return np.asarray(result.signals["time"].values)
 
 
-def without_power(subject: Subject, cycle: float, friction: float = FRICTION) -> dict[str, Any]:
+def without_power(subject: AssessedMachine, cycle: float, friction: float = FRICTION) -> dict[str, Any]:
     """Return the fields of a scenario in which all amplifiers lose power at a cycle, and the coils discharge.
 
     `friction` is the friction coefficient of all contacts.
@@ -286,24 +286,24 @@ def without_power(subject: Subject, cycle: float, friction: float = FRICTION) ->
     }
 
 
-def longest(subject: Subject, duration: float, steps: int) -> float:
+def longest(subject: AssessedMachine, duration: float, steps: int) -> float:
     """Return the time (s) of some steps, at most a duration (s)."""
     return min(duration, steps * float(subject.planned.plan.step_size))
 
 
-def check_falls(subject: Subject) -> None:
+def check_falls(subject: AssessedMachine) -> None:
     """Raise a ValueError if a machine has no gravity, so that its rotor does not fall without power."""
     if has_no_gravity(subject):
         raise ValueError("the machine has no gravity, so the rotor does not fall; set gravity in the machine file")
 
 
-def upright(subject: Subject) -> str:
+def upright(subject: AssessedMachine) -> str:
     """Return why a landing of an upright machine is not that of the machine; empty if something stops its fall."""
     if subject.gravity_across or not subject.file.axial_gravity or subject.falls_onto_a_face:
         return ""
     return "gravity acts along the shaft alone, and its rotor file has no [[faces]] that stop the fall"
 
 
-def has_no_gravity(subject: Subject) -> bool:
+def has_no_gravity(subject: AssessedMachine) -> bool:
     """Return whether gravity acts neither across nor along the shaft."""
     return not subject.gravity_across and not subject.file.axial_gravity

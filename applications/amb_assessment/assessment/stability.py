@@ -6,21 +6,21 @@ import numpy as np
 
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import NOMINAL, MachineVariation, coupled_loop
+from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.axial_cases import axial_instability
 from amb_assessment.assessment.findings import Quantity
 from amb_assessment.assessment.stages import real_coefficients, with_tables
-from amb_assessment.assessment.subject import Subject, hertz, rpm
 from array_types import Array
 
 SPEEDS = 41  # from zero to the trip speed, before refinement
 
 
-def least_stable(subject: Subject, variation: MachineVariation = NOMINAL, count: int = SPEEDS) -> LoopStability:
+def least_stable(subject: AssessedMachine, variation: MachineVariation = NOMINAL, count: int = SPEEDS) -> LoopStability:
     """Return the stability at the least stable speed from zero to the trip speed, the range of a run-up."""
     return coupled_loop(subject, real_coefficients(subject), variation).least_stable(speeds_of_run_up(subject, count))
 
 
-def speeds_of_run_up(subject: Subject, count: int) -> Array:
+def speeds_of_run_up(subject: AssessedMachine, count: int) -> Array:
     """Return `count` even speeds (rad/s) from zero to the trip speed, and those that its files name, ascending."""
     speed = subject.file.speed
     return with_tables(subject, np.unique([*np.linspace(0.0, speed.tripping, count), speed.lowest, speed.highest]))
@@ -38,7 +38,7 @@ def motion_and_speed(stability: LoopStability) -> str:
     return f"{stability.motion}, |z| = {stability.radius:.7f}, at {rpm(stability.speed):.0f} rpm"
 
 
-def instability(subject: Subject) -> str:
+def instability(subject: AssessedMachine) -> str:
     """Return why the rotor of a machine does not levitate, across or along its shaft; empty if it does."""
     stability = least_stable(subject)
     if not stability.is_stable:

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.studies.coefficient_limits import CoefficientLimits, limit_notes, limits_of
+from amb_assessment.assessment.assessed_machine import AssessedMachine
 from amb_assessment.assessment.machine_file import CompressorStage
-from amb_assessment.assessment.subject import Subject
 from amb_cosim.scenario.scenario import Scenario
 from array_types import Array
 from rotor_analysis.parts import COEFFICIENTS, AtSpeed, Bearing, table_speeds
@@ -24,7 +24,7 @@ from rotor_analysis.refinement import with_samples
 from rotor_analysis.rotor import Rotor
 
 
-def anticipated(subject: Subject, factor: float = 1.0) -> tuple[Bearing, ...]:
+def anticipated(subject: AssessedMachine, factor: float = 1.0) -> tuple[Bearing, ...]:
     """Return the anticipated coupling of the stages at the largest speed, times a factor, without the rotor's seals.
 
     This is the model of level I: rotor, bearings with that along z, and a coupling that stands for all causes of whirl.
@@ -36,7 +36,7 @@ def anticipated(subject: Subject, factor: float = 1.0) -> tuple[Bearing, ...]:
     return (*stages, *(_cancelling(seal) for seal in subject.rotor.seals), *subject.thrust_tilt)
 
 
-def real_coefficients(subject: Subject) -> tuple[Bearing, ...]:
+def real_coefficients(subject: AssessedMachine) -> tuple[Bearing, ...]:
     """Return the coefficients of stages and thrust disc for level II, without the seals.
 
     Those of a stage are by default its anticipated coupling.
@@ -46,12 +46,12 @@ def real_coefficients(subject: Subject) -> tuple[Bearing, ...]:
     return (*stages, *subject.thrust_tilt)
 
 
-def with_tables(subject: Subject, speeds: Array) -> Array:
+def with_tables(subject: AssessedMachine, speeds: Array) -> Array:
     """Return speeds (rad/s), ascending, and those between them at which controller, seals and stages have entries."""
     return with_samples(speeds, [*subject.table_speeds, *table_speeds(real_coefficients(subject))])
 
 
-def table_notes(subject: Subject, highest: float) -> list[str]:
+def table_notes(subject: AssessedMachine, highest: float) -> list[str]:
     """Return sentences on tables of seals, stages and controller that end between 0 and the highest speed (rad/s).
 
     Coefficients frozen at a whirl frequency are listed, too.
@@ -85,7 +85,7 @@ def _cancelling(seal: Bearing) -> Bearing:
     return replace(seal, **negated(seal), at_speed=tuple(replace(row, **negated(row)) for row in seal.at_speed))
 
 
-def co_simulated(subject: Subject, Omega: float, *, levitated: bool = False, **fields: Any) -> Scenario:
+def co_simulated(subject: AssessedMachine, Omega: float, *, levitated: bool = False, **fields: Any) -> Scenario:
     """Return the machine's scenario at a speed (rad/s); its stages act on the rotor like seals.
 
     `levitated`: the magnets have power throughout, and the tilt stiffness of the thrust disc acts, too.

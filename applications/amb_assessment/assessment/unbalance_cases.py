@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_analysis.machine.feedback import directional_stiffness, springs
-from amb_assessment.assessment.subject import Subject, rpm
+from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
 from amb_cosim.presentation.digits import significant
 from array_types import Array
 from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_masses
@@ -42,7 +42,7 @@ class UnbalanceCase:
         return {node: complex(share * total) for node, share in self.shares.items()}
 
 
-def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
+def unbalance_cases(subject: AssessedMachine) -> list[UnbalanceCase]:
     """Return a case for each mode with an undamped critical speed up to 1.5 times the trip speed, at least two.
 
     The shapes are those of the rotor on the stiffness of its bearings, without seals, at the largest speed; if it
@@ -57,7 +57,7 @@ def unbalance_cases(subject: Subject) -> list[UnbalanceCase]:
     ]
 
 
-def _along(subject: Subject, direction: str, stiffness: dict[str, float]) -> list[UnbalanceCase]:
+def _along(subject: AssessedMachine, direction: str, stiffness: dict[str, float]) -> list[UnbalanceCase]:
     """Return the cases of a direction with the stiffness (N/m) of its bearings."""
     least = SOFTEST * max(*(abs(stiffness[name]) for name in subject.magnets), 1.0)
     speeds, shapes = critical_speeds(subject.free, springs(subject, stiffness, least), MOST)
@@ -74,7 +74,7 @@ def _along(subject: Subject, direction: str, stiffness: dict[str, float]) -> lis
     return cases
 
 
-def response_speeds(subject: Subject, points: int = 160) -> Array:
+def response_speeds(subject: AssessedMachine, points: int = 160) -> Array:
     """Return the speeds (rad/s) of a response, from 3 % to 150 % of the largest, and those of operation."""
     speed = subject.file.speed
     swept = np.linspace(0.03, 1.5, points) * speed.highest

@@ -9,10 +9,10 @@ import numpy as np
 from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.steady_contact.swing import MOST, least_swinging_friction, whirl_forces
 from amb_analysis.steady_contact.unpowered import relative_receptances
+from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.findings import Quantity
 from amb_assessment.assessment.lying_rotor import clearances, lying_on
 from amb_assessment.assessment.stages import co_simulated
-from amb_assessment.assessment.subject import Subject, rpm
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.refinement import refined
@@ -22,7 +22,7 @@ SPEEDS = 5  # from standstill to the trip speed, before refinement about minima
 MARGIN = 2.0  # of this friction over that of landings, as in the criteria; above it no landing whirls by chance
 
 
-def whirl_friction(subject: Subject, friction: float) -> Quantity:
+def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
     """Return the least friction coefficient (`swing`) of any one or two retainers at any speed up to the trip speed.
 
     Parameters
@@ -36,7 +36,7 @@ def whirl_friction(subject: Subject, friction: float) -> Quantity:
     return replace(least, facts={"friction": friction})
 
 
-def _least_friction(subject: Subject) -> Quantity:
+def _least_friction(subject: AssessedMachine) -> Quantity:
     if not subject.gravity_across and subject.file.axial_gravity:
         note = "gravity acts along the shaft alone: no fall passes a top"
         return Quantity("whirl_friction", "upright", MOST, "1", note=note, chaotic=note)

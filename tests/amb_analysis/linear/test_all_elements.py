@@ -10,9 +10,9 @@ from amb_analysis.linear.loop import Loop, disk_margin, response
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.stages import real_coefficients
-from amb_assessment.assessment.subject import subject_of
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.rotor_text import plain_shaft
 from amb_cosim.scenario.plan_run import plan_run
@@ -33,7 +33,7 @@ def machines(name: str, folder: Path):
         speed = 12000.0 * np.pi / 30.0
         new_machine(folder / "fan", plain_shaft("fan", 30.0, 0.9, speed), speed)
         name = str(folder / "fan" / "machine.toml")
-    subject = subject_of(load_machine(name))
+    subject = assessed_machine_of(load_machine(name))
     return subject, real_coefficients(subject)
 
 

@@ -9,10 +9,10 @@ from machine_variants import read, toml_text
 
 from amb_assessment.assessment import runs
 from amb_assessment.assessment.analyses import faults, recovery, unbalance, vibration
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, judge
 from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.subject import subject_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from tests.support.messages import assert_names
 
@@ -30,7 +30,7 @@ def blower(folder, clearance, in_planes=False):
     if in_planes:
         text = text.replace("z = 0.125", "z = 0.225").replace("z = 0.810", "z = 0.725")
     rotor.write_text(text.replace("clearance = 0.2e-3", f"clearance = {clearance}"), encoding="utf-8")
-    return subject_of(load_machine(folder / "machine.toml"))
+    return assessed_machine_of(load_machine(folder / "machine.toml"))
 
 
 def judged(subject, measured):
@@ -68,7 +68,7 @@ def test_a_magnet_between_two_retainers_is_reached_first_or_not_at_all(order, ga
     other = {"name": "other", "z": 0.3, "bearing": "amb_a", "clearance": 0.2e-3}
     text = toml_text(rotor | {"sites": [*rotor["sites"], other][::order]})
     (tmp_path / "rotor.toml").write_text(text, encoding="utf-8")
-    subject = subject_of(load_machine(tmp_path / "machine.toml"))
+    subject = assessed_machine_of(load_machine(tmp_path / "machine.toml"))
     used = {"td_a": 0.3, "other": 0.5, "td_b": 0.4, "air gap of amb_a": gap, "air gap of amb_b": 0.2}
     shares = {place: used[place] for place in subject.clearances}
     assert {*subject.nearest(shares)} == {*decisive, "td_b"}
@@ -98,7 +98,7 @@ def test_offset_of_a_retainer_adds_to_the_orbit(tmp_path):
     table = '[parameters.rotor_contact]\n"td_a.offset_x" = "-30 um"\n"td_a.offset_y" = "40 um"\n'
     header = "[parameters.rotor_contact]\n"
     machine.write_text(text.replace(header, table) if header in text else text + "\n" + table, encoding="utf-8")
-    offset = subject_of(load_machine(machine))
+    offset = assessed_machine_of(load_machine(machine))
     shares = [
         {item.where: item.value for item in unbalance.result_of(of).quantities if item.quantity == "clearance_share"}
         for of in (centred, offset)

@@ -7,11 +7,11 @@ import pytest
 from amb_analysis.linear.loop import Loop
 from amb_assessment.assessment import assess as room
 from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.criteria import unread
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.page import write_assessment
 from amb_assessment.assessment.quantities import QUANTITIES
-from amb_assessment.assessment.subject import subject_of
 
 DRIVING = """
 inputs = ["mb1.x", "mb1.y", "mb2.x", "mb2.y"]
@@ -50,7 +50,7 @@ def test_control_that_destabilises_modes_that_runs_leave_out_is_missed(tmp_path)
     (missed,) = (item.measured for item in result if item.measured.quantity == "spectral_radius")
     assert 2400.0 < missed.facts["frequency"] < 6000.0
     assert missed.value > 1.01
-    of_runs = Loop(subject_of(changed).run_components)
+    of_runs = Loop(assessed_machine_of(changed).run_components)
     assert of_runs.poles(machine.speed.highest).stability.is_stable
 
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from amb_assessment.assessment.assess import Assessment, PartResult
 from amb_assessment.assessment.conclusion import by_criterion, conclusion_of, failures
 from amb_assessment.assessment.criteria import (
-    READINGS,
+    RELIABILITIES,
     Criterion,
     check_formulas,
     load_criteria,
@@ -170,7 +170,7 @@ def test_formula_of_nan_is_refused(formula):
 
 
 def test_criteria_without_a_value_are_listed_by_key():
-    items = [Quantity("overload", "here", 1.0), Quantity("overload", "open", 1.0, open="nothing falls")]
+    items = [Quantity("overload", "here", 1.0), Quantity("overload", "open", 1.0, may_worsen_because="nothing falls")]
     criteria = [Criterion(**ABOUT, limit="2 * N_mx"), Criterion(**ABOUT | {"key": "other"}, limit="2")]
     part = PartResult("part", "Part", AnalysisResult(), tuple(judge(items, criteria, MACHINE)))
     result = Assessment(None, MACHINE, tuple(criteria), (part,))
@@ -303,7 +303,7 @@ def test_a_sentence_with_other_names_is_refused(failure):
 
 
 def test_a_limit_that_nobody_checked_says_so():
-    unchecked = [text for known, text in READINGS.items() if known in ("secondary", "recalled")]
+    unchecked = [text for known, text in RELIABILITIES.items() if known in ("secondary", "recalled")]
     assert all("not checked against the standard" in text for text in unchecked)
 
 

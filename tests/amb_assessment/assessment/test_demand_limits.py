@@ -7,8 +7,8 @@ import pytest
 from amb_analysis.machine.axis_capability import current_amplitude
 from amb_analysis.machine.demand_limits import control_amplitude, demand_amplitude
 from amb_assessment.assessment.analyses import envelope
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.subject import subject_of
 from tests.amb_assessment.assessment.test_stability import BLOWER
 
 AXIS = ("amb_a", "y")
@@ -18,7 +18,7 @@ def blower(angle="225 deg", **controller):
     """Return the blower with parameters of its controller."""
     file = load_machine(BLOWER / "machine.toml")
     parameters = {**file.parameters, "rolac_controller": controller}
-    return subject_of(file.model_copy(update={"gravity_angle": angle, "parameters": parameters}))
+    return assessed_machine_of(file.model_copy(update={"gravity_angle": angle, "parameters": parameters}))
 
 
 def with_law_limits(low, high, **others):
@@ -66,7 +66,7 @@ def test_axes_that_differ_show_a_limit_each():
     """With 60 V, amb_a.y gives (V - R (I_b + I_s))/|R + i Omega L| at 400 Hz; equal axes show one limit."""
     file = load_machine(BLOWER / "machine.toml")
     weak = file.model_copy(update={"parameters": {**file.parameters, "amb_actuator": {"amb_a.voltage_limit_y": 60.0}}})
-    subject = subject_of(weak)
+    subject = assessed_machine_of(weak)
     curves = {
         item.name: item for item in envelope.result_of(subject).panels[1].curves if item.name.endswith("can give")
     }

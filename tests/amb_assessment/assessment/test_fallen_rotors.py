@@ -88,7 +88,7 @@ def test_unanswered_criteria_of_a_fallen_rotor_end_with_exit_code_1(tmp_path):
 @pytest.mark.parametrize("quantity", ["decrement", "decrement_anticipated", "cross_coupling_ratio"])
 def test_a_loop_unstable_at_another_speed_meets_no_criterion(quantity):
     """A damped range of speeds, above or below the speed at which the rotor falls."""
-    quantity_value = Quantity(quantity, "here", 9.0, "1", levitated=True)
+    quantity_value = Quantity(quantity, "here", 9.0, "1", needs_stable_loop=True)
     for reason, verdict in (("", Judgement.MET), ("it falls at 5000 rpm", Judgement.UNANSWERED)):
         (finding,) = judge([quantity_value], load_criteria(), {}, lambda reason=reason: reason)
         assert (finding.verdict, finding.reason) == (verdict, reason)

@@ -9,10 +9,10 @@ from click.testing import CliRunner
 
 from amb_assessment.assessment import commands
 from amb_assessment.assessment.analyses.robustness import variations
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.description import inductance_doubt, magnet_numbers
 from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine, packaged_machines
 from amb_assessment.assessment.stages import cross_coupling
-from amb_assessment.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
 from tests.support.messages import raises_naming
@@ -220,7 +220,7 @@ def test_an_inductance_far_from_that_of_the_gap_warns_of_its_unit(given, warns):
 
 @pytest.mark.parametrize("name", sorted(packaged_machines()))
 def test_packaged_magnets_have_about_the_inductance_of_their_gap(name):
-    subject = subject_of(load_machine(name))
+    subject = assessed_machine_of(load_machine(name))
     for bearing, axis in subject.loop.axes:
         given, of_gap = magnet_numbers(subject.axis(bearing, axis), 0)[-2:]
         assert 0.7 < given / of_gap < 1.5

@@ -9,11 +9,11 @@ import pytest
 
 from amb_assessment.assessment.analyses import landing, recovery, rest
 from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, Quantity, judge
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.runs import worst_inputs
-from amb_assessment.assessment.subject import subject_of
 from tests.support.messages import assert_names, raises_naming
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
@@ -21,11 +21,11 @@ BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 
 @pytest.mark.parametrize(("value", "verdict"), [(0.0, Judgement.UNANSWERED), (12.5, Judgement.FAILED)])
 def test_an_unfinished_landing_is_missed_or_open_and_never_met(value, verdict):
-    item = Quantity("landing_failed", "of 8 landings", value, "%", open="3 of 8 landings have not ended")
+    item = Quantity("landing_failed", "of 8 landings", value, "%", may_worsen_because="3 of 8 landings have not ended")
     (found,) = judge([item], load_criteria(["physics"]), {})
     assert found.verdict is verdict
-    assert (found.reason == item.open) is (verdict is Judgement.UNANSWERED)
-    (ended,) = judge([replace(item, value=0.0, open="")], load_criteria(["physics"]), {})
+    assert (found.reason == item.may_worsen_because) is (verdict is Judgement.UNANSWERED)
+    (ended,) = judge([replace(item, value=0.0, may_worsen_because="")], load_criteria(["physics"]), {})
     assert ended.verdict is Judgement.MET
 
 
@@ -45,7 +45,7 @@ def test_the_force_of_a_backward_whirl_decides_nothing(monkeypatch, whirling):
         )
 
     monkeypatch.setattr(rest, "simulate", landed)
-    (item,) = rest._convergence(subject_of(load_machine(BLOWER)), 900.0, {}, {})
+    (item,) = rest._convergence(assessed_machine_of(load_machine(BLOWER)), 900.0, {}, {})
     assert item.value == pytest.approx(100.0 * (169.0 / 56.0 - 1.0))
     (found,) = judge([item], load_criteria(["physics"]), {})
     assert found.verdict is (Judgement.UNANSWERED if whirling else Judgement.FAILED)
@@ -65,7 +65,7 @@ def test_a_machine_without_gravity_does_not_land():
 
 @pytest.mark.slow
 def test_relevitation_without_gravity_is_open():
-    subject = subject_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"}))
+    subject = assessed_machine_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"}))
     item = next(item for item in recovery.result_of(subject).quantities if item.quantity == "relevitation")
     (found,) = judge([item], load_criteria(["physics"]), {})
     assert found.verdict is Judgement.UNANSWERED
@@ -78,19 +78,19 @@ def test_a_landing_runs_to_its_end_or_is_reported_as_unfinished(monkeypatch):
     monkeypatch.setattr(landing, "FRICTIONS", (0.15,))
     monkeypatch.setattr(landing, "PHASES", 2)
     monkeypatch.setattr(landing, "chance", lambda least: "")  # another reason for leaving the criterion open
-    result = landing.result_of(subject_of(load_machine(BLOWER)))
+    result = landing.result_of(assessed_machine_of(load_machine(BLOWER)))
     open_ended = [row for row in result.tables[0].rows if row[3] == "not ended"]
     failed = next(item for item in result.quantities if item.quantity == "landing_failed")
-    assert bool(open_ended) is bool(failed.open)
+    assert bool(open_ended) is bool(failed.may_worsen_because)
     for row in result.tables[0].rows:
         assert row[3] in ("not ended", "backward whirl", "at rest") or float(row[3].split()[2]) < 90.0
     if open_ended:
-        assert_names(failed.open, "2 s", f"{len(open_ended)} of 2")
+        assert_names(failed.may_worsen_because, "2 s", f"{len(open_ended)} of 2")
 
 
 def test_a_landing_that_goes_on_has_the_figures_of_one_run(monkeypatch):
     """It continues from the end of its first part, after its first impacts, to the last bit."""
-    subject, starts, runs = subject_of(load_machine(BLOWER)), [], landing.simulate
+    subject, starts, runs = assessed_machine_of(load_machine(BLOWER)), [], landing.simulate
     monkeypatch.setattr(
         landing, "simulate", lambda *of, start, **by: starts.append(start) or runs(*of, start=start, **by)
     )
@@ -113,7 +113,7 @@ def test_a_landing_on_the_stators_is_not_survived(tmp_path, monkeypatch):
     (tmp_path / "rotor.toml").write_text(text.replace("= 0.2e-3", "= 0.6e-3"), encoding="utf-8")
     for name, value in (("FRICTIONS", (0.15,)), ("PHASES", 1), ("FIRST", 0.05), ("LONGEST", 0.05)):
         monkeypatch.setattr(landing, name, value)
-    result = landing.result_of(subject_of(load_machine(tmp_path / "machine.toml")))
+    result = landing.result_of(assessed_machine_of(load_machine(tmp_path / "machine.toml")))
     found = {
         item.criterion.key: item for item in judge(result.quantities, load_criteria(["physics"]), {}) if item.criterion
     }
@@ -126,7 +126,7 @@ def test_a_landing_on_the_stators_is_not_survived(tmp_path, monkeypatch):
 def test_contact_late_in_a_coast_down_is_judged(monkeypatch):
     """The turbo-expander strikes its labyrinth 1.8 s after the loss of power."""
     monkeypatch.setattr(rest, "LONGEST", 2.2)
-    subject = subject_of(load_machine("turbo_expander"))
+    subject = assessed_machine_of(load_machine("turbo_expander"))
     found = {item.quantity: item for item in rest.result_of(subject).quantities}
     touched = found["landing_contact_elsewhere"]
     assert touched.value == 100.0
@@ -135,4 +135,4 @@ def test_contact_late_in_a_coast_down_is_judged(monkeypatch):
 
 def test_coast_down_without_gravity_is_refused():
     with raises_naming(ValueError, "no gravity"):
-        rest.result_of(subject_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"})))
+        rest.result_of(assessed_machine_of(load_machine(BLOWER).model_copy(update={"gravity": "0 m/s2"})))

@@ -13,18 +13,18 @@ from amb_analysis.studies.stability_margin import _all_loops
 from amb_assessment.assessment import stages
 from amb_assessment.assessment.analyses import robustness, sensitivity
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.axial_cases import load_cases
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, Quantity, judge
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.stages import real_coefficients
-from amb_assessment.assessment.subject import subject_of
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 
 
 def loop_of(machine, modes=None):
-    subject = subject_of(load_machine(machine), modes=modes)
+    subject = assessed_machine_of(load_machine(machine), modes=modes)
     return coupled_loop(subject, real_coefficients(subject)), subject.file.speed
 
 
@@ -54,7 +54,7 @@ def test_disk_margin_is_the_least_at_any_frequency(machine, up_to):
 
 def test_no_gain_within_the_disk_margin_makes_the_loop_unstable():
     """All gains times 1.14 make the turbo-expander unstable: the margin at 2 kHz and below would allow 1.26."""
-    subject = subject_of(load_machine("turbo_expander"))
+    subject = assessed_machine_of(load_machine("turbo_expander"))
     loop = Loop(coupled_loop(subject, ()).linear_components.at(subject.file.speed.highest))
     _, margins = _all_loops(loop, np.geomspace(1.0, 0.5 / loop.sample_time, 2000))
     more = coupled_loop(subject, (), MachineVariation(k_i=1.14))
@@ -63,7 +63,7 @@ def test_no_gain_within_the_disk_margin_makes_the_loop_unstable():
 
 
 def test_the_axial_loop_has_a_peak_above_2_khz_too():
-    for case in load_cases(subject_of(load_machine("turbo_expander"))):
+    for case in load_cases(assessed_machine_of(load_machine("turbo_expander"))):
         ends = (1.0, 2000.0), (2000.0, 0.5 / case.loop.sample_time)
         largest = [np.abs(case.loop.sensitivity(np.linspace(*band, 20000))).max() for band in ends]
         assert [peak for peak, _ in case.peaks] == pytest.approx(largest, rel=1e-3)

@@ -16,12 +16,12 @@ from amb_analysis.studies import figure, poles
 from amb_analysis.studies.loop_vibrations import Vibrations
 from amb_assessment.assessment.analyses import cross_coupling, robustness
 from amb_assessment.assessment.assess import ANALYSES, Needs, assess
+from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.criteria import load_criteria
 from amb_assessment.assessment.findings import Judgement, judge
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.stability import least_stable
 from amb_assessment.assessment.stages import real_coefficients, table_notes
-from amb_assessment.assessment.subject import subject_of
 from amb_cosim.commands.cli import main
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names, raises_naming
@@ -139,7 +139,7 @@ def expander(tmp_path):
 
 def test_an_unstable_corner_misses_its_sensitivity_and_stability(expander):
     """With less damping a mode at 4.6 kHz grows, beyond the frequency up to which the file assesses decrements."""
-    subject = subject_of(expander("modal = 0.001\n", "modal = 0.0008\n"))
+    subject = assessed_machine_of(expander("modal = 0.001\n", "modal = 0.0008\n"))
     result = robustness.result_of(subject)
     found = {
         item.criterion.key: item for item in judge(result.quantities, load_criteria(), subject.facts) if item.criterion
@@ -189,7 +189,7 @@ at_speed = [
 def test_speeds_below_the_operating_range_are_judged(expander):
     """A seal drives forward whirl around one speed below the operating range."""
     file = expander("# The steel of the shaft", SEAL)
-    machine = subject_of(file)
+    machine = assessed_machine_of(file)
     loop = coupled_loop(machine, real_coefficients(machine))
     for Omega in (file.speed.lowest, file.speed.highest, file.speed.tripping):
         assert loop.poles(Omega).stability.is_stable
@@ -221,14 +221,14 @@ def test_tables_that_end_before_the_trip_speed_are_named(tmp_path):
     rows = [{"speed": Omega, "stiffness": 1e5} for Omega in (0.0, 2000.0)]
     tabled = type(stage).model_validate(stage.model_dump(mode="json", exclude_none=True) | {"real": rows})
     changed = {"stages": (tabled,), "controller": str(tmp_path / "scheduled.toml")}
-    first, second = table_notes(subject_of(file.model_copy(update=changed)), file.speed.tripping)
+    first, second = table_notes(assessed_machine_of(file.model_copy(update=changed)), file.speed.tripping)
     assert_names(first, "impeller", "19099 rpm", "nearest speed")
     assert_names(second, "controller", "20000 rpm", "nearest speed")
-    assert table_notes(subject_of(file), file.speed.tripping) == []
+    assert table_notes(assessed_machine_of(file), file.speed.tripping) == []
 
 
 def test_the_least_stable_speed_is_found_between_those_of_a_grid(expander):
-    machine = subject_of(expander("# The steel of the shaft", SEAL))
+    machine = assessed_machine_of(expander("# The steel of the shaft", SEAL))
     loop = coupled_loop(machine, real_coefficients(machine))
     worst = loop.least_stable(np.linspace(0.0, 4400.0, 31))
     radii = {Omega: loop.poles(float(Omega)).stability.radius for Omega in np.linspace(1400.0, 1800.0, 41)}
@@ -239,7 +239,9 @@ def test_the_least_stable_speed_is_found_between_those_of_a_grid(expander):
 def test_a_machine_turned_by_180_degrees_has_the_same_poles_and_demands():
     """Gravity along the other diagonal loads the other coil pairs, which then have the bias and the static current."""
     file = load_machine(BLOWER / "machine.toml")
-    first, turned = (subject_of(file.model_copy(update={"gravity_angle": f"{angle} deg"})) for angle in (225, 45))
+    first, turned = (
+        assessed_machine_of(file.model_copy(update={"gravity_angle": f"{angle} deg"})) for angle in (225, 45)
+    )
     Omega = file.speed.highest
     radii = [coupled_loop(item, real_coefficients(item)).poles(Omega).stability.radius for item in (first, turned)]
     assert radii[0] == pytest.approx(radii[1], rel=1e-9)

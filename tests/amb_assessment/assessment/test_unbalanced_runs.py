@@ -9,9 +9,9 @@ import pytest
 from amb_analysis.machine.machine import Place
 from amb_assessment.assessment import runs
 from amb_assessment.assessment.analyses import critical_map, envelope, faults, unbalance, vibration
+from amb_assessment.assessment.assessed_machine import assessed_machine_of, rpm
 from amb_assessment.assessment.machine_file import load_machine
 from amb_assessment.assessment.runs import placed_unbalances, planes_of_unbalance, worst_response
-from amb_assessment.assessment.subject import rpm, subject_of
 from amb_assessment.assessment.unbalance_cases import unbalance_cases
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results.component_names import PLANT
@@ -25,12 +25,14 @@ def expander(**speed):
     """The packaged turbo-expander at G 2.5, with a resonance at 35,650 rpm within its speeds."""
     file = load_machine("turbo_expander")
     speeds = file.speed.model_copy(update=speed)
-    return subject_of(file.model_copy(update={"balancing": type(file.balancing)(grade="G 2.5"), "speed": speeds}))
+    return assessed_machine_of(
+        file.model_copy(update={"balancing": type(file.balancing)(grade="G 2.5"), "speed": speeds})
+    )
 
 
 @pytest.mark.parametrize("machine", [BLOWER, "compressor", "turbo_expander"])
 def test_all_unbalance_is_placed_with_the_signs_of_the_mode(machine):
-    subject = subject_of(load_machine(machine))
+    subject = assessed_machine_of(load_machine(machine))
     planes, whole = planes_of_unbalance(subject), subject.unbalance_of_grade()
     for placed in placed_unbalances(subject):
         assert sum(abs(u) for u in placed.at.values()) == pytest.approx(whole)
@@ -44,7 +46,7 @@ def test_a_rotor_with_a_single_disc_has_the_whole_unbalance(tmp_path):
     head, *others = rotor.split("unbalance = true\n")
     (tmp_path / "rotor.toml").write_text(f"{head}unbalance = true\n{''.join(others)}", encoding="utf-8")
     file = load_machine(BLOWER).model_copy(update={"rotor": str(tmp_path / "rotor.toml")})
-    subject = subject_of(file)
+    subject = assessed_machine_of(file)
     assert [disc.name for disc in subject.rotor.discs] == ["impeller"]
     for placed in placed_unbalances(subject):
         amounts = [u for name, u in placed.inputs.items() if name.endswith(".u")]
@@ -114,7 +116,7 @@ def test_a_slow_run_up_counts_as_steady_motion_at_the_worst_speed(minutes, touch
 
 def test_a_run_begins_when_the_motion_of_the_start_has_decayed():
     """The turbo-expander at its trip speed: with 20 cycles of settling its first cycles moved half as far again."""
-    subject = subject_of(load_machine("turbo_expander"))
+    subject = assessed_machine_of(load_machine("turbo_expander"))
     trip = subject.file.speed.tripping
     assert runs.settling_cycles(subject, trip) > 60.0
     inputs = worst_response(subject, trip, trip).unbalance.inputs
@@ -138,7 +140,7 @@ def test_drag_gives_the_time_of_a_run_down():
     local = subject.parameters["rotor_contact"]
     times = faults._durations(subject)
     assert times["run-down"] == pytest.approx(local["spin.inertia"] / local["spin.drag"] * np.log(10.5))
-    assert faults._durations(subject_of(load_machine(BLOWER)))["run-down"] == np.inf
+    assert faults._durations(assessed_machine_of(load_machine(BLOWER)))["run-down"] == np.inf
 
 
 def test_every_fault_is_a_disturbance_so_that_it_has_an_outcome():
@@ -150,7 +152,7 @@ def test_every_fault_is_a_disturbance_so_that_it_has_an_outcome():
 
 @pytest.mark.slow
 def test_the_worst_axis_and_sensor_stand_for_a_fault():
-    result = faults.result_of(subject_of(load_machine(BLOWER)))
+    result = faults.result_of(assessed_machine_of(load_machine(BLOWER)))
     (table,) = result.tables
     kinds = {"power of": 4, "upper coils of": 4, "lower coils of": 4, "sensor": 4, "base shock": 4}
     for kind, count in kinds.items():
@@ -164,8 +166,10 @@ def test_the_worst_axis_and_sensor_stand_for_a_fault():
 def test_bearings_that_differ_along_x_and_y_have_two_maps():
     """The blower with half the gain along x of one bearing; with equal axes there is one direction."""
     file = load_machine(BLOWER)
-    weak = subject_of(file.model_copy(update={"controller": str(BLOWER.parent / "one_axis_weak.toml")}))
-    first, other = ({item.where for item in critical_map.result_of(of).quantities} for of in (subject_of(file), weak))
+    weak = assessed_machine_of(file.model_copy(update={"controller": str(BLOWER.parent / "one_axis_weak.toml")}))
+    first, other = (
+        {item.where for item in critical_map.result_of(of).quantities} for of in (assessed_machine_of(file), weak)
+    )
     assert not any(" along " in where for where in first)
     assert all(where.endswith((" along x", " along y")) for where in other)
     assert {where.rpartition(" ")[2] for where in other} == {"x", "y"}
@@ -174,7 +178,7 @@ def test_bearings_that_differ_along_x_and_y_have_two_maps():
 
 def test_share_of_the_clearance_grows_with_the_unbalance(monkeypatch):
     """The scale factor is never below one: beyond the limit, ten times the unbalance gives ten times the share."""
-    subject = subject_of(load_machine(BLOWER))
+    subject = assessed_machine_of(load_machine(BLOWER))
     shares = {}
     for factor in (20.0, 200.0):
         monkeypatch.setattr(unbalance, "FACTOR", factor)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from amb_analysis.studies.damping_zones import damping_ratio
 from amb_assessment.assessment.analyses.robustness import NO_SENSITIVITY, UNSTABLE_CORNER, variations
 from amb_assessment.assessment.analyses.sensitivity import PEAKS, zone_limits
+from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.axial_cases import (
     NAME,
     LoadCase,
@@ -18,7 +19,6 @@ from amb_assessment.assessment.axial_cases import (
     weight_along_z,
 )
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.subject import Subject, hertz, rpm
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_assessment.reporting.panels import Panel, curve
 from thrust_bearings.rational_lag import TOLERANCE
@@ -26,7 +26,7 @@ from thrust_bearings.rational_lag import TOLERANCE
 HEADS = ("bearing force (N)", "control current (A)", "K_s (MN/m)", "Hz", "damping ratio", "decrement", "peak of |S|")
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the used share of the capacity, and stability, frequency and decrement of the axial loop.
 
     Raises
@@ -47,7 +47,7 @@ def result_of(subject: Subject) -> AnalysisResult:
     return AnalysisResult(tuple(measured), (), tables, (*notes, *_notes(subject, bearing, weight)))
 
 
-def _measured(subject: Subject, cases: Sequence[LoadCase]) -> list[Quantity]:
+def _measured(subject: AssessedMachine, cases: Sequence[LoadCase]) -> list[Quantity]:
     """Return stability, decrement and frequency under the worst of all static forces."""
     if not cases:
         return []
@@ -57,13 +57,15 @@ def _measured(subject: Subject, cases: Sequence[LoadCase]) -> list[Quantity]:
     place = f"{NAME}, {hz:.1f} Hz under {worst.name}"
     result = [_spectral_radius("spectral_radius", {f"{NAME} under {case.name}": case for case in cases})]
     note = "axial loop, at every speed"
-    result += [Quantity("decrement_anywhere", place, decrement, "1", facts, note, levitated=True)]
+    result += [Quantity("decrement_anywhere", place, decrement, "1", facts, note, needs_stable_loop=True)]
     if hz > 0.0:
-        result.append(Quantity("axial_frequency", f"{NAME} under {worst.name}", hz, "Hz", facts, levitated=True))
+        result.append(
+            Quantity("axial_frequency", f"{NAME} under {worst.name}", hz, "Hz", facts, needs_stable_loop=True)
+        )
     return result
 
 
-def margins(subject: Subject) -> AnalysisResult:
+def margins(subject: AssessedMachine) -> AnalysisResult:
     """Return the largest |S| of the axial loop; with the tolerances of K_i, K_s and gap also stability and decrement.
 
     Raises
@@ -87,7 +89,7 @@ def _peaks(cases: Sequence[LoadCase]) -> list[Quantity]:
     return result
 
 
-def _varied(subject: Subject, cases: Sequence[LoadCase]) -> list[Quantity]:
+def _varied(subject: AssessedMachine, cases: Sequence[LoadCase]) -> list[Quantity]:
     """Return stability, smallest decrement and largest |S| in the corners of the tolerances of K_i, K_s and gap."""
     factors = {(v.k_i, v.k_s): None for v in variations(subject.file.tolerances).values()}
     varied = {
@@ -124,7 +126,7 @@ def _row(case: LoadCase) -> tuple[str, ...]:
     return (*state, f"{hz:.1f}", f"{damping_ratio(decrement):.3f}", f"{decrement:.3f}", f"{peak:.3f} at {at:.1f} Hz")
 
 
-def _notes(subject: Subject, bearing: ThrustBearing, weight: float) -> tuple[str, ...]:
+def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> tuple[str, ...]:
     _, sample_time, delay = bearing.law
     low, high = bearing.thrusts
     thrust = f"{low:.4g} N" if low == high else f"{low:.4g} to {high:.4g} N"

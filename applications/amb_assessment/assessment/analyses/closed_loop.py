@@ -11,10 +11,10 @@ from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.closed_loop_poles import whirl_of
 from amb_analysis.studies.damping_zones import REQUIRED, ZONES
 from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, vibrations
+from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius
 from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
-from amb_assessment.assessment.subject import Subject, hertz, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
@@ -24,7 +24,7 @@ MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure
 ROUNDING = 1e-9  # relative difference of decrements of the same pole
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return stability from zero to the trip speed, damped frequencies, and the least decrement in operation."""
     loop = coupled_loop(subject, real_coefficients(subject))
     speed, limit = subject.file.speed, subject.file.highest_frequency
@@ -76,12 +76,12 @@ def least_decrement(quantity: str, vibrations: Sequence[tuple[float, Vibrations]
     if worst is not None and worst.decrement < least * (1.0 + ROUNDING):
         facts = {"frequency": hertz(worst.frequency), "N": float(rpm(worst.speed))}
         note = "the value stands for any growing drift" if worst.is_drift else ""
-        return Quantity(quantity, motion_and_speed(worst), worst.decrement, "1", facts, note, levitated=True)
+        return Quantity(quantity, motion_and_speed(worst), worst.decrement, "1", facts, note, needs_stable_loop=True)
     if not candidates:
-        return Quantity(quantity, "nothing vibrates", LARGEST, "1", levitated=True)
+        return Quantity(quantity, "nothing vibrates", LARGEST, "1", needs_stable_loop=True)
     where = f"{hertz(omega):.1f} Hz at {rpm(Omega):.0f} rpm, {whirl_of(sense)}"
     facts = {"frequency": hertz(omega), "N": float(rpm(Omega))}
-    return Quantity(quantity, where, least, "1", facts, levitated=True)
+    return Quantity(quantity, where, least, "1", facts, needs_stable_loop=True)
 
 
 def least_decrement_over(quantity: str, vibrating: Callable[[float], Vibrations], speeds: Array) -> Quantity:
@@ -98,7 +98,7 @@ def least_decrement_over(quantity: str, vibrating: Callable[[float], Vibrations]
 
 
 def _panels(
-    subject: Subject, speeds: Array, vibrations: list[Vibrations], tracks: list[list[int | None]]
+    subject: AssessedMachine, speeds: Array, vibrations: list[Vibrations], tracks: list[list[int | None]]
 ) -> tuple[Panel, ...]:
     frequency: list[Curve] = []
     damping: list[Curve] = []

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from amb_analysis.machine.feedback import directional_stiffness, springs
+from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array, Complex
 from rotor_analysis.critical_speeds import critical_speeds
@@ -18,7 +18,7 @@ LEAST = 1e-3  # of the largest dynamic stiffness of a magnet: replaces smaller a
 DECADES = (-3.0, 1.5)  # of stiffness, about m omega^2/2 with the rotor's mass and first free bending frequency
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the critical speed map, and the critical speeds at the bearings' dynamic stiffness."""
     bending = free_modes(subject.free.M[::2, ::2], subject.free.K[::2, ::2])[0][0]
     scale = 0.5 * subject.rotor.mass * bending**2
@@ -61,7 +61,9 @@ def result_of(subject: Subject) -> AnalysisResult:
     return AnalysisResult(measured, (_panel(subject, stiffnesses, lines, swept, dynamic),), (table,), notes)
 
 
-def bearing_critical_speeds(subject: Subject, speeds: Array, stiffness: dict[str, Array]) -> list[tuple[int, float]]:
+def bearing_critical_speeds(
+    subject: AssessedMachine, speeds: Array, stiffness: dict[str, Array]
+) -> list[tuple[int, float]]:
     """Return number and speed (rad/s) of each undamped critical speed at the bearings' stiffness.
 
     The k-th critical speed Omega_k(K(Omega)) crosses Omega; crossings between speeds are interpolated linearly.
@@ -91,7 +93,9 @@ def bearing_critical_speeds(subject: Subject, speeds: Array, stiffness: dict[str
     return sorted(crossings, key=lambda item: item[1])
 
 
-def _panel(subject: Subject, stiffnesses: Array, lines: Array, swept: Array, dynamic: dict[str, Complex]) -> Panel:
+def _panel(
+    subject: AssessedMachine, stiffnesses: Array, lines: Array, swept: Array, dynamic: dict[str, Complex]
+) -> Panel:
     curves: list[Curve] = []
     for number, line in enumerate(lines, start=1):
         in_range = np.isfinite(line) & (rpm(line) < 20.0 * rpm(subject.file.speed.tripping))

@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
 from amb_assessment.assessment.analyses.closed_loop import least_decrement
+from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import anticipated
-from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
@@ -25,7 +25,7 @@ def growth_rates(swept: NDArray[np.object_]) -> Array:
     return np.array([vibrations.stability.growth_rate for vibrations in swept])
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the decrement with the anticipated cross coupling, and the relative threshold, at the largest speed."""
     if not subject.file.stages:
         raise ValueError("the machine file has no stages; add their data or their cross coupling")
@@ -56,7 +56,9 @@ def result_of(subject: Subject) -> AnalysisResult:
     total = sum(stage.anticipated(speed) for stage in subject.file.stages)
     measured = (
         least_decrement("decrement_anticipated", [(speed, coupled(1.0))]),
-        Quantity("cross_coupling_ratio", f"{rpm(speed):.0f} rpm", ratio, "1", {"Q_a": total}, note, levitated=True),
+        Quantity(
+            "cross_coupling_ratio", f"{rpm(speed):.0f} rpm", ratio, "1", {"Q_a": total}, note, needs_stable_loop=True
+        ),
     )
     rows = tuple(
         (s.at, s.kind, f"{s.anticipated(speed) * 1e-6:.4g}", f"{s.level_two(speed) * 1e-6:.4g}")

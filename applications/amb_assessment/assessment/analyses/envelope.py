@@ -9,9 +9,9 @@ from amb_analysis.machine.demand_limits import control_amplitude
 from amb_analysis.machine.feedback import bearing_forces, demanded_currents
 from amb_analysis.machine.machine import AXES
 from amb_analysis.machine.response import stiffness_of, synchronous_response
+from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import real_coefficients, with_tables
-from amb_assessment.assessment.subject import Subject, hertz, rpm
 from amb_assessment.assessment.unbalance_cases import response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array, Complex
@@ -21,7 +21,7 @@ from rotor_analysis.resonances import resonances
 POINTS = 90  # speeds, before refinement about critical speeds and maxima
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the worst-case requirements of each axis up to the trip speed, with the balancing grade's unbalance."""
     total, others = subject.unbalance_of_grade(), real_coefficients(subject)
     loads = [case.of(total) for case in unbalance_cases(subject)]
@@ -75,7 +75,7 @@ def result_of(subject: Subject) -> AnalysisResult:
     return AnalysisResult(tuple(measured), panels, (ResultTable("Largest demands", heads, tuple(rows)),), notes)
 
 
-def _limit(subject: Subject, bearing: str, axis: str, speeds: Array) -> list[Curve]:
+def _limit(subject: AssessedMachine, bearing: str, axis: str, speeds: Array) -> list[Curve]:
     """Return the curve of the current that an axis can give; none if another axis of the bearing has shown the same."""
     axes = [of for name, of in subject.loop.axes if name == bearing]
     limits = [control_amplitude(subject, bearing, of, hertz(speeds)) for of in axes]
@@ -86,14 +86,14 @@ def _limit(subject: Subject, bearing: str, axis: str, speeds: Array) -> list[Cur
     return [curve(f"{name} can give", rpm(speeds), limits[axes.index(axis)], "dashed")]
 
 
-def _voltages(subject: Subject, speeds: Array, currents: Array) -> Array:
+def _voltages(subject: AssessedMachine, speeds: Array, currents: Array) -> Array:
     """Return the largest voltages R I_0 + I |R + j Omega L| of each axis (V), shape (speeds, axes)."""
     axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.axes]
     impedances = np.stack([np.hypot(p.resistance, speeds * p.inductance) for p in axes], axis=1)
     return currents * impedances + [voltage_at_rest(p) for p in axes]
 
 
-def _shares(subject: Subject, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:
+def _shares(subject: AssessedMachine, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:
     """Return currents and slew rates over the largest possible (%), shape (speeds, axes) each."""
     axes = subject.loop.axes
     allowed = np.stack([control_amplitude(subject, *axis, hertz(speeds)) for axis in axes], axis=1)
@@ -105,7 +105,7 @@ def _slew_limit(p: np.record) -> float:
     return min(abs(float(rate)) for rate in force_slew_rate(p))
 
 
-def largest_needed(subject: Subject, speeds: Array, q: Complex) -> tuple[Array, Array]:
+def largest_needed(subject: AssessedMachine, speeds: Array, q: Complex) -> tuple[Array, Array]:
     """Return amplitudes of force (N) and current (A) of each axis in the worst case, shape (speeds, axes) each."""
     n_axes = len(subject.loop.axes)
     forces, currents = np.zeros((len(speeds), n_axes)), np.zeros((len(speeds), n_axes))

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.runs import (
     WorstResponse,
@@ -17,7 +18,6 @@ from amb_assessment.assessment.runs import (
     times_of,
     worst_response,
 )
-from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
@@ -32,7 +32,7 @@ SHOCK_TIME = 0.011  # s
 SHOCK_STEPS = 8
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the smallest distance of the rotor to contact in each run, with the unbalance of the balancing grade."""
     speed = subject.file.speed
     passed = worst_response(subject, SLOW * speed.highest, speed.tripping)
@@ -57,7 +57,7 @@ def result_of(subject: Subject) -> AnalysisResult:
     return AnalysisResult((*(quantity for quantity, _ in running), *faults), panels, (table,), notes)
 
 
-def _durations(subject: Subject) -> dict[str, float]:
+def _durations(subject: AssessedMachine) -> dict[str, float]:
     """Return the durations (s) of run-up and run-down between `SLOW` and the trip speed; infinite if unknown."""
     speed, p = subject.file.speed, subject.parameters[PLANT]
     drag, span = p.get("spin.drag", 0.0), (speed.tripping - SLOW * speed.highest) / speed.highest
@@ -69,7 +69,7 @@ def _durations(subject: Subject) -> dict[str, float]:
     }
 
 
-def _running(subject: Subject, name: str, time: float, passed: WorstResponse) -> tuple[Quantity, Curve]:
+def _running(subject: AssessedMachine, name: str, time: float, passed: WorstResponse) -> tuple[Quantity, Curve]:
     """Return the largest displacement over the clearance of a run-up or run-down, and its curve."""
     if time > LONGEST:
         used = steady_vibration(subject, passed)
@@ -91,7 +91,7 @@ def _running(subject: Subject, name: str, time: float, passed: WorstResponse) ->
     return Quantity("clearance_used_running", f"{name}, {site}", value, "%", {}, f"in {time:.3g} s"), line
 
 
-def _speeds(subject: Subject, name: str) -> list[tuple[float, float]]:
+def _speeds(subject: AssessedMachine, name: str) -> list[tuple[float, float]]:
     """Return shares of the duration and speeds (rad/s): linear in time, or as drag brakes if no time is stated."""
     speed = subject.file.speed
     ends = np.array([SLOW * speed.highest, speed.tripping])
@@ -103,7 +103,7 @@ def _speeds(subject: Subject, name: str) -> list[tuple[float, float]]:
     return list(zip(shares.tolist(), (ends[1] * (ends[0] / ends[1]) ** shares).tolist(), strict=True))
 
 
-def _faults(subject: Subject) -> tuple[list[Quantity], list[tuple[str, ...]], list[Curve]]:
+def _faults(subject: AssessedMachine) -> tuple[list[Quantity], list[tuple[str, ...]], list[Curve]]:
     """Return the worst of each kind of fault, a row for each fault, and a curve for the worst of each kind."""
     highest = subject.file.speed.highest
     unbalance = worst_response(subject, highest, highest).unbalance
@@ -135,7 +135,7 @@ def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:
     return site, 100.0 * float(used[site].max()), 100.0 * end
 
 
-def _kinds(subject: Subject) -> dict[str, dict[str, list[dict[str, Any]]]]:
+def _kinds(subject: AssessedMachine) -> dict[str, dict[str, list[dict[str, Any]]]]:
     """Return the events of each fault, by kind and name."""
     readings = dict.fromkeys(reading.partition(".")[2] for reading in subject.loop.readings)
     axes = subject.loop.axes

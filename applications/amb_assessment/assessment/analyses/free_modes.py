@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.subject import Subject, hertz
 from amb_assessment.reporting.panels import Panel, curve
 from rotor_analysis.mode_reach import BearingReach, ModeReach, mode_reaches
 
 LEAST, MOST = 3, 6  # listed modes
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the bending modes of the free rotor at rest up to the judged frequency, at least three.
 
     If no mode is below this frequency, the first is judged.
@@ -45,7 +45,7 @@ def _pair_text(at: BearingReach) -> str:
     return f"{at.at_magnet:+z.2f}, {at.at_sensor:+z.2f}" + (f": {at.kind}" if at.kind else "")
 
 
-def _panel(subject: Subject, modes: Sequence[ModeReach]) -> Panel:
+def _panel(subject: AssessedMachine, modes: Sequence[ModeReach]) -> Panel:
     z = 1e3 * subject.z
     curves = [curve(f"{hertz(mode.frequency):.0f} Hz", z, mode.shape) for mode in modes]
     magnets = [b.node for b in subject.rotor.bearings if b.name in subject.magnets]

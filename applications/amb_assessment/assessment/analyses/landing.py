@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.retainer_bearings import check_sites, load_panels, load_tables
 from amb_assessment.assessment.runs import check_falls, end_of, longest, simulate, upright, without_power, worst_inputs
-from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction
 from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel, curve
@@ -81,7 +81,7 @@ class Landing:
         )
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the least friction of a whirl, and force, whirl, contact elsewhere and heat of landings at full speed."""
     if not subject.retainers:
         raise ValueError(f"rotor {subject.rotor.name} has no retainers; set the bearing of its sites")
@@ -144,7 +144,7 @@ def result_of(subject: Subject) -> AnalysisResult:
                 item.pressure(force),
                 "MPa",
                 note=BALLS,
-                open=by_chance or upright(subject),
+                may_worsen_because=by_chance or upright(subject),
             )
             for item, force in bearings
         ),
@@ -176,7 +176,7 @@ def _points(landings: list[Landing], weight: float) -> tuple[list[float], list[f
     return [item.phase for item in landings], [item.force / weight for item in landings]
 
 
-def _landed(subject: Subject, inputs: dict[str, float], mu: float, phase: float) -> Landing:
+def _landed(subject: AssessedMachine, inputs: dict[str, float], mu: float, phase: float) -> Landing:
     fields, Omega = without_power(subject, 1.0 + phase, mu), subject.file.speed.highest
     most, landing, end = longest(subject, LONGEST, MOST_STEPS), Landing(mu, float(360.0 * phase)), None
     for duration in dict.fromkeys((min(FIRST, most), most)):

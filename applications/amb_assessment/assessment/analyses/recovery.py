@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from amb_assessment.assessment.assessed_machine import AssessedMachine
 from amb_assessment.assessment.findings import AnalysisResult, Quantity
 from amb_assessment.assessment.runs import (
     clearance_used,
@@ -17,7 +18,6 @@ from amb_assessment.assessment.runs import (
     without_power,
     worst_inputs,
 )
-from amb_assessment.assessment.subject import Subject
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.result import Result
@@ -30,7 +30,7 @@ ROUNDING = 1e-9  # of a time: contact at the end of a step belongs to the accele
 OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the weight
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the distance to contact after the power returns, and the overload that causes contact."""
     Omega = subject.file.speed.highest
     inputs = worst_inputs(subject)
@@ -59,7 +59,7 @@ def _with_power_back(lost: Mapping[str, Any], after: float) -> dict[str, Any]:
     return {**lost, "event": [*lost["event"], back]}
 
 
-def _relevitation(subject: Subject, again: Result) -> Quantity:
+def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
     """Return the share of the clearance that the rotor uses in the last tenth of the run after the power returns."""
     used = clearance_used(subject, again)
     last = {site: float(shares[-max(1, len(shares) // 10) :].max()) for site, shares in used.items()}
@@ -75,7 +75,7 @@ def _relevitation(subject: Subject, again: Result) -> Quantity:
     return Quantity("relevitation", where, 100.0 * last[site], "%", {}, reason, reason)
 
 
-def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, Result]:
+def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, Result]:
     """Return the least acceleration of the base, over g, at which the rotor first touches anything, and its run."""
     runs = [_rising(subject, Omega, inputs, axis, sign) for axis in "xy" for sign in "+-"]
     *_, overload, run = min(runs, key=lambda rising: rising[:2])
@@ -83,7 +83,7 @@ def _overload(subject: Subject, Omega: float, inputs: Mapping[str, float]) -> tu
 
 
 def _rising(
-    subject: Subject, Omega: float, inputs: Mapping[str, float], axis: str, sign: str
+    subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], axis: str, sign: str
 ) -> tuple[float, float, Quantity, Result]:
     """Return the acceleration, over g, of the base along an axis at which the rotor first touches anything.
 

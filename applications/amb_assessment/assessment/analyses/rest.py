@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from amb_assessment.assessment.assessed_machine import AssessedMachine, assessed_machine_of, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.runs import (
     FRICTION,
@@ -21,7 +22,6 @@ from amb_assessment.assessment.runs import (
     without_power,
     worst_inputs,
 )
-from amb_assessment.assessment.subject import Subject, rpm, subject_of
 from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction
 from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel, curve
@@ -71,7 +71,7 @@ class Outlook:
         return math.isclose(self.standstill, before.standstill, rel_tol=SAME_TIME)
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return time and heat to rest, the largest retainer temperature, and the change of forces with more modes."""
     check_falls(subject)
     Omega = subject.file.speed.highest
@@ -110,7 +110,7 @@ def result_of(subject: Subject) -> AnalysisResult:
     return AnalysisResult(measured, panels, (ResultTable(f"{times[-1]:.4g} s without power", heads, rows),), notes)
 
 
-def _fall(subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]) -> Result:
+def _fall(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]) -> Result:
     """Return the run of a loss of power, to standstill or until a longer run would only confirm its prediction."""
     fields, most = _without_drive(subject, Omega, lost), longest(subject, LONGEST, MOST_STEPS)
     duration, end, before = min(FIRST, most), None, None
@@ -125,7 +125,7 @@ def _fall(subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Map
         duration = most if end is None else min(2.0 * duration, most)
 
 
-def _outlook(subject: Subject, run: Result) -> Outlook | None:
+def _outlook(subject: AssessedMachine, run: Result) -> Outlook | None:
     """Return the prediction of a landing; None if the rotor hardly turns any more, or touches nothing."""
     touchdown = run.summary.touchdown
     if touchdown is None or touchdown.slow_after is not None:
@@ -142,7 +142,7 @@ def _speeds(run: Result) -> tuple[Array, Array]:
     return times, speeds
 
 
-def _without_drive(subject: Subject, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
+def _without_drive(subject: AssessedMachine, Omega: float, lost: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a loss of power with a free spin whose drive is off, until it stands still."""
     parameters = {**lost["parameters"], PLANT: {**lost["parameters"][PLANT], "spin.free": True}}
     event, *others = lost["event"]
@@ -184,7 +184,7 @@ def coast_down(times: Array, speeds: Array, inertia: float, drag: float) -> Coas
     return CoastDown(float(times[-1]) + remaining, inertia * a * angle)
 
 
-def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array) -> Iterator[Quantity]:
+def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speeds: Array) -> Iterator[Quantity]:
     """Yield times and heats of a fall, and the largest temperature of retainers with a heat capacity."""
     end, sites = float(times[-1]), touchdown.retainers
     where, rest = f"in {end:.4g} s without power", touchdown.rest_after
@@ -220,7 +220,7 @@ def _to_rest(subject: Subject, touchdown: Touchdown, times: Array, speeds: Array
         yield Quantity("temperature_to_standstill", "at most", most, "K", {}, bound)
 
 
-def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
+def _landed(subject: AssessedMachine, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
     """Yield whether the rotor whirls backward, or touches anything but its retainers, until the end of the run."""
     end = f"{float(times[-1]):.4g} s without power"
     others = [site for site in touchdown.retainers if site not in subject.retainers]
@@ -242,7 +242,7 @@ def _landed(subject: Subject, touchdown: Touchdown, times: Array) -> Iterator[Qu
         )
 
 
-def _at_most(subject: Subject, touchdown: Touchdown, site: str, more: float) -> float:
+def _at_most(subject: AssessedMachine, touchdown: Touchdown, site: str, more: float) -> float:
     """Return the temperature (K) of a retainer after its share of the remaining heat."""
     retainer, total = touchdown.retainers[site], sum(item.heat or 0.0 for item in touchdown.retainers.values())
     capacity = subject.parameters[PLANT][f"{site}.heat_capacity"]
@@ -269,7 +269,7 @@ def _number(value: float | None) -> str:
 
 
 def _convergence(
-    subject: Subject, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
+    subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], lost: Mapping[str, Any]
 ) -> list[Quantity]:
     """Return the change of the largest averaged force with twice the modes, if there are more.
 
@@ -279,7 +279,7 @@ def _convergence(
     more = min(max(2 * retained, FEWEST), most)
     if subject.rotor.reduction.method == "none" or more <= retained:
         return []
-    finer = subject_of(subject.file, subject.flavour, more)
+    finer = assessed_machine_of(subject.file, subject.flavour, more)
     more, _ = elastic_shapes(finer.rotor)  # residual shapes included
     machines = {retained: subject, more: finer}
     runs = {n: simulate(item, Omega, inputs, end_time=CONVERGENCE, **lost) for n, item in machines.items()}

@@ -12,18 +12,18 @@ from amb_analysis.machine.coupled import MachineVariation, coupled_loop
 from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
 from amb_assessment.assessment.analyses.closed_loop import least_decrement_over
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities, sensitivities_over
+from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.machine_file import Tolerances
 from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius, speeds_of_run_up
 from amb_assessment.assessment.stages import real_coefficients
-from amb_assessment.assessment.subject import Subject, rpm
 
 SPEEDS = 9  # of a corner from zero to the trip speed, before refinement about the least stable one and least decrement
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
 UNSTABLE_CORNER = "not stable, so without a sensitivity; the value stands for that"
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the largest spectral radius, the smallest decrement and the largest sensitivity over the tolerances.
 
     All corners and all poles are included, from zero to the trip speed. A corner that is not stable has no sensitivity;

@@ -10,9 +10,9 @@ from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
 from amb_analysis.studies.stability_margin import ZONES, StabilityMargin, sensitivity
+from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
-from amb_assessment.assessment.subject import Subject, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
@@ -21,7 +21,7 @@ PEAKS = "sensitivity_peak", "sensitivity_peak_beyond"  # quantities: up to the 2
 SPEEDS = 4  # from the smallest to the largest, before refinement about maxima
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the peak of each axis over the operating speeds, and the measured one at the largest speed."""
     speed = subject.file.speed
     loop = coupled_loop(subject, real_coefficients(subject))
@@ -75,7 +75,7 @@ def sensitivities(loop: Loop, Omega: float) -> list[AxisPeaks]:
     return [AxisPeaks(frequencies, S, of_axis) for S, of_axis in zip(np.abs(curves), peaks, strict=True)]
 
 
-def sensitivities_over(subject: Subject, loop: Loop) -> dict[float, list[AxisPeaks]]:
+def sensitivities_over(subject: AssessedMachine, loop: Loop) -> dict[float, list[AxisPeaks]]:
     """Return `sensitivities` of a loop at operating speeds (rad/s) of a machine, closer about maxima of any peak."""
     speed = subject.file.speed
     by_speed: dict[float, list[AxisPeaks]] = {}
@@ -89,7 +89,7 @@ def sensitivities_over(subject: Subject, loop: Loop) -> dict[float, list[AxisPea
     return by_speed
 
 
-def _panel(subject: Subject, curves: dict[str, tuple[Array, Array]], study: StabilityMargin) -> Panel:
+def _panel(subject: AssessedMachine, curves: dict[str, tuple[Array, Array]], study: StabilityMargin) -> Panel:
     drawn = []
     for name, (frequencies, values) in curves.items():
         drawn.append(curve(f"{name} computed", frequencies, values))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from amb_analysis.machine.response import refined_response
+from amb_assessment.assessment.assessed_machine import NEARER, AssessedMachine, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
-from amb_assessment.assessment.subject import NEARER, Subject, rpm
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.presentation.digits import significant
@@ -19,7 +19,7 @@ FACTOR = 2.0  # unbalance over the residual unbalance U_r
 LEAST_SCALE, LARGEST_SCALE = 1.0, 6.0  # S_cc
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the response at probes and clearances under twice the residual unbalance, placed for each mode."""
     cases = unbalance_cases(subject)
     total = FACTOR * subject.residual_unbalance()
@@ -76,7 +76,7 @@ def result_of(subject: Subject) -> AnalysisResult:
     )
 
 
-def _placed(subject: Subject, cases: list[UnbalanceCase], total: float) -> tuple[tuple[str, ...], ...]:
+def _placed(subject: AssessedMachine, cases: list[UnbalanceCase], total: float) -> tuple[tuple[str, ...], ...]:
     """Return the unbalance of each mode at each position."""
     return tuple(
         (
@@ -87,7 +87,7 @@ def _placed(subject: Subject, cases: list[UnbalanceCase], total: float) -> tuple
     )
 
 
-def _amounts(subject: Subject, case: UnbalanceCase, total: float) -> str:
+def _amounts(subject: AssessedMachine, case: UnbalanceCase, total: float) -> str:
     """Return the unbalance at each position of a case with a total (kg m)."""
     placed = (
         f"{1e6 * share * total:+.3g} g mm at z = {significant(1e3 * subject.z[node - 1])} mm"
@@ -97,7 +97,7 @@ def _amounts(subject: Subject, case: UnbalanceCase, total: float) -> str:
 
 
 def _critical(
-    subject: Subject, case: UnbalanceCase, probe: str, peak: Peak, total: float
+    subject: AssessedMachine, case: UnbalanceCase, probe: str, peak: Peak, total: float
 ) -> tuple[Quantity, tuple[str, ...]]:
     """Return the separation margin of a peak under a total unbalance (kg m), and its row of the table."""
     speed, Omega, AF = subject.file.speed, rpm(peak.Omega), peak.amplification
@@ -111,12 +111,12 @@ def _critical(
     return Quantity("separation_margin", where, margin, "%", facts, note), row
 
 
-def _probe_limit(subject: Subject) -> float:
+def _probe_limit(subject: AssessedMachine) -> float:
     """Return the allowed displacement at the probes (um peak to peak), A_vl."""
     return min(25.4, 25.4 * float(np.sqrt(12000.0 / rpm(subject.file.speed.highest))))
 
 
-def _panel(subject: Subject, case: UnbalanceCase, speeds: Array, at_probes: dict[str, Array]) -> Panel:
+def _panel(subject: AssessedMachine, case: UnbalanceCase, speeds: Array, at_probes: dict[str, Array]) -> Panel:
     curves = [curve(name, rpm(speeds), values) for name, values in at_probes.items()]
     speed = subject.file.speed
     top = max(float(values.max()) for values in at_probes.values())

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from amb_assessment.assessment.assessed_machine import NEARER, AssessedMachine, rpm
 from amb_assessment.assessment.findings import AnalysisResult, Quantity
 from amb_assessment.assessment.runs import CYCLES, steady_vibration, worst_response
-from amb_assessment.assessment.subject import NEARER, Subject, rpm
 from amb_assessment.reporting.panels import Panel, curve
 
 
-def result_of(subject: Subject) -> AnalysisResult:
+def result_of(subject: AssessedMachine) -> AnalysisResult:
     """Return the largest displacement over the clearance at retainers and air gaps, with the grade's unbalance.
 
     The machine runs at the ends of its operating speeds and at the speed between them with the largest steady response.

@@ -27,7 +27,7 @@ NEARER = (
 
 
 @dataclass(frozen=True)
-class Subject(Machine):
+class AssessedMachine(Machine):
     """A machine under assessment, at its largest speed.
 
     file
@@ -122,7 +122,7 @@ class Subject(Machine):
         return 6350e-6 * self.rotor.mass / (self.file.speed.highest * RPM)
 
 
-def subject_of(file: MachineFile, flavour: Flavour = "native", modes: int | None = None) -> Subject:
+def assessed_machine_of(file: MachineFile, flavour: Flavour = "native", modes: int | None = None) -> AssessedMachine:
     """Return the machine of a file.
 
     Parameters
@@ -135,7 +135,7 @@ def subject_of(file: MachineFile, flavour: Flavour = "native", modes: int | None
     scenario = file.as_scenario(file.speed.highest)
     if modes is not None:
         scenario = scenario.changed(rotor=with_modes(load_rotor(scenario.rotor), modes))
-    return Subject(plan_run(scenario, options=RunOptions(flavour=flavour)), file, flavour)
+    return AssessedMachine(plan_run(scenario, options=RunOptions(flavour=flavour)), file, flavour)
 
 
 def rpm(Omega: Any) -> Any:
