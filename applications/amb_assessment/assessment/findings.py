@@ -1,4 +1,4 @@
-"""Computed quantities of a machine, and the verdicts on them."""
+"""Verdicts on the computed quantities of a machine."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from amb_assessment.assessment.criteria import Criterion
-from amb_assessment.assessment.quantities import QUANTITIES
+from amb_assessment.assessment.quantities import Quantity
 from amb_assessment.reporting.page_parts import number_text
-from amb_assessment.reporting.panels import Panel
 from amb_cosim.presentation.digits import with_micro_signs
 
 
@@ -21,61 +20,6 @@ class Judgement(StrEnum):
     FAILED = "failed"
     NOT_JUDGED = "no criterion"
     UNANSWERED = "unanswered"
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A quantity of the machine.
-
-    quantity, where
-        Name in criteria, and place, axis, mode or speed.
-    value, unit
-        Number and unit.
-    facts
-        Variables of this quantity for formulas of criteria.
-    note
-        Note for the reader.
-    may_worsen_because
-        Reason why the value may become worse, so that a criterion can fail but not be met; otherwise empty.
-    chaotic
-        Reason why the value is chance, so that a criterion can neither be met nor fail; otherwise empty.
-    needs_stable_loop
-        Whether it describes a levitated rotor: if the loop is unstable, its criteria are unanswered.
-    """
-
-    quantity: str
-    where: str
-    value: float
-    unit: str = ""
-    facts: Mapping[str, float] = field(default_factory=dict)
-    note: str = ""
-    may_worsen_because: str = ""
-    chaotic: str = ""
-    needs_stable_loop: bool = False
-
-    @property
-    def title(self) -> str:
-        """The quantity in words."""
-        return QUANTITIES[self.quantity].title or self.quantity.replace("_", " ")
-
-
-@dataclass(frozen=True)
-class ResultTable:
-    """A table of an analysis: title, heads, and rows of texts."""
-
-    title: str
-    heads: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-
-
-@dataclass(frozen=True)
-class AnalysisResult:
-    """Results of an analysis: quantities, plots, tables, and notes."""
-
-    quantities: tuple[Quantity, ...] = ()
-    panels: tuple[Panel, ...] = ()
-    tables: tuple[ResultTable, ...] = ()
-    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

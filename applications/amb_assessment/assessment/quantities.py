@@ -1,9 +1,12 @@
-"""The quantities that an assessment computes and criteria may limit."""
+"""What analyses compute: the quantities that criteria may limit, tables, plots and notes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import NamedTuple
+
+from amb_assessment.reporting.panels import Panel
 
 
 class Declaration(NamedTuple):
@@ -58,6 +61,61 @@ QUANTITIES: Mapping[str, Declaration] = {
     "undamped_critical_speed": Declaration("rpm", title="Undamped critical speed"),
     "whirl_friction": Declaration("1", ("friction",)),
 }
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of the machine.
+
+    quantity, where
+        Name in criteria, and place, axis, mode or speed.
+    value, unit
+        Number and unit.
+    facts
+        Variables of this quantity for formulas of criteria.
+    note
+        Note for the reader.
+    may_worsen_because
+        Reason why the value may become worse, so that a criterion can fail but not be met; otherwise empty.
+    chaotic
+        Reason why the value is chance, so that a criterion can neither be met nor fail; otherwise empty.
+    needs_stable_loop
+        Whether it describes a levitated rotor: if the loop is unstable, its criteria are unanswered.
+    """
+
+    quantity: str
+    where: str
+    value: float
+    unit: str = ""
+    facts: Mapping[str, float] = field(default_factory=dict)
+    note: str = ""
+    may_worsen_because: str = ""
+    chaotic: str = ""
+    needs_stable_loop: bool = False
+
+    @property
+    def title(self) -> str:
+        """The quantity in words."""
+        return QUANTITIES[self.quantity].title or self.quantity.replace("_", " ")
+
+
+@dataclass(frozen=True)
+class ResultTable:
+    """A table of an analysis: title, heads, and rows of texts."""
+
+    title: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True)
+class AnalysisResult:
+    """Results of an analysis: quantities, plots, tables, and notes."""
+
+    quantities: tuple[Quantity, ...] = ()
+    panels: tuple[Panel, ...] = ()
+    tables: tuple[ResultTable, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def check_declared(quantity: str, unit: str, variables: Mapping[str, float]) -> None:

@@ -8,7 +8,7 @@ from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import NOMINAL, MachineVariation, coupled_loop
 from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.axial_cases import axial_instability
-from amb_assessment.assessment.findings import Quantity
+from amb_assessment.assessment.quantities import Quantity
 from amb_assessment.assessment.stages import real_coefficients, with_tables
 from array_types import Array
 

@@ -19,8 +19,8 @@ from amb_assessment.assessment.criteria import (
     unread,
 )
 from amb_assessment.assessment.expressions import evaluate, names_in
-from amb_assessment.assessment.findings import AnalysisResult, Finding, Judgement, Quantity, judge
-from amb_assessment.assessment.quantities import QUANTITIES, check_declared
+from amb_assessment.assessment.findings import Finding, Judgement, judge
+from amb_assessment.assessment.quantities import QUANTITIES, AnalysisResult, Quantity, check_declared
 from amb_cosim.commands.cli import main
 from tests.support.messages import assert_names, raises_naming
 

@@ -16,8 +16,9 @@ from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivit
 from amb_assessment.assessment.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.axial_cases import load_cases
 from amb_assessment.assessment.criteria import load_criteria
-from amb_assessment.assessment.findings import Judgement, Quantity, judge
+from amb_assessment.assessment.findings import Judgement, judge
 from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.quantities import Quantity
 from amb_assessment.assessment.stages import real_coefficients
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"

@@ -16,9 +16,10 @@ from amb_assessment.assessment import whirl_friction as whirl_module
 from amb_assessment.assessment.analyses import landing
 from amb_assessment.assessment.assess import check_machine
 from amb_assessment.assessment.criteria import load_criteria
-from amb_assessment.assessment.findings import Judgement, Quantity, judge
+from amb_assessment.assessment.findings import Judgement, judge
 from amb_assessment.assessment.lying_rotor import lying_on
 from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.quantities import Quantity
 from amb_assessment.assessment.runs import worst_inputs
 from amb_assessment.assessment.whirl_friction import chance, whirl_friction
 from rotor_analysis.packaged_rotors import rotor_path

@@ -18,7 +18,7 @@ from amb_assessment.assessment.axial_cases import (
     thrust_bearing_of,
     weight_along_z,
 )
-from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_assessment.reporting.panels import Panel, curve
 from thrust_bearings.rational_lag import TOLERANCE

@@ -10,7 +10,7 @@ from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
 from amb_assessment.assessment.analyses.closed_loop import least_decrement
 from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import anticipated
 from amb_assessment.reporting.panels import Panel, curve
 from array_types import Array

@@ -10,7 +10,7 @@ from amb_analysis.machine.feedback import bearing_forces, demanded_currents
 from amb_analysis.machine.machine import AXES
 from amb_analysis.machine.response import stiffness_of, synchronous_response
 from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz, rpm
-from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import real_coefficients, with_tables
 from amb_assessment.assessment.unbalance_cases import response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Curve, Panel, curve

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.runs import (
     WorstResponse,
     clearance_used,

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.retainer_bearings import check_sites, load_panels, load_tables
 from amb_assessment.assessment.runs import check_falls, end_of, longest, simulate, upright, without_power, worst_inputs
 from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from amb_assessment.assessment.assessed_machine import AssessedMachine
-from amb_assessment.assessment.findings import AnalysisResult, Quantity
+from amb_assessment.assessment.quantities import AnalysisResult, Quantity
 from amb_assessment.assessment.runs import (
     clearance_used,
     has_no_gravity,

@@ -13,8 +13,8 @@ from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
 from amb_assessment.assessment.analyses.closed_loop import least_decrement_over
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities, sensitivities_over
 from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.machine_file import Tolerances
+from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius, speeds_of_run_up
 from amb_assessment.assessment.stages import real_coefficients
 

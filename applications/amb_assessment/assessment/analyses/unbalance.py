@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_analysis.machine.response import refined_response
 from amb_assessment.assessment.assessed_machine import NEARER, AssessedMachine, rpm
-from amb_assessment.assessment.findings import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
 from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
 from amb_assessment.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
