@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from amb_analysis import studies as studies
     from amb_analysis.linear.linearise import linearise as linearise
     from amb_analysis.studies.receptance_identification import identify as identify
-    from amb_assessment.assessment.assess import assess as assess
+    from amb_assessment.assessment.engine.assess import assess as assess
     from amb_cosim import cosim as cosim
     from amb_cosim.comparison.compare import compare as compare
     from amb_cosim.controllers.linear_controller import linear_controller as linear_controller
@@ -82,7 +82,7 @@ _MODULES = {
     "identify": "amb_analysis.studies.receptance_identification",
     "sweep": "amb_sweeps.run",
     "draw_sweep": "amb_sweeps.figures",
-    "assess": "amb_assessment.assessment.assess",
+    "assess": "amb_assessment.assessment.engine.assess",
     "units": "amb_cosim.presentation.units",
     "live": "amb_live",
     "studies": "amb_analysis.studies",

@@ -3,10 +3,10 @@
 import pytest
 
 from amb_analysis.linear.linearise import linearise
-from amb_assessment.assessment.assess import assess, check_machine
-from amb_assessment.assessment.description import description
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.page import page
+from amb_assessment.assessment.engine.assess import assess, check_machine
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.page.description import description
+from amb_assessment.assessment.page.page import page
 from amb_cosim import studies
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario

@@ -14,7 +14,7 @@ import pytest
 from code_blocks import LANGUAGES, blocks_of, run_blocks
 from command_line import run_command
 
-from amb_assessment.assessment.findings import Judgement
+from amb_assessment.assessment.engine.findings import Judgement
 from amb_cosim.results.result import Result
 
 ROOT = Path(__file__).parents[2]

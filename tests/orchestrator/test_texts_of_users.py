@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 import amb_cosim
-from amb_assessment.assessment.criteria import load_criteria, packaged_criteria
+from amb_assessment.assessment.format.criteria import load_criteria, packaged_criteria
 from amb_cosim.controllers.block_file import read_blocks
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.presentation.plain_console import plain_console

@@ -20,12 +20,12 @@ from amb_analysis.machine.response import passive, synchronous_response
 from amb_assessment.assessment.analyses import critical_map, cross_coupling, rest
 from amb_assessment.assessment.analyses.envelope import largest_needed
 from amb_assessment.assessment.analyses.sensitivity import sensitivities
-from amb_assessment.assessment.assess import assess
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine
-from amb_assessment.assessment.retainer_bearings import TITLE
-from amb_assessment.assessment.stages import anticipated, co_simulated, real_coefficients
-from amb_assessment.assessment.unbalance_cases import unbalance_cases
+from amb_assessment.assessment.engine.assess import assess
+from amb_assessment.assessment.format.machine_file import CompressorStage, MachineFile, load_machine
+from amb_assessment.assessment.format.retainer_bearings import TITLE
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
+from amb_assessment.assessment.physics.stages import anticipated, co_simulated, real_coefficients
+from amb_assessment.assessment.physics.unbalance_cases import unbalance_cases
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.assembly import with_bearings

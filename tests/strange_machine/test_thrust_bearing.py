@@ -10,13 +10,13 @@ from strange_machine import LEVITATION
 from amb_analysis.linear.axial_loop import AxialLoop, AxialPlant
 from amb_analysis.machine.coupled import coupled_loop
 from amb_assessment.assessment.analyses import axial
-from amb_assessment.assessment.assess import ANALYSES, assess, check_machine, chosen_parts
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.findings import Judgement
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.stability import least_stable
-from amb_assessment.assessment.stages import real_coefficients
-from amb_assessment.assessment.thrust_bearing import ThrustBearing
+from amb_assessment.assessment.engine.assess import ANALYSES, assess, check_machine, chosen_parts
+from amb_assessment.assessment.engine.findings import Judgement
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
+from amb_assessment.assessment.physics.stability import least_stable
+from amb_assessment.assessment.physics.stages import real_coefficients
 from amb_cosim.controllers.linear_controller import linear_controller
 from tests.support.messages import assert_names, raises_naming
 

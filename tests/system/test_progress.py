@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 import source_check.evaluation
-from amb_assessment.assessment import assess
+from amb_assessment.assessment.engine import assess
 from amb_assessment.first_design import files
 from amb_cosim.commands.cli import main
 from amb_cosim.presentation import progress

@@ -1,13 +1,8 @@
 """Assesses a machine file by criteria that are data, on one page.
 
-machine_file   the format of a machine file: rotor, bearings, controller, speeds and loads
-assessed_machine  the machine of a file, with the data of the file
-stages         its stages, in linear models and in co-simulation
-expressions    formulas of criteria, evaluated without Python
-criteria       criteria of standards and users: formula, limits, source, and whether it was read
-quantities     what analyses compute, and criteria may limit
-findings       verdicts on quantities
-analyses       parts of an assessment, each a module
-assess         runs all parts in sequence; a failed part does not end the others
-page           an HTML page; `pdf` prints it
+format     machine files, criteria files, and the quantities that criteria limit
+physics    the machine of a file, its runs and its stability
+analyses   parts of an assessment, each a module
+engine     runs all analyses in sequence, and judges what they compute; a failed one does not end the others
+page       an HTML page, which is also printed as PDF
 """

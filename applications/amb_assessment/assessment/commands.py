@@ -50,10 +50,10 @@ def assess(
     if check:
         _print_description(file, criteria, flavour)
         return
-    from amb_assessment.assessment.assess import assess as assessment_of
-    from amb_assessment.assessment.machine_file import load_machine
-    from amb_assessment.assessment.page import DATA, PAGE, write_assessment
-    from amb_assessment.assessment.pdf import PDF, print_page
+    from amb_assessment.assessment.engine.assess import assess as assessment_of
+    from amb_assessment.assessment.format.machine_file import load_machine
+    from amb_assessment.assessment.page.page import DATA, PAGE, write_assessment
+    from amb_assessment.assessment.page.pdf import PDF, print_page
     from amb_cosim.commands.cli_errors import Failed
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
@@ -97,10 +97,10 @@ def assess(
 
 def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -> None:
     """Check a machine file, its criteria and their formulas, and print its content."""
-    from amb_assessment.assessment.assess import check_machine
-    from amb_assessment.assessment.criteria import check_formulas, load_criteria
-    from amb_assessment.assessment.description import description
-    from amb_assessment.assessment.machine_file import load_machine
+    from amb_assessment.assessment.engine.assess import check_machine
+    from amb_assessment.assessment.format.criteria import check_formulas, load_criteria
+    from amb_assessment.assessment.format.machine_file import load_machine
+    from amb_assessment.assessment.page.description import description
     from amb_cosim.presentation.text_tables import print_parts
 
     with refusing():

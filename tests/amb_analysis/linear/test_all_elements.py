@@ -10,9 +10,9 @@ from amb_analysis.linear.loop import Loop, disk_margin, response
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
+from amb_assessment.assessment.physics.stages import real_coefficients
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.rotor_text import plain_shaft
 from amb_cosim.scenario.plan_run import plan_run

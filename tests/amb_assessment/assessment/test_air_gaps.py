@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from machine_variants import read, toml_text
 
-from amb_assessment.assessment import runs
 from amb_assessment.assessment.analyses import faults, recovery, unbalance, vibration
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.criteria import load_criteria
-from amb_assessment.assessment.findings import Judgement, judge
-from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.engine.findings import Judgement, judge
+from amb_assessment.assessment.format.criteria import load_criteria
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.physics import runs
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from tests.support.messages import assert_names
 

@@ -5,13 +5,13 @@ import json
 import pytest
 
 from amb_analysis.linear.loop import Loop
-from amb_assessment.assessment import assess as room
-from amb_assessment.assessment.assess import assess
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.criteria import unread
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.page import write_assessment
-from amb_assessment.assessment.quantities import QUANTITIES
+from amb_assessment.assessment.engine import assess as room
+from amb_assessment.assessment.engine.assess import assess
+from amb_assessment.assessment.format.criteria import unread
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.format.quantities import QUANTITIES
+from amb_assessment.assessment.page.page import write_assessment
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
 
 DRIVING = """
 inputs = ["mb1.x", "mb1.y", "mb2.x", "mb2.y"]

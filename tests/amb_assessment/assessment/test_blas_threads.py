@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 from threadpoolctl import threadpool_limits
 
-from amb_assessment.assessment import assess as assessing
-from amb_assessment.assessment.assess import assess, check_machine
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.quantities import AnalysisResult
-from amb_assessment.assessment.runs import worst_inputs
+from amb_assessment.assessment.engine import assess as assessing
+from amb_assessment.assessment.engine.assess import assess, check_machine
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.format.quantities import AnalysisResult
+from amb_assessment.assessment.physics.runs import worst_inputs
 from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.results.component_names import ACTUATOR
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from amb_assessment.assessment.assess import Assessment, PartResult
-from amb_assessment.assessment.conclusion import by_criterion, conclusion_of, failures
-from amb_assessment.assessment.criteria import (
+from amb_assessment.assessment.engine.assess import Assessment, PartResult
+from amb_assessment.assessment.engine.conclusion import by_criterion, conclusion_of, failures
+from amb_assessment.assessment.engine.findings import Finding, Judgement, judge
+from amb_assessment.assessment.format.criteria import (
     RELIABILITIES,
     Criterion,
     check_formulas,
@@ -18,9 +19,8 @@ from amb_assessment.assessment.criteria import (
     packaged_criteria,
     unread,
 )
-from amb_assessment.assessment.expressions import evaluate, names_in
-from amb_assessment.assessment.findings import Finding, Judgement, judge
-from amb_assessment.assessment.quantities import QUANTITIES, AnalysisResult, Quantity, check_declared
+from amb_assessment.assessment.format.expressions import evaluate, names_in
+from amb_assessment.assessment.format.quantities import QUANTITIES, AnalysisResult, Quantity, check_declared
 from amb_cosim.commands.cli import main
 from tests.support.messages import assert_names, raises_naming
 

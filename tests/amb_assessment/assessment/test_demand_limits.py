@@ -7,8 +7,8 @@ import pytest
 from amb_analysis.machine.axis_capability import current_amplitude
 from amb_analysis.machine.demand_limits import control_amplitude, demand_amplitude
 from amb_assessment.assessment.analyses import envelope
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
 from tests.amb_assessment.assessment.test_stability import BLOWER
 
 AXIS = ("amb_a", "y")

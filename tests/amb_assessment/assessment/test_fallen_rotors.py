@@ -6,11 +6,11 @@ import pytest
 from click.testing import CliRunner
 from machine_variants import read, toml_text
 
-from amb_assessment.assessment.assess import ANALYSES, Needs, assess
-from amb_assessment.assessment.criteria import load_criteria
-from amb_assessment.assessment.findings import Judgement, judge
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.quantities import Quantity
+from amb_assessment.assessment.engine.assess import ANALYSES, Needs, assess
+from amb_assessment.assessment.engine.findings import Judgement, judge
+from amb_assessment.assessment.format.criteria import load_criteria
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.format.quantities import Quantity
 from amb_cosim.commands.cli import main
 from tests.support.messages import assert_names
 

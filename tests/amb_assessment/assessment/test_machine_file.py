@@ -9,10 +9,10 @@ from click.testing import CliRunner
 
 from amb_assessment.assessment import commands
 from amb_assessment.assessment.analyses.robustness import variations
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.description import inductance_doubt, magnet_numbers
-from amb_assessment.assessment.machine_file import CompressorStage, MachineFile, load_machine, packaged_machines
-from amb_assessment.assessment.stages import cross_coupling
+from amb_assessment.assessment.format.machine_file import CompressorStage, MachineFile, load_machine, packaged_machines
+from amb_assessment.assessment.page.description import inductance_doubt, magnet_numbers
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
+from amb_assessment.assessment.physics.stages import cross_coupling
 from amb_cosim.commands.cli import main
 from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
 from tests.support.messages import raises_naming

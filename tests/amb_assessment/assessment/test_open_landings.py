@@ -8,13 +8,13 @@ from types import SimpleNamespace
 import pytest
 
 from amb_assessment.assessment.analyses import landing, recovery, rest
-from amb_assessment.assessment.assess import assess
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.criteria import load_criteria
-from amb_assessment.assessment.findings import Judgement, judge
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.quantities import Quantity
-from amb_assessment.assessment.runs import worst_inputs
+from amb_assessment.assessment.engine.assess import assess
+from amb_assessment.assessment.engine.findings import Judgement, judge
+from amb_assessment.assessment.format.criteria import load_criteria
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.format.quantities import Quantity
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
+from amb_assessment.assessment.physics.runs import worst_inputs
 from tests.support.messages import assert_names, raises_naming
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"

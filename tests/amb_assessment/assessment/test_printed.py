@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from amb_assessment.assessment import pdf as printed
+from amb_assessment.assessment.page import pdf as printed
 
 PRINTS = "target.write_text(page)"
 FAILS = "target.write_text('half'); sys.exit(1)"

@@ -9,7 +9,6 @@ import pytest
 from machine_variants import halved, in_other_units, mirrored, read, toml_text
 from slow import slow_but_first
 
-from amb_assessment.assessment import runs, stability
 from amb_assessment.assessment.analyses import (
     closed_loop,
     cross_coupling,
@@ -21,10 +20,11 @@ from amb_assessment.assessment.analyses import (
     sensitivity,
     unbalance,
 )
-from amb_assessment.assessment.assess import assess, check_machine
-from amb_assessment.assessment.findings import Judgement
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.unbalance_cases import response_speeds
+from amb_assessment.assessment.engine.assess import assess, check_machine
+from amb_assessment.assessment.engine.findings import Judgement
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.physics import runs, stability
+from amb_assessment.assessment.physics.unbalance_cases import response_speeds
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.packaged_rotors import rotor_path

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from amb_assessment.assessment.analyses import rest
 from amb_assessment.assessment.analyses.rest import Outlook, coast_down
-from amb_assessment.assessment.assess import assess
+from amb_assessment.assessment.engine.assess import assess
 
 TIMES = np.linspace(0.0, 1.0, 201)
 J = 0.5  # kg m^2

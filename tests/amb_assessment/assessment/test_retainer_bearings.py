@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from amb_assessment.assessment.assess import check_machine
-from amb_assessment.assessment.description import description
-from amb_assessment.assessment.machine_file import MachineFile, load_machine
-from amb_assessment.assessment.retainer_bearings import TITLE, RetainerBearing, check_sites, load_tables
+from amb_assessment.assessment.engine.assess import check_machine
+from amb_assessment.assessment.format.machine_file import MachineFile, load_machine
+from amb_assessment.assessment.format.retainer_bearings import TITLE, RetainerBearing, check_sites, load_tables
+from amb_assessment.assessment.page.description import description
 from rotor_analysis.rigid_body import rigid_body
 from tests.support.messages import raises_naming
 

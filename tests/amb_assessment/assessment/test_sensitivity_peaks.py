@@ -10,16 +10,16 @@ from amb_analysis.linear.loop import Loop, diagonal_response, disk_margin, respo
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import MachineVariation, coupled_loop
 from amb_analysis.studies.stability_margin import _all_loops
-from amb_assessment.assessment import stages
 from amb_assessment.assessment.analyses import robustness, sensitivity
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.axial_cases import load_cases
-from amb_assessment.assessment.criteria import load_criteria
-from amb_assessment.assessment.findings import Judgement, judge
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.quantities import Quantity
-from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.engine.findings import Judgement, judge
+from amb_assessment.assessment.format.criteria import load_criteria
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.format.quantities import Quantity
+from amb_assessment.assessment.physics import stages
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
+from amb_assessment.assessment.physics.axial_cases import load_cases
+from amb_assessment.assessment.physics.stages import real_coefficients
 
 BLOWER = Path(__file__).parent / "blower" / "machine.toml"
 

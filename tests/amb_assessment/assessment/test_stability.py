@@ -15,13 +15,13 @@ from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies import figure, poles
 from amb_analysis.studies.loop_vibrations import Vibrations
 from amb_assessment.assessment.analyses import cross_coupling, robustness
-from amb_assessment.assessment.assess import ANALYSES, Needs, assess
-from amb_assessment.assessment.assessed_machine import assessed_machine_of
-from amb_assessment.assessment.criteria import load_criteria
-from amb_assessment.assessment.findings import Judgement, judge
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.stability import least_stable
-from amb_assessment.assessment.stages import real_coefficients, table_notes
+from amb_assessment.assessment.engine.assess import ANALYSES, Needs, assess
+from amb_assessment.assessment.engine.findings import Judgement, judge
+from amb_assessment.assessment.format.criteria import load_criteria
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
+from amb_assessment.assessment.physics.stability import least_stable
+from amb_assessment.assessment.physics.stages import real_coefficients, table_notes
 from amb_cosim.commands.cli import main
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names, raises_naming

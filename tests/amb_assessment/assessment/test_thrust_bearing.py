@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from strange_machine import LEVITATION
 
-from amb_assessment.assessment.machine_file import MachineFile, load_machine
-from amb_assessment.assessment.thrust_bearing import DATA_HEADS, ThrustBearing
+from amb_assessment.assessment.format.machine_file import MachineFile, load_machine
+from amb_assessment.assessment.format.thrust_bearing import DATA_HEADS, ThrustBearing
 from amb_cosim import linear_controller
 from tests.support.messages import raises_naming
 

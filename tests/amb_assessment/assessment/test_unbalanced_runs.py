@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from amb_analysis.machine.machine import Place
-from amb_assessment.assessment import runs
 from amb_assessment.assessment.analyses import critical_map, envelope, faults, unbalance, vibration
-from amb_assessment.assessment.assessed_machine import assessed_machine_of, rpm
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.runs import placed_unbalances, planes_of_unbalance, worst_response
-from amb_assessment.assessment.unbalance_cases import unbalance_cases
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.physics import runs
+from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of, rpm
+from amb_assessment.assessment.physics.runs import placed_unbalances, planes_of_unbalance, worst_response
+from amb_assessment.assessment.physics.unbalance_cases import unbalance_cases
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.results.component_names import PLANT
 

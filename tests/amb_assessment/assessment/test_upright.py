@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from amb_assessment.assessment.analyses import landing, rest
-from amb_assessment.assessment.assess import check_machine
-from amb_assessment.assessment.criteria import load_criteria
-from amb_assessment.assessment.description import description
-from amb_assessment.assessment.findings import Judgement, judge
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.runs import upright
-from amb_assessment.assessment.whirl_friction import whirl_friction
+from amb_assessment.assessment.engine.assess import check_machine
+from amb_assessment.assessment.engine.findings import Judgement, judge
+from amb_assessment.assessment.format.criteria import load_criteria
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.page.description import description
+from amb_assessment.assessment.physics.runs import upright
+from amb_assessment.assessment.physics.whirl_friction import whirl_friction
 from amb_cosim.results.component_names import PLANT
 from tests.support.messages import assert_names
 

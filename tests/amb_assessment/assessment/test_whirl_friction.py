@@ -12,16 +12,16 @@ from scipy.optimize import brentq
 from slow import slow_but_first
 from threadpoolctl import threadpool_limits
 
-from amb_assessment.assessment import whirl_friction as whirl_module
 from amb_assessment.assessment.analyses import landing
-from amb_assessment.assessment.assess import check_machine
-from amb_assessment.assessment.criteria import load_criteria
-from amb_assessment.assessment.findings import Judgement, judge
-from amb_assessment.assessment.lying_rotor import lying_on
-from amb_assessment.assessment.machine_file import load_machine
-from amb_assessment.assessment.quantities import Quantity
-from amb_assessment.assessment.runs import worst_inputs
-from amb_assessment.assessment.whirl_friction import chance, whirl_friction
+from amb_assessment.assessment.engine.assess import check_machine
+from amb_assessment.assessment.engine.findings import Judgement, judge
+from amb_assessment.assessment.format.criteria import load_criteria
+from amb_assessment.assessment.format.machine_file import load_machine
+from amb_assessment.assessment.format.quantities import Quantity
+from amb_assessment.assessment.physics import whirl_friction as whirl_module
+from amb_assessment.assessment.physics.lying_rotor import lying_on
+from amb_assessment.assessment.physics.runs import worst_inputs
+from amb_assessment.assessment.physics.whirl_friction import chance, whirl_friction
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.static_load import carried_at
 from tests.support.messages import assert_names

@@ -13,8 +13,8 @@ from amb_analysis.linear.loop import Loop, LoopPoles
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
-from amb_assessment.assessment.assess import assess
-from amb_assessment.assessment.findings import Judgement
+from amb_assessment.assessment.engine.assess import assess
+from amb_assessment.assessment.engine.findings import Judgement
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.levitation import Pid, levitation_of, wanted_ratios
 from amb_assessment.first_design.loop_search import LoopSearch, Peak

@@ -14,7 +14,7 @@ from strange_machine import ROTOR as EXPANDER
 import amb_cosim
 from amb_analysis import studies
 from amb_analysis.machine.axis_capability import load_capacity
-from amb_assessment.assessment.machine_file import load_machine
+from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.first_design import files
 from amb_assessment.first_design.design import Design
 from amb_assessment.first_design.files import TEMPLATES, new_machine

@@ -7,8 +7,10 @@ from collections.abc import Mapping, Sequence
 from amb_analysis.studies.damping_zones import damping_ratio
 from amb_assessment.assessment.analyses.robustness import NO_SENSITIVITY, UNSTABLE_CORNER, variations
 from amb_assessment.assessment.analyses.sensitivity import PEAKS, zone_limits
-from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz, rpm
-from amb_assessment.assessment.axial_cases import (
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz, rpm
+from amb_assessment.assessment.physics.axial_cases import (
     NAME,
     LoadCase,
     least_stable_case,
@@ -18,8 +20,6 @@ from amb_assessment.assessment.axial_cases import (
     thrust_bearing_of,
     weight_along_z,
 )
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.thrust_bearing import ThrustBearing
 from amb_assessment.reporting.panels import Panel, curve
 from thrust_bearings.rational_lag import TOLERANCE
 

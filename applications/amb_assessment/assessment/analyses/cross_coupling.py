@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
 from amb_assessment.assessment.analyses.closed_loop import least_decrement
-from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stages import anticipated
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
+from amb_assessment.assessment.physics.stages import anticipated
 from amb_assessment.reporting.panels import Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined

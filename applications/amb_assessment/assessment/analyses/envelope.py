@@ -9,10 +9,10 @@ from amb_analysis.machine.demand_limits import control_amplitude
 from amb_analysis.machine.feedback import bearing_forces, demanded_currents
 from amb_analysis.machine.machine import AXES
 from amb_analysis.machine.response import stiffness_of, synchronous_response
-from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz, rpm
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stages import real_coefficients, with_tables
-from amb_assessment.assessment.unbalance_cases import response_speeds, unbalance_cases
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz, rpm
+from amb_assessment.assessment.physics.stages import real_coefficients, with_tables
+from amb_assessment.assessment.physics.unbalance_cases import response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined

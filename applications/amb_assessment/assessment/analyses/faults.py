@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.runs import (
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
+from amb_assessment.assessment.physics.runs import (
     WorstResponse,
     clearance_used,
     simulate,

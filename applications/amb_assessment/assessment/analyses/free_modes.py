@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz
 from amb_assessment.reporting.panels import Panel, curve
 from rotor_analysis.mode_reach import BearingReach, ModeReach, mode_reaches
 

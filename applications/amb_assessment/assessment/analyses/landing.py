@@ -5,11 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.retainer_bearings import check_sites, load_panels, load_tables
-from amb_assessment.assessment.runs import check_falls, end_of, longest, simulate, upright, without_power, worst_inputs
-from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.retainer_bearings import check_sites, load_panels, load_tables
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
+from amb_assessment.assessment.physics.runs import (
+    check_falls,
+    end_of,
+    longest,
+    simulate,
+    upright,
+    without_power,
+    worst_inputs,
+)
+from amb_assessment.assessment.physics.whirl_friction import chance, whirl_facts, whirl_friction
 from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.results.result import Result

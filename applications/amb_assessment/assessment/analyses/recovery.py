@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from amb_assessment.assessment.assessed_machine import AssessedMachine
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity
-from amb_assessment.assessment.runs import (
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine
+from amb_assessment.assessment.physics.runs import (
     clearance_used,
     has_no_gravity,
     simulate,

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from amb_assessment.assessment.assessed_machine import AssessedMachine, assessed_machine_of, rpm
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.runs import (
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, assessed_machine_of, rpm
+from amb_assessment.assessment.physics.runs import (
     FRICTION,
     check_falls,
     clearance_used,
@@ -22,7 +22,7 @@ from amb_assessment.assessment.runs import (
     without_power,
     worst_inputs,
 )
-from amb_assessment.assessment.whirl_friction import chance, whirl_facts, whirl_friction
+from amb_assessment.assessment.physics.whirl_friction import chance, whirl_facts, whirl_friction
 from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.cosim.basics.time_grid import in_steps

@@ -12,11 +12,16 @@ from amb_analysis.machine.coupled import MachineVariation, coupled_loop
 from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
 from amb_assessment.assessment.analyses.closed_loop import least_decrement_over
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities, sensitivities_over
-from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.machine_file import Tolerances
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stability import least_stable, motion_and_speed, spectral_radius, speeds_of_run_up
-from amb_assessment.assessment.stages import real_coefficients
+from amb_assessment.assessment.format.machine_file import Tolerances
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
+from amb_assessment.assessment.physics.stability import (
+    least_stable,
+    motion_and_speed,
+    spectral_radius,
+    speeds_of_run_up,
+)
+from amb_assessment.assessment.physics.stages import real_coefficients
 
 SPEEDS = 9  # of a corner from zero to the trip speed, before refinement about the least stable one and least decrement
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop

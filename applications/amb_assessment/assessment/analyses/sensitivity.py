@@ -10,9 +10,9 @@ from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
 from amb_analysis.studies.stability_margin import ZONES, StabilityMargin, sensitivity
-from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
+from amb_assessment.assessment.physics.stages import co_simulated, real_coefficients, with_tables
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined

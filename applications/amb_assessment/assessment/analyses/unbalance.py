@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from amb_analysis.machine.response import refined_response
-from amb_assessment.assessment.assessed_machine import NEARER, AssessedMachine, rpm
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity, ResultTable
-from amb_assessment.assessment.stages import real_coefficients, table_notes, with_tables
-from amb_assessment.assessment.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.physics.assessed_machine import NEARER, AssessedMachine, rpm
+from amb_assessment.assessment.physics.stages import real_coefficients, table_notes, with_tables
+from amb_assessment.assessment.physics.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.presentation.digits import significant
 from array_types import Array

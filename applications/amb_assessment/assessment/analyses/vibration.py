@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_assessment.assessment.assessed_machine import NEARER, AssessedMachine, rpm
-from amb_assessment.assessment.quantities import AnalysisResult, Quantity
-from amb_assessment.assessment.runs import CYCLES, steady_vibration, worst_response
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity
+from amb_assessment.assessment.physics.assessed_machine import NEARER, AssessedMachine, rpm
+from amb_assessment.assessment.physics.runs import CYCLES, steady_vibration, worst_response
 from amb_assessment.reporting.panels import Panel, curve
 
 

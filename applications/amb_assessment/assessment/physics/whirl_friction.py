@@ -9,10 +9,10 @@ import numpy as np
 from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.steady_contact.swing import MOST, least_swinging_friction, whirl_forces
 from amb_analysis.steady_contact.unpowered import relative_receptances
-from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.lying_rotor import clearances, lying_on
-from amb_assessment.assessment.quantities import Quantity
-from amb_assessment.assessment.stages import co_simulated
+from amb_assessment.assessment.format.quantities import Quantity
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
+from amb_assessment.assessment.physics.lying_rotor import clearances, lying_on
+from amb_assessment.assessment.physics.stages import co_simulated
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.plan_run import plan_run
 from rotor_analysis.refinement import refined

@@ -10,9 +10,9 @@ import numpy as np
 
 from amb_analysis.machine.machine import air_gap
 from amb_analysis.machine.response import refined_response
-from amb_assessment.assessment.assessed_machine import AssessedMachine
-from amb_assessment.assessment.stages import co_simulated, real_coefficients, with_tables
-from amb_assessment.assessment.unbalance_cases import UnbalanceCase, unbalance_cases
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine
+from amb_assessment.assessment.physics.stages import co_simulated, real_coefficients, with_tables
+from amb_assessment.assessment.physics.unbalance_cases import UnbalanceCase, unbalance_cases
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.options import RunOptions, Saves
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT

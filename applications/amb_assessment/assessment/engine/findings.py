@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from amb_assessment.assessment.criteria import Criterion
-from amb_assessment.assessment.quantities import Quantity
+from amb_assessment.assessment.format.criteria import Criterion
+from amb_assessment.assessment.format.quantities import Quantity
 from amb_assessment.reporting.page_parts import number_text
 from amb_cosim.presentation.digits import with_micro_signs
 

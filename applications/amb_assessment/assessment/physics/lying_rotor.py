@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from amb_assessment.assessment.assessed_machine import AssessedMachine
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine
 from amb_cosim.results.component_names import PLANT
 from array_types import Array, Complex
 from rotor_analysis.static_load import carried_at

@@ -8,11 +8,11 @@ import numpy as np
 from scipy.constants import mu_0
 
 from amb_actuator.force import static_pull
-from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
-from amb_assessment.assessment.criteria import Criterion, unread
-from amb_assessment.assessment.lying_rotor import carried_masses as lain_on
-from amb_assessment.assessment.retainer_bearings import DATA_HEADS, TITLE, check_sites
-from amb_assessment.assessment.thrust_bearing import DATA_HEADS as DATA_OF_THRUST
+from amb_assessment.assessment.format.criteria import Criterion, unread
+from amb_assessment.assessment.format.retainer_bearings import DATA_HEADS, TITLE, check_sites
+from amb_assessment.assessment.format.thrust_bearing import DATA_HEADS as DATA_OF_THRUST
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
+from amb_assessment.assessment.physics.lying_rotor import carried_masses as lain_on
 from amb_cosim.design.magnetic_bearing import current_range, linearisation, operating_constants
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.component_names import ACTUATOR, PLANT

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_analysis.machine.feedback import directional_stiffness, springs
-from amb_assessment.assessment.assessed_machine import AssessedMachine, rpm
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_cosim.presentation.digits import significant
 from array_types import Array
 from rotor_analysis.critical_speeds import antinodes, critical_speeds, lobe_masses

@@ -6,10 +6,10 @@ import numpy as np
 
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.machine.coupled import NOMINAL, MachineVariation, coupled_loop
-from amb_assessment.assessment.assessed_machine import AssessedMachine, hertz, rpm
-from amb_assessment.assessment.axial_cases import axial_instability
-from amb_assessment.assessment.quantities import Quantity
-from amb_assessment.assessment.stages import real_coefficients, with_tables
+from amb_assessment.assessment.format.quantities import Quantity
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz, rpm
+from amb_assessment.assessment.physics.axial_cases import axial_instability
+from amb_assessment.assessment.physics.stages import real_coefficients, with_tables
 from array_types import Array
 
 SPEEDS = 41  # from zero to the trip speed, before refinement

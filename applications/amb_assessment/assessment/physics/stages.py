@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from amb_analysis.studies.coefficient_limits import CoefficientLimits, limit_notes, limits_of
-from amb_assessment.assessment.assessed_machine import AssessedMachine
-from amb_assessment.assessment.machine_file import CompressorStage
+from amb_assessment.assessment.format.machine_file import CompressorStage
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine
 from amb_cosim.scenario.scenario import Scenario
 from array_types import Array
 from rotor_analysis.parts import COEFFICIENTS, AtSpeed, Bearing, table_speeds

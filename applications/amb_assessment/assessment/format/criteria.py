@@ -9,8 +9,8 @@ from typing import Literal
 
 from pydantic import Field, FiniteFloat, model_validator
 
-from amb_assessment.assessment.expressions import evaluate, names_in
-from amb_assessment.assessment.quantities import QUANTITIES
+from amb_assessment.assessment.format.expressions import evaluate, names_in
+from amb_assessment.assessment.format.quantities import QUANTITIES
 from amb_cosim.cosim.system.tables import Table
 from amb_files.checks import repeated
 from amb_files.packs import files_of
@@ -173,7 +173,7 @@ def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
 
 def packaged_criteria() -> Mapping[str, Path]:
     """Return the files of criteria of this package and of packs, by name."""
-    return files_of("criteria", amb_cosim=Path(__file__).parent)
+    return files_of("criteria", amb_cosim=Path(__file__).parents[1])
 
 
 def unread(criteria: Sequence[Criterion]) -> int:

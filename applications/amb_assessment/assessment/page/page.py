@@ -11,9 +11,9 @@ from pathlib import Path
 
 from markupsafe import Markup, escape
 
-from amb_assessment.assessment.assess import Assessment
-from amb_assessment.assessment.criteria import RELIABILITIES, unread
-from amb_assessment.assessment.findings import Judgement
+from amb_assessment.assessment.engine.assess import Assessment
+from amb_assessment.assessment.engine.findings import Judgement
+from amb_assessment.assessment.format.criteria import RELIABILITIES, unread
 from amb_assessment.reporting.page_parts import asset, in_script, number_text, picture_url, plotly_script
 from amb_assessment.reporting.panels import Panel
 from amb_assessment.reporting.pictures import picture_of
@@ -34,7 +34,7 @@ def write_assessment(assessment: Assessment, folder: Path) -> Path:
 
 def page(assessment: Assessment) -> str:
     """Return the text of the page."""
-    environment = templates_of("amb_assessment.assessment", "template")
+    environment = templates_of("amb_assessment.assessment.page", "template")
     environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=RELIABILITIES)
     environment.globals.update(sentences=_sentences)
     environment.filters.update(code=_with_code)
@@ -49,7 +49,7 @@ def page(assessment: Assessment) -> str:
         pictures={key: _picture(drawn) for key, drawn in panels.items()},
         version=version("amb-cosim"),
         date=datetime.now(UTC).strftime("%Y-%m-%d"),
-        style=asset("report.css") + asset("assessment.css", "amb_assessment.assessment"),
+        style=asset("report.css") + asset("assessment.css", "amb_assessment.assessment.page"),
         script=asset("report.js"),
         plotly=plotly_script(),
         plots=in_script({key: [panel.as_data() for panel in drawn] for key, drawn in panels.items()}),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from amb_assessment.assessment.findings import Finding, Judgement
+from amb_assessment.assessment.engine.findings import Finding, Judgement
 
 WORST_FIRST = (Judgement.FAILED, Judgement.UNANSWERED, Judgement.MET)
 

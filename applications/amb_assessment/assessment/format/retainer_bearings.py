@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
-from amb_assessment.assessment.quantities import ResultTable
+from amb_assessment.assessment.format.quantities import ResultTable
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from amb_cosim.cosim.system.tables import Table, Value
 from amb_cosim.cosim.system.values import quantity

@@ -1,4 +1,4 @@
-"""What analyses compute: the quantities that criteria may limit, tables, plots and notes."""
+"""Results of analyses: the quantities that criteria may limit, tables, plots and notes."""
 
 from __future__ import annotations
 

@@ -27,13 +27,13 @@ from amb_assessment.assessment.analyses import (
     unbalance,
     vibration,
 )
-from amb_assessment.assessment.assessed_machine import AssessedMachine, assessed_machine_of
-from amb_assessment.assessment.conclusion import conclusion_of, failures
-from amb_assessment.assessment.criteria import Criterion, check_formulas, load_criteria
-from amb_assessment.assessment.findings import Finding, Judgement, judge
-from amb_assessment.assessment.machine_file import MachineFile, load_machine
-from amb_assessment.assessment.quantities import AnalysisResult, ResultTable, check_declared
-from amb_assessment.assessment.stability import instability
+from amb_assessment.assessment.engine.conclusion import conclusion_of, failures
+from amb_assessment.assessment.engine.findings import Finding, Judgement, judge
+from amb_assessment.assessment.format.criteria import Criterion, check_formulas, load_criteria
+from amb_assessment.assessment.format.machine_file import MachineFile, load_machine
+from amb_assessment.assessment.format.quantities import AnalysisResult, ResultTable, check_declared
+from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, assessed_machine_of
+from amb_assessment.assessment.physics.stability import instability
 from amb_cosim.cosim.basics.blas import one_blas_thread
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed

@@ -15,8 +15,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from amb_analysis.studies.inputs import positive
-from amb_assessment.assessment.retainer_bearings import RetainerBearing
-from amb_assessment.assessment.thrust_bearing import ThrustBearing
+from amb_assessment.assessment.format.retainer_bearings import RetainerBearing
+from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
 from amb_cosim.cosim.system.values import RPM, quantity, stated
 from amb_cosim.results.component_names import CONTROLLER
@@ -334,7 +334,7 @@ def load_machine(source: str | Path) -> MachineFile:
     if isinstance(axial, dict) and isinstance(axial.get("controller"), str):
         data["thrust_bearing"] = axial | {"controller": str(path.parent / axial["controller"])}
     if isinstance(data.get("criteria"), list):
-        from amb_assessment.assessment.criteria import packaged_criteria
+        from amb_assessment.assessment.format.criteria import packaged_criteria
 
         with_names = packaged_criteria()
         data["criteria"] = [item if item in with_names else str(path.parent / str(item)) for item in data["criteria"]]

@@ -1,0 +1,1 @@
+"""Which criteria does the machine meet? Runs all analyses and judges what they compute."""

@@ -1,0 +1,1 @@
+"""How does the machine behave in each state that analyses look at?"""
