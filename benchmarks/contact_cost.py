@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from amb_cosim.presentation.style import BLUE, ORANGE, StyledFigure, write_png
 from amb_cosim.presentation.text_tables import labelled_table
 from array_types import Array

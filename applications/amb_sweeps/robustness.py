@@ -17,7 +17,7 @@ from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.design.receptance_file import ReceptanceTable
+from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.design.receptance_file import ReceptanceTable
+from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.plan_run import PlannedRun
 from amb_cosim.scenario.scenario import UNBALANCE

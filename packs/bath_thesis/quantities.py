@@ -12,7 +12,7 @@ import numpy as np
 from amb_assessment.reporting.panels import Curve, Panel, curve, horizontal_axis
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.system.values import quantity
-from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.results.contact_history import contact_cycles
 from amb_cosim.results.places import places
 from amb_cosim.results.series import signal
@@ -202,7 +202,7 @@ def largest_remaining_share(run: Signals, planes: str = "s1,s3,s5,s7") -> Annota
 
 def identified_norm(run: Signals) -> Annotated[float | None, "N/m"]:
     """Return the Frobenius norm (N/m) of H from the receptance that the controller identified in the run (5.10)."""
-    from amb_cosim.design.controller_data import inverse_receptance
+    from amb_cosim.model_constants.controller_data import inverse_receptance
 
     axes = [f"{bearing}_{axis}" for bearing in places(run).bearings for axis in "xy"]
     names = [[f"rolac_controller.r.s{n}.{axis}" for axis in axes] for n in range(1, 9)]

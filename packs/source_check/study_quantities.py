@@ -95,7 +95,7 @@ def rolling_ratio(inputs: ModelInputs, site: str) -> Annotated[float, "1"]:
 def largest_force(inputs: ModelInputs) -> Annotated[float, "N"]:
     """Return the pull of a saturated coil pair at the nominal gap, both poles at an angle (N) (2.6)."""
     from amb_actuator.force import pull
-    from amb_cosim.design.magnetic_bearing import axis_parameters
+    from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 
     axis = axis_parameters()
     return float(pull(axis, BEYOND_SATURATION, axis.gap).force)
@@ -108,7 +108,7 @@ def synchronous_force(inputs: ModelInputs, unbalance: str, speed: str) -> Annota
 
 def stiffness_at(inputs: ModelInputs, bias: float, static: float) -> Annotated[float, "N/m"]:
     """Return K_s of the linear law with a bias and a static current (A) (N/m) (2.8)."""
-    from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+    from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
 
     return linear_constants(axis_parameters(bias_current=bias, static_current=static))[0]
 

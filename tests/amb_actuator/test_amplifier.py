@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from amb_actuator.amplifier import constant_voltage_response, regulated_response
 from amb_actuator.interface import DYNAMIC
 from amb_analysis.machine.axis_capability import current_amplitude
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 
 pytestmark = pytest.mark.gate
 

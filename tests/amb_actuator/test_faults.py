@@ -9,7 +9,7 @@ from running_actuator import F_0, K
 
 from amb_actuator.amplifier import discharge_response
 from amb_actuator.interface import DYNAMIC, LAWS, LINEAR, NONLINEAR
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from fmi_export.model import Fault
 
 R, L, H = 0.365, 0.0732, 250e-6

@@ -22,7 +22,7 @@ from amb_actuator.force import (
     pull,
 )
 from amb_actuator.interface import LAWS, LINEAR, MEASURED
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 
 THESIS = json.loads((Path(__file__).parents[1] / "reference" / "thesis.json").read_text())["amb"]
 

@@ -16,7 +16,7 @@ from amb_analysis.machine.axis_capability import (
     linear_range,
     load_capacity,
 )
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 
 THEORY = Path(__file__).parents[2] / "docs" / "theory"
 PAGES = [(THEORY / f"{page}.md").read_text(encoding="utf-8") for page in ("magnetic_bearing", "amplifier")]

@@ -10,7 +10,7 @@ from running_actuator import F_0
 from amb_actuator.flux import limited_flux, pull_of_flux, saturation_flux
 from amb_actuator.force import Coils, nonlinear_force, pull
 from amb_actuator.interface import NONLINEAR
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from tests.support.messages import raises_naming
 
 AREA, PHI = 1399e-6, math.radians(22.5)

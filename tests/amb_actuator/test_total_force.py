@@ -7,7 +7,7 @@ from running_actuator import F_0
 
 from amb_actuator.force import Coils, force
 from amb_actuator.interface import DYNAMIC, LAWS, LINEAR, MEASURED, NONLINEAR
-from amb_cosim.design.magnetic_bearing import axis_parameters, operating_constants, static_current_for
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, operating_constants, static_current_for
 
 AT_REST = Coils(0.0, 0.0, 1.0, 1.0)
 

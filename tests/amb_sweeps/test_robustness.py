@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 from amb_cosim import studies
-from amb_cosim.design.receptance_file import ReceptanceTable
+from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from amb_sweeps.robustness import Robustness, RobustnessRow

@@ -8,7 +8,7 @@ import pytest
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.run_plan import run_plan
-from amb_cosim.design.receptance_file import ReceptanceTable
+from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.results.places import places_of
 from amb_cosim.results.series import parameters, speed, thinning, turns
 from amb_cosim.scenario.make_result import bare_signals, make_result

@@ -11,7 +11,7 @@ THEORY = sorted((ROOT / "docs" / "theory").glob("*.md"))
 MODELS = ("rotor_contact", "amb_actuator", "rolac_controller", "linear_controller", "levitated_rotor")
 LISTING = {
     "rotor_analysis": ROOT / "libraries/rotor_analysis",
-    "amb_cosim.design": ROOT / "orchestrator/amb_cosim/design",
+    "amb_cosim.model_constants": ROOT / "orchestrator/amb_cosim/model_constants",
 }
 FMU_PAGES = [ROOT / "fmus" / name / "README.md" for name in MODELS]
 DECLARING = {"__init__", "interface", "records", "signals"}  # tables and records, which every model has

@@ -8,7 +8,7 @@ import pytest
 from lxml import etree
 from rig import ACTUATOR, CONTROLLER
 
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from fmi_export.building import identity
 from fmi_export.building.documentation import page
 

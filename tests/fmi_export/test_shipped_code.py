@@ -23,8 +23,8 @@ ONLY_BUILDS = ("code/fmi_export/slave.py", "fmi_export.building.description")
 
 
 def models() -> dict:
-    from amb_cosim.design.plant_data import plant
-    from amb_cosim.design.rotor_models import actuator, controller
+    from amb_cosim.model_constants.plant_data import plant
+    from amb_cosim.model_constants.rotor_models import actuator, controller
 
     return {"amb_actuator": actuator(), "rolac_controller": controller(), "rotor_contact": plant()}
 

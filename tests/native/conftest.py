@@ -29,14 +29,14 @@ def matrix() -> Model:
 
 @pytest.fixture(scope="session")
 def plant() -> Model:
-    from amb_cosim.design.plant_data import plant
+    from amb_cosim.model_constants.plant_data import plant
 
     return plant()[0]
 
 
 @pytest.fixture(scope="session")
 def plant_constants() -> Any:
-    from amb_cosim.design.plant_data import plant
+    from amb_cosim.model_constants.plant_data import plant
 
     return plant()[1]
 

@@ -11,7 +11,7 @@ from instances import initialised
 from machines import SITES, held, machine
 from raw import Library, Library3
 
-from amb_cosim.design import plant_data
+from amb_cosim.model_constants import plant_data
 from rotor_analysis.parts import AtSpeed, Bearing, Face, ThrustDisc
 from tests.support.messages import assert_names
 

@@ -15,7 +15,7 @@ from amb_cosim.commands import listing
 from amb_cosim.commands.options import results_of
 from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.cosim.run.dataset import load
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from amb_cosim.presentation import plain_console
 from amb_cosim.results.summary import summarise
 from rotor_analysis.packaged_rotors import rotor_path

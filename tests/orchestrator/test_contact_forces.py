@@ -118,7 +118,7 @@ def places_with(*sites):
     """Return the places of a rotor with two bearings, one of them magnetic, as its FMU states them."""
     from machines import machine
 
-    from amb_cosim.design.plant_data import plant
+    from amb_cosim.model_constants.plant_data import plant
 
     bearings = (Bearing("drive_end", 2), Bearing("thrust", 24))
     model, _ = plant(machine(bearings=bearings, sites=sites, sensors=(Sensor("probe", 5),)))

@@ -17,7 +17,7 @@ from amb_analysis.studies.receptance_identification import HEADINGS
 from amb_cosim import studies
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.recording import Outcome
-from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
+from amb_cosim.model_constants.receptance_file import empty_table, loop_parameters, read_table
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from amb_actuator.force import pull, static_pull
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from amb_cosim.results import plots
 from amb_cosim.results.magnet_limits import current_limits, force_limits
 from tests.support.messages import raises_naming

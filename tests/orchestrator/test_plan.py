@@ -16,7 +16,7 @@ from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from amb_cosim.scenario.plan import plan_scenario
 from amb_cosim.scenario.scenario import make_scenario
 from rotor_analysis.implausible_sizes import implausible_sizes

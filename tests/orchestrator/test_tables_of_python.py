@@ -8,9 +8,9 @@ import pytest
 from rig import random_receptance
 
 import amb_cosim
-from amb_cosim.design.receptance_file import empty_table
-from amb_cosim.design.rotor_models import control_loop
 from amb_cosim.export.planned import plan_models
+from amb_cosim.model_constants.receptance_file import empty_table
+from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import Scenario
 from rotor_analysis.rotor_file import load_rotor

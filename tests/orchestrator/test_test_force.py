@@ -3,7 +3,7 @@
 import pytest
 
 from amb_analysis.studies.receptance_measurement import force_amplitude, plan_identification
-from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 

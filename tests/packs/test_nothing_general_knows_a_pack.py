@@ -45,11 +45,11 @@ REASONS = {
         f"examples/controllers/{name}": "is of the compressor, whose bearings are called so too"
         for name in ("cross_feedback.toml", "lead_notches.toml", "lqg.py")
     },
-    "orchestrator/amb_cosim/design/README.md": "cites the thesis as the source of equations",
+    "orchestrator/amb_cosim/model_constants/README.md": "cites the thesis as the source of equations",
     "libraries/signal_chain/variables.py": "cites the thesis as the source of start values",
     "libraries/rotor_analysis/reduction.py": "cites the thesis as the source of equations 3.8 to 3.13",
-    "orchestrator/amb_cosim/design/controller_data.py": "cites the thesis as the source of equation 5.10",
-    "orchestrator/amb_cosim/design/magnetic_bearing.py": "start values of the actuator are those of the rig's bearings",
+    "orchestrator/amb_cosim/model_constants/controller_data.py": "cites the thesis as the source of equation 5.10",
+    "orchestrator/amb_cosim/model_constants/magnetic_bearing.py": "start values are those of the rig's bearings",
     "orchestrator/amb_cosim/systems/levitated.toml": "leaves out the bushes of the rig, which its scenarios rely on",
     "orchestrator/amb_cosim/systems/passive.toml": "leaves out the bushes of the rig, which its scenarios rely on",
 }

@@ -39,7 +39,7 @@ def prepared(loaded, tmp_path_factory):
     from amb_cosim.commands.cli import main
     from amb_cosim.cosim.basics.build_target import BuildTarget
     from amb_cosim.cosim.fmu.fmus import model_source
-    from amb_cosim.design.receptance_file import empty_table, loop_parameters
+    from amb_cosim.model_constants.receptance_file import empty_table, loop_parameters
 
     folder = tmp_path_factory.mktemp("prepared")
     for command in (

@@ -8,7 +8,7 @@ import pytest
 from controller_bench import Bench
 from rig import LOOP
 
-from amb_cosim.design.controller_data import pack
+from amb_cosim.model_constants.controller_data import pack
 from fmi_export.model import Fault
 from rolac_controller.control_loop import ControlLoop, SensorPlane
 from rolac_controller.controller import FAULT_PLANES

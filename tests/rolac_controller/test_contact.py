@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rig import pack
 
-from amb_cosim.design.controller_data import inverse_receptance
+from amb_cosim.model_constants.controller_data import inverse_receptance
 from rolac_controller.enumerations import GIVEN, NO_SOURCE, OWN_SENSORS
 
 CLEARANCE = 0.75e-3

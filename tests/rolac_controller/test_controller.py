@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from rig import ACTUATOR, AXES, CONTROLLER, NO_TABLE, pack
 
 from amb_actuator.force import current_stiffness, limited_current, negative_stiffness
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from fmi_export.model import Fault, Instance
 from rolac_controller.controller import FAULT_NO_TABLE
 from rolac_controller.enumerations import MODES

@@ -8,7 +8,7 @@ from controller_bench import Plant
 from rig import AXES, LOOP, identified_receptance, pack
 from sampled_loop import zoh_response
 
-from amb_cosim.design.controller_data import pack_rows
+from amb_cosim.model_constants.controller_data import pack_rows
 from rolac_controller.enumerations import FORCE_FREE, NOTCH
 from rolac_controller.notch import solve_in_place
 

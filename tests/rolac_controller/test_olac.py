@@ -5,7 +5,7 @@ import pytest
 from controller_bench import SAMPLES
 from rig import pack
 
-from amb_cosim.design.controller_data import inverse_receptance
+from amb_cosim.model_constants.controller_data import inverse_receptance
 from rolac_controller.enumerations import OLAC
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rig import SIZES
 
-from amb_cosim.design.controller_data import condition_number, inverse_receptance
+from amb_cosim.model_constants.controller_data import condition_number, inverse_receptance
 from rolac_controller.pseudo_inverse import negative_pseudo_inverse, svd_work_of, svd_work_size
 from rolac_controller.signals import LARGEST_CONDITION
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rig import NO_TABLE, SIZES, given_parameters, pack
 
-from amb_cosim.design.controller_data import inverse_receptance
+from amb_cosim.model_constants.controller_data import inverse_receptance
 from rolac_controller.pseudo_inverse import svd_work_of, svd_work_size
 from rolac_controller.receptance_table import (
     BEYOND,

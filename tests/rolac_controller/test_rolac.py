@@ -7,7 +7,7 @@ import pytest
 from controller_bench import SAMPLES, synchronous
 from rig import pack
 
-from amb_cosim.design.controller_data import inverse_receptance
+from amb_cosim.model_constants.controller_data import inverse_receptance
 from rolac_controller.adaptation import integral_step
 from rolac_controller.enumerations import ADAPTING, NO_H, TOO_SLOW
 from rolac_controller.parameters import BEARING_K_I

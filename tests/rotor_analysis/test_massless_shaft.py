@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from analysis_cases import natural_frequencies
 
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import Damping, free_modes
 from rotor_analysis.harmonic import harmonic_model

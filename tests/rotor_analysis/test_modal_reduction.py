@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from analysis_cases import STEEL
 
-from amb_cosim.design.plant_data import plant_structure
+from amb_cosim.model_constants.plant_data import plant_structure
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.free_rotor import free_rotor, residual_modes
 from rotor_analysis.modal_reduction import ShapeSpace, reduce_to_shapes, space_with_modes

@@ -10,7 +10,7 @@ import pytest
 from analysis_cases import one_plane
 from ross_numbers import REFERENCE, complex_numbers, difference
 
-from amb_cosim.design.plant_data import plant, plant_structure
+from amb_cosim.model_constants.plant_data import plant, plant_structure
 from amb_files.toml import validate
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotor_cases import discs_at, sensors_at, shaft_only
 
-from amb_cosim.design.plant_data import plant_structure
+from amb_cosim.model_constants.plant_data import plant_structure
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.damping import Damping
 from rotor_analysis.modes import damped_frequencies

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from amb_analysis.linear.rotor_and_magnets import rotor_component
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.harmonic import harmonic_model
 from rotor_analysis.parts import NO_TENSOR, AtSpeed, Bearing, Body

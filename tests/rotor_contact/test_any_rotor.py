@@ -8,7 +8,7 @@ from instances import initialised
 from machines import SITES, held, machine
 from rotor_cases import run
 
-from amb_cosim.design.plant_data import plant, plant_structure
+from amb_cosim.model_constants.plant_data import plant, plant_structure
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor import ReductionOptions
 from rotor_analysis.rotor_file import load_rotor

@@ -6,7 +6,7 @@ from instances import initialised
 from machines import held, machine
 from rotor_cases import BEARINGS, UNWATCHED, H, both, plant, rigid_rotor, run, size_of, state
 
-from amb_cosim.design import plant_data
+from amb_cosim.model_constants import plant_data
 from fmi_export.model import Fault
 from rotor_analysis.rotor import ReductionOptions
 from rotor_contact.variables.enumerations import EXACT, NODAL, PIECES

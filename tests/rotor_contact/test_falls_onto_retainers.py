@@ -14,7 +14,7 @@ from instances import initialised
 from rotor_cases import UNWATCHED, state
 from strange_machine import ROTOR
 
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.shaft.structure import structure_of
 

@@ -7,7 +7,7 @@ from instances import initialised
 from machines import SITES, held, machine
 from rotor_cases import BEARINGS, CLEARANCE, H, both, masters, place, plant, run, size_of, state
 
-from amb_cosim.design import plant_data
+from amb_cosim.model_constants import plant_data
 from rotor_analysis.rotor import ReductionOptions
 from rotor_contact.layout import N_HEAD
 from rotor_contact.matrices.matrix_schedule import STEPS_BEFORE_BUILD

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from rotor_contact.shaft.structure import structure_of
 from rotor_contact.variables import enumerations
 from rotor_contact.variables.enumerations import CONTACT_LAW, CONTACT_MODE, IMPACT_LAW

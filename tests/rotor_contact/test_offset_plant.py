@@ -8,7 +8,7 @@ import pytest
 from rotor_cases import STEEL
 
 from amb_analysis.linear.rotor_and_magnets import rotor_component
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from rotor_analysis.assembly import assemble, on_bearings
 from rotor_analysis.parts import Bearing, Body, Sensor
 from rotor_analysis.rotor import ReductionOptions, Rotor

@@ -6,7 +6,7 @@ import pytest
 from code_blocks import example_of
 from rotor_cases import OnePlane
 
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from rotor_analysis.rotor_file import load_rotor
 
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, run
 
-from amb_cosim.design import plant_data
+from amb_cosim.model_constants import plant_data
 from fmi_export.model import Fault, Instance
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.variables.enumerations import CONSTRAINT, NEWTON

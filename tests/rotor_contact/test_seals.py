@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
 from amb_analysis.linear.rotor_and_magnets import rotor_component
-from amb_cosim.design.plant_data import plant_structure
+from amb_cosim.model_constants.plant_data import plant_structure
 from rotor_analysis.parts import AtSpeed, Bearing, Disc
 from rotor_analysis.shaft import Shaft
 from rotor_analysis.supported_rotor import supported_plant

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from rotor_cases import UNWATCHED, bearings, discs_at, head, sensors_at, state
 
-from amb_cosim.design import plant_data
+from amb_cosim.model_constants import plant_data
 from fmi_export.model import Instance
 from rotor_analysis.parts import Body, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor

@@ -4,7 +4,7 @@ import pytest
 from strange_machine import LEVITATION
 
 import amb_cosim
-from amb_cosim.design.magnetic_bearing import axis_parameters, current_range, linear_constants
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, current_range, linear_constants
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names

@@ -6,7 +6,7 @@ from instances import initialised
 from rotor_cases import run
 from strange_machine import RUB
 
-from amb_cosim.design import plant_data
+from amb_cosim.model_constants import plant_data
 from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.variables.enumerations import EXACT, NO_MATRICES, PIECES
 

@@ -8,7 +8,7 @@ import numpy as np
 from rig import CONTROLLER, LOOP
 from scipy.signal import cont2discrete
 
-from amb_cosim.design.controller_data import no_table
+from amb_cosim.model_constants.controller_data import no_table
 from array_types import Complex
 from fmi_export.model import Array, Instance
 from rolac_controller.control_loop import ControlLoop

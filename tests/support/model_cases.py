@@ -12,7 +12,7 @@ from rig import ACTUATOR, ACTUATOR_CONSTANTS, AXES, CONTROLLER, SENSOR_NAMES, pa
 
 from amb_cosim import linear_controller
 from amb_cosim.controllers.linear_controller import LinearController
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from fmi_export.model import Array, Model
 
 SPEED = 2.0 * math.pi * 30.3

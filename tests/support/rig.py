@@ -8,8 +8,8 @@ import sampled_loop
 from amb_actuator.actuator import constants_for as actuator_constants_for
 from amb_actuator.actuator import model_for as actuator_for
 from amb_analysis.linear.sampled_loop import parameters_of_loop
-from amb_cosim.design import controller_data
-from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.model_constants import controller_data
+from amb_cosim.model_constants.rotor_models import control_loop
 from array_types import Complex
 from rolac_controller.controller import model_for as controller_for
 from rolac_controller.enumerations import last_stages

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from instances import initialised
 
-from amb_cosim.design import plant_data
+from amb_cosim.model_constants import plant_data
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.shaft import Shaft

@@ -7,7 +7,7 @@ import numpy as np
 from instances import initialised
 from rotor_cases import memory, state, workspace
 
-from amb_cosim.design import plant_data
+from amb_cosim.model_constants import plant_data
 from rotor_analysis.parts import Bearing, Body, Disc, Face, Site, ThrustDisc
 from rotor_analysis.rotor import ReductionOptions, Rotor
 from rotor_analysis.shaft import Shaft

@@ -12,9 +12,9 @@ from perturbation import observed_dependencies, random_value
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.system.patterns import expand
 from amb_cosim.cosim.system.system_file import load_system
-from amb_cosim.design.controller_data import pack
-from amb_cosim.design.plant_data import plant
-from amb_cosim.design.rotor_models import actuator, control_loop, controller
+from amb_cosim.model_constants.controller_data import pack
+from amb_cosim.model_constants.plant_data import plant
+from amb_cosim.model_constants.rotor_models import actuator, control_loop, controller
 from fmi_export.building.description import model_description
 from rotor_analysis.parts import Bearing
 from rotor_analysis.rotor_file import load_rotor

@@ -8,7 +8,7 @@ import pytest
 
 import amb_cosim
 from amb_cosim import studies
-from amb_cosim.design.receptance_file import read_table
+from amb_cosim.model_constants.receptance_file import read_table
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "controllers"
 LEAD = str(EXAMPLES / "lead_notches.toml")

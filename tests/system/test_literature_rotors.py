@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import amb_cosim
-from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.response import unbalance_response
 from rotor_analysis.rotor_file import load_rotor

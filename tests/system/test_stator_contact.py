@@ -7,7 +7,7 @@ import pytest
 from messages import assert_names, raises_naming
 
 import amb_cosim
-from amb_cosim.design.plant_data import plant
+from amb_cosim.model_constants.plant_data import plant
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario

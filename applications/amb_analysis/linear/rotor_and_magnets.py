@@ -13,7 +13,7 @@ from amb_actuator.interface import DYNAMIC, NONLINEAR, axes_of
 from amb_actuator.records import AXIS
 from amb_analysis.linear.components import LinearComponent, names_of
 from amb_cosim.controllers.laws import Law
-from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, operating_constants
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linearisation, operating_constants
 from array_types import Array
 from rotor_contact.shaft.seals import add_seals
 from rotor_contact.shaft.structure import structure_of

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from amb_cosim.design.controller_data import no_table
+from amb_cosim.model_constants.controller_data import no_table
 from array_types import Array, Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.interface import interface_of

@@ -15,7 +15,12 @@ import numpy as np
 from scipy.optimize import brentq
 
 from amb_actuator.force import pull
-from amb_cosim.design.magnetic_bearing import current_range, linear_constants, linearisation, static_current_for
+from amb_cosim.model_constants.magnetic_bearing import (
+    current_range,
+    linear_constants,
+    linearisation,
+    static_current_for,
+)
 from array_types import Array
 
 

@@ -16,9 +16,9 @@ from amb_actuator.records import AXIS
 from amb_analysis.linear.linear_source import LinearSource, source_of_run
 from amb_analysis.linear.loop import Loop
 from amb_cosim.cosim.system.experiment import Plan
-from amb_cosim.design.magnetic_bearing import axis_parameters
-from amb_cosim.design.plant_data import flat_constants, plant_structure
-from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.plant_data import flat_constants, plant_structure
+from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array

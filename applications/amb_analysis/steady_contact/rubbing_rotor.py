@@ -11,7 +11,7 @@ import numpy as np
 from amb_analysis.machine.machine import Machine, machine_of
 from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop, forward_loop, mixing
 from amb_analysis.steady_contact.receptances import Receptances, receptances
-from amb_cosim.design.plant_data import stator_bores
+from amb_cosim.model_constants.plant_data import stator_bores
 from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array

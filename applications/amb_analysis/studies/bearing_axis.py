@@ -15,7 +15,7 @@ from amb_analysis.machine.machine import machine_of
 from amb_analysis.studies.inputs import Number, positive
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.cosim.system.values import Raw, quantity
-from amb_cosim.design import magnetic_bearing
+from amb_cosim.model_constants import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.plan_run import plan_run

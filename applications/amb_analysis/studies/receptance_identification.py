@@ -24,8 +24,8 @@ from amb_analysis.studies.result import WarnedResult
 from amb_cosim.cosim.basics.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.design.controller_data import SPEEDS, condition_number
-from amb_cosim.design.receptance_file import ReceptanceTable
+from amb_cosim.model_constants.controller_data import SPEEDS, condition_number
+from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.plain_console import plain_console
 from amb_cosim.presentation.progress import STARTING, bars

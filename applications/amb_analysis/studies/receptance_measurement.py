@@ -19,8 +19,8 @@ from amb_analysis.studies.sampled_receptance import inner_response, sampled_rece
 from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.design.controller_data import MAX_CONDITION, condition_number
-from amb_cosim.design.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
+from amb_cosim.model_constants.controller_data import MAX_CONDITION, condition_number
+from amb_cosim.model_constants.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.control_loop import inner_loop_parameters
 from amb_cosim.scenario.plan_run import plan_run

@@ -9,7 +9,7 @@ import numpy as np
 
 from amb_analysis.studies.inputs import Number, positive, speed_range
 from amb_analysis.studies.result import DrawnResult, WarnedResult
-from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.presentation.json_data import JsonKey
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.presentation.units import speed_unit

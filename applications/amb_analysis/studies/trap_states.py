@@ -15,7 +15,7 @@ from amb_analysis.machine.demand_limits import demand_amplitude
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.stability import TURNS
 from amb_analysis.steady_contact.trap_map import Regime, SolvedState
-from amb_cosim.design.magnetic_bearing import current_range
+from amb_cosim.model_constants.magnetic_bearing import current_range
 from amb_cosim.results.component_names import ACTUATOR
 
 VIBRATIONS = 6  # reported vibrations about a state, the least damped first

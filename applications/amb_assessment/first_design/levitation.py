@@ -33,7 +33,7 @@ from amb_assessment.first_design.loop_search import LoopSearch, Peak, damping_ra
 from amb_assessment.first_design.sizing import MachineSizes
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
-from amb_cosim.design.magnetic_bearing import axis_parameters, linearisation, static_current_for
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linearisation, static_current_for
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.plan_run import plan_run
 from amb_cosim.scenario.scenario import Scenario

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 
 from amb_analysis.studies.inputs import GRADE
 from amb_assessment.first_design.rotor_text import diameter_at, gap_for, require_speed
-from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.scenario import share_across
 from amb_files.checks import require

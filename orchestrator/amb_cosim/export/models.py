@@ -14,7 +14,7 @@ from array_types import Array
 
 if TYPE_CHECKING:
     from amb_cosim.controllers.linear_controller import LinearController
-    from amb_cosim.design.receptance_file import ReceptanceTable
+    from amb_cosim.model_constants.receptance_file import ReceptanceTable
     from fmi_export.model import Model
 
 MODELS = (PLANT, ACTUATOR, CONTROLLER)
@@ -22,35 +22,35 @@ MODELS = (PLANT, ACTUATOR, CONTROLLER)
 Made = tuple["Model", Array]
 
 
-@made_from("rotor_contact", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
+@made_from("rotor_contact", "rotor_analysis", "amb_cosim.model_constants", rotor=rotor_path)
 def rotor_contact(rotor: RotorSource = None, stators: Sequence[str] = (), **_: Any) -> Made:
     """Return the plant of a rotor: a packaged one, a rotor file, or the packs' default.
 
     The rotor can touch the stator bores of the bearings `stators`.
     """
-    from amb_cosim.design.plant_data import plant
+    from amb_cosim.model_constants.plant_data import plant
     from rotor_analysis.rotor_file import load_rotor
 
     return plant(load_rotor(rotor), stators)
 
 
-@made_from("amb_actuator", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
+@made_from("amb_actuator", "rotor_analysis", "amb_cosim.model_constants", rotor=rotor_path)
 def amb_actuator(rotor: RotorSource = None, **_: Any) -> Made:
     """Return the actuator for the bearings of a rotor; default: that of the packs."""
-    from amb_cosim.design.rotor_models import actuator
+    from amb_cosim.model_constants.rotor_models import actuator
     from rotor_analysis.rotor_file import load_rotor
 
     return actuator(load_rotor(rotor))
 
 
-@made_from("rolac_controller", "signal_chain", "rotor_analysis", "amb_cosim.design", rotor=rotor_path)
+@made_from("rolac_controller", "signal_chain", "rotor_analysis", "amb_cosim.model_constants", rotor=rotor_path)
 def rolac_controller(rotor: RotorSource = None, receptances: Path | ReceptanceTable | None = None, **_: Any) -> Made:
     """Return the controller for a rotor, with H of a table file, or of the rotor model from 5 to 100 Hz.
 
     The model's rotor is on bearings with K_b = 1e6 N/m and C_b = 5000 N s/m.
     """
-    from amb_cosim.design.receptance_file import read_table
-    from amb_cosim.design.rotor_models import control_loop, controller
+    from amb_cosim.model_constants.receptance_file import read_table
+    from amb_cosim.model_constants.rotor_models import control_loop, controller
     from rotor_analysis.rotor_file import load_rotor
 
     description = load_rotor(rotor)

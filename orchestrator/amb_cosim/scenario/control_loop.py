@@ -34,7 +34,7 @@ def check_control_loop(assembly: Assembly, plan: Plan) -> None:
         raise ValueError("\n".join(f"{sensor} {problem}" for sensor in unfed))
     if (table := assembly.options.get("receptances")) is None:
         return
-    from amb_cosim.design.rotor_models import check_loop  # needed only by runs with a table
+    from amb_cosim.model_constants.rotor_models import check_loop  # needed only by runs with a table
 
     controllers = [component.name for component in assembly.system.components if component.fmu == CONTROLLER]
     if not controllers:

@@ -144,7 +144,7 @@ def _carried(rotor: Rotor, passive: tuple[tuple[str, float], ...], Omega: float)
 
 def _carry(missing: MissingParameters, bearing: str, axis: str, load: float) -> None:
     """Set the currents of an axis that carries a load (N), by (1)."""
-    from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
+    from amb_cosim.model_constants.magnetic_bearing import axis_parameters, static_current_for
 
     values, static = missing.values, f"{ACTUATOR}.{bearing}.static_current_{axis}"
     law = int(values.parameter(f"{ACTUATOR}.force_law"))

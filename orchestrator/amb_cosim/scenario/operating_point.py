@@ -137,7 +137,10 @@ def magnet_axes(values: Assignments) -> Iterator[tuple[str, str]]:
 
 def _slopes(bearing: str, axis: str, of_axis: Mapping[str, float], law: int) -> tuple[float, float]:
     """Return K_s (N/m) and K_i (N/A) of a magnet by a force law."""
-    from amb_cosim.design.magnetic_bearing import axis_parameters, operating_constants  # measured ones need no scipy
+    from amb_cosim.model_constants.magnetic_bearing import (  # measured ones need no scipy
+        axis_parameters,
+        operating_constants,
+    )
 
     return operating_constants(axis_parameters(bearing, axis, **of_axis), law)
 

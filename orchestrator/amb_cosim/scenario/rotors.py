@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from typing_extensions import TypeIs
 
     from amb_cosim.controllers.linear_controller import LinearController
-    from amb_cosim.design.receptance_file import ReceptanceTable
+    from amb_cosim.model_constants.receptance_file import ReceptanceTable
     from rotor_analysis.rotor import Rotor
     from rotor_analysis.rotor_file import RotorSource as RotorSource
 
@@ -32,7 +32,7 @@ def is_rotor(value: object) -> TypeIs[Rotor]:
 
 def is_table(value: object) -> TypeIs[ReceptanceTable]:
     """Return whether a value is a table of receptances, without importing its class."""
-    return _is(value, "amb_cosim.design.receptance_file", "ReceptanceTable")
+    return _is(value, "amb_cosim.model_constants.receptance_file", "ReceptanceTable")
 
 
 def is_controller(value: object) -> TypeIs[LinearController]:

@@ -17,7 +17,7 @@ from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw, is_zero
-from amb_cosim.design.stator_names import stator_site
+from amb_cosim.model_constants.stator_names import stator_site
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.wildcards import matching_names

@@ -11,8 +11,8 @@ import numpy as np
 from amb_analysis.studies.inputs import Number, speed_range
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.sensor_receptance import HERTZ, POINTS, levitated_receptance, sensor_planes
-from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance, pack
-from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.model_constants.controller_data import SPEEDS, condition_number, inverse_receptance, pack
+from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
 from array_types import Array, Complex

@@ -12,8 +12,8 @@ import numpy as np
 from amb_analysis.studies.inputs import Number, spin_speed
 from amb_analysis.studies.result import DrawnResult
 from amb_analysis.studies.sensor_receptance import levitated_receptance
-from amb_cosim.design.controller_data import SPEEDS
-from amb_cosim.design.rotor_models import control_loop
+from amb_cosim.model_constants.controller_data import SPEEDS
+from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
 from amb_files.checks import require

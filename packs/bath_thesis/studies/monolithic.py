@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from amb_actuator.force import Coils, nonlinear_force
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from array_types import Complex
 from rotor_analysis.assembly import assemble
 from rotor_analysis.reduction import msdc

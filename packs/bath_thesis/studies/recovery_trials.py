@@ -9,7 +9,7 @@ from amb_analysis.studies.processes import simulate_in_processes
 from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
-from amb_cosim.design.receptance_file import ReceptanceTable
+from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.results.contact_history import contact_cycles, recovered
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario

@@ -15,8 +15,8 @@ from amb_analysis.linear.model import LinearModel, linear_model
 from amb_analysis.linear.rotor_and_magnets import actuator_component, bearing_slopes, rotor_component
 from amb_analysis.studies.sensitivity_curves import curve_frequencies
 from amb_analysis.studies.stability_margin import AxisSensitivity, peak_between_lines
-from amb_cosim.design.plant_data import plant
-from amb_cosim.design.rotor_models import actuator, control_loop, controller
+from amb_cosim.model_constants.plant_data import plant
+from amb_cosim.model_constants.rotor_models import actuator, control_loop, controller
 from rotor_analysis.assembly import assemble
 from rotor_analysis.parts import Bearing, Disc, Sensor
 from rotor_analysis.reduction import msdc

@@ -15,7 +15,7 @@ from amb_analysis.machine.axis_capability import (
     linear_range,
     load_capacity,
 )
-from amb_cosim.design.magnetic_bearing import axis_parameters, current_range
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, current_range
 from tests.support.messages import raises_naming
 
 RIG = axis_parameters()

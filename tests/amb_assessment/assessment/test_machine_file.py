@@ -14,7 +14,7 @@ from amb_assessment.assessment.page.description import inductance_doubt, magnet_
 from amb_assessment.assessment.physics.assessed_machine import assessed_machine_of
 from amb_assessment.assessment.physics.stages import cross_coupling
 from amb_cosim.commands.cli import main
-from amb_cosim.design.magnetic_bearing import axis_parameters, static_current_for
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, static_current_for
 from tests.support.messages import raises_naming
 
 BLOWER = Path(__file__).parent / "blower"

@@ -23,7 +23,7 @@ from amb_assessment.first_design.rotor_text import plain_shaft, supports
 from amb_assessment.first_design.sizing import CAPACITY, machine_sizes
 from amb_cosim.commands.cli import main
 from amb_cosim.cosim.system.values import quantity
-from amb_cosim.design.magnetic_bearing import axis_parameters
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.reduced_rotor import reduced_rotor, whirl_error

@@ -13,7 +13,7 @@ from amb_assessment.assessment.format.retainer_bearings import DATA_HEADS, TITLE
 from amb_assessment.assessment.format.thrust_bearing import DATA_HEADS as DATA_OF_THRUST
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.physics.lying_rotor import carried_masses as lain_on
-from amb_cosim.design.magnetic_bearing import current_range, linearisation, operating_constants
+from amb_cosim.model_constants.magnetic_bearing import current_range, linearisation, operating_constants
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY

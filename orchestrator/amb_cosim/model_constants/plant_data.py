@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from amb_cosim.design.stator_names import stator_site
+from amb_cosim.model_constants.stator_names import stator_site
 from array_types import Array
 from fmi_export.model import Model
 from rotor_analysis.assembly import Matrices, assemble

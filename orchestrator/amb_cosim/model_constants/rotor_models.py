@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from amb_actuator import actuator as amb_actuator
-from amb_cosim.design.controller_data import MAX_CONDITION, condition_number, no_table, pack
-from amb_cosim.design.receptance_file import ReceptanceTable, loop_parameters, read_table
+from amb_cosim.model_constants.controller_data import MAX_CONDITION, condition_number, no_table, pack
+from amb_cosim.model_constants.receptance_file import ReceptanceTable, loop_parameters, read_table
 from array_types import Array
 from fmi_export.model import Model
 from rolac_controller import controller as rolac_controller

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rig import pack
 
-from amb_cosim.design.controller_data import SPEEDS, condition_number, inverse_receptance
+from amb_cosim.model_constants.controller_data import SPEEDS, condition_number, inverse_receptance
 from tests.support.messages import raises_naming
 
 THESIS = json.loads((Path(__file__).parents[2] / "reference" / "thesis.json").read_text(encoding="utf-8"))

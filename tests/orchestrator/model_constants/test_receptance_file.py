@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rig import CONTROLLER, LOOP, SIZES, given_parameters, pack
 
-from amb_cosim.design.controller_data import inverse_receptance
-from amb_cosim.design.receptance_file import empty_table, loop_parameters, read_table
+from amb_cosim.model_constants.controller_data import inverse_receptance
+from amb_cosim.model_constants.receptance_file import empty_table, loop_parameters, read_table
 from rolac_controller.inner_loop import inner_loop_of
 from rolac_controller.pseudo_inverse import svd_work_of, svd_work_size
 from rolac_controller.receptance_table import built_table, find_bracket, interpolate, load, table_in_use, table_size

@@ -8,7 +8,7 @@ from code_blocks import example_of
 from running_actuator import K, running_actuator
 
 from amb_actuator.interface import NONLINEAR
-from amb_cosim.design.magnetic_bearing import axis_parameters, linear_constants, linearisation
+from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants, linearisation
 from tests.support.messages import raises_naming
 
 RIG = axis_parameters()
@@ -53,7 +53,7 @@ def test_linearisation_agrees_with_the_model():
 
 
 def test_example_in_the_readme_prints_the_design_figures(capsys):
-    exec(example_of("amb_cosim.design"), {})
+    exec(example_of("amb_cosim.model_constants"), {})
     lines = capsys.readouterr().out.strip().splitlines()
     assert lines[0].startswith("K_s = 2392.5 N/mm")  # the rig's bias currents, thesis section 2.4
     static = math.sqrt(4.3**2 + 354.0 / K) - 4.3  # K ((I_b + I_s)^2 - I_b^2) = 354 N; saturation adds less than 1 mA

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from machines import machine
 
-from amb_cosim.design.controller_data import no_table
-from amb_cosim.design.plant_data import plant_structure
-from amb_cosim.design.receptance_file import empty_table
-from amb_cosim.design.rotor_models import actuator, control_loop, controller
+from amb_cosim.model_constants.controller_data import no_table
+from amb_cosim.model_constants.plant_data import plant_structure
+from amb_cosim.model_constants.receptance_file import empty_table
+from amb_cosim.model_constants.rotor_models import actuator, control_loop, controller
 from fmi_export.model import Instance
 from rotor_analysis.packaged_rotors import packaged_rotors
 from rotor_analysis.parts import Sensor

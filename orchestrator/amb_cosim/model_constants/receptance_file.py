@@ -14,7 +14,7 @@ from annotated_types import Ge, Gt, Le
 from numpy.typing import ArrayLike
 from pydantic import PlainValidator, StrictFloat, StrictInt, StrictStr
 
-from amb_cosim.design.controller_data import condition_number, inverse_receptance, pack_rows
+from amb_cosim.model_constants.controller_data import condition_number, inverse_receptance, pack_rows
 from amb_files.atomic import write_file
 from amb_files.checks import errors_in
 from amb_files.toml import read_toml, table, validate

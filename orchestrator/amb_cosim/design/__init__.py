@@ -1,1 +1,0 @@
-"""Constants of plant, actuator and controller from a rotor, and the design of its magnetic bearings."""

@@ -1,0 +1,1 @@
+"""Constants of the plant, the actuator and the controller of a rotor, computed before a run."""
