@@ -20,7 +20,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 VARIABLE = "AMB_COSIM_PLATFORMS"
 TARGET = "fmi_export/building/native/engines"
-LOOPS = "amb_cosim/cosim/basics/loops"
+LOOPS = "amb_cosim/cosim/building/loops"
 
 # What an engine runs on, in the words of Python's packaging.
 TAGS = {
@@ -54,7 +54,7 @@ class EngineBuildHook(BuildHookInterface[Any]):
         if version == "editable":
             return
         sys.path[:0] = [str(Path(self.root) / name) for name in ("fmus", "libraries", "orchestrator", "applications")]
-        from amb_cosim.cosim.basics.loop_library import compile_loop, loop_place
+        from amb_cosim.cosim.building.loop_library import compile_loop, loop_place
         from fmi_export.building.guard.libraries import SYSTEMS, guard, guard_place
         from fmi_export.building.native.compiler import PLATFORMS, TARGETS, WASM, check_platforms, host_platform
         from fmi_export.building.native.engines import engine, engine_place

@@ -18,8 +18,8 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import intrinsic
 
-from amb_cosim.cosim.basics.schedules import Changes, PiecewiseConstant
 from amb_cosim.cosim.fmu.fmus import model_source
+from amb_cosim.cosim.grid.schedules import Changes, PiecewiseConstant
 from amb_cosim.scenario.plan_run import PlannedRun
 from array_types import Array, Indices
 from benchmarks.kernels import step_kernel

@@ -13,7 +13,7 @@ from functools import partial
 from importlib.resources import files
 from typing import Any
 
-from amb_cosim.cosim.basics.choices import Flavour, Loop
+from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.scenario.plan_run import PlannedRun
 from amb_cosim.scenario.simulation import run_planned

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from benchmarks import cases, contact_cost, scaling, step_times
 from benchmarks.candidates import Missing, fig4_9_candidates, native_possible, retainer_candidates, rubbing_candidates

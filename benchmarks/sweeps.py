@@ -21,7 +21,7 @@ import numpy as np
 from rich.table import Table
 
 import amb_cosim
-from amb_cosim.cosim.basics.loop_library import load_loop
+from amb_cosim.cosim.building.loop_library import load_loop
 from amb_cosim.presentation.text_tables import labelled_table
 from amb_cosim.scenario.scenario import load_scenario
 from amb_sweeps.engine import SETTINGS, local_cluster

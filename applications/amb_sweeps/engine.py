@@ -23,7 +23,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from amb_analysis.studies.processes import check_script, main_guard_advice
-from amb_cosim.cosim.basics.interruption import Interruption, deferred
+from amb_cosim.cosim.processes.interruption import Interruption, deferred
 from amb_sweeps.branching import branching_order
 from amb_sweeps.sweep_bar import Report
 from amb_sweeps.worker import PointResult, Task, run_batch

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 
-from amb_cosim.cosim.basics.descendants import continue_without_parent
+from amb_cosim.cosim.processes.descendants import continue_without_parent
 
 
 def dask_setup(_: object) -> None:

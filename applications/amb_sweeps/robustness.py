@@ -14,7 +14,7 @@ from typing import Annotated, ClassVar
 
 from amb_analysis.studies.receptance_identification import identify
 from amb_analysis.studies.result import DrawnResult, WarnedResult
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.model_constants.receptance_file import ReceptanceTable

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.basics.differences import list_differences
+from amb_cosim.cosim.system.differences import list_differences
 from amb_files.atomic import plain_file, write_file
 from amb_files.temporary_folders import temporary_folder
 from amb_sweeps.metrics import KEY_VALUES

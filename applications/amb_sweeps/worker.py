@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.run.run_plan import run_plan

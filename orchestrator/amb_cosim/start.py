@@ -5,7 +5,7 @@ import signal
 import sys
 
 if "multiprocessing.spawn" in sys.modules:  # a process of a sweep or a study, which imports the script that started it
-    from amb_cosim.cosim.basics.descendants import continue_without_parent
+    from amb_cosim.cosim.processes.descendants import continue_without_parent
 
     continue_without_parent()  # before the rest is imported, which takes seconds
 

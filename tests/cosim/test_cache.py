@@ -6,7 +6,7 @@ import zipfile
 
 import pytest
 
-from amb_cosim.cosim.basics import cache
+from amb_cosim.cosim.building import cache
 from amb_files.archive import unpack
 from tests.support.messages import raises_naming
 

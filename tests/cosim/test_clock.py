@@ -8,7 +8,7 @@ from ctypes import c_bool
 import pytest
 from waiting import LONGEST, wait_until
 
-from amb_cosim.cosim.basics.clock import Clock
+from amb_cosim.cosim.processes.clock import Clock
 
 
 def is_raised(flag: c_bool) -> bool:

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from c_component import DO_STEP, CComponent
 
-from amb_cosim.cosim.basics.errors import StepFailed
-from amb_cosim.cosim.basics.loop_library import load_loop
-from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear
-from amb_cosim.cosim.basics.time_grid import TimeGrid
+from amb_cosim.cosim.building.loop_library import load_loop
+from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.fmu.component import EntryPoints
+from amb_cosim.cosim.grid.schedules import PiecewiseConstant, PiecewiseLinear
+from amb_cosim.cosim.grid.time_grid import TimeGrid
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.record.recorder import Recorder

@@ -5,8 +5,8 @@ from functools import partial
 import numpy as np
 import pytest
 
-from amb_cosim.cosim.basics.choices import FLAVOURS
-from amb_cosim.cosim.basics.errors import FmuError
+from amb_cosim.cosim.choices import FLAVOURS
+from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.fmu import binding2, component, fmus
 from amb_cosim.cosim.fmu.bindings import ERROR, INFORMATION, MOST_INFORMATION, MOST_WARNINGS, WARNING, Log
 from amb_cosim.cosim.fmu.component import FmuComponent
@@ -21,7 +21,7 @@ PREPARE = """
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
-from amb_cosim.cosim.basics.errors import FmuError
+from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 folder = Path({folder!r})

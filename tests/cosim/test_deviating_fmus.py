@@ -9,7 +9,7 @@ import pytest
 from fmu_systems import system_text
 
 import amb_cosim
-from amb_cosim.cosim.basics.errors import StartFailed
+from amb_cosim.cosim.errors import StartFailed
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from tests.support.changed_archive import changed_archive
 from tests.support.messages import assert_names, raises_naming

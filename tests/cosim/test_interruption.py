@@ -14,8 +14,8 @@ from slow import slow_but_first
 from waiting import LONGEST, children, is_running, of_process, wait_for_work, wait_until
 
 from amb_cosim.commands import cli
-from amb_cosim.cosim.basics.interruption import deferred
 from amb_cosim.cosim.master.master import Master
+from amb_cosim.cosim.processes.interruption import deferred
 from amb_cosim.cosim.run.dataset import load
 from tests.support.messages import assert_names
 

@@ -5,7 +5,7 @@ import pytest
 from interfaces import interface
 from scipy.linalg import expm
 
-from amb_cosim.cosim.basics.errors import StepFailed
+from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.system.assembly import Assembly

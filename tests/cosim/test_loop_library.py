@@ -5,7 +5,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from amb_cosim.cosim.basics import loop_library
+from amb_cosim.cosim.building import loop_library
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.run import simulator
 from amb_cosim.scenario.plan_run import plan_run

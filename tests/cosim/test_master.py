@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from amb_cosim.cosim.basics.errors import FmuError, StartFailed, StepFailed
-from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear
-from amb_cosim.cosim.basics.time_grid import TimeGrid
+from amb_cosim.cosim.errors import FmuError, StartFailed, StepFailed
+from amb_cosim.cosim.grid.schedules import PiecewiseConstant, PiecewiseLinear
+from amb_cosim.cosim.grid.time_grid import TimeGrid
 from amb_cosim.cosim.master.master import Master, find_loop
 from amb_cosim.cosim.system.signal_map import SignalMap
 from tests.support.messages import assert_names, raises_naming

@@ -13,7 +13,7 @@ from slow import slow_but_first
 from waiting import LONGEST, wait_until
 
 import amb_cosim
-from amb_cosim.cosim.basics.errors import StartFailed
+from amb_cosim.cosim.errors import StartFailed
 from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.cosim.run import isolation
 from tests.support.messages import assert_names

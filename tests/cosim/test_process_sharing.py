@@ -10,7 +10,7 @@ from informed import informed_fmu
 from slow import slow_but_first
 
 import amb_cosim
-from amb_cosim.cosim.basics.errors import ProcessFailed
+from amb_cosim.cosim.errors import ProcessFailed
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.separate_component import SeparateComponent
 from tests.ssp.gain_archives import SOURCE, description

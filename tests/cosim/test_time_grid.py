@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import pytest
 
-from amb_cosim.cosim.basics.time_grid import TimeGrid, in_steps, whole_steps
+from amb_cosim.cosim.grid.time_grid import TimeGrid, in_steps, whole_steps
 from amb_cosim.cosim.system.values import quantity
 
 UNITS = {"s": 0, "ms": -3, "us": -6, "ns": -9}

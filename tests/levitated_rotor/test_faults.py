@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from assembled_rotor import Host, T, in_one, separate
 
-from amb_cosim.cosim.basics.errors import StartFailed
+from amb_cosim.cosim.errors import StartFailed
 from amb_cosim.scenario.plan_run import PlannedRun, plan_run
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names, raises_naming

@@ -110,7 +110,7 @@ def hook(empty, monkeypatch):
     pytest.importorskip("hatchling")
     monkeypatch.syspath_prepend(str(ROOT))
     monkeypatch.setattr(sys, "path", list(sys.path))
-    monkeypatch.setattr("amb_cosim.cosim.basics.loop_library.compile_loop", lambda _: b"loop")
+    monkeypatch.setattr("amb_cosim.cosim.building.loop_library.compile_loop", lambda _: b"loop")
     monkeypatch.setattr("fmi_export.building.guard.libraries._compile", lambda _: Engine(b"guard", "a compiler"))
 
     def run(platforms: str | None, version: str = "standard") -> tuple[dict, set[str]]:

@@ -12,7 +12,7 @@ from host_marks import in_host
 
 import amb_cosim
 from amb_cosim.commands.cli import main
-from amb_cosim.cosim.basics.errors import ProcessFailed
+from amb_cosim.cosim.errors import ProcessFailed
 from fmi_export.building.experiment import experiment_files
 from fmi_export.model import Instance, with_starts
 from tests.support.changed_archive import changed_archive, with_text

@@ -11,9 +11,9 @@ import pytest
 from interfaces import interface
 
 from amb_cosim.commands.options import parse_settings
-from amb_cosim.cosim.basics.interruption import deferred
-from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.grid.time_grid import in_steps
+from amb_cosim.cosim.processes.interruption import deferred
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.model_constants.plant_data import plant

@@ -9,7 +9,7 @@ import zipfile
 import pytest
 from waiting import is_running, of_process, wait_until
 
-from amb_cosim.cosim.basics.descendants import descendants
+from amb_cosim.cosim.processes.descendants import descendants
 from tests.support.messages import assert_names
 
 CHECK = "from amb_analysis.studies.processes import check_script; check_script()"

@@ -8,7 +8,7 @@ from fmu_systems import system_text
 from hostile import DEEDS, HARMLESS
 
 import amb_cosim
-from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.run import isolation
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")]

@@ -37,7 +37,7 @@ def prepared(loaded, tmp_path_factory):
     from rig import LOOP, random_receptance
 
     from amb_cosim.commands.cli import main
-    from amb_cosim.cosim.basics.build_target import BuildTarget
+    from amb_cosim.cosim.building.build_target import BuildTarget
     from amb_cosim.cosim.fmu.fmus import model_source
     from amb_cosim.model_constants.receptance_file import empty_table, loop_parameters
 

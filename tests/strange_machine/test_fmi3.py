@@ -5,7 +5,7 @@ import xarray as xr
 from strange_machine import LEVITATION, RUB
 
 import amb_cosim
-from amb_cosim.cosim.basics.build_target import BuildTarget
+from amb_cosim.cosim.building.build_target import BuildTarget
 from amb_cosim.cosim.fmu.fmus import build_models
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.worker import Runner, Task

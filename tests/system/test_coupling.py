@@ -15,7 +15,7 @@ import pytest
 from monolithic import CLEARANCE, orbit_with_contact
 from slow import slow_but_first
 
-from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.results.summary import Summary
 from amb_cosim.scenario.plan_run import plan_run

@@ -12,7 +12,7 @@ ALLOWED = {
     "libraries/fmi_export/building/experiment.py": "FMPy simulates an FMU",
     "libraries/fmi_export/building/native/compiler.py": "zig compiles sources",
     "libraries/fmi_export/building/native/lowering.py": "numba compiles in a process of its own",
-    "orchestrator/amb_cosim/cosim/basics/cache.py": "FMUs are unpacked for the dynamic loader",
+    "orchestrator/amb_cosim/cosim/building/cache.py": "FMUs are unpacked for the dynamic loader",
     "applications/amb_analysis/measured/uff_data.py": "pyuff reads a file",
     "applications/amb_sweeps/store.py": "a group of a store appears complete or not at all",
 }

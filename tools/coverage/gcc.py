@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 CALLERS = (  # modules that compile by `compile_library`
     "fmi_export.building.native.engines",
     "fmi_export.building.guard.libraries",
-    "amb_cosim.cosim.basics.loop_library",
+    "amb_cosim.cosim.building.loop_library",
 )
 OPTIONS = ("-shared", "-fPIC", "-O0", "-std=gnu11", "-fvisibility=hidden", "-ffp-contract=off", "--coverage")
 OF_KERNELS = ("-c", "-O2", "-fPIC", "-Wno-override-module")

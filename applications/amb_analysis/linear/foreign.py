@@ -20,7 +20,7 @@ import numpy as np
 
 from amb_analysis.linear.components import LinearComponent, names_of, zoh
 from amb_cosim.controllers.laws import Law
-from amb_cosim.cosim.basics.errors import FmuError
+from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from array_types import Array

@@ -16,7 +16,7 @@ from amb_analysis.linear.control import law_component, pid_component
 from amb_analysis.linear.foreign import foreign_component
 from amb_analysis.linear.rotor_and_magnets import actuator_component, rotor_component
 from amb_cosim.controllers.laws import Law
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu, model_of, model_source, note_first_loading
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.assembly import Assembly, assemble

@@ -10,7 +10,7 @@ from pathlib import Path
 from amb_analysis.linear.components import LinearComponent, delayed_by_a_step, loop_of
 from amb_analysis.linear.linear_source import LinearSource, linear_source
 from amb_analysis.linear.model import LinearModel, linear_model
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.signal import csd, get_window
 
 from amb_analysis.measured.records import FrequencyResponse, TimeRecord, check_sizes
-from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.grid.time_grid import in_steps
 from array_types import Array, Complex
 
 Estimator = Literal["H1", "H2"]

@@ -26,7 +26,7 @@ from amb_analysis.studies.loop_vibrations import (
     vibrations_over,
 )
 from amb_analysis.studies.result import MachineResult
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw

@@ -26,7 +26,7 @@ from amb_analysis.studies.convergence_runs import (
 )
 from amb_analysis.studies.processes import simulate_in_processes
 from amb_analysis.studies.result import MachineResult
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.descriptions import name_label

@@ -40,7 +40,7 @@ from amb_analysis.studies.trap_states import (
     regime_of,
     report_state,
 )
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw

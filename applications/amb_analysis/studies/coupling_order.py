@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar
 
 from amb_analysis.studies.result import DrawnResult, WarnedResult
-from amb_cosim.cosim.basics.choices import Coupling, Flavour, Loop
+from amb_cosim.cosim.choices import Coupling, Flavour, Loop
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw

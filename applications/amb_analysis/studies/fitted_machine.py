@@ -17,7 +17,7 @@ from amb_analysis.measured.least_squares import FreeParameter
 from amb_analysis.studies.inputs import Number, controlled, spin_speed
 from amb_analysis.studies.loop_parameters import LoopParameters, differences, is_of_component
 from amb_analysis.studies.rotor_parameters import RotorParameters, number_of_file
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import CONTROLLER

@@ -23,7 +23,7 @@ from amb_analysis.measured.records import Channel, FrequencyResponse, Measuremen
 from amb_analysis.measured.units import si_channel
 from amb_analysis.studies.inputs import Number, controlled, positive, spin_speed
 from amb_analysis.studies.result import DrawnResult, WarnedResult
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table

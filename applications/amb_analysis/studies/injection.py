@@ -18,8 +18,8 @@ from amb_actuator.interface import DYNAMIC
 from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.machine import HIGHEST as MODES_TO
 from amb_analysis.machine.machine import Machine
-from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmus import model_of
+from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.system.experiment import Plan

@@ -16,8 +16,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TypeVar
 
-from amb_cosim.cosim.basics.descendants import continue_without_parent
-from amb_cosim.cosim.basics.interruption import deferred
+from amb_cosim.cosim.processes.descendants import continue_without_parent
+from amb_cosim.cosim.processes.interruption import deferred
 from amb_cosim.cosim.run.options import Progress
 
 Case = TypeVar("Case")

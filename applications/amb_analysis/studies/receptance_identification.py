@@ -21,7 +21,7 @@ from amb_analysis.studies.receptance_measurement import (
     table_for,
 )
 from amb_analysis.studies.result import WarnedResult
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.model_constants.controller_data import SPEEDS, condition_number

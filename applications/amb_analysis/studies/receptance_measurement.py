@@ -16,7 +16,7 @@ import numpy as np
 from amb_analysis.linear.sampled_loop import parameters_of_loop
 from amb_analysis.machine.machine import Machine, machine_of
 from amb_analysis.studies.sampled_receptance import inner_response, sampled_receptance
-from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.model_constants.controller_data import MAX_CONDITION, condition_number

@@ -25,8 +25,8 @@ from amb_analysis.studies.frequency_responses import FrequencyResponses, compute
 from amb_analysis.studies.inputs import Number
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.rotor_parameters import free_bounds
-from amb_cosim.cosim.basics.blas import one_blas_thread
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.processes.blas import one_blas_thread
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table

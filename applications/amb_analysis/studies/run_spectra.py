@@ -14,8 +14,8 @@ from scipy.signal import find_peaks, get_window, stft
 from amb_analysis.studies.inputs import Number, spin_speed
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.comparison.compare import Source, load
-from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.cosim.system.values import Raw, quantity

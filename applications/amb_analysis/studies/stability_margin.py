@@ -22,7 +22,7 @@ from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, plan_measur
 from amb_analysis.studies.inputs import Number, controlled, spin_speed
 from amb_analysis.studies.result import MachineResult
 from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table

@@ -10,7 +10,7 @@ import click
 from amb_cosim.commands.cli import main
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, UNITS, output
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_files.atomic import check_writable
 from fmi_export.building.extras import require_extra
 

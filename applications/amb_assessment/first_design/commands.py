@@ -14,7 +14,7 @@ from amb_cosim.commands.cli import main
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, SPEED, WithUnit
 from amb_cosim.commands.printing import warn_of_sizes
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 
 if TYPE_CHECKING:
     from amb_assessment.first_design.design import Design

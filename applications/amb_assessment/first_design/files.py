@@ -11,7 +11,7 @@ from amb_assessment.first_design.design import Design, Progress, first_design
 from amb_assessment.first_design.levitation import TRIP, OperatingPoint, operating_points
 from amb_assessment.first_design.rotor_text import damping, reduction, require_name, supports
 from amb_assessment.first_design.sizing import BANDWIDTH, MachineSizes, MagnetData, machine_sizes
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY

@@ -16,7 +16,7 @@ def cache(clear: bool) -> None:
 
     The list shows when each was used last.
     """
-    from amb_cosim.cosim.basics.cache import LIMIT, cache_entries, remove_entries
+    from amb_cosim.cosim.building.cache import LIMIT, cache_entries, remove_entries
     from amb_files.user_cache import user_cache
 
     with refusing():

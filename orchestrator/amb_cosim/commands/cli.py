@@ -9,7 +9,7 @@ import click
 from amb_cosim.commands import cache, compare, controller, fmus, listing, plot, rotor, run
 from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
-from amb_cosim.cosim.basics.interruption import interruptible, was_interrupted
+from amb_cosim.cosim.processes.interruption import interruptible, was_interrupted
 from amb_cosim.presentation.printable import printable_streams
 
 FORMER = {"animate": "live SCENARIO", "modes": "study modes"}  # commands of 0.2.0

@@ -9,8 +9,8 @@ from typing import IO, TYPE_CHECKING, Any
 
 import click
 
-from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
-from amb_cosim.cosim.basics.interruption import was_terminated
+from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.processes.interruption import was_terminated
 
 if TYPE_CHECKING:
     from amb_cosim.cosim.run.recording import Outcome

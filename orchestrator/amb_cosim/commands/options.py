@@ -12,7 +12,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import Refused, refusing
-from amb_cosim.cosim.basics.choices import FLAVOURS, FMIS, LOOPS
+from amb_cosim.cosim.choices import FLAVOURS, FMIS, LOOPS
 from fmi_export.building.number_texts import plain_forms
 
 _SETTING = re.compile(r"\s*([^\s=].*)=(.*\S.*)", re.DOTALL)

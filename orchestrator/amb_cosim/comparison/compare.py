@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from amb_cosim.comparison.signals import SignalComparison, compare_signals
 from amb_cosim.comparison.table import ComparedValue, rows_of, table_of, verdicts_and_facts
-from amb_cosim.cosim.basics.choices import FLAVOURS, Flavour
+from amb_cosim.cosim.choices import FLAVOURS, Flavour
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import json_data

@@ -16,7 +16,7 @@ import numpy as np
 
 from amb_cosim.controllers.discretisation import check_sample_time, sampled
 from amb_cosim.controllers.laws import Law, law_of
-from amb_cosim.cosim.basics.choices import Flavour, Fmi
+from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_files.checks import errors_in
 from array_types import Array
 from linear_controller.ports import Ports
@@ -82,7 +82,7 @@ class LinearController:
         fmi: Fmi = 2,
     ) -> Path:
         """Write `linear_controller.fmu` into a folder and return its path; options as of `amb_cosim.build`."""
-        from amb_cosim.cosim.basics.build_target import BuildTarget
+        from amb_cosim.cosim.building.build_target import BuildTarget
 
         return BuildTarget(flavour, platforms, fmi).build(*self.model_and_constants, Path(folder))
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.build_target import BuildTarget
-from amb_cosim.cosim.basics.choices import Flavour, Fmi
+from amb_cosim.cosim.building.build_target import BuildTarget
+from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_cosim.cosim.fmu.fmus import build_models
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.export.models import Made

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from amb_cosim.cosim.basics.build_target import BuildTarget
-from amb_cosim.cosim.basics.choices import Flavour, Fmi
+from amb_cosim.cosim.building.build_target import BuildTarget
+from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_cosim.cosim.fmu.fmus import build_models
 from amb_cosim.export.models import MODELS
 from amb_cosim.export.planned import plan_models

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from amb_cosim.cosim.basics.build_target import BuildTarget
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.building.build_target import BuildTarget
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.plan_run import plan_run

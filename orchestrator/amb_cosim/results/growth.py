@@ -21,7 +21,7 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from amb_cosim.cosim.basics.blas import one_blas_thread
+from amb_cosim.cosim.processes.blas import one_blas_thread
 from array_types import Array, Complex
 
 GROWTH = 1.5  # of the mean square from the first to the last third

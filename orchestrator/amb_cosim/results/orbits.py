@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from amb_cosim.cosim.basics.choices import ROLES
+from amb_cosim.cosim.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.results.places import places

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.basics.choices import Role
+from amb_cosim.cosim.choices import Role
 from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals, SignalTable, variables_of
 from amb_cosim.results.component_names import CONTROLLER, PLANT
 from array_types import Array

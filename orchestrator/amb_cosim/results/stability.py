@@ -10,7 +10,7 @@ import json
 
 import numpy as np
 
-from amb_cosim.cosim.basics.choices import ROLES
+from amb_cosim.cosim.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals, variables_of
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, LIMITED, PLANT
 from amb_cosim.results.free_vibration import free_vibration

@@ -6,7 +6,7 @@ import json
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from amb_cosim.cosim.basics.choices import ROLES
+from amb_cosim.cosim.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import warnings_of
 from amb_cosim.presentation.json_data import JsonKey, Layout, json_data

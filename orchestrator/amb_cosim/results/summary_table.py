@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from rich.console import Console
 from rich.table import Table
 
-from amb_cosim.cosim.basics.choices import ROLES
+from amb_cosim.cosim.choices import ROLES
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.text_tables import number, print_parts, show_warnings
 from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit, speed_unit

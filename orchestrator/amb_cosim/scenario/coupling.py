@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 
 DEFAULT_STEPS: Mapping[Coupling, float] = {"gauss_seidel": 250e-6, "jacobi": 25e-6, "iterative": 250e-6}  # s

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from amb_cosim.cosim.basics.blas import one_blas_thread
+from amb_cosim.cosim.processes.blas import one_blas_thread
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.scenario.operating_point import (

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from amb_cosim.cosim.basics.time_grid import in_steps, is_on_grid, nearest_point, nearest_steps
+from amb_cosim.cosim.grid.time_grid import in_steps, is_on_grid, nearest_point, nearest_steps
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, InputChange, Plan, Profile

@@ -11,7 +11,7 @@ from typing import Any
 import tomli_w
 from pydantic import Field
 
-from amb_cosim.cosim.basics.choices import Coupling, Role, Settling
+from amb_cosim.cosim.choices import Coupling, Role, Settling
 from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.system_tables import ProfileTable, Record

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import StringConstraints
 
-from amb_cosim.cosim.basics.choices import Role
+from amb_cosim.cosim.choices import Role
 from amb_cosim.cosim.system.stopping import StopCondition
 from amb_cosim.cosim.system.tables import Cycles, Table, Value, Values
 from amb_cosim.cosim.system.values import quantity

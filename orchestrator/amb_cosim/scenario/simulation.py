@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 
-from amb_cosim.cosim.basics.choices import Flavour, Loop
+from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.options import AUTOSAVE_TIME, DEFAULTS, Progress, RunOptions, Saves

@@ -18,7 +18,7 @@ from typing import Annotated, ClassVar
 from amb_analysis.studies.inputs import Number, positive
 from amb_analysis.studies.receptance_identification import identify
 from amb_analysis.studies.result import DrawnResult
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import Progress, RunOptions
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.presentation.progress import progress_bar

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_actuator.interface import DYNAMIC, IDEAL, MEASURED, NONLINEAR
-from amb_cosim.cosim.basics.choices import Coupling
-from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.scenario.coupling import delay
 from amb_cosim.scenario.plan_run import plan_run

@@ -14,8 +14,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_analysis.studies.result import DrawnResult
-from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table

@@ -12,7 +12,7 @@ from amb_analysis.studies.inputs import Number, speed_range, spin_speeds
 from amb_analysis.studies.receptance_identification import identify
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_analysis.studies.sensor_receptance import HERTZ, LOWEST, POINTS, levitated_receptance
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table

@@ -18,7 +18,7 @@ from amb_analysis.measured.least_squares import FreeParameter
 from amb_analysis.measured.records import Channel, FrequencyResponse, Measurement
 from amb_analysis.measured.response_fit import fit_responses
 from amb_cosim import studies
-from amb_cosim.cosim.basics.blas import one_blas_thread
+from amb_cosim.cosim.processes.blas import one_blas_thread
 from array_types import Array, Complex, Indices
 from rotor_analysis.assembly import assemble
 from rotor_analysis.rotor_file import load_rotor

@@ -148,7 +148,7 @@ def add_study(
     assert entry is not None
 
     def run(output: Path | None, **values: Any) -> None:
-        from amb_cosim.cosim.basics.blas import one_blas_thread
+        from amb_cosim.cosim.processes.blas import one_blas_thread
         from amb_cosim.presentation.plain_console import plain_console
         from amb_cosim.presentation.text_tables import print_parts
 

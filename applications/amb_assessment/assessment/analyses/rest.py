@@ -25,7 +25,7 @@ from amb_assessment.assessment.physics.runs import (
 from amb_assessment.assessment.physics.whirl_friction import chance, whirl_facts, whirl_friction
 from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel, curve
-from amb_cosim.cosim.basics.time_grid import in_steps
+from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.results.touchdown import SLOW, Retainer, Touchdown

@@ -34,9 +34,9 @@ from amb_assessment.assessment.format.machine_file import MachineFile, load_mach
 from amb_assessment.assessment.format.quantities import AnalysisResult, ResultTable, check_declared
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, assessed_machine_of
 from amb_assessment.assessment.physics.stability import instability
-from amb_cosim.cosim.basics.blas import one_blas_thread
-from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.basics.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.processes.blas import one_blas_thread
 from amb_files.suggestions import suggest
 
 

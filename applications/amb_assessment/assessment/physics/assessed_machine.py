@@ -10,7 +10,7 @@ from typing import Any
 
 from amb_analysis.machine.machine import Machine, air_gap
 from amb_assessment.assessment.format.machine_file import MachineFile
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.results.component_names import PLANT

@@ -1,4 +1,4 @@
-// Values from outside over time: changes at points, and ramps that are linear between points, as in `cosim/basics/schedules.py`.
+// Values from outside over time: changes at points, and ramps that are linear between points, as in `cosim/grid/schedules.py`.
 
 /**
  * @typedef {object} Ramp

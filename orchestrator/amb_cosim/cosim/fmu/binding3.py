@@ -39,7 +39,7 @@ from fmpy.fmi1 import FMICallException
 from fmpy.fmi3 import FMU3Slave
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.basics.loop_library import load_library
+from amb_cosim.cosim.building.loop_library import load_library
 from amb_cosim.cosim.fmu.bindings import DISCARD, ERROR, NO_EARLIER_STATE, Binding, Log, address, reached_text
 from amb_cosim.cosim.fmu.exchange import Group, Transfer
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port, TextVariable

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from fmpy.fmi1 import FMICallException
 
-from amb_cosim.cosim.basics.errors import FmuError
-from amb_cosim.cosim.basics.loop_library import load_library
+from amb_cosim.cosim.building.loop_library import load_library
+from amb_cosim.cosim.errors import FmuError
 from amb_cosim.cosim.fmu.binding2 import Binding2
 from amb_cosim.cosim.fmu.binding3 import Binding3
 from amb_cosim.cosim.fmu.bindings import ERROR, FATAL, STATUS, WARNING, Log, address

@@ -9,9 +9,9 @@ import time
 from functools import partial
 from typing import Any
 
-from amb_cosim.cosim.basics.child_process import limit_memory
-from amb_cosim.cosim.basics.descendants import end_descendants, end_with_parent
 from amb_cosim.cosim.fmu.component import FmuComponent
+from amb_cosim.cosim.processes.child_process import limit_memory
+from amb_cosim.cosim.processes.descendants import end_descendants, end_with_parent
 
 POLL_TIME = 0.5  # s between checks that the parent still runs
 

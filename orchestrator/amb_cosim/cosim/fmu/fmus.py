@@ -27,10 +27,10 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from amb_cosim.cosim.basics.blas import one_blas_thread
-from amb_cosim.cosim.basics.build_target import BuildTarget
-from amb_cosim.cosim.basics.cache import is_first_loading, note_use, unpacked
-from amb_cosim.cosim.basics.choices import Flavour
+from amb_cosim.cosim.building.build_target import BuildTarget
+from amb_cosim.cosim.building.cache import is_first_loading, note_use, unpacked
+from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.processes.blas import one_blas_thread
 from amb_files.archive import is_unpacked, unpack
 from amb_files.atomic import create_atomically
 from amb_files.packs import entry_points_of

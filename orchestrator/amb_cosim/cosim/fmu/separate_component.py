@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.child_process import child_process, end_group, how_it_ended
-from amb_cosim.cosim.basics.errors import ProcessFailed
+from amb_cosim.cosim.errors import ProcessFailed
 from amb_cosim.cosim.fmu.component import FmuComponent, StartValues
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
+from amb_cosim.cosim.processes.child_process import child_process, end_group, how_it_ended
 
 END_TIME = 10.0  # s in which a process that no longer answers has to end
 

@@ -20,12 +20,12 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.basics.clock import Clock
-from amb_cosim.cosim.basics.loop_library import load_loop
-from amb_cosim.cosim.basics.schedules import Changes, Schedule
+from amb_cosim.cosim.building.loop_library import load_loop
 from amb_cosim.cosim.fmu.component import EntryPoints
 from amb_cosim.cosim.fmu.exchange import Transfer
+from amb_cosim.cosim.grid.schedules import Changes, Schedule
 from amb_cosim.cosim.master.master import Master, Observer, Participant
+from amb_cosim.cosim.processes.clock import Clock
 from amb_cosim.cosim.record.finite_watch import FiniteWatch
 from amb_cosim.cosim.record.recorder import RecordBuffer, Recorder
 from amb_cosim.cosim.system.stopping import StopObserver, Stopped

@@ -14,10 +14,10 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from amb_cosim.cosim.basics.choices import Coupling
-from amb_cosim.cosim.basics.errors import StartFailed, StepFailed
-from amb_cosim.cosim.basics.schedules import Schedule
-from amb_cosim.cosim.basics.time_grid import TimeGrid
+from amb_cosim.cosim.choices import Coupling
+from amb_cosim.cosim.errors import StartFailed, StepFailed
+from amb_cosim.cosim.grid.schedules import Schedule
+from amb_cosim.cosim.grid.time_grid import TimeGrid
 from amb_cosim.cosim.master.iteration import MOST_REPETITIONS, Iteration, Unsettled
 from amb_cosim.cosim.system.signal_map import SignalMap
 from array_types import Array

@@ -23,7 +23,7 @@ from functools import cached_property
 
 import numpy as np
 
-from amb_cosim.cosim.basics.errors import FmuError, StepFailed
+from amb_cosim.cosim.errors import FmuError, StepFailed
 from amb_cosim.cosim.fmu.component import FmuComponent
 from amb_cosim.cosim.master.master import Master
 from amb_cosim.cosim.master.responses import ANGLES, Response, StateMap, first_harmonic

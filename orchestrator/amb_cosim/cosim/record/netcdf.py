@@ -15,7 +15,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from amb_cosim.cosim.basics.interruption import undivided
+from amb_cosim.cosim.processes.interruption import undivided
 from amb_cosim.cosim.record.signals import SignalTable
 
 with undivided():  # objects of HDF5 that an exception leaves half-made cannot be cleared away

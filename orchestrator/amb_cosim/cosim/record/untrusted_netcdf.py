@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.interruption import undivided
+from amb_cosim.cosim.processes.interruption import undivided
 
 with undivided():
     import h5py

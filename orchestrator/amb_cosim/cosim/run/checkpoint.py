@@ -19,8 +19,8 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, field_validator
 from pydantic_core import from_json
 
-from amb_cosim.cosim.basics.differences import list_differences, list_other_sources
 from amb_cosim.cosim.fmu.component import FmuState
+from amb_cosim.cosim.system.differences import list_differences, list_other_sources
 from amb_files.atomic import write_atomically
 from array_types import Array, Indices
 

@@ -15,8 +15,8 @@ from warnings import catch_warnings
 
 import numpy as np
 
-from amb_cosim.cosim.basics.time_grid import nearest_point
 from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.grid.time_grid import nearest_point
 from amb_cosim.cosim.record import warnings
 from amb_cosim.cosim.record.netcdf import check, netcdf, with_own_names
 from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals, SignalTable

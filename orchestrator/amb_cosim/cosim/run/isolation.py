@@ -19,9 +19,9 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import IO, Any
 
-from amb_cosim.cosim.basics.child_process import child_process, end_group, how_it_ended
-from amb_cosim.cosim.basics.errors import ProcessFailed
-from amb_cosim.cosim.basics.interruption import deferred
+from amb_cosim.cosim.errors import ProcessFailed
+from amb_cosim.cosim.processes.child_process import child_process, end_group, how_it_ended
+from amb_cosim.cosim.processes.interruption import deferred
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.system.assembly import Assembly

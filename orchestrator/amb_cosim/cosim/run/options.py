@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from amb_cosim.cosim.basics.choices import Flavour, Loop
+from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.state_fingerprint import state_fingerprint

@@ -10,12 +10,12 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-from amb_cosim.cosim.basics.errors import StepFailed
-from amb_cosim.cosim.basics.interruption import Interruption, deferred
+from amb_cosim.cosim.errors import StepFailed
 from amb_cosim.cosim.fmu.fmus import note_first_loading
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.master import Observer
 from amb_cosim.cosim.master.settling import CannotSettle
+from amb_cosim.cosim.processes.interruption import Interruption, deferred
 from amb_cosim.cosim.record.finite_watch import FiniteWatch
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.isolation import run_isolated

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from amb_cosim.cosim.basics.choices import Flavour, Loop
+from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.fmu.fmus import options_of
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.dataset import Run, to_signals

@@ -9,12 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from amb_cosim.cosim.basics.choices import Loop
-from amb_cosim.cosim.basics.errors import FmuError, StartFailed, StepFailed
-from amb_cosim.cosim.basics.loop_library import load_loop
-from amb_cosim.cosim.basics.time_grid import NEAR_STEP
+from amb_cosim.cosim.building.loop_library import load_loop
+from amb_cosim.cosim.choices import Loop
+from amb_cosim.cosim.errors import FmuError, StartFailed, StepFailed
 from amb_cosim.cosim.fmu.component import FmuComponent, FmuState
 from amb_cosim.cosim.fmu.process_sharing import separate_components
+from amb_cosim.cosim.grid.time_grid import NEAR_STEP
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.master.master import Master, Observer

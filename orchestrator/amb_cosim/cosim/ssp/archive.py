@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from amb_cosim.cosim.basics.build_target import BuildTarget
+from amb_cosim.cosim.building.build_target import BuildTarget
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu.fmus import fmu_with_starts, is_model
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT, NOTES, experiment_table, notes

@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from amb_cosim.cosim.basics.time_grid import in_steps
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.fmu_interface import Port, TextVariable
 from amb_cosim.cosim.fmu.fmus import provide
+from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_cosim.cosim.ssp.bindings import Setting, read_bindings
 from amb_cosim.cosim.ssp.hierarchy import NAMES, Hierarchy, Node, number_of
 from amb_cosim.cosim.ssp.nets import Nets, Route

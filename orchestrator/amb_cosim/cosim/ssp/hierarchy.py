@@ -18,7 +18,7 @@ from urllib.parse import unquote, urlsplit
 
 from lxml import etree
 
-from amb_cosim.cosim.basics.cache import unpacked
+from amb_cosim.cosim.building.cache import unpacked
 from amb_cosim.cosim.fmu.fmu_interface import UnitDefinition
 from amb_cosim.cosim.ssp.parameter_values import READERS
 from amb_cosim.cosim.ssp.schema import DICTIONARY, NAMESPACES, STRUCTURE, check, parse, tag

@@ -15,8 +15,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
-from amb_cosim.cosim.basics.cache import unpacked
-from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.building.cache import unpacked
+from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT
 from amb_cosim.cosim.ssp.flat_system import FlatSystem
 from amb_cosim.cosim.ssp.hierarchy import NAMES, Document, number_of

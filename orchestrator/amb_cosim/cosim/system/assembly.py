@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from amb_cosim.cosim.basics.choices import Flavour
-from amb_cosim.cosim.basics.differences import described
+from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.fmu.fmu_description import read_interface
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmu_libraries import check_libraries
 from amb_cosim.cosim.fmu.fmus import Fmu, ingredients, provide
 from amb_cosim.cosim.system.assignments import Assignments
+from amb_cosim.cosim.system.differences import described
 from amb_cosim.cosim.system.replacement import fitted
 from amb_cosim.cosim.system.signal_map import SignalMap
 from amb_cosim.cosim.system.system import System

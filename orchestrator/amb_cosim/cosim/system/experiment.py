@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from amb_cosim.cosim.basics.choices import Coupling, Settling
-from amb_cosim.cosim.basics.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
-from amb_cosim.cosim.basics.time_grid import TimeGrid, in_steps
+from amb_cosim.cosim.choices import Coupling, Settling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.grid.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
+from amb_cosim.cosim.grid.time_grid import TimeGrid, in_steps
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw

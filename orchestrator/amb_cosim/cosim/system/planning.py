@@ -9,8 +9,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from amb_cosim.cosim.basics.choices import Settling
-from amb_cosim.cosim.basics.time_grid import ROUNDING, TimeGrid, in_steps, is_on_grid, nearest_point, whole_steps
+from amb_cosim.cosim.choices import Settling
+from amb_cosim.cosim.grid.time_grid import ROUNDING, TimeGrid, in_steps, is_on_grid, nearest_point, whole_steps
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Plan, Profile, Ramp
 from amb_cosim.cosim.system.replacement import notices

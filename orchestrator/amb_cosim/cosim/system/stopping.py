@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from amb_cosim.cosim.basics.time_grid import TimeGrid, nearest_point
 from amb_cosim.cosim.fmu.fmu_interface import Port
+from amb_cosim.cosim.grid.time_grid import TimeGrid, nearest_point
 from amb_cosim.cosim.system.values import Raw, convert
 from array_types import Array, Indices
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
 from amb_cosim.cosim.fmu.fmus import FmuSource, is_placeholder
 from amb_cosim.cosim.system.values import Raw

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field, model_validator
 
-from amb_cosim.cosim.basics.choices import Coupling
+from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Profile
 from amb_cosim.cosim.system.profile_file import profiles_of
 from amb_cosim.cosim.system.stopping import StopCondition

@@ -6,10 +6,10 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from amb_cosim.cosim.basics.cache import unpacked
-from amb_cosim.cosim.basics.child_process import child_process, how_it_ended
-from amb_cosim.cosim.basics.errors import ProcessFailed
+from amb_cosim.cosim.building.cache import unpacked
+from amb_cosim.cosim.errors import ProcessFailed
 from amb_cosim.cosim.fmu.fmus import Fmu, note_first_loading
+from amb_cosim.cosim.processes.child_process import child_process, how_it_ended
 from amb_cosim.cosim.run.isolation import ERROR, LONGEST_SILENCE, RECORDING, messages_of, next_message
 
 TOLERANCE = 1e-6  # of the largest value of a variable; results of different machines agree within this

@@ -14,8 +14,8 @@ import numpy as np
 from fmpy import instantiate_fmu, read_model_description, simulate_fmu
 from numpy.typing import NDArray
 
-from amb_cosim.cosim.basics.child_process import limit_memory
-from amb_cosim.cosim.basics.descendants import end_descendants, end_with_parent
+from amb_cosim.cosim.processes.child_process import limit_memory
+from amb_cosim.cosim.processes.descendants import end_descendants, end_with_parent
 from amb_cosim.cosim.run.isolation import ERROR, RECORDING
 from amb_cosim.cosim.verify.reference_experiments import ReferenceExperiment, Table, read_experiments
 from amb_cosim.cosim.verify.verification import MOST_TOLERANCE, TOLERANCE, Deviation, Verified

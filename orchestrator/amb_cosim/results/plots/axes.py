@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from amb_cosim.cosim.basics.choices import ROLES
+from amb_cosim.cosim.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, SKY_BLUE, YELLOW, write_title

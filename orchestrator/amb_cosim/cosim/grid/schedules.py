@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from amb_cosim.cosim.basics.time_grid import TimeGrid
+from amb_cosim.cosim.grid.time_grid import TimeGrid
 from array_types import Array, Indices
 
 

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from amb_cosim.cosim.basics.descendants import end_descendants
+from amb_cosim.cosim.processes.descendants import end_descendants
 
 SHARE_OF_MEMORY = 0.75  # of this machine's memory that a process of FMUs may use
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from amb_cosim.cosim.basics.choices import Flavour, Fmi
+from amb_cosim.cosim.choices import Flavour, Fmi
 from amb_files.archive import write_archive
 from array_types import Array
 

@@ -1,1 +1,0 @@
-"""Basics of the co-simulation layer: errors, choices, the time grid, interruption, the cache."""
