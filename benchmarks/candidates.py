@@ -15,8 +15,8 @@ from typing import Any
 
 from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.run.options import RunOptions
-from amb_cosim.scenario.plan_run import PlannedRun
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.simulation import execute
 from benchmarks import cases, peers
 from benchmarks.baseline import Baseline
 from benchmarks.process import CandidateFailed, find_python_with, run_function
@@ -33,34 +33,34 @@ def native_possible() -> bool:
     return importlib.util.find_spec("ziglang") is not None
 
 
-def master_candidate(planned: PlannedRun, loop: Loop) -> Candidate:
+def master_candidate(prepared: PreparedRun, loop: Loop) -> Candidate:
     """Run with this project's master."""
 
     def step_time() -> float:
-        result = run_planned(planned, RunOptions(loop=loop))
+        result = execute(prepared, RunOptions(loop=loop))
         if result.outcome.failure is not None:
             raise CandidateFailed(result.outcome.failure)
-        return float(result.dataset.attrs["wall_s"]) / planned.plan.last
+        return float(result.dataset.attrs["wall_s"]) / prepared.plan.last
 
     return step_time
 
 
-def baseline_candidate(planned: PlannedRun) -> Candidate:
+def baseline_candidate(prepared: PreparedRun) -> Candidate:
     """Run in one loop without FMI."""
-    return lambda: Baseline(planned).run().seconds / planned.plan.last
+    return lambda: Baseline(prepared).run().seconds / prepared.plan.last
 
 
-def profiled_baseline_candidate(planned: PlannedRun, parts: dict[str, list[float]]) -> Candidate:
+def profiled_baseline_candidate(prepared: PreparedRun, parts: dict[str, list[float]]) -> Candidate:
     """Run in one loop without FMI and append the time (s) of each part of a step to `parts`.
 
     Reading the clock takes time too, so this run is slower than that of `baseline_candidate`.
     """
 
     def step_time() -> float:
-        result = Baseline(planned).run(profile=True)
+        result = Baseline(prepared).run(profile=True)
         for part, seconds in result.parts.items():
-            parts.setdefault(part, []).append(seconds / planned.plan.last)
-        return result.seconds / planned.plan.last
+            parts.setdefault(part, []).append(seconds / prepared.plan.last)
+        return result.seconds / prepared.plan.last
 
     return step_time
 
@@ -70,21 +70,21 @@ def fig4_9_candidates(flavour: Flavour, parts: dict[str, list[float]]) -> dict[s
 
     Candidates that are compared with each other run one after the other.
     """
-    planned = cases.fig4_9(RunOptions(flavour=flavour))
-    result: dict[str, Candidate] = {flavour: master_candidate(planned, "compiled")}
+    prepared = cases.fig4_9(RunOptions(flavour=flavour))
+    result: dict[str, Candidate] = {flavour: master_candidate(prepared, "compiled")}
     if flavour == "native":
         result |= {
-            "floor": baseline_candidate(planned),
-            "floor_by_parts": profiled_baseline_candidate(planned, parts),
+            "floor": baseline_candidate(prepared),
+            "floor_by_parts": profiled_baseline_candidate(prepared, parts),
         }
-    return result | {f"{flavour}_plain": master_candidate(planned, "plain")}
+    return result | {f"{flavour}_plain": master_candidate(prepared, "plain")}
 
 
 def rubbing_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]:
     """Return candidates for the rubbing case with native FMUs: this master, ecos, libcosim."""
-    planned = cases.rubbing_case(seconds)
-    system = plain_system(planned, recorded=[])
-    result = {"rub_native": master_candidate(planned, "compiled")}
+    prepared = cases.rubbing_case(seconds)
+    system = plain_system(prepared, recorded=[])
+    result = {"rub_native": master_candidate(prepared, "compiled")}
     for package, function in (("ecospy", "with_ecos"), ("libcosimpy", "with_libcosim")):
         if importlib.util.find_spec(package) is None:
             missing[package] = "not installed (extra: peers)"
@@ -95,9 +95,9 @@ def rubbing_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]
 
 def retainer_candidates(seconds: float, missing: Missing) -> dict[str, Candidate]:
     """Return candidates for the retainer case: the native plant under this master, ROSS, Siconos."""
-    planned = cases.retainer_case(seconds)
-    result = {"ring_native": master_candidate(planned, "compiled")}
-    steps = planned.plan.last
+    prepared = cases.retainer_case(seconds)
+    result = {"ring_native": master_candidate(prepared, "compiled")}
+    steps = prepared.plan.last
     others: list[tuple[str, str, str, Callable[[], dict[str, Any]]]] = [
         (
             "ross",

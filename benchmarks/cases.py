@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario
 from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble
@@ -45,14 +45,14 @@ _FROM_REST: dict[str, Any] = {
 }
 
 
-def fig4_9(options: RunOptions) -> PlannedRun:
+def fig4_9(options: RunOptions) -> PreparedRun:
     """Plan the scenario `fig4_9`, controlled at 4 kHz."""
-    return plan_run(load_scenario("fig4_9").changed(settling="simulated"), options=options)
+    return prepare_run(load_scenario("fig4_9").changed(settling="simulated"), options=options)
 
 
-def rubbing_case(seconds: float, options: RunOptions = DEFAULTS, **changes: Any) -> PlannedRun:
+def rubbing_case(seconds: float, options: RunOptions = DEFAULTS, **changes: Any) -> PreparedRun:
     """Plan the rubbing case for a time (s); `changes` replace keys of its scenario."""
-    return plan_run(make_scenario(_rubbing_scenario(seconds) | changes, "rubbing"), options=options)
+    return prepare_run(make_scenario(_rubbing_scenario(seconds) | changes, "rubbing"), options=options)
 
 
 def _rubbing_scenario(seconds: float) -> dict[str, Any]:
@@ -66,9 +66,9 @@ def _rubbing_scenario(seconds: float) -> dict[str, Any]:
     }
 
 
-def retainer_case(seconds: float) -> PlannedRun:
+def retainer_case(seconds: float) -> PreparedRun:
     """Plan the retainer case for a time (s)."""
-    return plan_run(retainer_scenario(seconds))
+    return prepare_run(retainer_scenario(seconds))
 
 
 def retainer_scenario(seconds: float) -> Scenario:

@@ -12,7 +12,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.presentation.text_tables import labelled_table
 from amb_cosim.scenario.file import packaged_scenarios
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from array_types import Array
 from benchmarks.baseline import Baseline
@@ -41,12 +41,12 @@ def step_times(rounds: int, names: Sequence[str] = SCENARIOS) -> dict[str, dict[
 
 
 def _step_times(name: str, rounds: int) -> dict[str, Any]:
-    planned = plan_run(load_scenario(name), options=RunOptions(flavour="native"))
-    runs = [Baseline(planned).run(profile=True) for _ in range(rounds)]
+    prepared = prepare_run(load_scenario(name), options=RunOptions(flavour="native"))
+    runs = [Baseline(prepared).run(profile=True) for _ in range(rounds)]
     shortest = 1e6 * np.min([run.steps for run in runs], axis=0)
-    sample = 1e6 * planned.plan.step_size
+    sample = 1e6 * prepared.plan.step_size
     return {
-        "longest": _describe(planned.plan, runs[0].table, int(shortest.argmax())),
+        "longest": _describe(prepared.plan, runs[0].table, int(shortest.argmax())),
         "median": float(np.median(shortest)),
         "percentile_99_9": float(np.percentile(shortest, 99.9)),
         "maximum": float(shortest.max()),

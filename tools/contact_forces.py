@@ -49,11 +49,11 @@ Forces = dict[str, tuple[float, float, float]]
 
 def forces_of(name: str) -> Forces:
     """Return peak force (N), force averaged over 1 ms (N) and largest impulse (N s) at each site that a run touches."""
-    from amb_cosim.scenario.plan_run import plan_run
+    from amb_cosim.scenario.prepare_run import prepare_run
     from amb_cosim.scenario.scenario import load_scenario
-    from amb_cosim.scenario.simulation import run_planned
+    from amb_cosim.scenario.simulation import execute
 
-    summary = run_planned(plan_run(load_scenario(name))).summary
+    summary = execute(prepare_run(load_scenario(name))).summary
     averaged, impulse = summary.averaged_contact_force, summary.peak_impulse
     peaks = summary.peak_contact_force
     forces = {s: (peaks[s] or 0.0, averaged[s] or 0.0, impulse[s] or 0.0) for s in peaks}

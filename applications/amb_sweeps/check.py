@@ -29,12 +29,12 @@ def check_points(task: Task, design: SamplePlan) -> tuple[dict[str, str], dict[s
     sampled = design.sampling != "grid" and len(design.axes) == 1
     for point in (0, design.size - 1) if sampled else design.corners():
         settings = design.settings(point)
-        planned = runner.plan(settings)
-        variables = planned.assembly.assignments()
-        refuse_overlaps(design.axes, planned.scenario.labels, variables)
-        refuse_idle_settings(task.settings, design.axes, planned.scenario.labels, variables)
-        if not set(guids) >= {fmu.path.stem for fmu in planned.fmus.values()}:
-            guids |= {planned.fmus[c].path.stem: interface.guid for c, interface in planned.interfaces.items()}
+        prepared = runner.plan(settings)
+        variables = prepared.assembly.assignments()
+        refuse_overlaps(design.axes, prepared.scenario.labels, variables)
+        refuse_idle_settings(task.settings, design.axes, prepared.scenario.labels, variables)
+        if not set(guids) >= {fmu.path.stem for fmu in prepared.fmus.values()}:
+            guids |= {prepared.fmus[c].path.stem: interface.guid for c, interface in prepared.interfaces.items()}
         stated = StatedValues(task.scenario, task.settings, variables)
         for name, value in settings.items():
             label = event_of(labels, name)

@@ -128,7 +128,7 @@ def _request(name: str, options: Mapping[str, Any]) -> tuple[str, str, dict[str,
 def _kept(ready: NamedSweep, options: Mapping[str, Any]) -> dict[str, Any]:
     """Return the variations of a ready sweep whose variables `options` do not vary."""
     from amb_cosim.cosim.run.options import RunOptions
-    from amb_cosim.scenario.plan_run import assemble_scenario
+    from amb_cosim.scenario.prepare_run import assemble_scenario
     from amb_cosim.scenario.scenario import as_scenario
     from amb_sweeps.overlaps import not_replaced
 

@@ -21,7 +21,7 @@ from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.scenario.plan_run import PlannedRun
+from amb_cosim.scenario.prepare_run import PreparedRun
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
@@ -171,8 +171,8 @@ def robustness(
     runner = Runner(Task(scenario, settings, options=RunOptions(flavour=flavour)))
     try:
         with progress_bar(progress) as report:
-            planned = runner.plan({})
-            varied = variations(planned, settings, change, partial(_identified, scenario, settings, planned, flavour))
+            prepared = runner.plan({})
+            varied = variations(prepared, settings, change, partial(_identified, scenario, settings, prepared, flavour))
             cases = [Variation(AS_IT_IS, {}), *varied.made]
             rows = []
             for k, case in enumerate(cases):
@@ -183,14 +183,14 @@ def robustness(
     if rows[0].reason:
         raise ValueError(f"scenario {scenario.name}: {rows[0].reason}")
     left_out = dict(varied.left_out)
-    return Robustness(scenario.name, change, tuple(rows), left_out, warnings=planned.plan.warnings)
+    return Robustness(scenario.name, change, tuple(rows), left_out, warnings=prepared.plan.warnings)
 
 
 def _identified(
-    scenario: Scenario, settings: Mapping[str, Raw], planned: PlannedRun, flavour: Flavour
+    scenario: Scenario, settings: Mapping[str, Raw], prepared: PreparedRun, flavour: Flavour
 ) -> ReceptanceTable:
     """Return the receptances identified in a scenario's sampled loop at the speeds of its adaptation."""
-    speeds = identification_speeds(planned)
+    speeds = identification_speeds(prepared)
     identification = identify(speeds, scenario=scenario, set=settings, flavour=flavour, progress=False)
     for result in identification.results:
         if result.reason:

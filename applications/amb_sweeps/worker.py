@@ -11,15 +11,15 @@ from typing import Any
 
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
 from amb_cosim.cosim.master.instances import InstancePool
+from amb_cosim.cosim.run.execution import execute_plan
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
-from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import bare_signals, make_result
-from amb_cosim.scenario.plan import FirstValues, first_values, plan_scenario
-from amb_cosim.scenario.plan_run import PlannedRun, assemble_scenario
+from amb_cosim.scenario.plan import ScenarioStart, scenario_plan, start_of
+from amb_cosim.scenario.prepare_run import PreparedRun, assemble_scenario
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.scenario_tables import Event
 from amb_cosim.scenario.stators import reasons_for_stators
@@ -44,7 +44,7 @@ class Task:
     Parameters
     ----------
     scenario, settings, until, options
-        As for `plan_run`.
+        As for `prepare_run`.
     metrics
         Functions of a result; their numbers are added to the key values.
     keep
@@ -91,47 +91,47 @@ class Runner:
     def __init__(self, task: Task) -> None:
         self.task = task
         self._machines: dict[str, _Machine] = {}
-        self._first: tuple[tuple[str, str], FirstValues | None] = ("", ""), None
+        self._first: tuple[tuple[str, str], ScenarioStart | None] = ("", ""), None
 
-    def plan(self, settings: Mapping[str, Setting]) -> PlannedRun:
-        """Return the planned run of a point.
+    def plan(self, settings: Mapping[str, Setting]) -> PreparedRun:
+        """Return the prepared run of a point.
 
         Raises
         ------
         ValueError
             If a name or a value is invalid.
         """
-        return self._planned(settings)[1]
+        return self._prepared(settings)[1]
 
     def run(self, point: int, settings: Mapping[str, Setting]) -> PointResult:
         """Run a point; any failure is its result."""
         began = time.perf_counter()
         try:
-            machine, planned = self._planned(settings)
-            plan, branches = planned.plan, machine.branches
+            machine, prepared = self._prepared(settings)
+            plan, branches = prepared.plan, machine.branches
             start = branches.start_of(plan)
             saves = branches.saves_of(plan, start)
             in_process = replace(self.task.options, isolated=False)  # a crash of this process is handled
             options = replace(in_process, instances=machine.instances, start=start, saves=saves)
-            recording = run_plan(planned.assembly, plan, options)
+            recording = execute_plan(prepared.assembly, plan, options)
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
         except (StartFailed, FmuError, ProcessFailed) as error:
             return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
         if recording.outcome.failure is None:
             branches.keep(plan, recording.checkpoints)
-        recovery, values = evaluate(bare_signals(planned, recording, machine.places))
+        recovery, values = evaluate(bare_signals(prepared, recording, machine.places))
         outcome, reason = outcome_of(recording.outcome, recovery)
         if outcome == "failed":
             values = {}  # those of an aborted run have no meaning
         elif self.task.metrics:
-            numbers, error_text = self._user_metrics(make_result(planned, recording))
+            numbers, error_text = self._user_metrics(make_result(prepared, recording))
             values |= numbers
             outcome, reason = ("failed", error_text) if error_text else (outcome, reason)
         if self.task.labels and values:
             values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
         is_recorded = "all" in self.task.keep or outcome in self.task.keep
-        record = _netcdf(make_result(planned, recording)) if is_recorded else None
+        record = _netcdf(make_result(prepared, recording)) if is_recorded else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
 
     def _user_metrics(self, result: Result) -> tuple[dict[str, float], str]:
@@ -152,7 +152,7 @@ class Runner:
             machine.instances.close()
         self._machines.clear()
 
-    def _planned(self, settings: Mapping[str, Setting]) -> tuple[_Machine, PlannedRun]:
+    def _prepared(self, settings: Mapping[str, Setting]) -> tuple[_Machine, PreparedRun]:
         scenario, of_point = varied(self.task.scenario, settings)
         values = {**self.task.settings, **of_point}
         key = repr([reasons_for_stators(scenario, values), *(getattr(scenario, name) for name in _ASSEMBLED_FROM)])
@@ -166,9 +166,9 @@ class Runner:
         labels = scenario.labels
         first_key = key, repr({name: raw for name, raw in settings.items() if not event_of(labels, name)})
         if self._first[0] != first_key:
-            self._first = first_key, first_values(scenario, assembly, values)
-        plan = plan_scenario(scenario, assembly, values, self.task.until, machine.recorded, self._first[1])
-        return machine, PlannedRun(scenario, plan, assembly)
+            self._first = first_key, start_of(scenario, assembly, values)
+        plan = scenario_plan(scenario, assembly, values, self.task.until, machine.recorded, self._first[1])
+        return machine, PreparedRun(scenario, plan, assembly)
 
 
 def varied(scenario: Scenario, values: Mapping[str, Setting]) -> tuple[Scenario, dict[str, Raw]]:

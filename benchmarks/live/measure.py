@@ -25,9 +25,9 @@ from urllib.parse import unquote
 from rich.table import Table
 
 from amb_cosim.presentation.text_tables import labelled_table
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from amb_live.rig import rig
 from benchmarks.timing import environment
 
@@ -87,12 +87,12 @@ def _write(name: str, folder: Path) -> None:
 def _native(scenarios: Ends, rounds: int) -> dict[str, list[float]]:
     result: dict[str, list[float]] = {}
     for name, until in scenarios.items():
-        planned = plan_run(load_scenario(name).changed(settling="simulated"), until=until)
-        simulated = (planned.plan.last - planned.plan.first) * planned.plan.step_size
+        prepared = prepare_run(load_scenario(name).changed(settling="simulated"), until=until)
+        simulated = (prepared.plan.last - prepared.plan.first) * prepared.plan.step_size
         result[name] = []
         for _ in range(rounds + 1):
             begin = time.perf_counter()
-            run_planned(planned)
+            execute(prepared)
             result[name].append(simulated / (time.perf_counter() - begin))
     return result
 

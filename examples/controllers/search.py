@@ -27,7 +27,7 @@ from scipy.signal import bilinear, cont2discrete, lfilter, tf2ss
 import amb_cosim
 from amb_analysis.machine.machine import Machine
 from amb_cosim.cosim.system.values import quantity
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 from signal_chain.presets import IDEAL, is_on
 
@@ -48,7 +48,7 @@ class Search:
     """A machine at some speeds, and how far a controller is from what is wanted there."""
 
     def __init__(self, scenario, speeds, pairs, sample_time, noise=0.0, most_noise=1.0):
-        machine = Machine(plan_run(as_scenario(scenario).machine()))
+        machine = Machine(prepare_run(as_scenario(scenario).machine()))
         self.pairs, self.noise, self.most_noise = pairs, noise, most_noise
         self.step = sample_time = sample_time or machine.loop.sample_time
         self.Omega = [quantity(speed, "rad/s", "speeds") for speed in speeds]

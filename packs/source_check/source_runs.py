@@ -7,21 +7,21 @@ from collections.abc import Iterable
 from typing import Any
 
 from amb_cosim.cosim.system.system_file import load_system
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from rotor_analysis.rotor_file import load_rotor
 from source_check.statements import Source
 
 
-def plan_source(source: Source) -> PlannedRun:
-    """Return the planned scenario of a source.
+def prepare_source(source: Source) -> PreparedRun:
+    """Return the prepared run of a source.
 
     Raises
     ------
     ValueError
         If the scenario, a value or a table of the rotor is wrong.
     """
-    return plan_run(scenario_of(source), dict(source.set))
+    return prepare_run(scenario_of(source), dict(source.set))
 
 
 def scenario_of(source: Source) -> Scenario:
@@ -66,6 +66,6 @@ def build_fmus(sources: Iterable[Source]) -> None:
             rotor = json.dumps([source.rotor_file or scenario.rotor, system, source.rotor], sort_keys=True)
             if rotor not in seen:
                 seen.add(rotor)
-                plan_source(source)
+                prepare_source(source)
         except ValueError:
             continue

@@ -17,7 +17,7 @@ from amb_assessment.reporting.pictures import picture_of
 from amb_cosim.cosim.run.options import Progress
 from amb_cosim.scenario.file import read_scenario
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from amb_files.atomic import write_file
 from amb_files.packs import files_of, packs
 from amb_files.toml import parse_toml, read_text
@@ -30,7 +30,7 @@ from source_check.quantities import (
     quantities_of_studies,
 )
 from source_check.requests import QuantityRequest, evaluate
-from source_check.source_runs import build_fmus, plan_source
+from source_check.source_runs import build_fmus, prepare_source
 from source_check.statements import FILE, Source
 from source_check.study_quantities import compute
 from source_check.verdict import Computed
@@ -162,8 +162,8 @@ def keep_answer(job: Job) -> None:
 
 def _run_facts(job: Job) -> dict[str, Any]:
     source = job.source
-    planned = plan_source(source)
-    result = run_planned(planned)
+    prepared = prepare_source(source)
+    result = execute(prepared)
     if result.outcome.failure is not None:
         raise ValueError(f"the run ended early: {result.outcome.failure}")
     changes = dict(source.set) | source.model_dump(include={"end_cycle", "unbalance_factor"}, exclude_none=True)
@@ -171,7 +171,7 @@ def _run_facts(job: Job) -> dict[str, Any]:
     changes |= {"rotor": source.rotor_file} if source.rotor_file else {}
     changes |= {f"rotor {table}.{key}": v for table, values in source.rotor.items() for key, v in values.items()}
     return {
-        "title": source.title or planned.scenario.description,
+        "title": source.title or prepared.scenario.description,
         "text": scenario_text(source.scenario),
         "parameters": _texts(scenario_parameters(source.scenario) | changes),
         **_evaluate_all(job, result.signals, quantities_of_runs(job.quantities)),

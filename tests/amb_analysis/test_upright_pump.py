@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from amb_analysis.machine.machine import machine_of
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 from rotor_analysis.assembly import assemble
 from rotor_analysis.damping import free_modes
@@ -44,8 +44,8 @@ def first_mode(folder):
 
 
 def growth_at_rest(folder):
-    planned = plan_run(as_scenario(str(folder / "levitation.toml"), None).machine())
-    return machine_of(planned).loop.poles(0.0).stability.growth_rate
+    prepared = prepare_run(as_scenario(str(folder / "levitation.toml"), None).machine())
+    return machine_of(prepared).loop.poles(0.0).stability.growth_rate
 
 
 def test_a_bell_on_its_hub_bends_the_shaft_at_807_hz(pump):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from amb_cosim.scenario.plan_run import assemble_scenario
+from amb_cosim.scenario.prepare_run import assemble_scenario
 from amb_cosim.scenario.scenario import load_scenario
 from amb_sweeps.check import check_points
 from amb_sweeps.commands import _request

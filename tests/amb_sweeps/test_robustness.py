@@ -6,7 +6,7 @@ import pytest
 
 from amb_cosim import studies
 from amb_cosim.model_constants.receptance_file import ReceptanceTable
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from amb_sweeps.robustness import Robustness, RobustnessRow
 from amb_sweeps.stored_robustness import StoredOutcome
@@ -22,8 +22,8 @@ def row(changed, outcome):
 
 def variations_of(scenario, **settings):
     """The variations of a scenario by 1 %, with a table that nobody reads."""
-    planned = plan_run(load_scenario(scenario), settings)
-    return planned, variations(planned, settings, 0.01, lambda: TABLE)
+    prepared = prepare_run(load_scenario(scenario), settings)
+    return prepared, variations(prepared, settings, 0.01, lambda: TABLE)
 
 
 def test_verdict_names_the_changes_that_flip_the_outcome():
@@ -49,8 +49,8 @@ def test_verdict_needs_decided_outcomes():
 
 def test_machine_without_controller_varies_its_passive_bearings():
     """A rotor in springs and dampers has K_b and C_b in the plant; what it does not have is named."""
-    planned, result = variations_of("nelson_mcvaugh_rub")
-    values = planned.plan.all_parameters(planned.interfaces)["rotor_contact"]
+    prepared, result = variations_of("nelson_mcvaugh_rub")
+    values = prepared.plan.all_parameters(prepared.interfaces)["rotor_contact"]
     settings = {item.name: item.settings for item in result.made}
     stiffer = settings["K_b + 1 %"]
     assert set(stiffer) == {"rotor_contact.b1.k_b", "rotor_contact.b2.k_b"}
@@ -84,9 +84,9 @@ def test_h_is_identified_if_the_run_uses_a_table_that_it_does_not_make():
 
 
 def test_h_of_a_run_up_is_identified_every_hertz_of_it():
-    planned, _ = variations_of("run_up_rolac")
-    speeds = identification_speeds(planned)
-    assert speeds[-1] == pytest.approx(max(speed for _, speed in planned.profile))
+    prepared, _ = variations_of("run_up_rolac")
+    speeds = identification_speeds(prepared)
+    assert speeds[-1] == pytest.approx(max(speed for _, speed in prepared.profile))
     assert max(b - a for a, b in pairwise(speeds)) < 7.0
     assert len(identification_speeds(variations_of("fig5_6")[0])) == 1
 

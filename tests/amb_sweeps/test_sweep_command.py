@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import amb_cosim
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_files.packs import files_of
 from amb_sweeps import sensitivity as indices
 from amb_sweeps.check import check_points
@@ -55,7 +55,7 @@ def test_ready_sweeps_fit_their_scenarios(name, file):
     guids, units, _ = check_points(Task(amb_cosim.Scenario.load(study.scenario)), design)
     assert len(guids) == 3
     assert {"rad/s", "kg.m"} & set(units.values())
-    assert plan_run(amb_cosim.Scenario.load(study.scenario)).plan.last > 0
+    assert prepare_run(amb_cosim.Scenario.load(study.scenario)).plan.last > 0
 
 
 def test_refinement_converges_to_a_circle_with_few_points(tmp_path):

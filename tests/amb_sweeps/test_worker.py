@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from amb_cosim.cosim.master.instances import InstancePool
+from amb_cosim.cosim.run.execution import execute_plan
 from amb_cosim.cosim.run.options import RunOptions
-from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.results.places import places_of
 from amb_cosim.results.series import parameters, speed, thinning, turns
 from amb_cosim.scenario.make_result import bare_signals, make_result
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from amb_sweeps.metrics import evaluate
 from amb_sweeps.worker import Runner, Task, varied
 from tests.support.messages import assert_names, raises_naming
@@ -46,11 +46,11 @@ def assert_equal(first, second):
 def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
     scenario = SCENARIO.changed(coupling=coupling)
     until = UNTIL if coupling == "gauss_seidel" else 0.01
-    cases = [plan_run(scenario, settings, until, options=RunOptions(flavour=flavour)) for settings in ({}, HIT, {})]
-    fresh = [data_of(run_planned(case)) for case in cases]
+    cases = [prepare_run(scenario, settings, until, options=RunOptions(flavour=flavour)) for settings in ({}, HIT, {})]
+    fresh = [data_of(execute(case)) for case in cases]
     instances = InstancePool()
     try:
-        reset = [data_of(run_planned(case, RunOptions(instances=instances))) for case in cases]
+        reset = [data_of(execute(case, RunOptions(instances=instances))) for case in cases]
     finally:
         instances.close()
     for from_new, from_reset in zip(fresh, reset, strict=True):
@@ -66,11 +66,11 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
 )
 def test_sweeps_evaluate_what_a_complete_result_has(settings):
     """Offsets of retainers, the speed, clearances and the thinning of the record decide on values and outcomes."""
-    planned = plan_run(SCENARIO.changed(record={"every": 20}), settings, UNTIL)
-    recording = run_plan(planned.assembly, planned.plan)
+    prepared = prepare_run(SCENARIO.changed(record={"every": 20}), settings, UNTIL)
+    recording = execute_plan(prepared.assembly, prepared.plan)
     bare, complete = (
-        bare_signals(planned, recording, places_of(planned.assembly)),
-        make_result(planned, recording).signals,
+        bare_signals(prepared, recording, places_of(prepared.assembly)),
+        make_result(prepared, recording).signals,
     )
     assert repr(evaluate(bare)) == repr(evaluate(complete))
     for quantity in (parameters, speed, turns, thinning):
@@ -79,18 +79,18 @@ def test_sweeps_evaluate_what_a_complete_result_has(settings):
 
 def test_instances_are_new_after_a_run_that_failed():
     instances = InstancePool()
-    good = plan_run(SCENARIO, {}, UNTIL)
-    before = data_of(run_planned(good, RunOptions(instances=instances)))
-    bad = plan_run(SCENARIO, {"rotor_contact.d1.u": "9e5 g.m"}, UNTIL)
-    assert run_planned(bad, RunOptions(instances=instances)).outcome.component == "rolac_controller"
-    assert_equal(data_of(run_planned(good, RunOptions(instances=instances))), before)
+    good = prepare_run(SCENARIO, {}, UNTIL)
+    before = data_of(execute(good, RunOptions(instances=instances)))
+    bad = prepare_run(SCENARIO, {"rotor_contact.d1.u": "9e5 g.m"}, UNTIL)
+    assert execute(bad, RunOptions(instances=instances)).outcome.component == "rolac_controller"
+    assert_equal(data_of(execute(good, RunOptions(instances=instances))), before)
     instances.close()
 
 
 def test_a_point_has_the_key_values_of_the_summary():
     runner = Runner(Task(SCENARIO, until=UNTIL))
     point = runner.run(7, HIT)
-    summary = run_planned(plan_run(SCENARIO, HIT, UNTIL)).summary
+    summary = execute(prepare_run(SCENARIO, HIT, UNTIL)).summary
     assert (point.point, point.outcome) == (7, "undecided")
     assert point.metrics["contact"] == 1.0
     for site, force in summary.peak_contact_force.items():
@@ -104,8 +104,8 @@ def test_a_point_has_the_key_values_of_the_summary():
 
 
 def test_an_fmu_that_is_a_file_runs_in_the_process_of_the_sweep(monkeypatch):
-    file = str(plan_run(SCENARIO).fmus["rolac_controller"].path)
-    monkeypatch.setattr("amb_cosim.cosim.run.run_plan.run_isolated", None)
+    file = str(prepare_run(SCENARIO).fmus["rolac_controller"].path)
+    monkeypatch.setattr("amb_cosim.cosim.run.execution.run_isolated", None)
     runner = Runner(Task(SCENARIO, until=UNTIL))
     points = [runner.run(0, {**HIT, **fmu}) for fmu in ({}, {"fmu.rolac_controller": file})]
     assert [point.outcome for point in points] == ["undecided", "undecided"]
@@ -157,7 +157,7 @@ def test_unbalance_gravity_and_coupling_at_the_start_are_those_of_the_point(fiel
     scenario = load_scenario("compressor_levitated")
     runner = Runner(Task(scenario))
     for of_point in fields:
-        plan, alone = runner.plan(of_point).plan, plan_run(scenario.changed(**of_point)).plan
+        plan, alone = runner.plan(of_point).plan, prepare_run(scenario.changed(**of_point)).plan
         assert (plan.inputs, plan.parameters, plan.warnings) == (alone.inputs, alone.parameters, alone.warnings)
 
 

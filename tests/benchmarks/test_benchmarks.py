@@ -77,16 +77,16 @@ def compared_with_baseline(scenario: str, until: str | None = None) -> dict[str,
     import tomllib
 
     from amb_cosim.cosim.run.options import RunOptions
-    from amb_cosim.scenario.plan_run import plan_run
+    from amb_cosim.scenario.prepare_run import prepare_run
     from amb_cosim.scenario.scenario import load_scenario, make_scenario
-    from amb_cosim.scenario.simulation import run_planned
+    from amb_cosim.scenario.simulation import execute
     from benchmarks.baseline import Baseline
 
     parsed = make_scenario(tomllib.loads(scenario), "case") if "\n" in scenario else load_scenario(scenario)
-    planned = plan_run(parsed, until=until, options=RunOptions(flavour="native"))
-    dataset, result = run_planned(planned).dataset, Baseline(planned).run()
-    profiled = Baseline(planned).run(profile=True)
-    expected = {name: dataset[name].values.astype(float) for name in planned.plan.recorded}
+    prepared = prepare_run(parsed, until=until, options=RunOptions(flavour="native"))
+    dataset, result = execute(prepared).dataset, Baseline(prepared).run()
+    profiled = Baseline(prepared).run(profile=True)
+    expected = {name: dataset[name].values.astype(float) for name in prepared.plan.recorded}
     return {
         "shape": list(result.table.shape),
         "points": dataset.sizes["time"],
@@ -96,7 +96,7 @@ def compared_with_baseline(scenario: str, until: str | None = None) -> dict[str,
         "parts": sum(profiled.parts.values()) / profiled.seconds,
         "steps": len(profiled.steps),
         "shortest_step": profiled.steps.min(),
-        "all_steps": sum(profiled.steps) / sum(profiled.parts[c.name] for c in planned.plan.system.components),
+        "all_steps": sum(profiled.steps) / sum(profiled.parts[c.name] for c in prepared.plan.system.components),
         "contact": sorted(set(dataset["rotor_contact.contact_state"].values.tolist())),
     }
 

@@ -8,7 +8,7 @@ import pytest
 import amb_cosim
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.differences import LARGEST, described
-from amb_cosim.scenario.plan_run import assemble_scenario, system_of
+from amb_cosim.scenario.prepare_run import assemble_scenario, system_of
 from amb_files.user_cache import user_cache
 from tests.support.messages import raises_naming
 

@@ -16,8 +16,8 @@ from waiting import LONGEST, children, is_running, of_process, wait_for_work, wa
 import amb_cosim
 from amb_cosim.commands.cli import main
 from amb_cosim.cosim.errors import FmuError, ProcessFailed, StartFailed
+from amb_cosim.cosim.run import execution as simulation
 from amb_cosim.cosim.run import isolation
-from amb_cosim.cosim.run import run_plan as simulation
 from tests.support.messages import assert_names, raises_naming
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the FMU is compiled for Linux")

@@ -8,9 +8,9 @@ import pytest
 from amb_cosim.cosim.building import loop_library
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.run import simulator
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import make_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from fmi_export.building.native.compiler import PLATFORMS
 
 SHORT = 'system = "passive"\nOmega = "10 Hz"\nend_time = "20 ms"\nsettle_cycles = 0.5\n'
@@ -52,11 +52,11 @@ def test_without_compiler_or_cache_no_compiled_loop_is_loaded(load_anew, monkeyp
 
 
 def test_plain_loop_replaces_a_missing_compiled_loop_with_equal_results(monkeypatch):
-    planned = plan_run(make_scenario(tomllib.loads(SHORT), "short"))
-    expected = run_planned(planned)
+    prepared = prepare_run(make_scenario(tomllib.loads(SHORT), "short"))
+    expected = execute(prepared)
     monkeypatch.setattr(simulator, "load_loop", lambda: None)
     monkeypatch.setattr(compiled, "run", lambda *_, **__: pytest.fail("not the plain loop"))
-    result = run_planned(planned)
+    result = execute(prepared)
     for name in expected.signals.variables:
         np.testing.assert_array_equal(result.signals[name].values, expected.signals[name].values)
 

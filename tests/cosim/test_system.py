@@ -7,7 +7,7 @@ from interfaces import interface
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.assembly import Assembly
-from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
 from amb_cosim.cosim.system.tables import time_of
@@ -171,4 +171,4 @@ def test_an_error_in_a_system_file_names_the_system(tmp_path, text, facts):
     file.write_text(f"{text}communication_step = 1\nstop_time = 2\n[[component]]\nname = 'rotor'\nfmu = 'rotor.fmu'\n")
     with raises_naming(ValueError, *facts):
         assembly = Assembly(load_system(file), {}, {"rotor": INTERFACES["rotor"]})
-        plan_experiment(load_experiment(file), assembly.assignments())
+        experiment_plan(load_experiment(file), assembly.assignments())

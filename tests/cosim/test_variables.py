@@ -11,7 +11,7 @@ from fmu_systems import system_text
 import amb_cosim
 from amb_cosim.commands.options import parse_settings
 from amb_cosim.cosim.system.assembly import assemble
-from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
 from tests.ssp.gain_archives import bind, component, structure, system
 from tests.support.messages import raises_naming
@@ -171,7 +171,7 @@ def test_a_sample_time_not_in_seconds_sets_no_rate(fmu_from_c, tmp_path, declare
     fmu = fmu_from_c(SOURCE, text, name=f"rate-{sum(declared.encode())}")
     (tmp_path / "system.toml").write_text(system_text({"one": str(fmu)}), encoding="utf-8")
     assembly = assemble(load_system(tmp_path / "system.toml"))
-    plan = plan_experiment(load_experiment(tmp_path / "system.toml"), assembly.assignments())
+    plan = experiment_plan(load_experiment(tmp_path / "system.toml"), assembly.assignments())
     assert plan.system.component("one").every == (2 if is_rate else 1)
 
 

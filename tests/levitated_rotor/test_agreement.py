@@ -12,7 +12,7 @@ import pytest
 from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate, series, start_angle
 
 from amb_cosim import build_assembled
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 
 pytestmark = pytest.mark.gate
@@ -23,14 +23,14 @@ SIMULATED = {"settling": "simulated"}  # as one FMU has it
 SHORT = {"settle_cycles": 2, "end_cycle": 12, **SIMULATED}  # of fig4_9: contact all the same
 
 
-def short(**changes: Any) -> PlannedRun:
-    return plan_run(load_scenario("fig4_9").changed(**{**SHORT, **changes}))
+def short(**changes: Any) -> PreparedRun:
+    return prepare_run(load_scenario("fig4_9").changed(**{**SHORT, **changes}))
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_assembled_fmu_equals_the_orchestrator_to_the_last_bit(name: str, assembled: Callable[..., Path]) -> None:
-    planned = plan_run(load_scenario(name).changed(**SIMULATED))
-    of_three, of_one = separate(planned), in_one(planned, assembled(name))
+    prepared = prepare_run(load_scenario(name).changed(**SIMULATED))
+    of_three, of_one = separate(prepared), in_one(prepared, assembled(name))
     assert of_three.outcome.status == of_one.outcome.status == "completed"
     result = series(of_three)
     assert differing(series(of_one), result) == []
@@ -45,14 +45,14 @@ def test_assembled_fmu_equals_the_orchestrator_to_the_last_bit(name: str, assemb
 @pytest.mark.parametrize("step", [25.0, 125.0])
 def test_steps_of_a_fraction_of_the_sample_time_are_equal(step: float, assembled: Callable[..., Path]) -> None:
     """The controller samples at its own instants; actuator and rotor step with the master."""
-    planned = short(communication_step=f"{step} us", settle_cycles=0, end_cycle=7)
-    assert differing(series(in_one(planned, assembled("fig4_9"))), series(separate(planned))) == []
+    prepared = short(communication_step=f"{step} us", settle_cycles=0, end_cycle=7)
+    assert differing(series(in_one(prepared, assembled("fig4_9"))), series(separate(prepared))) == []
 
 
 def test_jacobi_order_is_equal(assembled: Callable[..., Path], native_lag: Path) -> None:
-    planned = short()
-    beside = in_one(planned, assembled("fig4_9"), {"lag": native_lag}, coupling="jacobi")
-    assert differing(series(beside), series(separate(planned))) == []
+    prepared = short()
+    beside = in_one(prepared, assembled("fig4_9"), {"lag": native_lag}, coupling="jacobi")
+    assert differing(series(beside), series(separate(prepared))) == []
 
 
 def step_through_contact(folder: str) -> dict[str, float]:
@@ -101,9 +101,9 @@ def test_steps_of_any_length_are_equal_if_a_host_subtracts_times(
     rollback: bool, extracted: Callable[..., Path]
 ) -> None:
     """Communication points are n T, computed, and steps their differences, as in PyFMI; logging is off."""
-    planned = short()
-    plan, three = planned.plan, series(separate(planned))
-    warnings = {f"{c}.{p.name}" for c, i in planned.interfaces.items() for p in i.of("output") if p.warning}
+    prepared = short()
+    plan, three = prepared.plan, series(separate(prepared))
+    warnings = {f"{c}.{p.name}" for c, i in prepared.interfaces.items() for p in i.of("output") if p.warning}
     changes, sizes = inputs_at(plan, plan.first, plan.last), [1, 3, 2, 7, 1, 1, 12]
     host = Host(extracted("fig4_9"))
     start = plan.inputs | start_angle(plan)
@@ -178,6 +178,6 @@ def test_a_serialised_state_continues_the_run(extracted: Callable[..., Path]) ->
 
 
 def test_a_rotor_of_another_size_is_equal(assembled: Callable[..., Path]) -> None:
-    planned = plan_run(load_scenario("compressor_levitated").changed(settle_cycles=0, end_cycle=2))
-    of_three, of_one = separate(planned), in_one(planned, assembled("compressor_levitated"))
+    prepared = prepare_run(load_scenario("compressor_levitated").changed(settle_cycles=0, end_cycle=2))
+    of_three, of_one = separate(prepared), in_one(prepared, assembled("compressor_levitated"))
     assert differing(series(of_one), series(of_three)) == []

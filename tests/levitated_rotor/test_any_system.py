@@ -10,7 +10,7 @@ from assembled_rotor import differing, in_one, separate, series
 
 from amb_cosim import build_assembled
 from amb_cosim.cosim.system.assembly import assemble
-from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
 
 SYSTEM = """
@@ -58,7 +58,7 @@ def built(tmp_path: Path) -> Callable[..., Any]:
         file = tmp_path / "two magnets.toml"
         file.write_text(SYSTEM.format(coupling=coupling, every=every), encoding="utf-8")
         assembly = assemble(load_system(file))
-        plan = plan_experiment(load_experiment(file), assembly.assignments())
+        plan = experiment_plan(load_experiment(file), assembly.assignments())
         return SimpleNamespace(plan=plan, interfaces=assembly.interfaces, assembly=assembly), build_assembled(
             tmp_path, file
         )
@@ -73,9 +73,9 @@ def built(tmp_path: Path) -> Callable[..., Any]:
 def test_assembled_fmu_equals_the_orchestrator_to_the_last_bit(
     coupling: str, every: int, built: Callable[..., Any]
 ) -> None:
-    planned, fmu = built(coupling, every)
+    prepared, fmu = built(coupling, every)
     assert fmu.name == "two_magnets.fmu"
-    of_three, of_one = separate(planned), in_one(planned, fmu)
+    of_three, of_one = separate(prepared), in_one(prepared, fmu)
     assert of_one.outcome.status == of_three.outcome.status == "completed"
     result = series(of_three)
     assert differing(series(of_one), result) == []

@@ -8,7 +8,7 @@ import pytest
 from assembled_rotor import Host, T, in_one, separate
 
 from amb_cosim.cosim.errors import StartFailed
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names, raises_naming
 
@@ -27,14 +27,14 @@ def scenario(parameters: dict[str, Any]) -> Any:
 
 
 @pytest.fixture(scope="module", params=["NEAR", "AWAY"])
-def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[PlannedRun, Path]:
+def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[PreparedRun, Path]:
     mine = scenario({"NEAR": NEAR, "AWAY": AWAY}[request.param])
-    return plan_run(mine), mine.save(tmp_path_factory.mktemp("scenario") / f"{request.param.lower()}.toml")
+    return prepare_run(mine), mine.save(tmp_path_factory.mktemp("scenario") / f"{request.param.lower()}.toml")
 
 
 def test_a_fault_has_the_time_and_message_of_the_orchestrator(case: Any, assembled: Callable[..., Path]) -> None:
-    planned, file = case
-    of_three, of_one = separate(planned).outcome, in_one(planned, assembled(file)).outcome
+    prepared, file = case
+    of_three, of_one = separate(prepared).outcome, in_one(prepared, assembled(file)).outcome
     assert of_three.status == of_one.status == "failed"
     assert of_three.component in ("amb_actuator", "rolac_controller")
     assert of_one.time == of_three.time
@@ -47,8 +47,8 @@ def test_a_fault_has_the_time_and_message_of_the_orchestrator(case: Any, assembl
 def test_fault_in_a_long_step_has_the_value_at_the_sample(
     case: Any, samples: float, assembled: Callable[..., Path], extracted: Callable[..., Path]
 ) -> None:
-    planned, file = case
-    of_three = separate(planned).outcome
+    prepared, file = case
+    of_three = separate(prepared).outcome
     host, k = Host(extracted(file)).begin(), 0
     while host.step(k * samples * T, samples * T) == 0:
         before, k = host.read(), k + 1
@@ -66,9 +66,9 @@ def test_fault_in_a_long_step_has_the_value_at_the_sample(
 def test_a_fault_of_a_part_at_the_start_is_reported(
     assembled: Callable[..., Path], extracted: Callable[..., Path]
 ) -> None:
-    planned = plan_run(scenario({"amb_actuator": {"mb2.bias_current_y": "11 A"}}))
+    prepared = prepare_run(scenario({"amb_actuator": {"mb2.bias_current_y": "11 A"}}))
     with raises_naming(StartFailed, "mb2.bias_current_y", "11 A") as refused:
-        separate(planned)
+        separate(prepared)
     host = Host(extracted("fig4_9"))
     host.slave.set(amb_actuator__mb2__bias_current_y=11.0)
     host.slave.setup()

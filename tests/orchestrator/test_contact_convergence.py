@@ -7,7 +7,7 @@ import pytest
 from amb_analysis.studies import contact_convergence, convergence_runs
 from amb_analysis.studies.convergence_runs import CaseResult, Contact, ConvergenceCase, varied_cases
 from amb_cosim import studies
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 from rotor_analysis.reduced_rotor import elastic_shapes, reduced_rotor, with_modes
 from rotor_analysis.rotor_file import load_rotor
@@ -56,9 +56,9 @@ def test_the_row_of_the_scenario_is_its_run(substep):
     """With the substep that it states, longer or shorter than the start value of its rotor."""
     setting = {convergence_runs.SUBSTEP: substep}
     base = ConvergenceCase(as_scenario("fig4_9", None), setting)
-    assert convergence_runs.plan_case(base).plan.parameters == plan_run(base.scenario, setting).plan.parameters
+    assert convergence_runs.prepare_case(base).plan.parameters == prepare_run(base.scenario, setting).plan.parameters
     halved = next(case for case in varied_cases(base) if case.label == "substep / 2")
-    assert convergence_runs.plan_case(halved).plan.parameters["rotor_contact"]["solver.max_substep"] == substep / 2
+    assert convergence_runs.prepare_case(halved).plan.parameters["rotor_contact"]["solver.max_substep"] == substep / 2
 
 
 @pytest.fixture
@@ -71,8 +71,8 @@ def study(monkeypatch):
             sites = [Contact(peak(case), 2.0, 3.0, 4.0) for case in cases]
             return [CaseResult({"rb1": site}, "recovered", 1e-8) for site in sites]
 
-        planned = SimpleNamespace(plan=SimpleNamespace(warnings=warnings))
-        monkeypatch.setattr(contact_convergence, "plan_case", lambda case: planned)
+        prepared = SimpleNamespace(plan=SimpleNamespace(warnings=warnings))
+        monkeypatch.setattr(contact_convergence, "prepare_case", lambda case: prepared)
         monkeypatch.setattr(contact_convergence, "simulate_in_processes", simulated)
         return studies.convergence("fig4_9", rotor="bath_rig", starts=starts, progress=False)
 

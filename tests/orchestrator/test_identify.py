@@ -19,7 +19,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.model_constants.receptance_file import empty_table, loop_parameters, read_table
 from amb_cosim.results.result import Result
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from rolac_controller.enumerations import CONTACT_OCCURRED, NO_ERROR, WAITING
 from rotor_analysis.packaged_rotors import rotor_path
@@ -57,7 +57,7 @@ def runs(monkeypatch):
 
     def script(*results: Result) -> None:
         left = iter(results)
-        monkeypatch.setattr(receptance_measurement, "run_planned", lambda planned, progress: next(left))
+        monkeypatch.setattr(receptance_measurement, "execute", lambda prepared, progress: next(left))
 
     return script
 
@@ -172,11 +172,11 @@ def test_paths_of_table_and_rotor_are_relative_to_the_scenario(table, tmp_path):
     (folder / "case.toml").write_text('base = "fig5_6"\nrotor = "mine.toml"\nreceptances = "t.toml"\n')
     (tmp_path / "derived.toml").write_text('base = "cases/case.toml"\nsettle_cycles = 3\n')
     for path in (folder / "case.toml", tmp_path / "derived.toml"):
-        planned = plan_run(load_scenario(str(path)), options=RunOptions(flavour="python"))
-        np.testing.assert_array_equal(constants_of(planned.fmus["rolac_controller"].path), table.constants(RIG_LOOP))
+        prepared = prepare_run(load_scenario(str(path)), options=RunOptions(flavour="python"))
+        np.testing.assert_array_equal(constants_of(prepared.fmus["rolac_controller"].path), table.constants(RIG_LOOP))
     (folder / "case.toml").write_text('base = "fig5_6"\nreceptances = "t.toml"\n')
     with pytest.raises(ValueError, match="it belongs to rotor 'mine', not 'bath_rig_thesis'"):
-        plan_run(load_scenario(str(folder / "case.toml")))
+        prepare_run(load_scenario(str(folder / "case.toml")))
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ from amb_cosim.cosim.processes.interruption import deferred
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.model_constants.plant_data import plant
-from amb_cosim.scenario.plan import plan_scenario
+from amb_cosim.scenario.plan import scenario_plan
 from amb_cosim.scenario.scenario import make_scenario
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.parts import Bearing
@@ -73,7 +73,7 @@ H = 250e-6
 
 def plan(settings=None, until=None, scenario=SCENARIO, system=SYSTEM, extra="", fmus=None, **interfaces):
     assembly = Assembly(system, fmus or {}, INTERFACES | interfaces)
-    return plan_scenario(make_scenario(tomllib.loads(extra + scenario), "mine"), assembly, settings, until)
+    return scenario_plan(make_scenario(tomllib.loads(extra + scenario), "mine"), assembly, settings, until)
 
 
 def profile(p):
@@ -239,13 +239,13 @@ def test_samples_between_communication_points_cause_a_warning(sample_time, state
     Every 1.750001 ms it is as early after some 250,000 samples. Both drift from the start of a run, which is then not
     chosen for samples at cycle 0.
     """
-    planned = sampler_of_any_step(sample_time)
-    warnings = [text for text in planned.warnings if "unevenly" in text]
+    prepared = sampler_of_any_step(sample_time)
+    warnings = [text for text in prepared.warnings if "unevenly" in text]
     assert len(warnings) == bool(stated)
     for text in warnings:
         assert_names(text, "sampler", "0.00025 s early", f"sample_time = {stated}")
     if sample_time.startswith("1.75"):
-        assert (planned.first % 7 == 0) is not bool(stated)
+        assert (prepared.first % 7 == 0) is not bool(stated)
 
 
 def test_settling_begins_so_that_a_sample_meets_the_beginning_of_cycle_0():
@@ -277,10 +277,10 @@ def test_an_event_after_the_end_of_its_scenario_is_noticed():
 
 
 def test_an_event_sets_a_tunable_parameter_of_the_component():
-    planned = plan({"sampler.gain": 3.0}, extra="event = [{ time = 0.1, set.sampler.gain = 2 }]\n", scenario=NO_EVENTS)
-    assert planned.events == ((400, "sampler.gain", 2.0),)
-    assert (planned.inputs["sampler.gain"], planned.parameters["sampler"]["gain"]) == (3.0, 3.0)
-    wiring = Assembly(planned.system, {}, INTERFACES).wiring(planned.inputs)
+    prepared = plan({"sampler.gain": 3.0}, extra="event = [{ time = 0.1, set.sampler.gain = 2 }]\n", scenario=NO_EVENTS)
+    assert prepared.events == ((400, "sampler.gain", 2.0),)
+    assert (prepared.inputs["sampler.gain"], prepared.parameters["sampler"]["gain"]) == (3.0, 3.0)
+    wiring = Assembly(prepared.system, {}, INTERFACES).wiring(prepared.inputs)
     assert wiring.inputs["sampler"][-1] == "gain"
     assert wiring.names[wiring.sources[0][-1]] == "sampler.gain"
 
@@ -387,5 +387,5 @@ def test_an_interrupt_waits_for_a_safe_moment():
 def test_outputs_of_a_replacing_component_are_recorded_by_name(name, recorded):
     """Those of `rotor` are recorded, too, and an output that the component lacks is left out."""
     record = f'record.variables = ["{name}", "sampler.j", "rotor.x"]\n'
-    planned = plan(system=SYSTEM.with_fmu("sampler", "folder/own.fmu"), extra=record)
-    assert sorted(planned.recorded) == sorted([*recorded, "rotor.x"])
+    prepared = plan(system=SYSTEM.with_fmu("sampler", "folder/own.fmu"), extra=record)
+    assert sorted(prepared.recorded) == sorted([*recorded, "rotor.x"])

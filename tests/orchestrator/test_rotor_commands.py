@@ -189,7 +189,7 @@ WITH_ROTOR = [name for name, command in study.commands.items() if "rotor" in {p.
 def test_studies_warn_of_a_rotor_in_mm_once_and_before_they_compute(runner, tmp_path, monkeypatch, name):
     (tmp_path / "fan.toml").write_text(IN_MM)
     sentences = implausible_sizes(load_rotor(tmp_path / "fan.toml"))
-    result = SimpleNamespace(text=lambda: [f"warning: {sentence}" for sentence in sentences])  # as of a planned run
+    result = SimpleNamespace(text=lambda: [f"warning: {sentence}" for sentence in sentences])  # as of a prepared run
     monkeypatch.setattr(studies, name, lambda **_: result, raising=False)
     monkeypatch.setattr(studies, "save", lambda *_: None)
     done = runner("study", name, "--rotor", "fan.toml")

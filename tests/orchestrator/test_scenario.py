@@ -8,7 +8,7 @@ import pytest
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import convert
 from amb_cosim.scenario.file import check_speed_units
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario, packaged_scenarios
 from tests.support.messages import assert_names, raises_naming
 
@@ -167,17 +167,17 @@ def test_labels_are_free_and_in_the_order_of_their_events():
 @pytest.mark.parametrize("name", packaged_scenarios())
 def test_every_packaged_scenario_fits_the_fmus(name):
     scenario = load_scenario(name)
-    planned = plan_run(scenario)
+    prepared = prepare_run(scenario)
     if scenario.rotor is not None:
         return
-    plan = planned.plan
+    plan = prepared.plan
     assert plan.parameters["rotor_contact"]["eb1.enabled"] == 0.0
     assert all(plan.parameters["rotor_contact"].get(f"rb{i}.enabled") == 0.0 for i in (1, 2)) == name.startswith("fig3")
-    assert (plan.inputs["Omega_dot"], bool(planned.profile)) == (0.0, name.startswith("run_"))
+    assert (plan.inputs["Omega_dot"], bool(prepared.profile)) == (0.0, name.startswith("run_"))
 
 
 def test_run_down_mirrors_run_up():
-    up, down = (plan_run(load_scenario(name)) for name in ("run_up", "run_down"))
+    up, down = (prepare_run(load_scenario(name)) for name in ("run_up", "run_down"))
     assert [n for n, _ in up.profile] == [n for n, _ in down.profile]
     sums = [a + b for (_, a), (_, b) in zip(up.profile, down.profile, strict=True)]
     assert sums == pytest.approx([2.0 * math.pi * 33.0] * 3)
@@ -291,7 +291,7 @@ def test_a_missing_file_is_refused_with_the_scenario_that_asks_for_it(key, tmp_p
     (tmp_path / "mine.toml").write_text(f'{key} = "{file}"\n{MINIMAL}')
     name = str(tmp_path / "mine.toml") if key == "base" else "mine"
     with raises_naming(ValueError, "scenario", name, key, str(tmp_path / file)):
-        plan_run(load_scenario(str(tmp_path / "mine.toml")))
+        prepare_run(load_scenario(str(tmp_path / "mine.toml")))
 
 
 def test_speeds_of_a_scenario_made_of_numbers_are_saved_with_their_unit(tmp_path):
@@ -306,6 +306,6 @@ def test_speeds_of_a_scenario_made_of_numbers_are_saved_with_their_unit(tmp_path
 @pytest.mark.parametrize("name", ["Omega", "rotor_contact.Omega"])
 def test_a_speed_that_is_set_as_a_text_needs_a_unit(name):
     with raises_naming(ValueError, "Omega = 200", "'200 rpm'", "'200 rad/s'"):
-        plan_run(load_scenario("fig4_9"), {name: "200"})
-    assert plan_run(load_scenario("fig4_9"), {name: 200.0}).speed == 200.0
-    assert plan_run(load_scenario("fig4_9"), {name: "0"}).speed == 0.0
+        prepare_run(load_scenario("fig4_9"), {name: "200"})
+    assert prepare_run(load_scenario("fig4_9"), {name: 200.0}).speed == 200.0
+    assert prepare_run(load_scenario("fig4_9"), {name: "0"}).speed == 0.0

@@ -22,8 +22,8 @@ RIG = Scenario.load("fig5_6")
 @pytest.fixture(scope="module")
 def table():
     """A table of the rig in the loop of the scenario, with receptances that no rotor has."""
-    rotor, planned = load_rotor(RIG.rotor), plan_models(RIG)
-    table = empty_table(rotor.name, control_loop(rotor), planned.plan.parameters[CONTROLLER])
+    rotor, prepared = load_rotor(RIG.rotor), plan_models(RIG)
+    table = empty_table(rotor.name, control_loop(rotor), prepared.plan.parameters[CONTROLLER])
     return table.updated(60.0, random_receptance(3)).updated(100.0, random_receptance(4))
 
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from amb_analysis.studies.receptance_measurement import force_amplitude, plan_identification
+from amb_analysis.studies.receptance_measurement import force_amplitude, prepare_identification
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 
 SCALE = "identification.force_scale"
@@ -12,7 +12,7 @@ SCALE = "identification.force_scale"
 
 def scale_of(scenario, **settings):
     """Return the scale that a plan sets; None if it leaves the start value, 1."""
-    return plan_run(load_scenario(scenario), settings).plan.parameters["rolac_controller"].get(SCALE)
+    return prepare_run(load_scenario(scenario), settings).plan.parameters["rolac_controller"].get(SCALE)
 
 
 def largest_force(**changes):
@@ -28,13 +28,13 @@ def test_the_rig_has_the_force_of_the_thesis(scenario):
 
 def test_force_is_that_of_the_rig_in_proportion_to_the_magnets():
     """550 N above 30 Hz on the rig; the magnets of the compressor have 2.2 times its K_i I_b."""
-    values = plan_run(load_scenario("compressor_levitated")).plan.parameters["amb_actuator"]
+    values = prepare_run(load_scenario("compressor_levitated")).plan.parameters["amb_actuator"]
     names = ("turns", "pole_area", "gap", "half_angle", "bias_current", "current_limit")
     own = {name: values[f"mb1.{name}_x"] for name in names if f"mb1.{name}_x" in values}
     share = largest_force(**own) / largest_force()
     assert share > 1.5
     assert scale_of("compressor_levitated") == pytest.approx(share, rel=1e-9)
-    machine = plan_identification(150.0 * 6.2832, machine=load_scenario("compressor_levitated"))
+    machine = prepare_identification(150.0 * 6.2832, machine=load_scenario("compressor_levitated"))
     assert force_amplitude(machine) == pytest.approx(550.0 * share, rel=1e-9)
 
 

@@ -8,7 +8,7 @@ import amb_cosim
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.started import checkpoint_in
 from amb_analysis.steady_contact.trap_map import states_at
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 
 RECORD = {"every": 1, "variables": ["rotor_contact.rb?.f_n_mean"]}
@@ -20,7 +20,7 @@ def case(Omega, u, mu, cycles):
     changes = {"Omega": Omega, "event": (), "unbalance_factor": 1.0, "record": RECORD, "end_cycle": cycles}
     scenario = as_scenario("fig5_6_pid", None).changed(**changes)
     settings = {"rotor_contact.d1.u": u, "rotor_contact.rb?.mu": mu, "rotor_contact.rb?.mu_static": mu}
-    return scenario, settings, rubbing_rotor(plan_run(scenario, settings))
+    return scenario, settings, rubbing_rotor(prepare_run(scenario, settings))
 
 
 def state_of(rotor, contact, growing):

@@ -18,7 +18,7 @@ from amb_analysis.steady_contact.stability import Dynamics
 from amb_analysis.steady_contact.synchronous_states import all_sets, states_of
 from amb_analysis.steady_contact.trap_map import Regime, states_at, trap_map
 from amb_analysis.steady_contact.whirl import whirls
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 
 SPRINGS = {"rotor_contact.*.k_b": 1e6, "rotor_contact.*.c_b": 5000.0}  # N/m, N s/m
@@ -35,12 +35,12 @@ CASES = (  # rad/s, kg m on D1, mu; forces (N) of all states at RB1 and RB2, 0 w
 
 @pytest.fixture(scope="module")
 def rig():
-    return rubbing_rotor(plan_run(as_scenario("fig5_6_pid", None).changed(unbalance_factor=1.25)))
+    return rubbing_rotor(prepare_run(as_scenario("fig5_6_pid", None).changed(unbalance_factor=1.25)))
 
 
 @pytest.fixture(scope="module")
 def springs():
-    return source_of_run(plan_run(as_scenario("fig5_6_pid", None), SPRINGS))
+    return source_of_run(prepare_run(as_scenario("fig5_6_pid", None), SPRINGS))
 
 
 def receptance_on_springs(springs, Omega, sites):
@@ -169,7 +169,7 @@ def test_rotor_is_released_where_its_contact_state_ends(rig, u, stays):
 @pytest.mark.parametrize("case", ["rolling_90", "rolling_220"])
 def test_runs_that_roll_have_the_computed_frequency_and_forces(case):
     """N over the angle between the journals, which is free, is mean + swing cos(angle); friction is 2."""
-    rig = rubbing_rotor(plan_run(as_scenario(case, None)))
+    rig = rubbing_rotor(prepare_run(as_scenario(case, None)))
     result = next(result for result in rolling(rig, rig.Omega) if len(result.contact) == 2)
     assert 0.05 < result.friction < 0.15
     run = amb_cosim.run(case, progress=False).dataset
@@ -194,7 +194,7 @@ def test_relieved_rotor_keeps_whirling_in_contact_at_its_frequency():
     record = {"every": 1, "variables": ["rotor_contact.rb?.?", "rotor_contact.rb?.f_n_mean"]}
     changes = {"Omega": 140.0, "event": events, "end_cycle": 67, "unbalance_factor": 1.0, "record": record}
     scenario, start = as_scenario("fig5_6_pid", None).changed(**changes), {"rotor_contact.d1.u": 0.0025}
-    relieved = rubbing_rotor(plan_run(scenario, start))
+    relieved = rubbing_rotor(prepare_run(scenario, start))
     run = amb_cosim.run(scenario, set=start, progress=False).dataset
     time = run["time"].values
     late = time > 1.0

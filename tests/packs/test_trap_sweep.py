@@ -11,7 +11,7 @@ import pytest
 import amb_cosim
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.trap_map import states_at
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 
 SPEEDS, AMOUNTS = np.linspace(45.0, 235.0, 20), np.linspace(3e-3, 60e-3, 20)  # rad/s, kg m on D1
@@ -73,7 +73,7 @@ def agrees(rig, Omega, u, is_knocked):
 @pytest.mark.slow
 def test_runs_end_in_states_of_the_map(is_long):
     """Every run, or every tenth, spread over speed and unbalance."""
-    rig, every = rubbing_rotor(plan_run(as_scenario("fig5_6_pid", None))), 1 if is_long else 10
+    rig, every = rubbing_rotor(prepare_run(as_scenario("fig5_6_pid", None))), 1 if is_long else 10
     chosen = [(i, j) for i in range(len(SPEEDS)) for j in range(len(AMOUNTS)) if (i + 3 * j) % every == 0]
     agreement = [agrees(rig, float(SPEEDS[i]), float(AMOUNTS[j]), (i + j) % 2 == 0) for i, j in chosen]
     assert sum(agreement) >= 0.95 * len(agreement)

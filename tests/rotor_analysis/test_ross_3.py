@@ -19,7 +19,7 @@ from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.linear.loop import Loop
 from amb_analysis.studies.loop_vibrations import vibrations
 from amb_cosim.commands.cli import main
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 from amb_files.toml import validate
 from rotor_analysis.ross_file import read_ross
@@ -83,8 +83,8 @@ def test_modes_with_imported_magnets_and_controller_match_ross(tmp_path, monkeyp
         for part in ("controller", "levitation"):
             file = tmp_path / f"{name}_{part}.toml"
             file.write_text(file.read_text().replace("20 us", sample_time))
-        planned = plan_run(as_scenario(file, None).machine())
-        loop = Loop(source_of_run(planned))
+        prepared = prepare_run(as_scenario(file, None).machine())
+        loop = Loop(source_of_run(prepared))
         deviations.append(
             max(
                 np.min(np.abs(vibrations(loop, speed).poles / mode - 1.0))

@@ -27,7 +27,7 @@ from amb_assessment.assessment.physics.assessed_machine import assessed_machine_
 from amb_assessment.assessment.physics.stages import anticipated, co_simulated, real_coefficients
 from amb_assessment.assessment.physics.unbalance_cases import unbalance_cases
 from amb_cosim.results.component_names import PLANT
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from rotor_analysis.assembly import with_bearings
 from rotor_analysis.modes import modes
 from rotor_analysis.parts import Bearing
@@ -65,7 +65,7 @@ def test_level_one_is_without_seals_and_level_two_with_them(expander):
     rotor = expander.rotor
     emptied = (Bearing(seal.name, seal.node) for seal in rotor.seals)
     nothing = replace(rotor, seals=(*emptied, *expander.thrust_tilt))
-    bare_machine = expander.with_plan(expander.planned.plan, nothing)
+    bare_machine = expander.with_plan(expander.prepared.plan, nothing)
     (of_bare,) = bare_machine.linear_components.at(Omega).parts([PLANT])
     bare = of_bare.law.A
 
@@ -105,7 +105,7 @@ def test_the_co_simulated_rotor_has_the_stages_of_the_loop(expander):
     for others, levitated in (((stage,), False), ((stage, disc), True)):
         (of_loop,) = coupled_loop(expander, others).linear_components.at(Omega).parts([PLANT])
         scenario = co_simulated(expander, Omega, levitated=levitated)
-        (of_run,) = Machine(plan_run(scenario)).linear_components.parts([PLANT])
+        (of_run,) = Machine(prepare_run(scenario)).linear_components.parts([PLANT])
         np.testing.assert_allclose(of_run.law.A, of_loop.law.A, atol=1e-9 * size)
         assert np.abs(of_run.law.A - bare.law.A).max() > 1e-6 * size
 

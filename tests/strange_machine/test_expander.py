@@ -6,7 +6,7 @@ from strange_machine import LEVITATION, RUB, TOUCHDOWN
 
 import amb_cosim
 from amb_cosim.results.places import places
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from tests.support.messages import raises_naming
 
@@ -32,7 +32,7 @@ def test_gravity_leaves_the_weight_to_the_magnets(tmp_path):
     unstated = tmp_path / "gravity.toml"
     unstated.write_text(f'base = "{LEVITATION}"\nremove = ["amb_actuator.*static_current_?"]\n', encoding="utf-8")
     stated, found = (
-        plan_run(Scenario.load(path)).plan.parameters["amb_actuator"] for path in (str(LEVITATION), str(unstated))
+        prepare_run(Scenario.load(path)).plan.parameters["amb_actuator"] for path in (str(LEVITATION), str(unstated))
     )
     for bearing in ("north", "guide", "south"):
         name = f"{bearing}.static_current_y"
@@ -46,7 +46,7 @@ def test_gravity_leaves_the_weight_to_the_magnets(tmp_path):
 def test_gravity_is_refused_with_the_name_of_its_scenario(wrong, facts):
     scenario = Scenario.load(str(LEVITATION))
     with raises_naming(ValueError, f"scenario {scenario.name}: ", *facts):
-        plan_run(scenario.changed(**wrong))
+        prepare_run(scenario.changed(**wrong))
 
 
 def test_expander_falls_onto_both_retainers_and_stays(touchdown):

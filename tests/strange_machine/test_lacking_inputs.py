@@ -6,7 +6,7 @@ import pytest
 from strange_machine import LEVITATION, ROTOR, SYSTEM, TOUCHDOWN
 
 import amb_cosim
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from tests.support.changed_archive import with_text
 from tests.support.messages import assert_names, raises_naming
@@ -30,14 +30,14 @@ def test_an_event_without_any_variable_is_refused(actuator):
     scenario = with_event(actuator, **{"north.amplifier_off_x": True})
     facts = ("event step", "0.008 s", "amb_actuator (own_actuator.fmu)")
     with raises_naming(ValueError, *facts, "north.amplifier_off_x", "north.amplifier_off_y"):
-        plan_run(scenario)
+        prepare_run(scenario)
 
 
 def test_an_event_without_effect_is_refused_beside_others_at_its_time(actuator):
     scenario = with_event(actuator, **{"north.amplifier_off_x": True})
     other = {"cycle": 2, "set": {"rotor_contact": {"turbine.u": "1 g.mm"}}}
     with raises_naming(ValueError, "event step"):
-        plan_run(scenario.changed(event=[other, *(event.model_dump(exclude_none=True) for event in scenario.event)]))
+        prepare_run(scenario.changed(event=[other, *(event.model_dump(exclude_none=True) for event in scenario.event)]))
 
 
 def test_inputs_that_an_event_lacks_are_the_first_warning(actuator):
@@ -56,7 +56,7 @@ def test_an_initial_value_without_effect_is_refused(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
     with raises_naming(ValueError, "initial value", "amb_actuator.north.amplifier_off_x"):
-        plan_run(scenario)
+        prepare_run(scenario)
 
 
 @pytest.mark.parametrize("value", [False, 0, "0 A", "-0.0", "false"])
@@ -64,7 +64,7 @@ def test_an_initial_value_of_zero_is_dropped_with_a_notice(actuator, value):
     first = {"amb_actuator": {"north.amplifier_off_x": value}}
     scenario = Scenario.load(LEVITATION).changed(fmu={"amb_actuator": str(actuator)}, inputs=first)
     dropped = "amb_actuator: own_actuator.fmu has no north.amplifier_off_x; its settings are ignored"
-    assert dropped in plan_run(scenario).plan.notices
+    assert dropped in prepare_run(scenario).plan.notices
 
 
 def test_an_event_of_a_system_file_is_refused_alike(actuator, tmp_path):

@@ -8,7 +8,7 @@ import amb_cosim
 from amb_analysis.machine.channels import place_of
 from amb_analysis.machine.frequency_response import Structure, frequency_response
 from amb_analysis.machine.machine import machine_of
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.worker import Runner, Task
 from tests.support.messages import raises_naming
@@ -27,8 +27,8 @@ def short():
 
 def under_matrices(scenario, folder, settings=None):
     """A scenario under its PID as matrices: i = -((K_b + K_s) x + C_b (x - x_before)/h)/K_i."""
-    planned = plan_run(scenario, settings)
-    values = planned.plan.all_parameters(planned.interfaces)["rolac_controller"]
+    prepared = prepare_run(scenario, settings)
+    values = prepared.plan.all_parameters(prepared.interfaces)["rolac_controller"]
     k_b, k_s, c_b, k_i, low, high = (
         np.array([values[f"{demand.replace('.i_', f'.{name}_')}"] for demand in DEMANDS])
         for name in ("k_b", "k_s", "c_b", "k_i", "i_min", "i_max")
@@ -70,8 +70,8 @@ def test_limit_cycle_between_its_limits_is_unstable_as_under_the_pid(tmp_path):
 def test_response_of_a_demand_has_its_whole_delay(levitation, delay):
     """i/x = -((K_b + K_s) + C_b (1 - 1/z)/h)/K_i exp(-j omega d h) of the demand that appears after d samples."""
     settings = {"rolac_controller.delay": delay}
-    machine = machine_of(plan_run(levitation, settings))
-    law = machine_of(plan_run(short())).parameters["rolac_controller"]
+    machine = machine_of(prepare_run(levitation, settings))
+    law = machine_of(prepare_run(short())).parameters["rolac_controller"]
     frequencies = np.geomspace(5.0, 2000.0, 20)
     demand, read = (
         place_of(name, unit, machine.rotor, is_input=False) for name, unit in ((DEMANDS[0], "A"), (SENSORS[0], "m"))
@@ -97,4 +97,4 @@ def test_sweep_varies_the_gain_of_its_demands(levitation):
 def test_error_names_a_sensor_that_no_component_has():
     law = amb_cosim.linear_controller(-np.eye(6), [*SENSORS[:5], "elsewhere.x"], DEMANDS, H)
     with raises_naming(ValueError, "rolac_controller.elsewhere.x", "sensor", "must be connected"):
-        plan_run(short().changed(fmu={"rolac_controller": law}))
+        prepare_run(short().changed(fmu={"rolac_controller": law}))

@@ -59,11 +59,11 @@ def test_tables_of_a_file_and_of_a_rotor_are_changed_alike(rotor):
 
 
 def test_the_interface_of_a_model_equals_that_of_its_fmu(tmp_path):
-    planned = plan_models(LEVITATION)
+    prepared = plan_models(LEVITATION)
     for file in amb_cosim.build(tmp_path, scenario=LEVITATION, flavour="python"):
         unpack(file, tmp_path / file.stem, file.stem)
         of_file = read_interface(tmp_path / file.stem, file.stem)
-        of_model = interface_of(planned.made[file.stem][0])
+        of_model = interface_of(prepared.made[file.stem][0])
         assert [(p.name, p.unit, p.minimum, p.definition) for p in of_model.ports.values()] == [
             (p.name, p.unit, p.minimum, p.definition) for p in of_file.ports.values()
         ]

@@ -4,7 +4,7 @@ import pytest
 from strange_machine import RUB
 
 import amb_cosim
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.worker import Runner, Task
 from tests.support.changed_archive import with_text
@@ -33,7 +33,7 @@ PLACE = "rotor_contact.labyrinth.x"
 @pytest.fixture(scope="module")
 def actuator_fmu():
     """The FMU of the actuators."""
-    return plan_run(SHORT).fmus["amb_actuator"].path
+    return prepare_run(SHORT).fmus["amb_actuator"].path
 
 
 @pytest.fixture(scope="module")

@@ -30,7 +30,7 @@ from amb_analysis.steady_contact.whirl import whirls
 from amb_analysis.studies import contact_traps
 from amb_analysis.studies.loop_vibrations import vibrations
 from amb_cosim import studies
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names, raises_naming
@@ -41,7 +41,7 @@ HEAVY = {"rotor_contact.turbine.u": "5 g.mm"}
 
 @pytest.fixture(scope="module")
 def expander():
-    return rubbing_rotor(plan_run(STEADY, HEAVY))
+    return rubbing_rotor(prepare_run(STEADY, HEAVY))
 
 
 def test_receptances_of_the_loop_agree_with_a_co_simulation(expander):
@@ -80,7 +80,7 @@ def test_run_kicked_into_contact_has_the_force_of_its_stable_state(u):
     )
     events += ({"role": "relief", "cycle": 8.0, "set": {"rotor_contact": {"turbine.u": f"{u} g.mm"}}},)
     knocked = as_scenario(LEVITATION, None).changed(event=events, end_cycle=150)
-    machine = rubbing_rotor(plan_run(knocked, LINEAR))
+    machine = rubbing_rotor(prepare_run(knocked, LINEAR))
     states = states_at(machine, machine.Omega)
     stable = {state.contact: state for state in states if state.small.is_stable}
     assert () in stable
@@ -99,7 +99,7 @@ def test_runs_started_in_dry_backward_whirl_follow_its_eigenvalue():
     """With slip, without unbalance: labyrinth and shroud are left at 130 and 2575 1/s; that of two catchers lasts."""
     scenario = STEADY.changed(settle_cycles=20, end_cycle=20)
     settings = {**LINEAR, "rotor_contact.turbine.u": "1 g.mm"}
-    machine = rubbing_rotor(plan_run(scenario, settings))
+    machine = rubbing_rotor(prepare_run(scenario, settings))
     computed = {(whirl.contact, round(whirl.frequency, -2)): whirl for whirl in whirls(machine, machine.Omega)}
     for contact, frequency in ((("labyrinth",), -1800.0), (("shroud",), -3700.0), (("catch_n", "catch_s"), -21100.0)):
         whirl = computed[contact, frequency]
@@ -121,7 +121,7 @@ def test_faults_at_the_end_of_a_scenario_are_not_part_of_its_states(returns):
     """Without power there is no loop: the study names the amplifiers that are off at the end."""
     name = "*.amplifier_off_x"
     events = [{"time": 0.01 * k, "set": {"amb_actuator": {name: k == 0}}} for k in range(1 + returns)]
-    notes = rubbing_rotor(plan_run(STEADY.changed(event=events), HEAVY)).notes
+    notes = rubbing_rotor(prepare_run(STEADY.changed(event=events), HEAVY)).notes
     of_faults = [note for note in notes if "fault" in note]
     assert len(of_faults) == (0 if returns else 1)
     for note in of_faults:
@@ -132,7 +132,7 @@ def test_dry_whirl_has_the_friction_of_its_slip(expander):
     """R(omega) (1 + i mu(v)) is negative real at v = Omega R_s + omega c, with Stribeck's mu(v) and its slope."""
     scale, static, Omega = 20.0, 0.16, expander.Omega
     law = {"rotor_contact.*.stribeck_velocity": scale, "rotor_contact.*.mu_static": static}
-    machine = rubbing_rotor(plan_run(STEADY, HEAVY | law))
+    machine = rubbing_rotor(prepare_run(STEADY, HEAVY | law))
     single = [whirl for whirl in whirls(machine, Omega) if len(whirl.contact) == 1 and whirl.slips]
     assert any(whirl.frequency < 0.0 for whirl in single)
     for whirl in single:
@@ -157,11 +157,11 @@ def test_an_unknown_place_and_a_negative_unbalance_are_refused():
 def test_growth_of_a_loop_with_delayed_demands_is_that_of_its_poles(is_late):
     """The linear model has another realisation of the controller."""
     values = {"rolac_controller.chain.preset": "custom", "rolac_controller.chain.delay": is_late}
-    planned = plan_run(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
-    machine, Omega = rubbing_rotor(planned), planned.speed
+    prepared = prepare_run(as_scenario(LEVITATION, None).machine(), {**LINEAR, **values})
+    machine, Omega = rubbing_rotor(prepared), prepared.speed
     friction = machine.mu(Omega), machine.mu_slope(Omega)
     loop = Dynamics(machine.loop(Omega), machine.c, *friction).about((), np.zeros(0), np.zeros(0))
-    poles = vibrations(Loop(source_of_run(planned)), Omega).poles
+    poles = vibrations(Loop(source_of_run(prepared)), Omega).poles
     assert loop.growth == pytest.approx(poles.real.max(), rel=1e-6)
 
 

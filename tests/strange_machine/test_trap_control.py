@@ -10,7 +10,7 @@ from amb_analysis.steady_contact.trap_map import states_at
 from amb_analysis.studies.contact_traps import _with_unbalance
 from amb_analysis.studies.trap_control import control_of
 from amb_analysis.studies.trap_states import allowed_current, report_state
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 
 RESISTANCE, INDUCTANCE, BIAS, STATIC = 0.5, 4e-3, 3.0, 0.85  # Ohm, H, A, A of north.y, which carries the most
@@ -21,7 +21,7 @@ def machine(request):
     """The expander with amplifiers, and their voltage (V)."""
     amplifier, voltage = request.param
     settings = {"amb_actuator.amplifier": amplifier, "amb_actuator.*.voltage_limit_?": voltage}
-    return rubbing_rotor(plan_run(as_scenario(LEVITATION, None), settings)), amplifier, voltage
+    return rubbing_rotor(prepare_run(as_scenario(LEVITATION, None), settings)), amplifier, voltage
 
 
 def test_the_voltage_of_the_amplifiers_limits_the_synchronous_current(machine):
@@ -50,7 +50,7 @@ def test_synchronous_control_holds_the_rotor_free_within_its_limits_alone(machin
 def test_feedback_whose_currents_exceed_their_limits_does_not_free(machine):
     """20 g mm needs 0.214 A of the feedback, beyond a limit of 0.1 A of its demands."""
     rotor = _with_unbalance(machine[0], 20e-6, None)
-    limited = rubbing_rotor(plan_run(as_scenario(LEVITATION, None), {"rolac_controller.*.i_max_?": 0.1}))
+    limited = rubbing_rotor(prepare_run(as_scenario(LEVITATION, None), {"rolac_controller.*.i_max_?": 0.1}))
     states = states_at(rotor, rotor.Omega)
     verdicts = [
         control_of(rotor, rotor.Omega, tuple(report_state(state, limits, rotor.Omega) for state in states), [])

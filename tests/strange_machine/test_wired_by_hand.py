@@ -10,7 +10,7 @@ from host_marks import in_host
 from strange_machine import LEVITATION
 
 import amb_cosim
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from tests.support.messages import raises_naming
 
@@ -79,8 +79,8 @@ def files(tmp_path_factory):
 @in_host("FMPy", "three of a scenario, wired by hand")
 def test_hand_wired_fmus_equal_the_orchestrator_to_the_last_bit(files, tmp_path):
     ours = amb_cosim.run(SCENARIO, progress=False)
-    planned = plan_run(SCENARIO)
-    plan = planned.plan
+    prepared = prepare_run(SCENARIO)
+    plan = prepared.plan
     assert plan.last == 320
     outputs = [name for name in plan.recorded if name not in plan.inputs]
     wires = [(link.source, link.target) for link in plan.system.connections]

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from raw import Library, Slave
 
 from amb_cosim.cosim.fmu.fmu_description import read_interface
+from amb_cosim.cosim.run.execution import execute_plan
 from amb_cosim.cosim.run.recording import Recording
-from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
-from amb_cosim.scenario.plan_run import PlannedRun
+from amb_cosim.scenario.prepare_run import PreparedRun
 
 RIG = "rig"  # name of the component
 T = 250e-6  # s, sample time of the controller
@@ -26,26 +26,26 @@ T = 250e-6  # s, sample time of the controller
 Series = dict[str, NDArray[np.float64]]
 
 
-def separate(planned: PlannedRun, record_every: int = 1) -> Recording:
+def separate(prepared: PreparedRun, record_every: int = 1) -> Recording:
     """Run a scenario with its three FMUs; every output is recorded, from the beginning of settling on."""
-    outputs = outputs_of(planned)
-    plan = replace(planned.plan, recorded=outputs, stops=(), record_every=record_every, record_from=-(10**9))
-    return run_plan(planned.assembly, plan)
+    outputs = outputs_of(prepared)
+    plan = replace(prepared.plan, recorded=outputs, stops=(), record_every=record_every, record_from=-(10**9))
+    return execute_plan(prepared.assembly, plan)
 
 
-def outputs_of(planned: PlannedRun) -> tuple[str, ...]:
+def outputs_of(prepared: PreparedRun) -> tuple[str, ...]:
     """Return the names of all outputs but the fault codes."""
-    names = (f"{c}.{p.name}" for c, interface in planned.interfaces.items() for p in interface.of("output"))
+    names = (f"{c}.{p.name}" for c, interface in prepared.interfaces.items() for p in interface.of("output"))
     return tuple(name for name in names if not name.endswith(".fault_code"))
 
 
-def in_one(planned: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = None, **changes: Any) -> Recording:
+def in_one(prepared: PreparedRun, fmu: Path, beside: Mapping[str, Path] | None = None, **changes: Any) -> Recording:
     """Run the same with the assembled FMU: signals, events and ramps get its names, parameters are its start values.
 
     The angle at the start follows from the settling cycles of the run, which may be others than those of the FMU.
     `beside` are other FMUs of the system, whose input `u` is fed a voltage; `changes` are of the system.
     """
-    plan, others = planned.plan, beside or {}
+    plan, others = prepared.plan, beside or {}
     system = System(
         name="one",
         description="",
@@ -69,11 +69,11 @@ def in_one(planned: PlannedRun, fmu: Path, beside: Mapping[str, Path] | None = N
             replace(ramp, variable=named(ramp.variable), slope=None if ramp.slope is None else named(ramp.slope))
             for ramp in plan.ramps
         ),
-        recorded=tuple(f"{RIG}.{name}" for name in outputs_of(planned)),
+        recorded=tuple(f"{RIG}.{name}" for name in outputs_of(prepared)),
         stops=(),
         record_from=-(10**9),
     )
-    return run_plan(assemble(system), local)
+    return execute_plan(assemble(system), local)
 
 
 def start_angle(plan: Plan) -> dict[str, float]:

@@ -14,20 +14,20 @@ def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any
     import tomllib
 
     from amb_cosim.cosim.run.options import RunOptions
-    from amb_cosim.scenario.plan_run import plan_run
+    from amb_cosim.scenario.prepare_run import prepare_run
     from amb_cosim.scenario.scenario import make_scenario
-    from amb_cosim.scenario.simulation import run_planned
+    from amb_cosim.scenario.simulation import execute
     from benchmarks.system import plain_system
     from tests.support.nanoseconds import step_between_nanoseconds
 
     if nanoseconds:
         step_between_nanoseconds()
 
-    planned = plan_run(make_scenario(tomllib.loads(scenario), "peers"))
-    result = run_planned(planned, RunOptions(loop="plain"))  # it alone calls the Python method replaced above
+    prepared = prepare_run(make_scenario(tomllib.loads(scenario), "peers"))
+    result = execute(prepared, RunOptions(loop="plain"))  # it alone calls the Python method replaced above
     assert result.outcome.failure is None, result.outcome.failure
-    recorded = {name: s.values.tolist() for name, s in result.dataset.items() if name not in planned.plan.inputs}
-    return {"series": recorded, "system": plain_system(planned, list(recorded))}
+    recorded = {name: s.values.tolist() for name, s in result.dataset.items() if name not in prepared.plan.inputs}
+    return {"series": recorded, "system": plain_system(prepared, list(recorded))}
 
 
 def in_a_container(

@@ -9,9 +9,9 @@ import tomllib
 import pytest
 
 from amb_cosim.cosim.run.options import RunOptions
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import make_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 
 pytestmark = pytest.mark.slow
 
@@ -67,9 +67,9 @@ CASES += [pytest.param("gauss_seidel", "python", marks=pytest.mark.gate), ("fine
 
 @pytest.mark.parametrize(("name", "flavour"), CASES)
 def test_both_loops_record_the_same(name: str, flavour: str) -> None:
-    planned = plan_run(make_scenario(tomllib.loads(SCENARIOS[name]), "case"), options=RunOptions(flavour=flavour))
-    plain, fast = (run_planned(planned, RunOptions(loop=loop)).dataset for loop in ("plain", "compiled"))
-    assert len(fast.data_vars) >= sum(len(interface.of("output")) for interface in planned.interfaces.values())
+    prepared = prepare_run(make_scenario(tomllib.loads(SCENARIOS[name]), "case"), options=RunOptions(flavour=flavour))
+    plain, fast = (execute(prepared, RunOptions(loop=loop)).dataset for loop in ("plain", "compiled"))
+    assert len(fast.data_vars) >= sum(len(interface.of("output")) for interface in prepared.interfaces.values())
     assert list(plain.variables) == list(fast.variables)
     names = list(plain.variables)
     assert [n for n in names if plain[n].values.tobytes() != fast[n].values.tobytes()] == []
@@ -77,5 +77,6 @@ def test_both_loops_record_the_same(name: str, flavour: str) -> None:
     assert fast.attrs["completed"]
     assert fast["rotor_contact.contact_state"].values.max() > 0, "a run without contact would show less"
     assert (
-        round(float(fast["time"].values[-1]) / planned.plan.step_size) + planned.plan.record_every > planned.plan.last
+        round(float(fast["time"].values[-1]) / prepared.plan.step_size) + prepared.plan.record_every
+        > prepared.plan.last
     )

@@ -18,9 +18,9 @@ from slow import slow_but_first
 from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.results.summary import Summary
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario, make_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from bath_thesis.studies.monolithic import Levitation, free_orbit
 
 SCENARIO = """
@@ -62,7 +62,7 @@ FIXED = """
 @cache
 def recorded(text: str, stride: int) -> dict[str, np.ndarray]:
     """Displacements and contact forces of a scenario, every `stride` points."""
-    result = run_planned(plan_run(make_scenario(tomllib.loads(text), "coupling")))
+    result = execute(prepare_run(make_scenario(tomllib.loads(text), "coupling")))
     assert result.outcome.failure is None, result.outcome.failure
     names = ["mb1.x", "mb1.y", "mb2.x", "mb2.y", "rb1.f_n", "rb2.f_n"]
     return {name: result.dataset[f"rotor_contact.{name}"].values[::stride] for name in names}
@@ -88,7 +88,7 @@ def summary_in(coupling: Coupling, step: str | None = None, predicts: bool = Tru
     """Return the summary of fig4_9 in an order, whose controller predicts in Jacobi order."""
     scenario = load_scenario("fig4_9").changed(coupling=coupling, communication_step=step)
     settings = {} if predicts else {"rolac_controller.prediction_time": 0.0}
-    return run_planned(plan_run(scenario.model_copy(update={"record": Record()}), settings)).summary
+    return execute(prepare_run(scenario.model_copy(update={"record": Record()}), settings)).summary
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 import amb_cosim
 from amb_analysis.machine.coupled import MachineVariation, coupled_loop
 from amb_analysis.machine.machine import machine_of
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.rotor_file import load_rotor
 
@@ -85,7 +85,7 @@ def test_the_linear_model_moves_along_the_shaft_as_the_machine_does():
 
 
 def test_a_varied_loop_keeps_the_axis_along_the_shaft():
-    machine = machine_of(plan_run(load_scenario(str(PUMP / "levitation.toml"))))
+    machine = machine_of(prepare_run(load_scenario(str(PUMP / "levitation.toml"))))
     nominal = machine.loop.poles(0.0).z
     same = coupled_loop(machine, variation=MachineVariation(modes=1.0 + 1e-12)).poles(0.0).z
     assert len(same) == len(nominal)

@@ -28,8 +28,8 @@ def identified(frequencies: list[float], settings: list[str], rotor: str | None 
     matches = []
     for frequency in frequencies:
         values = parse_settings(settings)
-        planned = receptance_measurement.plan_identification(2.0 * math.pi * frequency, rotor, values)
-        result = receptance_measurement.run_identification(planned)
+        prepared = receptance_measurement.prepare_identification(2.0 * math.pi * frequency, rotor, values)
+        result = receptance_measurement.run_identification(prepared)
         assert result.receptance is not None, result.reason
         continuous = receptance(np.array([result.speed]))[0]
         matches.append(
@@ -110,14 +110,14 @@ def used() -> dict[str, Any]:
 
     from amb_analysis.studies import receptance_measurement
     from amb_cosim.results.summary import summarise
-    from amb_cosim.scenario.plan_run import plan_run
+    from amb_cosim.scenario.prepare_run import prepare_run
     from amb_cosim.scenario.scenario import load_scenario, make_scenario
-    from amb_cosim.scenario.simulation import run_planned
+    from amb_cosim.scenario.simulation import execute
 
     table = Path("table.toml").absolute()
-    planned = receptance_measurement.plan_identification(2.0 * math.pi * 16.0)
-    result = receptance_measurement.run_identification(planned)
-    receptance_measurement.table_for(planned, table).updated(result.speed, result.receptance).write(table)
+    prepared = receptance_measurement.prepare_identification(2.0 * math.pi * 16.0)
+    result = receptance_measurement.run_identification(prepared)
+    receptance_measurement.table_for(prepared, table).updated(result.speed, result.receptance).write(table)
 
     recovery = load_scenario("fig5_6")
     free = make_scenario(
@@ -135,8 +135,8 @@ def used() -> dict[str, Any]:
     for source, receptances in (("model", None), ("table", str(table))):
         values = {"receptances": receptances}
         settings = {"rolac_controller.rolac.alpha": "5 1/s"}
-        recovered = run_planned(plan_run(recovery.model_copy(update=values), settings))
-        d = run_planned(plan_run(free.model_copy(update=values), settings)).dataset
+        recovered = execute(prepare_run(recovery.model_copy(update=values), settings))
+        d = execute(prepare_run(free.model_copy(update=values), settings)).dataset
         q = np.array(
             [
                 d[f"rolac_controller.amplitude.s{k}"].values * np.exp(1j * d[f"rolac_controller.phase.s{k}"].values)

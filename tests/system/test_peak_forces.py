@@ -4,9 +4,9 @@ import re
 
 import pytest
 
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from tools.contact_forces import PAGE, SCENARIOS, forces_of, read_page
 
 pytestmark = pytest.mark.slow
@@ -27,7 +27,7 @@ def test_peak_forces_at_250_us_are_those_at_20_us(name):
     peaks, samples = [], []
     for step in ("250 us", "20 us"):
         scenario = load_scenario(name).changed(**changes, communication_step=step)
-        result = run_planned(plan_run(scenario, settings, until=until))
+        result = execute(prepare_run(scenario, settings, until=until))
         peaks.append(result.summary.peak_contact_force)
         samples.append({site: float(result.signals[f"rotor_contact.{site}.f_n"].values.max()) for site in peaks[-1]})
     for site in ("rb1", "rb2"):

@@ -3,10 +3,10 @@
 import pytest
 
 from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.execution import execute_plan
 from amb_cosim.cosim.run.options import RunOptions, Saves
-from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.scenario.file import packaged_scenarios
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 
 CYCLES = 15  # of a run at most
@@ -17,14 +17,14 @@ pytestmark = pytest.mark.slow
 @pytest.mark.parametrize("name", packaged_scenarios())
 def test_a_continued_scenario_has_the_same_bits(name, flavour, tmp_path):
     scenario, options = load_scenario(name), RunOptions(flavour=flavour)
-    planned, until = plan_run(scenario, options=options), CYCLES * scenario.period
-    if planned.plan.last * planned.plan.step_size > until:
-        planned = plan_run(scenario, until=until, options=options)
-    middle = planned.plan.last // 2
-    plain = run_plan(planned.assembly, planned.plan, RunOptions(saves=Saves((0, middle))))
+    prepared, until = prepare_run(scenario, options=options), CYCLES * scenario.period
+    if prepared.plan.last * prepared.plan.step_size > until:
+        prepared = prepare_run(scenario, until=until, options=options)
+    middle = prepared.plan.last // 2
+    plain = execute_plan(prepared.assembly, prepared.plan, RunOptions(saves=Saves((0, middle))))
     for n, state in plain.checkpoints.items():
         start = Checkpoint.load(state.save(tmp_path / f"{n}.npz"))
-        continued = run_plan(planned.assembly, planned.plan, RunOptions(start=start))
+        continued = execute_plan(prepared.assembly, prepared.plan, RunOptions(start=start))
         assert continued.recorder.points.tobytes() == plain.recorder.points.tobytes()
         assert continued.recorder.table.tobytes() == plain.recorder.table.tobytes()
         assert continued.outcome == plain.outcome

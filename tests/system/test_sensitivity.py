@@ -10,7 +10,7 @@ from amb_analysis.linear.loop import response
 from amb_analysis.machine.machine import Machine
 from amb_analysis.studies.inputs import controlled
 from amb_cosim import studies
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import raises_naming
 
@@ -80,7 +80,7 @@ def test_sensitivity_with_a_share_of_a_sample_of_delay_is_measured(tmp_path) -> 
     for axis in result.axes.values():
         assert axis.largest_difference_below_500_hz < 0.002
         assert axis.largest_difference < 0.02
-    loop = Machine(plan_run(controlled("compressor_levitated", None, file))).loop
+    loop = Machine(prepare_run(controlled("compressor_levitated", None, file))).loop
     ends = len(loop.demands)
     at_sensors = response(loop.closed, result.frequencies)[ends:, ends:]
     for k, axis in enumerate(result.axes.values()):

@@ -9,7 +9,7 @@ from messages import assert_names, raises_naming
 import amb_cosim
 from amb_cosim.model_constants.plant_data import plant
 from amb_cosim.results.result import Result
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_sweeps.metrics import evaluate, outcome_of
 from rotor_analysis.parts import Bearing, Site
@@ -108,7 +108,7 @@ def test_clearance_of_a_stator_is_the_smaller_air_gap():
         "rotor_contact.*.race_inertia": "1e-3 kg.m2",
         "rotor_contact.stator_mb2.mu": 0.15,
     }
-    values = plan_run(LANDING, settings).plan.parameters["rotor_contact"]
+    values = prepare_run(LANDING, settings).plan.parameters["rotor_contact"]
     assert (values["stator_mb1.clearance"], values["stator_mb2.clearance"]) == pytest.approx((1e-3, GAP), rel=2e-3)
     assert (values["rb1.clearance"], values["stator_mb2.mu"]) == (0.6e-3, 0.15)
     assert values.get("stator_mb1.race_inertia", 0.0) == 0.0

@@ -22,12 +22,12 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.assembly import Assembly, assemble
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, Plan
-from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
 from amb_cosim.cosim.system.values import Raw, convert, quantity
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import SPEED, Scenario, as_scenario
 from array_types import Array
@@ -220,12 +220,12 @@ def linear_source(
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
         assembly, plan = _planned_system(source, fmu or {}, rotor, set or {}, options)
         return LinearSource(assembly, plan, _point(assembly, values))
-    return source_of_run(plan_run(as_scenario(source, rotor, fmu=fmu), set, options=options), values)
+    return source_of_run(prepare_run(as_scenario(source, rotor, fmu=fmu), set, options=options), values)
 
 
-def source_of_run(planned: PlannedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
-    """Return the source of the linear model of a planned run, with its reduced rotor; `at` replaces start values."""
-    return LinearSource(planned.assembly, planned.plan, _point(planned.assembly, at or {}))
+def source_of_run(prepared: PreparedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
+    """Return the source of the linear model of a prepared run, with its reduced rotor; `at` replaces start values."""
+    return LinearSource(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}))
 
 
 def _planned_system(
@@ -244,7 +244,7 @@ def _planned_system(
         values.set(name, raw)
     default = Experiment(_sample_time(values), 1.0)
     experiment = default if isinstance(source, System) else load_experiment(source, default)
-    return assembly, plan_experiment(experiment, values, set)
+    return assembly, experiment_plan(experiment, values, set)
 
 
 def _sample_time(values: Assignments) -> float:

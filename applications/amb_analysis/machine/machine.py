@@ -1,4 +1,4 @@
-"""The machine of a planned run: rotor, parameters, sampled loop, and places by name."""
+"""The machine of a prepared run: rotor, parameters, sampled loop, and places by name."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from amb_cosim.model_constants.plant_data import flat_constants, plant_structure
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.results.component_names import ACTUATOR, PLANT
-from amb_cosim.scenario.plan_run import PlannedRun
+from amb_cosim.scenario.prepare_run import PreparedRun
 from array_types import Array
 from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.assembly import Matrices, assemble
@@ -63,25 +63,25 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Machine:
-    """The machine of a planned run."""
+    """The machine of a prepared run."""
 
-    planned: PlannedRun
+    prepared: PreparedRun
     _source: LinearSource | None = field(default=None, kw_only=True, compare=False, repr=False)
 
     @property
     def Omega(self) -> float:
         """Spin speed at the start (rad/s)."""
-        return self.planned.speed
+        return self.prepared.speed
 
     @property
     def last_speed(self) -> float:
         """Spin speed at the end (rad/s), as the scenario prescribes it."""
-        return self.planned.profile[-1][1] if self.planned.profile else self.planned.speed
+        return self.prepared.profile[-1][1] if self.prepared.profile else self.prepared.speed
 
     @cached_property
     def rotor(self) -> Rotor:
         """Its rotor."""
-        return load_rotor(self.planned.scenario.rotor)
+        return load_rotor(self.prepared.scenario.rotor)
 
     @cached_property
     def parameters(self) -> Mapping[str, Mapping[str, float]]:
@@ -91,7 +91,7 @@ class Machine:
     @cached_property
     def run_components(self) -> LinearSource:
         """Source of the linear models of its runs, whose rotor is reduced as in its file."""
-        return self._source or source_of_run(self.planned)
+        return self._source or source_of_run(self.prepared)
 
     @cached_property
     def run_loop(self) -> Loop:
@@ -110,8 +110,8 @@ class Machine:
             loop = self.run_loop
         except ValueError:
             nodes = force_nodes(self.rotor)
-            return Sampling(self.planned.plan.step_size, nodes, tuple({*nodes, *self.rotor.sensor_nodes}))
-        links = {link.target: link.source for link in self.planned.assembly.system.connections}
+            return Sampling(self.prepared.plan.step_size, nodes, tuple({*nodes, *self.rotor.sensor_nodes}))
+        links = {link.target: link.source for link in self.prepared.assembly.system.connections}
         read = [links[reading].removeprefix(f"{PLANT}.") for reading in loop.readings]
         sensors = {self.signals[name][0] for name in read if name in self.signals}
         forces = {bearing.node for bearing in self.rotor.bearings if bearing.name in self.magnets}
@@ -136,9 +136,9 @@ class Machine:
         Constants of the electronics are not made anew. Those of the plant in `run_components` remain those of the rotor
         before; `linear_components` has the new rotor.
         """
-        scenario = self.planned.scenario.model_copy(update={"rotor": rotor})
-        planned = replace(self.planned, plan=plan, scenario=scenario)
-        return Machine(planned, _source=self.run_components.with_plan(plan))
+        scenario = self.prepared.scenario.model_copy(update={"rotor": rotor})
+        prepared = replace(self.prepared, plan=plan, scenario=scenario)
+        return Machine(prepared, _source=self.run_components.with_plan(plan))
 
     @cached_property
     def loop(self) -> Loop:
@@ -223,7 +223,7 @@ class Machine:
     @cached_property
     def last_inputs(self) -> Mapping[str, float]:
         """Values of the inputs at the end of the run, by `component.variable`: those of the last event before it."""
-        plan = self.planned.plan
+        plan = self.prepared.plan
         in_time = sorted((event for event in plan.events if event[0] < plan.last), key=lambda event: event[0])
         return {**plan.inputs, **{name: value for _, name, value in in_time}}
 
@@ -231,7 +231,7 @@ class Machine:
         """Return the inputs that are not 0 and are a fault by their description."""
         ports = {
             f"{component}.{name}": port
-            for component, interface in self.planned.interfaces.items()
+            for component, interface in self.prepared.interfaces.items()
             for name, port in interface.ports.items()
         }
         active = (name for name, value in inputs.items() if value and name in ports)
@@ -274,15 +274,15 @@ def air_gap(bearing: str) -> str:
     return f"air gap of {bearing}"
 
 
-def machine_of(planned: PlannedRun, *needed: str) -> Machine:
-    """Return the machine of a planned run.
+def machine_of(prepared: PreparedRun, *needed: str) -> Machine:
+    """Return the machine of a prepared run.
 
     Raises
     ------
     ValueError
         If the run lacks the plant, or another component that is `needed`.
     """
-    missing = [component for component in (PLANT, *needed) if component not in planned.interfaces]
+    missing = [component for component in (PLANT, *needed) if component not in prepared.interfaces]
     if missing:
-        raise ValueError(f"scenario {planned.name} has no component {missing[0]}, which the study requires")
-    return Machine(planned)
+        raise ValueError(f"scenario {prepared.name} has no component {missing[0]}, which the study requires")
+    return Machine(prepared)

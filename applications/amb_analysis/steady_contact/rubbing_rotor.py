@@ -13,7 +13,7 @@ from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop, forwa
 from amb_analysis.steady_contact.receptances import Receptances, receptances
 from amb_cosim.model_constants.plant_data import stator_bores
 from amb_cosim.results.component_names import CONTROLLER, PLANT
-from amb_cosim.scenario.plan_run import PlannedRun
+from amb_cosim.scenario.prepare_run import PreparedRun
 from array_types import Array
 from rotor_contact.contact.friction import kinetic_coefficient
 from rotor_contact.contact.site import SITE, Site
@@ -107,8 +107,8 @@ class RubbingRotor:
         return slopes
 
 
-def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
-    """Return the rotor of a planned run, with its final unbalance.
+def rubbing_rotor(prepared: PreparedRun) -> RubbingRotor:
+    """Return the rotor of a prepared run, with its final unbalance.
 
     Sites are rigid, fixed and centred here, so that of several sites in one plane only the narrowest is ever touched.
 
@@ -117,11 +117,11 @@ def rubbing_rotor(planned: PlannedRun) -> RubbingRotor:
     ValueError
         If the run has no `rotor_contact`, or none of its sites is enabled.
     """
-    machine = machine_of(planned)
+    machine = machine_of(prepared)
     source, p = machine.run_components, machine.parameters[PLANT]
     enabled = [site["name"] for site in source.layout(PLANT)["sites"] if p[f"{site['name']}.enabled"]]
     if not enabled:
-        raise ValueError(f"scenario {planned.name} has no enabled site; a rub needs one")
+        raise ValueError(f"scenario {prepared.name} has no enabled site; a rub needs one")
     bores = stator_bores(machine.rotor, [bearing.name for bearing in machine.rotor.bearings])
     nodes = {site.name: site.node for site in (*machine.rotor.sites, *bores)}
     narrowest: dict[int, str] = {}

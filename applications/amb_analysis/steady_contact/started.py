@@ -42,7 +42,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     Parameters
     ----------
     rotor
-        Rotor of a planned run that begins some cycles before cycle 0.
+        Rotor of a prepared run that begins some cycles before cycle 0.
     state
         State at the speed of the run; for a whirl, the rotor's unbalance is ignored.
 
@@ -53,7 +53,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     ValueError
         If there are too few steps before cycle 0, or the run has no input for the rotor's unbalance.
     """
-    plan, assembly = rotor.machine.planned.plan, rotor.machine.planned.assembly
+    plan, assembly = rotor.machine.prepared.plan, rotor.machine.prepared.assembly
     is_whirl = isinstance(state, Whirl)
     omega = state.frequency if isinstance(state, Whirl) else rotor.Omega
     final_inputs = {**plan.inputs, **_unbalance(replace(rotor, unbalance=0.0 * rotor.unbalance) if is_whirl else rotor)}

@@ -18,7 +18,7 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.model_constants import magnetic_bearing
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.results.component_names import ACTUATOR, PLANT
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario, load_scenario
 from amb_files.suggestions import suggest
 from array_types import Array
@@ -255,7 +255,7 @@ def _axis_of(
     values: Mapping[str, float] = {}
     if scenario is not None:
         chosen = as_scenario(load_scenario(str(scenario)).machine(), rotor)
-        machine = machine_of(plan_run(chosen, settings), ACTUATOR)
+        machine = machine_of(prepare_run(chosen, settings), ACTUATOR)
         description, values = machine.rotor, machine.parameters[PLANT]
     axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]
     names = [loop_axis.name for loop_axis in axes]
@@ -267,7 +267,7 @@ def _axis_of(
     retainers = [site for site in description.sites if site.bearing == axes[k].bearing]
     gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **parameters).gap)
     clearances = [values.get(f"{site.name}.clearance", site.clearance) for site in retainers]
-    warnings = () if machine is None else machine.planned.plan.warnings
+    warnings = () if machine is None else machine.prepared.plan.warnings
     return axes[k], parameters, min([*clearances, (1.0 - EDGE) * gap]), warnings
 
 

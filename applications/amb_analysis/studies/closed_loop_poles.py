@@ -32,7 +32,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import frequency_unit, speed_unit
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.modes import Whirl
@@ -218,10 +218,10 @@ def poles(
     """
     require(count >= 1, "count", count, "1 or more")
     chosen = controlled(scenario, rotor, controller)
-    planned = plan_run(chosen.machine(), set, options=RunOptions(flavour=flavour))
-    machine = Machine(planned)
+    prepared = prepare_run(chosen.machine(), set, options=RunOptions(flavour=flavour))
+    machine = Machine(prepared)
     loop = machine.loop
-    highest = (1.5 * planned.speed or DEFAULT_RANGE) if up_to is None else up_to
+    highest = (1.5 * prepared.speed or DEFAULT_RANGE) if up_to is None else up_to
     speeds = speed_range(highest, POINTS)
     speeds[0] = LOWEST * speeds[-1]
     speeds = with_samples(speeds, machine.table_speeds)
@@ -244,9 +244,9 @@ def poles(
         growth_rates=np.array([stability.growth_rate for stability in stabilities]),
         least_stable=worst,
         unstable=tuple(unstable),
-        operating_speed=planned.speed,
+        operating_speed=prepared.speed,
         limits=limits_of(machine.rotor.seals),
-        warnings=planned.plan.warnings,
+        warnings=prepared.plan.warnings,
     )
 
 

@@ -20,7 +20,7 @@ from amb_analysis.studies.convergence_runs import (
     CaseResult,
     Contact,
     ConvergenceCase,
-    plan_case,
+    prepare_case,
     simulate_case,
     varied_cases,
 )
@@ -189,7 +189,7 @@ def convergence(
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
     values = as_scenario(scenario, rotor)
     base = ConvergenceCase(values, dict(set or {}), RunOptions(flavour=flavour))
-    planned = plan_case(base)  # checks the input and builds the FMUs before processes are started
+    prepared = prepare_case(base)  # checks the input and builds the FMUs before processes are started
     with progress_bar(progress) as report:
         variants = list(varied_cases(base))
         base_cases = _with_starts([base], starts)
@@ -221,7 +221,7 @@ def convergence(
         averaged_change=averaged_change,
         averaged_step_change=averaged_step_change,
         chaotic=chaotic,
-        warnings=planned.plan.warnings,
+        warnings=prepared.plan.warnings,
     )
 
 

@@ -47,7 +47,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import speed_unit
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_files.checks import require
 from array_types import Array
 from rotor_analysis.rotor_file import load_rotor
@@ -267,8 +267,8 @@ def traps(
         If a value is not allowed, the machine has no unbalance, or no site is enabled.
     """
     values = controlled(scenario, rotor, controller)
-    planned = plan_run(values, set, options=RunOptions(flavour=flavour))
-    machine = _with_unbalance(rubbing_rotor(planned), unbalance, place)
+    prepared = prepare_run(values, set, options=RunOptions(flavour=flavour))
+    machine = _with_unbalance(rubbing_rotor(prepared), unbalance, place)
     Omega = machine.machine.last_speed if speed is None else spin_speed(speed)
     require(Omega > 0.0, "speed", f"{Omega:g} rad/s", "> 0 rad/s")
     amount = float(np.abs(machine.unbalance).max())
@@ -327,7 +327,7 @@ def traps(
         orbits=clearance_shares(machine, curves.speeds) * machine.c,
         clearances=machine.c,
         notes=tuple(notes),
-        warnings=planned.plan.warnings,
+        warnings=prepared.plan.warnings,
     )
 
 

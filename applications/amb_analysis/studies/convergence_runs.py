@@ -15,9 +15,9 @@ from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, received_impulse
 from amb_cosim.results.contact_history import peak, touchable
 from amb_cosim.results.series import cycles
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.scenario import Scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from rotor_analysis.reduced_rotor import elastic_shapes, with_modes
 from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import RotorSource, Tables, load_rotor
@@ -129,14 +129,14 @@ def _meshed(source: RotorSource, tables: Tables, coordinates: int) -> Rotor | No
     return rotor if coordinates <= 2 * len(rotor.shaft.nodes) <= 2 * MOST_NODES else None
 
 
-def plan_case(case: ConvergenceCase) -> PlannedRun:
+def prepare_case(case: ConvergenceCase) -> PreparedRun:
     """Return a case that is ready to run."""
     scenario = case.scenario
-    planned = plan_run(scenario, case.settings, options=case.options)
+    prepared = prepare_run(scenario, case.settings, options=case.options)
     if case.step != 1.0:
-        scenario = scenario.model_copy(update={"communication_step": case.step * planned.plan.step_size})
-    interface = planned.interfaces[PLANT]
-    values = planned.plan.all_parameters(planned.interfaces)[PLANT]
+        scenario = scenario.model_copy(update={"communication_step": case.step * prepared.plan.step_size})
+    interface = prepared.interfaces[PLANT]
+    values = prepared.plan.all_parameters(prepared.interfaces)[PLANT]
     longest = values["solver.max_substep"] or 0.0
     if case.varied in ROTORS:
         longest = min(longest, interface.ports["solver.max_substep"].start or longest)
@@ -145,12 +145,12 @@ def plan_case(case: ConvergenceCase) -> PlannedRun:
         for name, value in values.items():
             if name.endswith(".clearance"):
                 changed[f"{PLANT}.{name}"] = (value or 0.0) * (1.0 + case.start * START)
-    return plan_run(scenario, {**case.settings, **changed}, options=case.options)
+    return prepare_run(scenario, {**case.settings, **changed}, options=case.options)
 
 
 def simulate_case(case: ConvergenceCase) -> CaseResult:
     """Simulate a case; if the run does not reach its end, the result has the reason."""
-    result = run_planned(plan_case(case))
+    result = execute(prepare_case(case))
     failure = result.outcome.failure
     if failure is not None:
         return CaseResult({}, None, None, failure)

@@ -17,9 +17,9 @@ from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.results.contact_history import contact_cycles, recovery
 from amb_cosim.results.orbits import orbit_after, orbit_before
 from amb_cosim.scenario.coupling import delay, predictable
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, as_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 
 TIMINGS = 3  # of each run; the cost is that of the shortest
 NAMES: Mapping[Coupling, str] = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jacobi", "iterative": "iterative"}
@@ -127,14 +127,14 @@ def coupling(
     """
     values = as_scenario(scenario, rotor).model_copy(update={"record": Record()})
     options = RunOptions(flavour=flavour)
-    planned = plan_run(values, set, options=options)
-    runs = [run for run in RUNS if not run.predicts or predictable(planned.interfaces)]
+    prepared = prepare_run(values, set, options=options)
+    runs = [run for run in RUNS if not run.predicts or predictable(prepared.interfaces)]
     result = [simulated(run, values, set or {}, options) for run in runs]
     first, shortest = result[0]
     if not first.orbit or not all(first.orbit.values()):
         raise ValueError(f"scenario {values.name}: the rotor does not move before its step; {first.outcome}")
     rows = (replace(row, deviation=_deviation(row, first), cost=wall / shortest) for row, wall in result)
-    return CouplingOrders(values.name, tuple(rows), warnings=planned.plan.warnings)
+    return CouplingOrders(values.name, tuple(rows), warnings=prepared.plan.warnings)
 
 
 def simulated(
@@ -144,9 +144,9 @@ def simulated(
     step = scenario.step_size("gauss_seidel") / run.parts
     changed = scenario.model_copy(update={"coupling": run.coupling, "communication_step": step})
     ahead = delay(run.coupling, step) if run.predicts else 0.0
-    names = predictable(plan_run(changed, settings, options=options).interfaces)
-    planned = plan_run(changed, {**settings, **dict.fromkeys(names, ahead)}, options=options)
-    results = [run_planned(planned, replace(options, loop=run.loop)) for _ in range(TIMINGS)]
+    names = predictable(prepare_run(changed, settings, options=options).interfaces)
+    prepared = prepare_run(changed, {**settings, **dict.fromkeys(names, ahead)}, options=options)
+    results = [execute(prepared, replace(options, loop=run.loop)) for _ in range(TIMINGS)]
     if any(result.outcome.status == "interrupted" for result in results):
         raise KeyboardInterrupt
     signals, outcome = results[0].signals, results[0].outcome

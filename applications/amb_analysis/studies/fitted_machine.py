@@ -21,7 +21,7 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from array_types import Array
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.rotor import Rotor
@@ -89,8 +89,8 @@ class FittedMachine:
         others = [name for name in bounds if name not in names]
         of_rotor, of_loop = RotorParameters.load(source, others), None
         if machine is not None:
-            planned = plan_run(machine.machine(), settings, options=RunOptions(flavour=flavour))
-            of_loop = LoopParameters.of(machine_of(planned), names)
+            prepared = prepare_run(machine.machine(), settings, options=RunOptions(flavour=flavour))
+            of_loop = LoopParameters.of(machine_of(prepared), names)
         free = [FreeParameter(name, *(number_of_file(name, raw) for raw in bounds[name])) for name in others]
         if of_loop is not None:
             free += [FreeParameter(name, *(of_loop.number(name, raw) for raw in bounds[name])) for name in names]
@@ -136,10 +136,10 @@ class FittedMachine:
         """Return the warnings of the plan or of the rotor at the start, and of an unstable loop with some values."""
         if self.loop_parameters is None:
             return tuple(implausible_sizes(self.rotor_with(self.start)))
-        result = self.loop_parameters.machine.planned.plan.warnings
+        result = self.loop_parameters.machine.prepared.plan.warnings
         try:
             if self.loop == "closed":
-                machine_of(self._planned(values, self._pinned(values))).loop.check_stable([self.Omega])
+                machine_of(self._prepared(values, self._pinned(values))).loop.check_stable([self.Omega])
         except ValueError as error:
             return (*result, f"with the fitted values {error}, whereas a measured loop is stable")
         return result
@@ -156,12 +156,12 @@ class FittedMachine:
     def _scenario_data(self, values: Array | Sequence[float], has_rotor: bool) -> dict[str, Any]:
         """Return the content of a scenario whose plan has these values, and all others as the fit had them."""
         assert self.loop_parameters is not None
-        planned = self.loop_parameters.machine.planned
-        system, data = planned.assembly.system, {**self.stated, **({"rotor": ROTOR_FILE} if has_rotor else {})}
+        prepared = self.loop_parameters.machine.prepared
+        system, data = prepared.assembly.system, {**self.stated, **({"rotor": ROTOR_FILE} if has_rotor else {})}
         parameters: dict[str, dict[str, Raw]] = {}
         for name, raw in self.settings.items():
             component, variable = system.divide(name)
-            ports = planned.interfaces[component].matching(variable) if variable else ()
+            ports = prepared.interfaces[component].matching(variable) if variable else ()
             if not variable:
                 data[name] = raw
             elif ports and ports[0].causality == "input":
@@ -177,17 +177,17 @@ class FittedMachine:
         """Return the parameters that a plan would derive from these values, as the fit had them."""
         assert self.loop_parameters is not None
         machine = self.loop_parameters.machine_with(self._split(values)[1], self.rotor_with(values))
-        planned = machine_of(self._planned(values, {}))
-        return differences(machine.parameters, planned.parameters)
+        prepared = machine_of(self._prepared(values, {}))
+        return differences(machine.parameters, prepared.parameters)
 
-    def _planned(self, values: Array | Sequence[float], pinned: Mapping[str, Mapping[str, float]]) -> PlannedRun:
+    def _prepared(self, values: Array | Sequence[float], pinned: Mapping[str, Mapping[str, float]]) -> PreparedRun:
         assert self.loop_parameters is not None
-        scenario = self.loop_parameters.machine.planned.scenario
+        scenario = self.loop_parameters.machine.prepared.scenario
         tables = (self.loop_parameters.values(self._split(values)[1]), pinned)
         settings = {f"{c}.{n}": value for table in tables for c, found in table.items() for n, value in found.items()}
         if self.rotor_parameters.names:
             scenario = scenario.machine(rotor=self.rotor_with(values))
-        return plan_run(scenario, {**self.settings, **settings}, options=RunOptions(flavour=self.flavour))
+        return prepare_run(scenario, {**self.settings, **settings}, options=RunOptions(flavour=self.flavour))
 
 
 def _path(source: str | Path) -> str:

@@ -28,7 +28,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
 from amb_cosim.presentation.units import speed_unit
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from array_types import Array, Complex
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.refinement import about_resonances, vertex
@@ -200,8 +200,8 @@ def response(
     refined_rotor = refined(described, [place for pair in ends for place in pair])
     machine = None
     if levitated is not None and is_machine:
-        planned = plan_run(levitated.machine(rotor=refined_rotor), set, options=RunOptions(flavour=flavour))
-        machine = machine_of(planned)
+        prepared = prepare_run(levitated.machine(rotor=refined_rotor), set, options=RunOptions(flavour=flavour))
+        machine = machine_of(prepared)
     default_speed = 0.0 if machine is None else machine.Omega
     Omega = default_speed if speed is None else spin_speed(speed)
     if machine is not None and loop == "closed":
@@ -211,7 +211,7 @@ def response(
         curves = _closer(structure, curves, ends)
     values = computed_values(structure, curves, ends)
     result = laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
-    warnings = implausible_sizes(described) if machine is None else machine.planned.plan.warnings
+    warnings = implausible_sizes(described) if machine is None else machine.prepared.plan.warnings
     return replace(result, warnings=(*result.warnings, *warnings))
 
 

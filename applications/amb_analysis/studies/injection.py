@@ -28,9 +28,9 @@ from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_history import in_contact
 from amb_cosim.results.stability import SOURCES
 from amb_cosim.scenario.plan import IDEAL
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.scenario import SPEED, Scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from array_types import Array, Complex, Indices
 from rotor_analysis.reduced_rotor import with_modes_up_to
 from signal_chain.presets import CUSTOM, is_on
@@ -59,8 +59,8 @@ def plan_measurement(
     amplifier: bool = False,
     delay: bool = False,
     options: RunOptions = DEFAULTS,
-) -> PlannedRun:
-    """Return a planned run of a scenario's machine, levitated without unbalance, with its sample time.
+) -> PreparedRun:
+    """Return a prepared run of a scenario's machine, levitated without unbalance, with its sample time.
 
     Its rotor has all modes up to half the sample rate, whatever the reduction in its file, because the sensitivity of a
     rotor with fewer modes is another.
@@ -85,7 +85,7 @@ def plan_measurement(
     values: dict[str, dict[str, Raw]] = {ACTUATOR: {"mean_current": True}, PLANT: {"solver.max_substep": SUBSTEP}}
     values[CONTROLLER] = {} if "chain.preset" in scenario.parameters.get(CONTROLLER, {}) else {"chain.preset": CUSTOM}
     base = scenario.machine(parameters=values)
-    first = plan_run(base, settings, options=options)
+    first = prepare_run(base, settings, options=options)
     machine = Machine(first)
     loop, parameters = machine.loop, machine.parameters
     dynamic = amplifier or parameters[ACTUATOR]["amplifier"] == DYNAMIC
@@ -106,26 +106,26 @@ def plan_measurement(
         },
     )
     changed = {f"{CONTROLLER}.{name}": value for name, value in linear.items()}
-    planned = plan_run(measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, options=options)
+    prepared = prepare_run(measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, options=options)
     steady_inputs = (SPEED, f"{PLANT}.{IDEAL}")
-    disturbing = [name for name, value in planned.plan.inputs.items() if name not in steady_inputs and value != 0.0]
+    disturbing = [name for name, value in prepared.plan.inputs.items() if name not in steady_inputs and value != 0.0]
     if disturbing:
         raise ValueError(
             f"{disturbing[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
         )
-    return _with_steps_of_the_run(planned, first.plan)
+    return _with_steps_of_the_run(prepared, first.plan)
 
 
-def _with_steps_of_the_run(planned: PlannedRun, run: Plan) -> PlannedRun:
+def _with_steps_of_the_run(prepared: PreparedRun, run: Plan) -> PreparedRun:
     """Return a measurement in which FMUs of others step as in the run of the scenario.
 
     A controller may take a sample whenever it is stepped, so that shorter steps would make another law of it.
     """
-    ratio = max(1, round(run.step_size / planned.plan.step_size))
+    ratio = max(1, round(run.step_size / prepared.plan.step_size))
     every = {c.name: c.every * ratio for c in run.system.components if model_of(c.fmu) is None}
-    components = tuple(replace(c, every=every.get(c.name, c.every)) for c in planned.plan.system.components)
-    system = replace(planned.plan.system, components=components)
-    return replace(planned, plan=replace(planned.plan, system=system))
+    components = tuple(replace(c, every=every.get(c.name, c.every)) for c in prepared.plan.system.components)
+    system = replace(prepared.plan.system, components=components)
+    return replace(prepared, plan=replace(prepared.plan, system=system))
 
 
 def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
@@ -188,12 +188,12 @@ def settling_samples(decay: float, sample_time: float) -> int:
     return samples
 
 
-def measure(planned: PlannedRun, decay: float) -> MeasuredSensitivity:
+def measure(prepared: PreparedRun, decay: float) -> MeasuredSensitivity:
     """Return the sensitivities over a period of a co-simulation with the multi-sines, after the transient.
 
     Parameters
     ----------
-    planned
+    prepared
         Run from `plan_measurement`.
     decay
         Magnitude of the loop's slowest decaying pole.
@@ -203,7 +203,7 @@ def measure(planned: PlannedRun, decay: float) -> MeasuredSensitivity:
     ValueError
         If the run fails, the rotor touches a site, or an amplifier reaches a limit.
     """
-    plan, machine = planned.plan, Machine(planned)
+    plan, machine = prepared.plan, Machine(prepared)
     loop, parameters = machine.loop, machine.parameters[ACTUATOR]
     steps = round(in_steps(loop.sample_time, plan.step_size))
     samples = 2 * round(in_steps(0.5 * PERIOD, loop.sample_time))
@@ -230,7 +230,7 @@ def measure(planned: PlannedRun, decay: float) -> MeasuredSensitivity:
 
     def demanded(events: tuple[tuple[int, str, float], ...]) -> tuple[Array, bool]:
         """Return the demands of a run with injected currents, and whether another component excites the rotor, too."""
-        result = run_planned(replace(planned, plan=replace(plan, last=last * steps, events=events)))
+        result = execute(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
         if result.outcome.failure is not None:
             raise ValueError(result.outcome.failure)
         _check_linear(result.signals, loop)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from amb_analysis.machine.machine import Machine
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import Raw, convert
-from amb_cosim.scenario.plan_run import system_of
+from amb_cosim.scenario.prepare_run import system_of
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
 from amb_files.wildcards import is_pattern
@@ -68,13 +68,13 @@ class LoopParameters:
         """Return the values of all variables that the names match."""
         result: dict[str, dict[str, float]] = {}
         for name, ports, number in zip(self.names, self.ports, numbers, strict=True):
-            component, _ = self.machine.planned.assembly.system.divide(name)
+            component, _ = self.machine.prepared.assembly.system.divide(name)
             result.setdefault(component, {}).update({port.name: float(number) for port in ports})
         return result
 
     def machine_with(self, numbers: Array | Sequence[float], rotor: Rotor) -> Machine:
         """Return the machine with other values of the parameters and a rotor."""
-        plan, values = self.machine.planned.plan, self.values(numbers)
+        plan, values = self.machine.prepared.plan, self.values(numbers)
         parameters = {name: {**of, **values.get(name, {})} for name, of in plan.parameters.items()}
         return self.machine.with_plan(replace(plan, parameters=parameters), rotor)
 
@@ -95,7 +95,7 @@ def differences(parameters: Values, others: Values) -> dict[str, dict[str, float
 
 
 def _numbers(machine: Machine, name: str) -> tuple[Port, ...]:
-    system, interfaces = machine.planned.assembly.system, machine.planned.interfaces
+    system, interfaces = machine.prepared.assembly.system, machine.prepared.interfaces
     component, pattern = system.divide(name)
     ports = interfaces[component].matching(pattern)
     numbers = tuple(port for port in ports if port.causality == "parameter" and port.type == "Real")
@@ -108,7 +108,7 @@ def _numbers(machine: Machine, name: str) -> tuple[Port, ...]:
 
 
 def _start(machine: Machine, name: str, ports: Sequence[Port]) -> float:
-    component, _ = machine.planned.assembly.system.divide(name)
+    component, _ = machine.prepared.assembly.system.divide(name)
     values = {port.name: machine.parameters[component][port.name] for port in ports}
     first, *rest = values.items()
     for other in rest:

@@ -15,7 +15,7 @@ from amb_analysis.studies.inputs import Number, spin_speeds
 from amb_analysis.studies.receptance_measurement import (
     IdentifiedReceptance,
     computed_identification,
-    plan_identification,
+    prepare_identification,
     ratios,
     run_identification,
     table_for,
@@ -149,7 +149,7 @@ def identify(
     path = None if output is None else Path(output)
     results: list[IdentifiedReceptance] = []
     with _progress_bars(progress) as report:
-        runs = [plan_identification(Omega, rotor, set, RunOptions(flavour=flavour), base) for Omega in chosen_speeds]
+        runs = [prepare_identification(Omega, rotor, set, RunOptions(flavour=flavour), base) for Omega in chosen_speeds]
         table = table_for(runs[0], path)
         for machine in runs:
 
@@ -164,7 +164,7 @@ def identify(
                     table.write(path)
             if result.interrupted:
                 break
-    warnings = dict.fromkeys(sentence for machine in runs for sentence in machine.planned.plan.warnings)
+    warnings = dict.fromkeys(sentence for machine in runs for sentence in machine.prepared.plan.warnings)
     return Identification(tuple(chosen_speeds), tuple(results), table, warnings=tuple(warnings))
 
 

@@ -23,9 +23,9 @@ from amb_cosim.model_constants.controller_data import MAX_CONDITION, condition_n
 from amb_cosim.model_constants.receptance_file import ReceptanceTable, empty_table, loop_parameters, read_table
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.control_loop import inner_loop_parameters
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, as_scenario, make_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from array_types import Complex
 from rolac_controller.control_loop import ControlLoop
 from rolac_controller.enumerations import ERRORS, GIVEN, ILL_CONDITIONED, last_stages, stages
@@ -81,7 +81,7 @@ class IdentifiedReceptance:
         return self.speed / (2.0 * math.pi)
 
 
-def plan_identification(
+def prepare_identification(
     Omega: float,
     rotor: RotorSource = None,
     settings: Mapping[str, Raw] | None = None,
@@ -124,10 +124,10 @@ def plan_identification(
         parameters={CONTROLLER: {"contact.source": GIVEN}},
         record={"variables": RECORDED, "every": steps},
     )
-    planned = plan_run(scenario, settings, options=options)
-    if planned.speed != Omega:
+    prepared = prepare_run(scenario, settings, options=options)
+    if prepared.speed != Omega:
         raise ValueError("Omega cannot be set here; speeds sets it")
-    identified_machine = machine_of(planned, ACTUATOR, CONTROLLER)
+    identified_machine = machine_of(prepared, ACTUATOR, CONTROLLER)
     lowest = identified_machine.parameters[CONTROLLER]["rolac.min_speed"]
     if Omega < lowest and not math.isclose(Omega, lowest):
         raise ValueError(f"speeds = {Omega:g} rad/s is not allowed; it must be >= {lowest:g} rad/s, rolac.min_speed")
@@ -143,7 +143,7 @@ def table_for(machine: Machine, path: Path | None) -> ReceptanceTable:
         If the file is not a complete table, or is that of another rotor or loop.
     """
     parameters, controlled, name = machine.parameters[CONTROLLER], machine.controlled, machine.rotor.name
-    inner = inner_loop_parameters(machine.planned.assembly.system, machine.parameters)
+    inner = inner_loop_parameters(machine.prepared.assembly.system, machine.parameters)
     if path is not None and path.exists():
         return read_table(path, name, controlled, {**loop_parameters(controlled, parameters), **inner})
     return empty_table(name, controlled, parameters, inner)
@@ -156,7 +156,7 @@ def run_identification(machine: Machine, progress: Progress | None = None) -> Id
     """
     identification = _identification(machine)
     model = sampled_receptance(machine, identification.order)
-    result = run_planned(machine.planned, RunOptions(progress=progress))
+    result = execute(machine.prepared, RunOptions(progress=progress))
     receptance, reason = None, result.outcome.failure or ""
     if result.outcome.failure is None:
         receptance, reason = _result(result.dataset.isel(time=-1), machine.controlled)

@@ -83,7 +83,7 @@ def _combination(source: LinearSource, readings: Sequence[str], sensors: Sequenc
 
 def _places_of_currents(machine: Machine) -> dict[str, str]:
     """Return the inputs that the currents of the controller feed, by the actuator's name of the demand, `left.i_x`."""
-    fed = {link.source: link.target for link in machine.planned.assembly.system.connections}
+    fed = {link.source: link.target for link in machine.prepared.assembly.system.connections}
     names = (f"{axis.bearing}.i_{axis.direction}" for axis in machine.controlled.axes)
     return {name: fed.get(f"{CONTROLLER}.{name}", f"{ACTUATOR}.{name}") for name in names}
 

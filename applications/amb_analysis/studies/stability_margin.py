@@ -28,7 +28,7 @@ from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, text_table
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.checks import require
 from array_types import Array, Complex
@@ -290,12 +290,12 @@ def sensitivity(
         settings[f"{CONTROLLER}.sample_time"] = time
         values = values.model_copy(update={"communication_step": time})
     options = RunOptions(flavour=flavour)
-    planned = plan_measurement(values, settings, amplifier, delay, options)
-    machine = Machine(planned)
+    prepared = plan_measurement(values, settings, amplifier, delay, options)
+    machine = Machine(prepared)
     loop, parameters = machine.loop, machine.parameters
     system = loop.sensitivity()
     of_run = Loop(machine.run_components).sensitivity()
-    measured = measure(planned, stability_of(of_run.A, float(of_run.dt)).radius)
+    measured = measure(prepared, stability_of(of_run.A, float(of_run.dt)).radius)
     (below, up_to_the_limit), *above = sensitivity_bands(system)
     beyond = [PeakBeyond(*peak) for band in above for peak in peaks_of(*band)]
     frequencies = np.concatenate([below, *(hertz[1:] for hertz, _ in above)])
@@ -327,7 +327,7 @@ def sensitivity(
     return StabilityMargin(
         scenario=values.name,
         rotor=machine.rotor.name,
-        speed=planned.speed,
+        speed=prepared.speed,
         sample_time=loop.sample_time,
         delay=_delay(parameters[CONTROLLER]),
         amplifier="dynamic" if parameters[ACTUATOR]["amplifier"] else "ideal",
@@ -337,7 +337,7 @@ def sensitivity(
         axes=axes,
         gang_of_four=gang,
         disk_margins=disks,
-        warnings=plan_run(values.machine(), settings, options=options).plan.warnings,
+        warnings=prepare_run(values.machine(), settings, options=options).plan.warnings,
     )
 
 

@@ -33,7 +33,7 @@ from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_files.suggestions import suggest
 from array_types import Array, Complex
@@ -119,7 +119,7 @@ def unbalance_response(
         if mass is not None:
             raise ValueError(f"mass = {mass} is not allowed with a scenario; set it in the rotor file")
         values = controlled(scenario, rotor, controller)
-        machine = machine_of(plan_run(values, set, options=RunOptions(flavour=flavour)), ACTUATOR)
+        machine = machine_of(prepare_run(values, set, options=RunOptions(flavour=flavour)), ACTUATOR)
         return _of_machine(
             machine, values.name, *_loads(machine, values.rotor, amount, place, node), up_to, clearance_of_all
         )
@@ -196,7 +196,7 @@ def _of_machine(
         criticals,
         limits,
         stable_up_to,
-        warnings=machine.planned.plan.warnings,
+        warnings=machine.prepared.plan.warnings,
     )
 
 

@@ -35,7 +35,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linearisation, static_current_for
 from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from array_types import Array
 from rotor_analysis.rotor import Rotor
@@ -252,7 +252,7 @@ class Designer:
     def machine(self, pid: Pid | None = None) -> Machine:
         """Return the machine with the gains of a PID, by default those of the scenario."""
         values = {} if pid is None else {f"{CONTROLLER}.{name}": value for name, value in pid.parameters.items()}
-        return Machine(plan_run(self._scenario.machine(), values, options=self._options))
+        return Machine(prepare_run(self._scenario.machine(), values, options=self._options))
 
     def best(self) -> Pid:
         """Return the best PID, or the first that meets all targets."""

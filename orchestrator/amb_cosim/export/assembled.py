@@ -78,9 +78,9 @@ def levitated_rotor(
     """Return the assembled model and its constants; see `build_assembled` for the arguments and errors."""
     from fmi_export.model import with_starts
 
-    planned = plan_models(SYSTEM if scenario is None else scenario, rotor, receptances)
-    plan = planned.plan
-    model, constants = assembled(plan, planned.made)
+    prepared = plan_models(SYSTEM if scenario is None else scenario, rotor, receptances)
+    plan = prepared.plan
+    model, constants = assembled(plan, prepared.made)
     starts = {f"{c}.{name}": value for c, parameters in plan.parameters.items() for name, value in parameters.items()}
     return with_starts(model, starts | dict(plan.inputs)), constants
 

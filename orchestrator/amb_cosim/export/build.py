@@ -67,11 +67,11 @@ def build(
         return build_models(MODELS, folder, target, rotor=rotor, receptances=table_source(receptances))
     from fmi_export.model import with_starts
 
-    planned = plan_models(scenario, rotor, receptances)
-    plan, fmus = planned.plan, {}
+    prepared = plan_models(scenario, rotor, receptances)
+    plan, fmus = prepared.plan, {}
     starts = plan.start_values()
     for component in plan.system.components:
-        model, constants = planned.made[component.name]
+        model, constants = prepared.made[component.name]
         model = with_starts(model, starts[component.name], component.every * plan.step_size)
         fmus[component.name] = target.fmu(model, constants)
     folder.mkdir(parents=True, exist_ok=True)

@@ -9,7 +9,7 @@ from amb_cosim.cosim.building.build_target import BuildTarget
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 
@@ -54,14 +54,14 @@ def export_ssp(
     from amb_cosim.cosim import ssp
 
     scenario = as_scenario(scenario, rotor, receptances)
-    planned = plan_run(scenario, set, until, options=RunOptions(flavour=flavour))
+    prepared = prepare_run(scenario, set, until, options=RunOptions(flavour=flavour))
     return ssp.export_ssp(
         Path(path),
-        planned.assembly,
-        planned.plan,
+        prepared.assembly,
+        prepared.plan,
         name=scenario.name,
         target=BuildTarget(flavour, platforms),
         connectors=connectors,
         integers=integers,
-        **planned.assembly.options,
+        **prepared.assembly.options,
     )

@@ -1,4 +1,4 @@
-"""A planned run of models, before FMUs are built: their start values from a scenario or a system file."""
+"""A prepared run of models, before FMUs are built: their start values from a scenario or a system file."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from amb_cosim.cosim.fmu.fmus import is_model, model_source, models
 from amb_cosim.cosim.fmu.model_interface import interface_of
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Experiment, Plan
-from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.replacement import fitted
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
 from amb_cosim.export.models import Made
 from amb_cosim.scenario.control_loop import check_control_loop
-from amb_cosim.scenario.plan import plan_scenario
-from amb_cosim.scenario.plan_run import model_options, system_of
+from amb_cosim.scenario.plan import scenario_plan
+from amb_cosim.scenario.prepare_run import model_options, system_of
 from amb_cosim.scenario.rotors import RotorSource, TableSource, table_source
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_cosim.scenario.stators import stators_of_run
@@ -69,8 +69,8 @@ def plan_models(
     )
     assembly = Assembly(system, {}, interfaces, options)
     if experiment is None:
-        return PlannedModels(plan_scenario(resolved, assembly), made)
-    plan = plan_experiment(experiment, assembly.assignments())
+        return PlannedModels(scenario_plan(resolved, assembly), made)
+    plan = experiment_plan(experiment, assembly.assignments())
     check_control_loop(assembly, plan)
     return PlannedModels(plan, made)
 

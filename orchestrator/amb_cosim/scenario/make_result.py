@@ -23,54 +23,54 @@ from amb_cosim.results.power import with_power
 from amb_cosim.results.result import Result
 from amb_cosim.results.stability import EXCITATIONS, LAST_CHANGE, SOURCES
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
-from amb_cosim.scenario.plan_run import PlannedRun
+from amb_cosim.scenario.prepare_run import PreparedRun
 from array_types import Array
 
 
-def bare_signals(planned: PlannedRun, recording: Recording, places: RotorPlaces) -> SignalTable:
+def bare_signals(prepared: PreparedRun, recording: Recording, places: RotorPlaces) -> SignalTable:
     """Return the record of a run over time and cycle, with the rotor's places and the cycles of events.
 
     It gives the key values of a complete result; collecting units and warnings would take longer than computing them.
     """
-    plan, recorder = planned.plan, recording.recorder
+    plan, recorder = prepared.plan, recording.recorder
     variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
     steps = {f"{name}{AT_STEPS}": Samples(column, {}, EACH_STEP) for name, column in steps_of(recording).items()}
     time = np.asarray(recorder.points * plan.step_size, np.float64)
     coordinates = _coordinates(plan, time) | step_times(recording)
     of_run = {"communication_step_s": plan.step_size, "parameters": parameters_of(recording), PLACES: places}
-    return SignalTable(variables | steps, coordinates, of_run | _landmarks(planned, recorder))
+    return SignalTable(variables | steps, coordinates, of_run | _landmarks(prepared, recorder))
 
 
-def _coupling_warnings(planned: PlannedRun) -> list[WarningRecord]:
+def _coupling_warnings(prepared: PreparedRun) -> list[WarningRecord]:
     """Return a warning if the coupling puts a loop in doubt; connections in both directions form a loop."""
-    system = planned.plan.system
+    system = prepared.plan.system
     links = system.links
     if not any((target, source) in links for source, target in links):
         return []
-    parameters = planned.plan.all_parameters(planned.interfaces)
+    parameters = prepared.plan.all_parameters(prepared.interfaces)
     predicted = max(values.get(PREDICTION) or 0.0 for values in parameters.values())
     sampled = min(filter(None, (values.get(SAMPLE_TIME) for values in parameters.values())), default=None)
-    sentence = coupling_warning(system.coupling, planned.plan.step_size, predicted, sampled)
+    sentence = coupling_warning(system.coupling, prepared.plan.step_size, predicted, sampled)
     return [WarningRecord("coupling", "", sentence, sentence)] if sentence else []
 
 
-def make_result(planned: PlannedRun, recording: Recording) -> Result:
+def make_result(prepared: PreparedRun, recording: Recording) -> Result:
     """Return the record of a run with all labels and the data of the scenario."""
-    scenario, plan, recorder = planned.scenario, planned.plan, recording.recorder
+    scenario, plan, recorder = prepared.scenario, prepared.plan, recording.recorder
     coordinates = _coordinates(plan, plan.grid.times(recorder.points))
     attributes: dict[str, Any] = {
         "scenario": scenario.name,
         "description": scenario.description,
         "source": scenario.source,
-        PLACES: places_of(planned.assembly).to_json(),
-        **_landmarks(planned, recorder),
+        PLACES: places_of(prepared.assembly).to_json(),
+        **_landmarks(prepared, recorder),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
     if scenario.plot.cycles is not None:
         attributes["plot_cycles"] = list(scenario.plot.cycles)
     if scenario.plot.figures is not None:
         attributes["plot_figures"] = json.dumps(scenario.plot.figures)
-    coupling = _coupling_warnings(planned)
+    coupling = _coupling_warnings(prepared)
     signals = to_signals(recording)
     table = SignalTable(signals.variables, {**signals.coordinates, **coordinates}, {**signals.attrs, **attributes})
     warned = to_json(with_power([*warnings_of(signals), *coupling], table))
@@ -86,19 +86,19 @@ def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
     }
 
 
-def _landmarks(planned: PlannedRun, recorder: Recorder) -> dict[str, Any]:
+def _landmarks(prepared: PreparedRun, recorder: Recorder) -> dict[str, Any]:
     """Return attributes: speed of the rotor, labels and cycles of events with a role, the last change."""
-    plan, cycle = planned.plan, planned.plan.step_size / planned.plan.period
-    roles = {event.role: event.name for event in planned.scenario.event if event.role}
+    plan, cycle = prepared.plan, prepared.plan.step_size / prepared.plan.period
+    roles = {event.role: event.name for event in prepared.scenario.event if event.role}
     events = {role: label for role, label in roles.items() if plan.marks[label] <= recorder.reached}
     cycles = {f"{role}_cycle": plan.marks[label] * cycle for role, label in events.items()}
     labels = {f"{role}_label": label for role, label in events.items()}
-    changes = (*(n for n, _, _ in plan.events), *(n for n, _ in planned.profile))
+    changes = (*(n for n, _, _ in plan.events), *(n for n, _ in prepared.profile))
     last = max((n for n in changes if n <= recorder.reached), default=0)
-    common: dict[str, Any] = {"period_s": plan.period, "speed_rad_s": planned.speed}
-    if planned.profile:
-        common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in planned.profile])
-    system = planned.assembly.system
+    common: dict[str, Any] = {"period_s": plan.period, "speed_rad_s": prepared.speed}
+    if prepared.profile:
+        common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in prepared.profile])
+    system = prepared.assembly.system
     if sources := _sources(system):
         common[SOURCES] = json.dumps(sources)
         fed = {link.source for link in system.connections if system.split(link.source)[0] in sources}

@@ -10,7 +10,7 @@ from amb_cosim.cosim.grid.time_grid import in_steps, is_on_grid, nearest_point, 
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import Experiment, InputChange, Plan, Profile
-from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.values import Raw, convert, plain_number, quantity
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.places import RotorPlaces, places_of
@@ -40,13 +40,13 @@ FREE, IDEAL = "spin.free", "drive.ideal"  # of the plant: a spin that the drive 
 ANGLE = "initial.angle"  # parameter of a rotor, its angle at the start
 
 
-def plan_scenario(
+def scenario_plan(
     scenario: Scenario,
     assembly: Assembly,
     settings: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
     recorded: Sequence[str] | None = None,
-    first: FirstValues | None = None,
+    first: ScenarioStart | None = None,
 ) -> Plan:
     """Plan a scenario on the time grid of the master: cycle 0 begins at time 0, preceded by settling.
 
@@ -62,7 +62,7 @@ def plan_scenario(
     recorded
         Patterns of all that is recorded, in place of those that scenario, summary and figures require.
     first
-        The `first_values` of the same scenario and settings, with any events, if they are known.
+        The `start_of` of the same scenario and settings, with any events, if they are known.
 
     Raises
     ------
@@ -70,10 +70,10 @@ def plan_scenario(
         For names that do not exist, values that are not allowed, times that do not fit the steps, sensors without a
         connection, and a table of receptances of another loop.
     """
-    first = first or first_values(scenario, assembly, settings)
+    first = first or start_of(scenario, assembly, settings)
     values = first.values.copy()
     experiment = _experiment(scenario, assembly, first, values, until, recorded)
-    plan = plan_experiment(experiment, values)
+    plan = experiment_plan(experiment, values)
     plan = replace(
         plan,
         parameters=_with_first_angle(plan, scenario.settle_cycles, assembly),
@@ -86,7 +86,7 @@ def plan_scenario(
 def _experiment(
     scenario: Scenario,
     assembly: Assembly,
-    first: FirstValues,
+    first: ScenarioStart,
     values: Assignments,
     until: Raw | None,
     recorded: Sequence[str] | None,
@@ -182,7 +182,7 @@ def _with_first_angle(plan: Plan, cycles: float, assembly: Assembly) -> Mapping[
 
 
 @dataclass(frozen=True)
-class FirstValues:
+class ScenarioStart:
     """Start of a scenario, independent of its events: values, warnings, and why its motion cannot be solved for."""
 
     values: Assignments
@@ -190,8 +190,8 @@ class FirstValues:
     unsolvable: str
 
 
-def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> FirstValues:
-    """Return the start of a scenario; arguments and errors as of `plan_scenario`.
+def start_of(scenario: Scenario, assembly: Assembly, settings: Mapping[str, Raw] | None = None) -> ScenarioStart:
+    """Return the start of a scenario; arguments and errors as of `scenario_plan`.
 
     In Jacobi order, a controller that can predict does so over the delay, unless a value is set. Texts of `settings`
     without a unit that are far from the scenario's values are refused.
@@ -222,7 +222,7 @@ def first_values(scenario: Scenario, assembly: Assembly, settings: Mapping[str, 
         for name in set(predictable(assembly.interfaces)) - stated:
             values.set(name, late)
     warnings = [*implausible_sizes(assembly), *idle_switches(values, stated), *warnings, *viscous_losses(assembly)]
-    return FirstValues(values, tuple(warnings), unsteady_effects(values))
+    return ScenarioStart(values, tuple(warnings), unsteady_effects(values))
 
 
 def _essential(places: RotorPlaces) -> tuple[str, ...]:

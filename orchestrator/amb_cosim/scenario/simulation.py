@@ -1,4 +1,4 @@
-"""Runs scenarios: plans the run, runs the plan, and makes the result of its record."""
+"""Runs scenarios: prepares the run, executes its plan, and makes the result of its record."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pathlib import Path
 from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.fmu.fmus import FmuSource
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
+from amb_cosim.cosim.run.execution import execute_plan
 from amb_cosim.cosim.run.options import AUTOSAVE_TIME, DEFAULTS, Progress, RunOptions, Saves
-from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import make_result
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 
@@ -86,14 +86,14 @@ def run(
     start = as_checkpoint(start)
     with progress_bar(progress) as report:
         options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=report)
-        planned = plan_run(as_scenario(scenario, rotor, receptances, fmu), set, until, options)
-        recording = run_plan(planned.assembly, planned.plan, options)
-    return make_result(planned, recording)
+        prepared = prepare_run(as_scenario(scenario, rotor, receptances, fmu), set, until, options)
+        recording = execute_plan(prepared.assembly, prepared.plan, options)
+    return make_result(prepared, recording)
 
 
-def run_planned(planned: PlannedRun, options: RunOptions = DEFAULTS) -> Result:
-    """Run a planned scenario and return its result; see `run_plan` for the errors."""
-    return make_result(planned, run_plan(planned.assembly, planned.plan, options))
+def execute(prepared: PreparedRun, options: RunOptions = DEFAULTS) -> Result:
+    """Execute a prepared run and return its result; see `execute_plan` for the errors."""
+    return make_result(prepared, execute_plan(prepared.assembly, prepared.plan, options))
 
 
 def check(scenario: str | Path | Scenario) -> None:
@@ -105,4 +105,4 @@ def check(scenario: str | Path | Scenario) -> None:
     --------
     >>> check("compressor_levitated")  # raises nothing: it can run
     """
-    plan_run(as_scenario(scenario))
+    prepare_run(as_scenario(scenario))

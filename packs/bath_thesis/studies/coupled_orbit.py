@@ -11,9 +11,9 @@ from amb_cosim.cosim.choices import Coupling
 from amb_cosim.cosim.grid.time_grid import in_steps
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.scenario.coupling import delay
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, make_scenario
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from array_types import Complex
 from bath_thesis.studies.monolithic import Levitation
 
@@ -59,7 +59,7 @@ def cosimulated(
     ValueError
         If the co-simulation does not reach its end.
     """
-    result = run_planned(plan_run(scenario(levitation, scheme, step, samples), options=options), options)
+    result = execute(prepare_run(scenario(levitation, scheme, step, samples), options=options), options)
     if result.outcome.failure is not None:
         raise ValueError(result.outcome.failure)
     bearings = [

@@ -11,10 +11,10 @@ from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.results.contact_history import contact_cycles, recovered
-from amb_cosim.scenario.plan_run import PlannedRun, plan_run
+from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.scenario_tables import Event
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.simulation import execute
 from rolac_controller.enumerations import FORCE_FREE, NOTCH, OLAC, OWN_SENSORS, ROLAC
 
 SCENARIO = "fig5_6"
@@ -102,7 +102,7 @@ def simulate_all(trials: Sequence[RecoveryTrial], progress: Progress) -> list[Tr
     for trial in {
         trial.control.label: trial for trial in trials
     }.values():  # one for each control, the largest unbalance
-        plan_trial(trial)  # checks the input and builds the FMUs before processes are started
+        prepare_trial(trial)  # checks the input and builds the FMUs before processes are started
     return simulate_in_processes(simulate_trial, trials, progress)
 
 
@@ -114,7 +114,7 @@ def simulate_trial(trial: RecoveryTrial) -> TrialRow:
     ValueError
         If the run does not reach its end.
     """
-    result = run_planned(plan_trial(trial), trial.options)
+    result = execute(prepare_trial(trial), trial.options)
     if result.outcome.failure is not None:
         raise ValueError(f"{trial.control.label}, {trial.added:g} kg m added: {result.outcome.failure}")
     return row_of(trial, bool(recovered(result.signals)), contact_cycles(result.signals)[1])
@@ -125,11 +125,11 @@ def row_of(trial: RecoveryTrial, is_free: bool, last: float | None) -> TrialRow:
     return TrialRow(trial.cycle, is_free, max(0.0, (last or 0.0) - trial.cycle))
 
 
-def plan_trial(trial: RecoveryTrial) -> PlannedRun:
+def prepare_trial(trial: RecoveryTrial) -> PreparedRun:
     """Return a trial that is ready to run."""
     settings = {"rolac.alpha": trial.control.alpha, **trial.control.control.settings}
     named = {f"rolac_controller.{name}": value for name, value in settings.items()}
-    return plan_run(trial_scenario(trial), named, options=trial.options)
+    return prepare_run(trial_scenario(trial), named, options=trial.options)
 
 
 def trial_scenario(trial: RecoveryTrial) -> Scenario:

@@ -11,7 +11,7 @@ from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.linear.loop import Loop
 from amb_analysis.studies.loop_vibrations import vibrations
 from amb_cosim.results.component_names import PLANT
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 
 SAMPLE_TIME = 1e-3  # s; half the sample rate is 500 Hz
@@ -88,8 +88,8 @@ def test_pole_at_zero_and_a_resting_plant_have_no_alias():
 
 def test_fast_modes_of_a_machine_are_those_of_its_rotor():
     """Half the sample rate is 2 kHz; the rig has 28 modes above, up to 9959 Hz, that control hardly reaches."""
-    planned = plan_run(as_scenario("drop", None).machine())
-    loop = Loop(source_of_run(planned))
+    prepared = prepare_run(as_scenario("drop", None).machine())
+    loop = Loop(source_of_run(prepared))
     Omega = 100.0
     (plant,) = loop.linear_components.at(Omega).parts([PLANT])
     above = 1.01 * math.pi / loop.sample_time  # poles of the controller are at half the sample rate itself

@@ -15,7 +15,7 @@ from amb_assessment.assessment.physics.assessed_machine import assessed_machine_
 from amb_assessment.assessment.physics.stages import real_coefficients
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.rotor_text import plain_shaft
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 from tests.support.independent_loop import independent_loop, smallest_disk_margin
 from tests.support.slow import slow_but_first
@@ -28,7 +28,7 @@ MARGINS = 6  # frequencies at which the disk margin is minimised
 def machines(name: str, folder: Path):
     """The machine of a packaged machine file or scenario, or of a new one, and its stages."""
     if name == "compressor_levitated":
-        return Machine(plan_run(as_scenario(name))), ()
+        return Machine(prepare_run(as_scenario(name))), ()
     if name == "new":
         speed = 12000.0 * np.pi / 30.0
         new_machine(folder / "fan", plain_shaft("fan", 30.0, 0.9, speed), speed)
@@ -64,7 +64,7 @@ def test_sampled_loop_is_that_of_all_elements(name, share, tmp_path):
 
 def test_reduced_rotor_of_the_runs_has_another_loop():
     """Its pseudo-modes of 751, 1349 and 1817 Hz are not those of the rotor, 613, 1027, 1489 and 1927 Hz."""
-    machine = Machine(plan_run(as_scenario("compressor_levitated")))
+    machine = Machine(prepare_run(as_scenario("compressor_levitated")))
     hertz = np.linspace(500.0, 2000.0, 200)
     S, of_run = (
         np.abs(np.einsum("kkn->kn", response(model_of(source, machine.loop.demands, machine.loop.demands), hertz)))

@@ -12,7 +12,7 @@ from amb_analysis.studies.inputs import controlled
 from amb_analysis.studies.stability_margin import _check_agreement
 from amb_cosim import linear_controller, studies
 from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from tests.support.messages import raises_naming
 
 FILE = Path(__file__).parents[3] / "examples" / "controllers" / "cross_feedback.toml"
@@ -84,7 +84,7 @@ def own(tmp_path_factory):
 
 
 def loop_of(controller):
-    return machine_of(plan_run(controlled(SCENARIO, None, controller))).loop
+    return machine_of(prepare_run(controlled(SCENARIO, None, controller))).loop
 
 
 def test_an_own_controller_is_linearised_at_each_speed(own):
@@ -101,12 +101,12 @@ def test_an_own_controller_is_linearised_at_each_speed(own):
 @pytest.mark.parametrize("amplifier", [False, True])
 def test_an_own_controller_steps_in_a_measurement_as_in_a_run(own, amplifier):
     """With dynamic amplifiers the steps of the measurement are a quarter of a sample; the FMU makes every fourth."""
-    planned = plan_measurement(controlled(SCENARIO, None, own[0]), {}, amplifier=amplifier)
-    (controller,) = (c for c in planned.plan.system.components if c.name == CONTROLLER)
+    prepared = plan_measurement(controlled(SCENARIO, None, own[0]), {}, amplifier=amplifier)
+    (controller,) = (c for c in prepared.plan.system.components if c.name == CONTROLLER)
     sample_time = linear_controller(FILE).sample_time
     assert controller.every == (STEPS_OF_A_SAMPLE if amplifier else 1)
-    assert controller.every * planned.plan.step_size == pytest.approx(sample_time)
-    assert machine_of(planned).loop.sample_time == pytest.approx(sample_time)
+    assert controller.every * prepared.plan.step_size == pytest.approx(sample_time)
+    assert machine_of(prepared).loop.sample_time == pytest.approx(sample_time)
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from amb_analysis.machine.channels import place_of
 from amb_analysis.machine.frequency_response import Structure, frequency_response, refined
 from amb_analysis.machine.machine import machine_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import raises_naming
@@ -24,15 +24,15 @@ STEP = 50e-6
 
 @pytest.fixture(scope="module")
 def machine():
-    return machine_of(plan_run(as_scenario(FOLDER / "levitation.toml", None), None))
+    return machine_of(prepare_run(as_scenario(FOLDER / "levitation.toml", None), None))
 
 
 def test_a_rotor_without_magnets_is_named_with_what_it_lacks():
-    planned = plan_run(as_scenario(PASSIVE, None), None)
+    prepared = prepare_run(as_scenario(PASSIVE, None), None)
     with raises_naming(ValueError, f"scenario {PASSIVE}", ACTUATOR):
-        machine_of(planned, ACTUATOR)
-    with raises_naming(ValueError, f"system {planned.assembly.system.name}", ACTUATOR):
-        _ = machine_of(planned).loop
+        machine_of(prepared, ACTUATOR)
+    with raises_naming(ValueError, f"system {prepared.assembly.system.name}", ACTUATOR):
+        _ = machine_of(prepared).loop
 
 
 def places(rotor, *channels, is_input):

@@ -1,4 +1,4 @@
-"""Unbalance of a planned run: places at one node add up, and events count in the order of time."""
+"""Unbalance of a prepared run: places at one node add up, and events count in the order of time."""
 
 import cmath
 from dataclasses import replace
@@ -9,7 +9,7 @@ import pytest
 from amb_analysis.machine.machine import machine_of
 from amb_analysis.machine.response import synchronous_response
 from amb_cosim import studies
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.parts import Body
 from rotor_analysis.rotor_file import load_rotor
@@ -33,7 +33,7 @@ def of(place, u, phi=0.0):
 
 def unbalance_of(*event, inputs):
     scenario = with_ring(inputs={"rotor_contact": ELSEWHERE | inputs}, event=list(event))
-    machine = machine_of(plan_run(scenario))
+    machine = machine_of(prepare_run(scenario))
     return machine, machine.unbalanced_points
 
 

@@ -9,7 +9,7 @@ from amb_analysis.steady_contact.rolling import rolling
 from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.studies import contact_traps
 from amb_cosim import studies
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.parts import Site
 from rotor_analysis.rotor_file import load_rotor
@@ -21,7 +21,7 @@ COMPRESSOR = "compressor_levitated"
 def rubbing(*more, **fields):
     rotor = load_rotor("compressor")
     scenario = load_scenario(COMPRESSOR).changed(rotor=replace(rotor, sites=(*rotor.sites, *more)), **fields)
-    return rubbing_rotor(plan_run(scenario))
+    return rubbing_rotor(prepare_run(scenario))
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from amb_analysis.steady_contact.rubbing_rotor import rubbing_rotor
 from amb_analysis.steady_contact.stability import Dynamics, slowest_decay
 from amb_analysis.steady_contact.synchronous_states import states_of
 from amb_analysis.steady_contact.trap_map import Regime, trap_map
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import as_scenario
 
 C = np.array([CLEARANCE])
@@ -56,7 +56,7 @@ def test_growth_is_that_of_the_full_eigenproblem(scenario, contact):
     """Eigenvalues without their vectors, as the maps take them."""
     dynamics = Dynamics(jeffcott(1.5 * OWN), C, np.array([0.3]), np.array([0.02]))
     if scenario is not None:
-        rotor = rubbing_rotor(plan_run(as_scenario(scenario, None)))
+        rotor = rubbing_rotor(prepare_run(as_scenario(scenario, None)))
         friction = rotor.mu(rotor.Omega), rotor.mu_slope(rotor.Omega)
         dynamics = Dynamics(rotor.loop(rotor.Omega), rotor.c, *friction)
     state = (contact, np.full(len(contact), 30.0), np.full(len(contact), 0.4))
@@ -65,7 +65,7 @@ def test_growth_is_that_of_the_full_eigenproblem(scenario, contact):
 
 def test_regimes_are_those_of_the_growth_rates_of_all_states():
     """Over free rotation, rub beside it, and rub alone, about saddles, too."""
-    rotor = rubbing_rotor(plan_run(as_scenario("compressor_levitated", None)))
+    rotor = rubbing_rotor(prepare_run(as_scenario("compressor_levitated", None)))
     speeds, factors = rotor.Omega * np.array([0.9, 1.0, 1.1]), np.array([3.0, 10.0, 20.0, 30.0, 50.0])
     found = trap_map(rotor, speeds, factors)
     free, trapped, settled = (np.zeros((3, 5), dtype=bool) for _ in range(3))

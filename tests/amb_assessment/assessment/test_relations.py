@@ -26,7 +26,7 @@ from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.physics import runs, stability
 from amb_assessment.assessment.physics.unbalance_cases import response_speeds
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from rotor_analysis.packaged_rotors import rotor_path
 
 BLOWER = Path(__file__).parent / "blower"
@@ -237,7 +237,7 @@ def test_units_of_the_description_change_no_value_of_a_run(machine, tmp_path):
     result = []
     for folder in (machine, with_other_units(machine, tmp_path)):
         file = load_machine(folder / "machine.toml")
-        plan = plan_run(file.as_scenario(file.speed.highest)).plan
+        plan = prepare_run(file.as_scenario(file.speed.highest)).plan
         result.append({f"{c}.{name}": value for c, of in plan.parameters.items() for name, value in of.items()})
         result[-1] |= plan.inputs | {"speeds": file.speed.lowest, "trip": file.speed.tripping}
     assert len(result[0]) > 40

@@ -18,7 +18,7 @@ from amb_assessment.assessment.engine.findings import Judgement
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.levitation import Pid, levitation_of, wanted_ratios
 from amb_assessment.first_design.loop_search import LoopSearch, Peak
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.packaged_rotors import rotor_path
 from tests.support.messages import assert_names
@@ -54,7 +54,7 @@ def expander(damping):
 
 def loop_of(folder, pid=None):
     values = {} if pid is None else {f"rolac_controller.{name}": value for name, value in pid.parameters.items()}
-    return Machine(plan_run(load_scenario(str(folder / "levitation.toml")).machine(), values)).loop
+    return Machine(prepare_run(load_scenario(str(folder / "levitation.toml")).machine(), values)).loop
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.levitation import operating_points
 from amb_assessment.first_design.rotor_text import plain_shaft, supports
 from amb_assessment.first_design.sizing import MagnetData, machine_sizes
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.rotor_file import rotor_from
 from tests.support.messages import raises_naming
@@ -89,7 +89,7 @@ def test_inconsistent_gap_and_bias_are_refused(known, facts):
 
 def test_written_machine_has_the_constants_of_the_data_sheet(bench):
     """The currents that carry the weight follow from gravity; the controller's constants from them."""
-    values = plan_run(load_scenario(str(bench.folder / "levitation.toml"))).plan.parameters["rolac_controller"]
+    values = prepare_run(load_scenario(str(bench.folder / "levitation.toml"))).plan.parameters["rolac_controller"]
     for bearing in bench.points:
         assert values[f"{bearing}.k_i_x"] == pytest.approx(90.0, rel=1e-4)
         assert values[f"{bearing}.k_s_y"] == pytest.approx(8e5, rel=1e-4)

@@ -17,7 +17,7 @@ from amb_assessment.first_design.shortfalls import (
     soft_bearings,
 )
 from amb_assessment.first_design.sizing import MU_0, machine_sizes
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from rotor_analysis.parts import Body
 from rotor_analysis.rotor import Rotor
@@ -39,7 +39,7 @@ def test_unbalance_that_saturates_the_coils_is_a_shortfall(share, saturating):
     """F_1 = u Omega^2 (z_2 - z_d)/(z_2 - z_1), F_2 = u Omega^2 - F_1, |i| = (K_b + K_s)/(K_i K_b) |F|."""
     levers = {"mb1": (Z_MB2 - Z_DISC) / (Z_MB2 - Z_MB1), "mb2": (Z_MB1 - Z_DISC) / (Z_MB2 - Z_MB1)}
     u = share * BIAS * K_I * K_B / (K_B + K_S) / (levers["mb1"] * SLOW**2)
-    machine = Machine(plan_run(load_scenario("fig4_9").machine(), {"rotor_contact.d2.u": u}))
+    machine = Machine(prepare_run(load_scenario("fig4_9").machine(), {"rotor_contact.d2.u": u}))
     reasons = list(saturating_axes(machine, SLOW))
     assert len(reasons) == len(saturating)
     for axis, reason in zip(saturating, reasons, strict=True):

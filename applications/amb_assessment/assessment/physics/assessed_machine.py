@@ -14,7 +14,7 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
 from amb_cosim.results.component_names import PLANT
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import share_across
 from rotor_analysis.parts import Bearing
 from rotor_analysis.reduced_rotor import with_modes
@@ -66,7 +66,7 @@ class AssessedMachine(Machine):
     @cached_property
     def faults(self) -> tuple[str, ...]:
         """Inputs that are a fault by their description and are not 0 at the start."""
-        return self.faults_among(self.planned.plan.inputs)
+        return self.faults_among(self.prepared.plan.inputs)
 
     @cached_property
     def retainers(self) -> tuple[str, ...]:
@@ -135,7 +135,7 @@ def assessed_machine_of(file: MachineFile, flavour: Flavour = "native", modes: i
     scenario = file.as_scenario(file.speed.highest)
     if modes is not None:
         scenario = scenario.changed(rotor=with_modes(load_rotor(scenario.rotor), modes))
-    return AssessedMachine(plan_run(scenario, options=RunOptions(flavour=flavour)), file, flavour)
+    return AssessedMachine(prepare_run(scenario, options=RunOptions(flavour=flavour)), file, flavour)
 
 
 def rpm(Omega: Any) -> Any:

@@ -18,8 +18,8 @@ from amb_cosim.cosim.run.options import RunOptions, Saves
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_forces import touches
 from amb_cosim.results.result import Result
-from amb_cosim.scenario.plan_run import plan_run
-from amb_cosim.scenario.simulation import run_planned
+from amb_cosim.scenario.prepare_run import prepare_run
+from amb_cosim.scenario.simulation import execute
 from array_types import Array
 from rotor_analysis.response import orbit
 
@@ -206,10 +206,10 @@ def simulate(
         values["inputs"] = {PLANT: dict(inputs)}
     scenario = co_simulated(subject, Omega, levitated=levitated, **values)
     options = RunOptions(flavour=subject.flavour, start=start)
-    planned = plan_run(scenario, None, options=options)
-    if goes_on and all(interface.serialises_state for interface in planned.interfaces.values()):
-        options = replace(options, saves=Saves(points=(planned.plan.last,)))
-    result = run_planned(planned, options)
+    prepared = prepare_run(scenario, None, options=options)
+    if goes_on and all(interface.serialises_state for interface in prepared.interfaces.values()):
+        options = replace(options, saves=Saves(points=(prepared.plan.last,)))
+    result = execute(prepared, options)
     if result.outcome.status == "interrupted":
         raise KeyboardInterrupt
     if result.outcome.failure is not None and not (to_magnets and ended_at_magnet(subject, result)):
@@ -288,7 +288,7 @@ def without_power(subject: AssessedMachine, cycle: float, friction: float = FRIC
 
 def longest(subject: AssessedMachine, duration: float, steps: int) -> float:
     """Return the time (s) of some steps, at most a duration (s)."""
-    return min(duration, steps * float(subject.planned.plan.step_size))
+    return min(duration, steps * float(subject.prepared.plan.step_size))
 
 
 def check_falls(subject: AssessedMachine) -> None:

@@ -90,7 +90,8 @@ def co_simulated(subject: AssessedMachine, Omega: float, *, levitated: bool = Fa
 
     `levitated`: the magnets have power throughout, and the tilt stiffness of the thrust disc acts, too.
     """
-    rotor, stages, tilts = subject.planned.scenario.rotor, subject.file.stages, subject.thrust_tilt if levitated else ()
+    rotor, stages = subject.prepared.scenario.rotor, subject.file.stages
+    tilts = subject.thrust_tilt if levitated else ()
     if stages or tilts:
         staged = with_stages(subject.rotor, stages, subject.file.speed.highest)
         rotor = replace(staged, seals=(*staged.seals, *tilts))

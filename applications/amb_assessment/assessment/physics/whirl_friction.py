@@ -14,7 +14,7 @@ from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, 
 from amb_assessment.assessment.physics.lying_rotor import clearances, lying_on
 from amb_assessment.assessment.physics.stages import co_simulated
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
-from amb_cosim.scenario.plan_run import plan_run
+from amb_cosim.scenario.prepare_run import prepare_run
 from rotor_analysis.refinement import refined
 from rotor_analysis.rotor_file import load_rotor
 
@@ -42,7 +42,7 @@ def _least_friction(subject: AssessedMachine) -> Quantity:
         return Quantity("whirl_friction", "upright", MOST, "1", note=note, chaotic=note)
     highest = subject.file.speed.tripping
     scenario = co_simulated(subject, subject.file.speed.highest)
-    linear_source, seals = source_of_run(plan_run(scenario)), load_rotor(scenario.rotor).seals
+    linear_source, seals = source_of_run(prepare_run(scenario)), load_rotor(scenario.rotor).seals
     c = clearances(subject)
     across = abs(subject.gravity_across)
     g = across or STANDARD_GRAVITY

@@ -40,7 +40,7 @@ Messages = queue.SimpleQueue[tuple[Any, ...]]
 
 
 def run_isolated(assembly: Assembly, plan: Plan, options: RunOptions) -> Recording:
-    """Run a plan in a separate process; see `run_plan` for result and errors.
+    """Run a plan in a separate process; see `execute_plan` for result and errors.
 
     An interruption ends the run at a safe moment; a second one ends the process.
     """

@@ -13,8 +13,8 @@ from amb_cosim.cosim.errors import ProcessFailed
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.processes.child_process import limit_memory
 from amb_cosim.cosim.processes.descendants import end_descendants, end_with_parent
+from amb_cosim.cosim.run.execution import run_here
 from amb_cosim.cosim.run.isolation import ERROR, PROGRESS, RECORDING
-from amb_cosim.cosim.run.run_plan import run_here
 
 
 def main() -> None:

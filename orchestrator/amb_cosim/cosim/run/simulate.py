@@ -11,11 +11,11 @@ from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.fmu.fmus import options_of
 from amb_cosim.cosim.run.checkpoint import Checkpoint, as_checkpoint
 from amb_cosim.cosim.run.dataset import Run, to_signals
+from amb_cosim.cosim.run.execution import execute_plan
 from amb_cosim.cosim.run.options import Progress, RunOptions, Saves
-from amb_cosim.cosim.run.run_plan import run_plan
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.experiment import Experiment
-from amb_cosim.cosim.system.planning import plan_experiment
+from amb_cosim.cosim.system.planning import experiment_plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_experiment, load_system
 from amb_cosim.cosim.system.values import Raw
@@ -107,5 +107,5 @@ def simulate(
         if value is not None and name not in taken:  # the command line passes those that are not given as None
             raise ValueError(f"{name} is no option of a model of system {system.name}; {suggest(name, sorted(taken))}")
     assembly = assemble(system, flavour, **options)
-    recording = run_plan(assembly, plan_experiment(experiment, assembly.assignments(), set), run_options)
+    recording = execute_plan(assembly, experiment_plan(experiment, assembly.assignments(), set), run_options)
     return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)

@@ -1,6 +1,6 @@
-"""System Structure and Parameterization: a planned run as an archive (1.0), and archives (1.0, 2.0) as systems.
+"""System Structure and Parameterization: a prepared run as an archive (1.0), and archives (1.0, 2.0) as systems.
 
-    export_ssp   write a planned run: FMUs, wiring, parameters, default experiment
+    export_ssp   write a prepared run: FMUs, wiring, parameters, default experiment
     load_ssp     read an archive, of this package or of another tool, as a system and an experiment
 
 Modelica Association, System Structure and Parameterization, version 1.0, 2019.

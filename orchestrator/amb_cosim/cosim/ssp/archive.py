@@ -1,4 +1,4 @@
-"""Writes a planned run as an SSP archive: structure, parameter sets, FMUs, notes."""
+"""Writes a prepared run as an SSP archive: structure, parameter sets, FMUs, notes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def export_ssp(
     integers: bool = False,
     **options: Any,
 ) -> Path:
-    """Write a planned run to `path` and return it; the file appears complete or not at all.
+    """Write a prepared run to `path` and return it; the file appears complete or not at all.
 
     Models of this project are built with the run's parameters and initial inputs as start values, so that tools that
     ignore parameter bindings give the same run; FMU files are used unchanged.

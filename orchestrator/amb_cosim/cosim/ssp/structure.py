@@ -1,4 +1,4 @@
-"""The system structure (.ssd) of a planned run: components, connections, parameter bindings, default experiment.
+"""The system structure (.ssd) of a prepared run: components, connections, parameter bindings, default experiment.
 
 Only connected connectors are listed: FMPy sets every listed input in every step, to zero if nothing feeds it. The
 system has connectors only if requested, because libcosim refuses them. SSP has no step sizes and no order of
@@ -33,7 +33,7 @@ MASTER = f"{{{TOOLS['amb']}}}Master"
 
 @dataclass(frozen=True)
 class Described:
-    """A planned run to describe.
+    """A prepared run to describe.
 
     name
         Name of the system.

@@ -22,7 +22,7 @@ from amb_files.suggestions import suggest
 from amb_files.wildcards import matches, matching_names
 
 
-def plan_experiment(experiment: Experiment, values: Assignments, settings: Mapping[str, Raw] | None = None) -> Plan:
+def experiment_plan(experiment: Experiment, values: Assignments, settings: Mapping[str, Raw] | None = None) -> Plan:
     """Plan an experiment on the time grid of the master; every time but the end becomes the nearest point.
 
     Parameters

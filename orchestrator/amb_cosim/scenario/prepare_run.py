@@ -1,4 +1,4 @@
-"""Plans the run of a scenario: finds its FMUs, checks their system, and places everything on the time grid."""
+"""Prepares the run of a scenario: finds its FMUs, checks their system, and places everything on the time grid."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.file import check_exists
-from amb_cosim.scenario.plan import plan_scenario
+from amb_cosim.scenario.plan import scenario_plan
 from amb_cosim.scenario.rotors import table_source
 from amb_cosim.scenario.scenario import SPEED, Scenario
 from amb_cosim.scenario.stators import lacking_stators, stators_of_run
@@ -23,7 +23,7 @@ from amb_files.checks import errors_in
 
 
 @dataclass(frozen=True)
-class PlannedRun:
+class PreparedRun:
     """A scenario with everything that its run needs, checked."""
 
     scenario: Scenario
@@ -56,13 +56,13 @@ class PlannedRun:
         return next((ramp.points for ramp in self.plan.ramps if ramp.variable == SPEED), ())
 
 
-def plan_run(
+def prepare_run(
     scenario: Scenario,
     settings: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
     options: RunOptions = DEFAULTS,
-) -> PlannedRun:
-    """Find the FMUs of a scenario, check its system and plan its run; see `plan_scenario` for the arguments.
+) -> PreparedRun:
+    """Find the FMUs of a scenario, check its system and plan its run; see `scenario_plan` for the arguments.
 
     A run that continues from `options.start` has the stators of its past, with a warning if others lose their power.
 
@@ -73,11 +73,11 @@ def plan_run(
     """
     settings = settings or {}
     assembly = assemble_scenario(scenario, settings, options)
-    plan = plan_scenario(scenario, assembly, settings, until)
+    plan = scenario_plan(scenario, assembly, settings, until)
     if options.start is not None:
         lacking = lacking_stators(scenario, assembly, settings, options.start)
         plan = replace(plan, warnings=(*plan.warnings, *lacking))
-    return PlannedRun(scenario, plan, assembly)
+    return PreparedRun(scenario, plan, assembly)
 
 
 def assemble_scenario(

@@ -1,4 +1,4 @@
-"""Runs a plan with the FMUs of its components: initialise, step and record them, and close them in any case."""
+"""Executes a plan with the FMUs of its components: initialise, step and record them, and close them in any case."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ SHARE = 0.05  # at most, of the time of a run, that automatic checkpoints take
 FIRST = 16  # steps after which their duration is first measured
 
 
-def run_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
-    """Run a plan with the FMUs of an assembly.
+def execute_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
+    """Execute a plan with the FMUs of an assembly.
 
     A failed step, Ctrl-C, SIGTERM (from the command line), a met condition, or an FMU that ends it, end the run early;
     the outcome states the cause, and the record is kept.
@@ -58,7 +58,7 @@ def run_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> 
 
 
 def run_here(assembly: Assembly, plan: Plan, options: RunOptions) -> Recording:
-    """Run a plan in this process, with options `for_plan`; see `run_plan`.
+    """Run a plan in this process, with options `for_plan`; see `execute_plan`.
 
     A motion before point 0 that cannot be solved for is simulated, with a notice.
     """
