@@ -15,7 +15,7 @@ from amb_cosim.cosim.system.values import quantity
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
 from amb_cosim.results.contact_history import contact_cycles
 from amb_cosim.results.places import places
-from amb_cosim.results.series import signal
+from amb_cosim.results.signal_arrays import signal
 from amb_files.toml import validate
 from bath_thesis.meshes import even_nodes
 from bath_thesis.studies.contact_hysteresis import ContactLaws

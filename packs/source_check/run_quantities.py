@@ -15,7 +15,7 @@ from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.results import contact_forces, contact_history
 from amb_cosim.results.orbits import When, radius, settled_amplitude, support
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles, displacements, parameters, signal, speed
+from amb_cosim.results.signal_arrays import cycles, displacements, parameters, signal, speed
 from array_types import Array, Bools
 
 HERTZ = 2.0 * np.pi  # rad/s

@@ -10,7 +10,7 @@ from amb_cosim.cosim.run.execution import execute_plan
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.results.places import places_of
-from amb_cosim.results.series import parameters, speed, thinning, turns
+from amb_cosim.results.signal_arrays import parameters, speed, thinning, turns
 from amb_cosim.scenario.make_result import bare_signals, make_result
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario

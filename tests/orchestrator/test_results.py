@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from amb_cosim.results import contact_history, orbits, series
+from amb_cosim.results import contact_history, orbits, signal_arrays
 from amb_cosim.results.summary import summarise
 from amb_cosim.results.summary_table import table
 from amb_sweeps.metrics import evaluate
@@ -251,18 +251,18 @@ def test_amplitudes_need_a_step_before_them_and_a_whole_turn_of_samples(syntheti
 
 def test_without_a_step_the_change_is_that_rolac_begins(synthetic, without):
     dataset = acting(without(synthetic(), "disturbance_cycle", "relief_cycle"), 8.0)
-    assert series.change(dataset) == pytest.approx(8.0)
+    assert signal_arrays.change(dataset) == pytest.approx(8.0)
     assert orbits.settled_amplitudes(dataset)["before"]["mb1"] == pytest.approx(0.5)
-    assert series.change(acting(synthetic(), 8.0)) == 5.0, "a step counts first"
-    assert series.change(acting(without(synthetic(), "disturbance_cycle"), 0.0)) is None, "it acts all the time"
-    assert series.change(acting(without(synthetic(), "disturbance_cycle"), 99.0)) is None, "it never acts"
+    assert signal_arrays.change(acting(synthetic(), 8.0)) == 5.0, "a step counts first"
+    assert signal_arrays.change(acting(without(synthetic(), "disturbance_cycle"), 0.0)) is None, "it acts all the time"
+    assert signal_arrays.change(acting(without(synthetic(), "disturbance_cycle"), 99.0)) is None, "it never acts"
 
 
 def test_turns_follow_a_changing_speed(synthetic):
     """From 50 to 150 turns per second within 0.2 s: 0.1 s at 50, 20 turns on the way, 0.1 s at 150."""
     points = [(0.0, 50.0), (0.1, 50.0), (0.3, 150.0)]
     dataset = synthetic(speed_profile=json.dumps([(t, 2 * np.pi * f) for t, f in points]))
-    turned = series.turns(dataset)
+    turned = signal_arrays.turns(dataset)
     assert np.interp([0.1, 0.3, 0.4], dataset["time"].values, turned) == pytest.approx([5.0, 25.0, 40.0])
     whirling(dataset, 0.2e-3j, 0.1e-3, turns=turned)
     assert orbits.settled_amplitudes(dataset)["end"]["mb1"] == pytest.approx(0.3, rel=1e-9)
@@ -270,10 +270,10 @@ def test_turns_follow_a_changing_speed(synthetic):
 
 def test_turns_are_counted_from_cycle_0(synthetic):
     dataset = synthetic()
-    assert series.turns(dataset).tolist() == dataset["cycle"].values.tolist()
+    assert signal_arrays.turns(dataset).tolist() == dataset["cycle"].values.tolist()
     early = dataset.assign_coords(cycle=dataset["cycle"] - 8.0, time=dataset["time"] - 0.16)
     early = early.assign_attrs(speed_profile=json.dumps([(0.0, 100 * np.pi), (0.1, 200 * np.pi)]))
-    assert series.turns(early)[[0, 800]] == pytest.approx([-8.0, 0.0])
+    assert signal_arrays.turns(early)[[0, 800]] == pytest.approx([-8.0, 0.0])
 
 
 def rolling(dataset, site, cycles, turns):

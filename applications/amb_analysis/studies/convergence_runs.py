@@ -14,7 +14,7 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, received_impulse
 from amb_cosim.results.contact_history import peak, touchable
-from amb_cosim.results.series import cycles
+from amb_cosim.results.signal_arrays import cycles
 from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import execute

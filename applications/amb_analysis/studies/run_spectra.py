@@ -23,7 +23,7 @@ from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.places import places
 from amb_cosim.results.result import Result
-from amb_cosim.results.series import cycles, signal, speed, speed_changes, turns
+from amb_cosim.results.signal_arrays import cycles, signal, speed, speed_changes, turns
 from amb_cosim.results.warning_sentences import warning_sentences
 from amb_cosim.scenario.simulation import run
 from amb_files.checks import require

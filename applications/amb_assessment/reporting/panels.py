@@ -19,7 +19,7 @@ from amb_cosim.results.contact_forces import peaks
 from amb_cosim.results.contact_history import ROLLING, rolling_from, touchable
 from amb_cosim.results.orbits import directions, path, radius, support, turned_upright
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles, parameters, signal, speed, speed_changes
+from amb_cosim.results.signal_arrays import cycles, parameters, signal, speed, speed_changes
 from array_types import Array, Bools, Indices
 
 MOST_POINTS = 2400  # of a curve, at most

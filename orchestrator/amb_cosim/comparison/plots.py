@@ -40,7 +40,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import SiteForce, draw_forces, mark_forces, site_force
-from amb_cosim.results.series import cycles, speed_changes
+from amb_cosim.results.signal_arrays import cycles, speed_changes
 from array_types import Array
 
 Runs = Mapping[str, Signals]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
-from amb_cosim.results.series import cycles
+from amb_cosim.results.signal_arrays import cycles
 
 MOST_NAMES = 6  # most names in a printed list
 

@@ -15,7 +15,7 @@ from functools import reduce
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.series import at_every_step, cycles, signal
+from amb_cosim.results.signal_arrays import at_every_step, cycles, signal
 from array_types import Array, Bools
 
 WINDOW = 1e-3  # s, over which contact forces are averaged

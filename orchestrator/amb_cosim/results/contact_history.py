@@ -15,7 +15,7 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import largest, peak_force, touches
 from amb_cosim.results.places import places
 from amb_cosim.results.power import power_lost_at
-from amb_cosim.results.series import at_every_step, cycles, signal, speed, turns
+from amb_cosim.results.signal_arrays import at_every_step, cycles, signal, speed, turns
 from amb_cosim.results.stability import is_unstable, last_change
 from amb_cosim.results.stators import stator_touches
 from array_types import Bools

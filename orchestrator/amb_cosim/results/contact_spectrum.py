@@ -10,7 +10,7 @@ from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import frequency_unit
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.places import places
-from amb_cosim.results.series import at_every_step, cycles, signal
+from amb_cosim.results.signal_arrays import at_every_step, cycles, signal
 from array_types import Array
 
 WARNED_SHARE = 0.1

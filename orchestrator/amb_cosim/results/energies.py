@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.series import at_every_step, cycles, parameters, signal
+from amb_cosim.results.signal_arrays import at_every_step, cycles, parameters, signal
 from array_types import Array
 
 HEAT = ("damping", "friction", "impact")

@@ -9,7 +9,7 @@ from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles, speed
+from amb_cosim.results.signal_arrays import cycles, speed
 from amb_cosim.results.touchdown import Touchdown
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
-from amb_cosim.results.series import parameters
+from amb_cosim.results.signal_arrays import parameters
 from array_types import Array, Bools
 
 MU_0 = 4e-7 * math.pi  # H/m

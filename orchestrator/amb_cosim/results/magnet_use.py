@@ -20,7 +20,7 @@ from amb_cosim.results.magnet_limits import (
     magnet_force,
 )
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles, parameters
+from amb_cosim.results.signal_arrays import cycles, parameters
 from array_types import Array
 
 

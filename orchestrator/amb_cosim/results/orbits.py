@@ -11,7 +11,17 @@ from amb_cosim.cosim.choices import ROLES
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.results.places import places
-from amb_cosim.results.series import Path, change, cycles, displacements, parameters, signal, speed, thinning, turns
+from amb_cosim.results.signal_arrays import (
+    Path,
+    change,
+    cycles,
+    displacements,
+    parameters,
+    signal,
+    speed,
+    thinning,
+    turns,
+)
 from array_types import Array, Bools, Complex
 
 When = Literal["before", "end"]

@@ -11,7 +11,7 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import WarningRecord
 from amb_cosim.results.component_names import ACTUATOR, LIMITED
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles
+from amb_cosim.results.signal_arrays import cycles
 from array_types import Bools
 
 

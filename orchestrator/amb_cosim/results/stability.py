@@ -16,7 +16,7 @@ from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, LIMITED, PLA
 from amb_cosim.results.free_vibration import free_vibration
 from amb_cosim.results.growth import FEWEST, GROWTH, grows
 from amb_cosim.results.places import places
-from amb_cosim.results.series import cycles, displacements, parameters, signal, speed, speed_changes, turns
+from amb_cosim.results.signal_arrays import cycles, displacements, parameters, signal, speed, speed_changes, turns
 from array_types import Array, Bools
 
 LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event or point of the speed

@@ -10,7 +10,7 @@ import numpy as np
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, touches
 from amb_cosim.results.places import places
-from amb_cosim.results.series import at_every_step, cycles
+from amb_cosim.results.signal_arrays import at_every_step, cycles
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from amb_cosim.results.orbits import (
     settled_amplitudes,
 )
 from amb_cosim.results.places import places
-from amb_cosim.results.series import event_name, shares_of_steps, speed_changes
+from amb_cosim.results.signal_arrays import event_name, shares_of_steps, speed_changes
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown, touchdown
 from amb_cosim.results.verdict import Verdict, verdict

@@ -18,7 +18,7 @@ from amb_cosim.results.orbits import gravity_across, moving_places, path, path_a
 from amb_cosim.results.places import places
 from amb_cosim.results.power import amplifiers_off
 from amb_cosim.results.rocking import steady_swing
-from amb_cosim.results.series import Path, at_every_step, cycles, parameters, signal
+from amb_cosim.results.signal_arrays import Path, at_every_step, cycles, parameters, signal
 from array_types import Array, Bools
 
 SLIDING = 1

@@ -21,7 +21,7 @@ from amb_cosim.results.magnet_use import magnet_use_rows
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
 from amb_cosim.results.power import without_power
-from amb_cosim.results.series import (
+from amb_cosim.results.signal_arrays import (
     at_every_step,
     cycles,
     event_name,

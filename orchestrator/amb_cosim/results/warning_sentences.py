@@ -15,7 +15,7 @@ from amb_cosim.cosim.record.warnings import WarningRecord, sentences
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import frequency_unit, length_unit, speed_unit, with_speeds_in
 from amb_cosim.results.component_names import PLANT
-from amb_cosim.results.series import parameters, signal
+from amb_cosim.results.signal_arrays import parameters, signal
 
 PASSED, BEYOND = ".passed", ".beyond_reduction"
 

@@ -17,7 +17,7 @@ from amb_cosim.results.energies import energies
 from amb_cosim.results.magnet_limits import is_magnetic
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
-from amb_cosim.results.series import speed_changes
+from amb_cosim.results.signal_arrays import speed_changes
 from amb_cosim.results.touchdown import touchdown
 from amb_files.atomic import plain_file
 

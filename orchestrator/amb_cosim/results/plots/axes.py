@@ -21,7 +21,7 @@ from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.orbits import directions, path, turned_upright, upright
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.enlarged import FIRST, first_impacts
-from amb_cosim.results.series import cycles, event_name, parameters, signal, speed, speed_changes, switched_on
+from amb_cosim.results.signal_arrays import cycles, event_name, parameters, signal, speed, speed_changes, switched_on
 from array_types import Array
 
 EVENT_SIZE = 8.0  # points, of the names of events

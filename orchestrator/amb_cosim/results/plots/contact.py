@@ -33,7 +33,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import large_forces
 from amb_cosim.results.plots.forces import PALE, THICK, THIN, SiteForce, draw_forces, mark_forces, site_force
-from amb_cosim.results.series import parameters, signal, speed
+from amb_cosim.results.signal_arrays import parameters, signal, speed
 from amb_cosim.results.touchdown import touchdown
 from array_types import Array, Bools
 

@@ -16,7 +16,7 @@ from amb_cosim.results.plots.axes import (
     time_values,
     title_padding,
 )
-from amb_cosim.results.series import parameters
+from amb_cosim.results.signal_arrays import parameters
 
 # Colours of the energies.
 LATERAL = {"kinetic": BLUE, "strain": ORANGE}

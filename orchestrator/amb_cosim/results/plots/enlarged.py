@@ -6,7 +6,7 @@ import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.contact_history import in_contact
-from amb_cosim.results.series import at_every_step
+from amb_cosim.results.signal_arrays import at_every_step
 from amb_cosim.results.touchdown import touchdown
 from array_types import Array
 

@@ -45,7 +45,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import PALE, site_force
-from amb_cosim.results.series import cycles, parameters, speed
+from amb_cosim.results.signal_arrays import cycles, parameters, speed
 from amb_cosim.results.touchdown import height
 from amb_cosim.results.touchdown import touchdown as describe
 from array_types import Array

@@ -12,7 +12,7 @@ from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.style import spread, write_in_corner
 from amb_cosim.presentation.units import force_unit
 from amb_cosim.results.contact_forces import averaged_force, peaks
-from amb_cosim.results.series import cycles
+from amb_cosim.results.signal_arrays import cycles
 from array_types import Array
 
 PALE = 0.45  # opacity of peaks

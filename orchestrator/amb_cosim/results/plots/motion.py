@@ -44,7 +44,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.fall import draw_fall
 from amb_cosim.results.plots.joined import joined
-from amb_cosim.results.series import cycles, event_name, signal, speed, switched_on
+from amb_cosim.results.signal_arrays import cycles, event_name, signal, speed, switched_on
 from amb_cosim.results.touchdown import touchdown
 from array_types import Array, Bools
 

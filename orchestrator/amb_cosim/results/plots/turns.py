@@ -12,7 +12,7 @@ from amb_cosim.presentation.style import StyledFigure, fitted, set_orbit_axes
 from amb_cosim.presentation.units import length_unit
 from amb_cosim.results.orbits import settled_amplitude
 from amb_cosim.results.plots.axes import add_title, colour_of, mark_axes, orbit_labels, stations
-from amb_cosim.results.series import turns as turns_of
+from amb_cosim.results.signal_arrays import turns as turns_of
 from array_types import Array
 
 TURNS = 3.0  # of the rotor, that are drawn
