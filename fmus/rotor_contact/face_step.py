@@ -8,22 +8,42 @@ from __future__ import annotations
 
 import math
 
-from fmi_export.jit import noinline_kernel
+import numpy as np
+
+from fmi_export.flat import copy
+from fmi_export.jit import kernel, noinline_kernel
 from rotor_contact.contact.axial_contact import move_onto_faces
 from rotor_contact.contact.bodies import couple_spin
+from rotor_contact.contact.compliant import is_any_compliant
 from rotor_contact.contact.face_forces import collect_losses, lean_of, set_lean, set_leans, set_torques
-from rotor_contact.contact.faces import faces_of, penetration
+from rotor_contact.contact.faces import Face, faces_of, penetration
 from rotor_contact.contact.workspace import Workspace, energy_integrals, stages_of, with_motion
 from rotor_contact.forces.axial_motion import force_along, moved_along
 from rotor_contact.forces.dynamics import collect_coefficients, motion_at
 from rotor_contact.layout import State
-from rotor_contact.matrix_step import angle_and_speed_after
+from rotor_contact.matrices.matrix_schedule import complete_speeds
+from rotor_contact.matrices.speed_grid import note_use, place_on_grid
+from rotor_contact.matrices.step_matrices import StepMatrices
+from rotor_contact.matrix_step import (
+    ENDS,
+    LONGER_BELOW,
+    OF_TWICE_THE_LENGTH,
+    REJECTED,
+    angle_and_speed_after,
+    choose_matrices,
+    find_forces_at,
+    is_slow,
+)
+from rotor_contact.pieces.piece_energy import add_energies, energy_taken
+from rotor_contact.pieces.piece_solution import begin_piece, complete_forces, end_piece, smooth_share, solve_piece
 from rotor_contact.shaft.structure import Structure
 from rotor_contact.substeps.substeps import advance
+from rotor_contact.variables.enumerations import EVENTS, PIECES
 from rotor_contact.variables.signals import Inputs, Parameters
 
-PART = 0.1  # rad of the vibration on a ring that a part lasts
-MAX_PARTS = 1000
+PART, PART_AT_REST = 0.1, 0.2  # rad of the vibration on a ring that a part lasts
+OF_REST = 0.1  # of the penetration at rest, by which a ring at rest may vibrate
+MAX_LEVEL = 10  # of parts of half the length
 
 
 @noinline_kernel
@@ -50,6 +70,14 @@ def is_near_faces(
     return False
 
 
+@kernel
+def _is_at_rest(face: Face, mass: float, force: float, axial: np.record) -> bool:
+    """Return whether a rotor under a force (N) hardly vibrates on a ring that touches all around."""
+    depth, rest = penetration(face, axial.z), -face.side * force / face.stiffness
+    amplitude = math.hypot(depth - rest, axial.speed * math.sqrt(mass / face.stiffness))
+    return bool(rest - amplitude >= face.lean and amplitude <= OF_REST * rest)
+
+
 @noinline_kernel
 def advance_on_faces(
     structure: Structure,
@@ -57,35 +85,126 @@ def advance_on_faces(
     inputs: Inputs,
     w: Workspace,
     x: State,
+    matrices: StepMatrices,
     law: int,
     step_size: float,
+    is_held: bool,
 ) -> int:
-    """Advance z over a step of `step_size` (s) in parts, the motion along the shaft first; return a fault code."""
+    """Advance z over a step of `step_size` (s) in parts, the motion along the shaft first; return a fault code.
+
+    `is_held` states whether a spin is held that may be released. A part is one piece by the matrices, or else substeps.
+    """
     records, z, head, solver = (
         faces_of(w.faces, w.Minv.shape[0]).records,
         stages_of(w.stages).z,
         x.head[0],
         parameters.scalars[0].solver,
     )
-    stiffest = 0.0
+    gravity = parameters.scalars[0].gravity
+    set_leans(w, z, 0.0)
+    force = force_along(structure.mass, gravity, parameters.thrust[0], inputs.thrust[0], x.axial[0].z)
+    stiffest, rests = 0.0, False
     for face in records:
         stiffest = max(stiffest, face.stiffness * face.enabled)
-    parts = min(max(math.ceil(step_size * math.sqrt(stiffest / structure.mass) / PART), 1), MAX_PARTS)
+        rests = rests or (face.is_pressed != 0.0 and _is_at_rest(face, structure.mass, force, x.axial[0]))
+    longest = PART_AT_REST if rests else PART
+    level, angle = 0, step_size * math.sqrt(stiffest / structure.mass)
+    while angle > longest and level < MAX_LEVEL:
+        level, angle = level + 1, 0.5 * angle
+    parts = int(2.0**level)
     t = step_size / parts
-    theta, Omega, gravity = w.motion.theta, w.motion.Omega, parameters.scalars[0].gravity
+    theta, Omega = w.motion.theta, w.motion.Omega
+    can_use = solver.exact_motion != 0.0 and choose_matrices(
+        structure, w, matrices, x.matrices_key, x.constant, step_size, is_held, head
+    )
+    exact = True
     for _ in range(parts):
-        motion = motion_at(w.motion, theta, Omega)
-        collect_coefficients(structure, motion)
-        during = with_motion(w, motion)
-        if w.spin[0].row >= 0:
-            couple_spin(motion, w.spin[0], theta)
-        set_leans(during, z, t)
+        set_leans(w, z, t)
         work = move_onto_faces(structure.mass, gravity, parameters.thrust[0], inputs.thrust[0], x.axial[0], records, t)
         energy_integrals(z, w.n).work += work
-        set_torques(during, z, Omega, t)
-        fault = advance(during, solver, law, t, head)
-        if fault != 0:
-            return fault
-        collect_losses(during)
-        theta, Omega = angle_and_speed_after(w, z, theta, Omega, t)
+        set_torques(w, z, Omega, t)
+        done = 0.0
+        if can_use:
+            done, theta, Omega = _pass_pieces(w, matrices, level, step_size, theta, Omega, head)
+        if done < 1.0:
+            motion, rest = motion_at(w.motion, theta, Omega), (1.0 - done) * t
+            collect_coefficients(structure, motion)
+            if w.spin[0].row >= 0:
+                couple_spin(motion, w.spin[0], theta)
+            fault = advance(with_motion(w, motion), solver, law, rest, head)
+            if fault != 0:
+                return fault
+            theta, Omega = angle_and_speed_after(w, z, theta, Omega, rest)
+            exact = False
+        collect_losses(w)
+    if can_use:
+        head.method = PIECES if exact else EVENTS
     return 0
+
+
+@noinline_kernel
+def _pass_pieces(
+    w: Workspace,
+    matrices: StepMatrices,
+    part_level: int,
+    step_size: float,
+    theta: float,
+    Omega: float,
+    memory: np.record,
+) -> tuple[float, float, float]:
+    """Advance z over a part of a step by pieces without contact events, of this level or one below.
+
+    Returns the share of the part that is done, angle and speed then.
+    """
+    done, level = 0.0, max(part_level, min(int(memory.level), part_level + 1))
+    while done < 1.0:
+        h = 0.5**level * step_size
+        outcome, roughness = _pass_piece(w, matrices, level, h, theta, Omega)
+        if outcome == ENDS:
+            theta, Omega = angle_and_speed_after(w, stages_of(w.stages).z, theta, Omega, h)
+            done += 0.5 ** (level - part_level)
+            if roughness * OF_TWICE_THE_LENGTH <= LONGER_BELOW:
+                memory.level = max(level - 1.0, 0.0)
+        elif roughness > 1.0 and level == part_level:
+            level += 1
+            memory.level = level
+        else:
+            break
+    return done, theta, Omega
+
+
+@noinline_kernel
+def _pass_piece(
+    w: Workspace, matrices: StepMatrices, level: int, h: float, theta: float, Omega: float
+) -> tuple[int, float]:
+    """Advance z over a piece of length h (s) if it has no events; return how it ended, and its roughness."""
+    sizes, stages = matrices.sizes[0], stages_of(w.stages)
+    index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
+    if (
+        level >= sizes.n_levels
+        or is_any_compliant(w.sites)
+        or not is_slow(w, h)
+        or not complete_speeds(matrices, index)
+    ):
+        return REJECTED, 0.0
+    are_valid, before = find_forces_at(w, matrices, stages.z, theta, Omega)
+    if not are_valid:
+        return REJECTED, 0.0
+    note_use(matrices, level, index)
+    begin_piece(w, matrices, level, index)
+    if not solve_piece(w, matrices, level, index, h, theta, Omega, before.torque):
+        return REJECTED, 0.0
+    share, roughness = smooth_share(w, matrices, h)
+    if share < 1.0 or roughness > 1.0:
+        return REJECTED, roughness if share == 1.0 else 0.0
+    complete_forces(matrices)
+    if not end_piece(w, matrices, level, index, h):
+        return REJECTED, 0.0
+    taken = energy_taken(matrices, level, index)
+    after_theta, after_Omega = angle_and_speed_after(w, stages.z_new, theta, Omega, h)
+    are_valid, after = find_forces_at(w, matrices, stages.z_new, after_theta, after_Omega)
+    if not are_valid:
+        return REJECTED, 0.0
+    add_energies(w, matrices, h, taken, math.nan, before, after)
+    copy(stages.z_new, stages.z)
+    return ENDS, roughness

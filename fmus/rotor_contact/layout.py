@@ -186,7 +186,7 @@ def n_work(constants: Array) -> int:
         + n_bearings * N_BEARING
         + step_cache_size(s)
         + faces_size(s.n_faces, n)
-        + matrices_size(n, n_bearings, n_sites, pairs_of_inputs(s), s.is_damped)
+        + matrices_size(n, n_bearings, n_sites, s.n_faces, pairs_of_inputs(s), s.is_damped)
     )
 
 
@@ -229,6 +229,7 @@ def scratch_of(work: Array, structure: Structure) -> Scratch:
             n,
             n_bearings,
             n_sites,
+            structure.n_faces,
             pairs_of_inputs(structure),
             structure.is_damped,
         ),

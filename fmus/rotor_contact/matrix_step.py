@@ -89,7 +89,7 @@ def advance_by_matrices(
     """
     if is_any_compliant(w.sites):
         return NO_MATRICES_YET
-    if not _choose_matrices(structure, w, matrices, key, constant, step_size, may_turn, memory):
+    if not choose_matrices(structure, w, matrices, key, constant, step_size, may_turn, memory):
         return NO_MATRICES_YET
     memory.method = EXACT
     if take_whole_step(w, matrices, step_size):
@@ -120,8 +120,8 @@ def _advance_by_pieces(
         level = _level_for(
             matrices, left, next_event - done, max(int(memory.level) if is_any_constrained(w.sites) else 0, least_level)
         )
-        can_solve = not compliant and are_valid and n_events <= EVENT_LIMIT and _is_slow(w, 0.5**finest * step_size)
-        while can_solve and not _is_slow(w, 0.5**level * step_size):
+        can_solve = not compliant and are_valid and n_events <= EVENT_LIMIT and is_slow(w, 0.5**finest * step_size)
+        while can_solve and not is_slow(w, 0.5**level * step_size):
             level += 1
         h = 0.5**level * step_size
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
@@ -177,7 +177,7 @@ def _advance_by_pieces(
 
 
 @kernel
-def _choose_matrices(
+def choose_matrices(
     structure: Structure,
     w: Workspace,
     matrices: StepMatrices,
@@ -320,7 +320,7 @@ def find_forces_at(
 
 
 @kernel
-def _is_slow(w: Workspace, h: float) -> bool:
+def is_slow(w: Workspace, h: float) -> bool:
     """Return whether drive, drag and races change the speeds only slightly over a piece of length h (s).
 
     A race at rest that nothing touches stays there.

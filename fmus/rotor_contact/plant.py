@@ -203,13 +203,14 @@ def step(
     if spin.row < 0 and abs(Omega - head.speed) > ROUNDING * abs(Omega):
         energy_integrals(z, n).work += _work_of_jump(w, Omega)
     fault = NO_MATRICES_YET
+    is_exact = solver.exact_motion != 0.0
+    if is_exact and spin.row < 0 and is_near(motion.Omega, x.constant.speed[0].Omega, UNCHANGED):
+        motion = motion_at(motion, head.theta, x.constant.speed[0].Omega)
+        w = with_motion(w, motion)
     if touches:
-        head.method = COMPLIANT if solver.exact_motion != 0.0 else INTEGRATED
-        fault = advance_on_faces(structure, p, u, w, x, law, step_size)
-    elif solver.exact_motion != 0.0:
-        if spin.row < 0 and is_near(motion.Omega, x.constant.speed[0].Omega, UNCHANGED):
-            motion = motion_at(motion, head.theta, x.constant.speed[0].Omega)
-            w = with_motion(w, motion)
+        head.method = _method(solver, scratch.sites)
+        fault = advance_on_faces(structure, p, u, w, x, scratch.matrices, law, step_size, is_held)
+    elif is_exact:
         matrices, key, constant = scratch.matrices, x.matrices_key, x.constant
         fault = advance_by_matrices(structure, w, matrices, key, constant, solver, law, step_size, is_held, head)
     if fault == NO_MATRICES_YET:

@@ -12,6 +12,7 @@ from rotor_analysis.rotor_file import load_rotor
 from rotor_contact.contact.axial_contact import move_onto_faces
 from rotor_contact.contact.faces import FACE, damping_of, friction, friction_of_ring
 from rotor_contact.forces.axial_motion import AXIAL
+from rotor_contact.variables.enumerations import PIECES
 from rotor_contact.variables.signals import AXIAL_INPUTS, AXIAL_PARAMETERS
 
 G, GAP, MASS, R, HEIGHT = P["g"], START["gap"], P["m"], P["R"], P["h"]
@@ -274,6 +275,31 @@ def test_an_impact_with_a_lean_kicks_sideways_against_the_slip():
     v = memory(x).z[4:8]
     assert v[1] == pytest.approx(kick, rel=0.01)
     assert abs(v[0]) < 0.02 * abs(kick)
+
+
+@pytest.mark.parametrize("free", [0.0, 1.0], ids=["given speed", "free spin"])
+def test_pieces_on_a_face_are_what_substeps_converge_to(free):
+    """With a race, a mount that takes the friction, unbalance, and a seat whose tilt leans the rotor."""
+    of_site = {"mu": 0.2, "race_inertia": 6e-6, "race_drag": 5e-3, "housing_mass": 0.15}
+    of_site |= {f"mount_{name}_{a}": P[k] for name, k in (("stiffness", "km"), ("damping", "cm")) for a in "xy"}
+    values = {f"{site}.{name}": value for site in ("lower", "upper") for name, value in of_site.items()}
+    values |= {"seat.mu": 0.2, "seat.restitution": 0.5, "seat.on_mount": 1.0, "seat.seat_tilt_x": 2e-4}
+    values |= {"spin.free": free, "spin.inertia": P["Jp"], "d1.u": 2e-5}
+    ends, heats = [], []
+    for exact in (1.0, 0.0):
+        x = resting(values | {"solver.exact_motion": exact})
+        x.step(0.0, 50e-6)
+        methods, balance = [], x["energy.balance"]  # the ring was compressed by hand
+        for n in range(1, 400):
+            x.step(n * 50e-6, 50e-6)
+            methods.append(x["solver.method"])
+        assert methods.count(PIECES) >= 390 * exact
+        assert abs(x["energy.balance"] - balance) < 1e-6 * x["seat.heat"]
+        ends.append([x[name] for name in ("mb1.x", "mb1.y", "mb2.x", "mb2.y")])
+        heats.append([x["seat.heat"], x["seat.torque"], x["lower.race_speed"], x["lower.heat"]])
+    assert np.hypot(*ends[0][:2]) > 1e-2 * P["c0"]
+    np.testing.assert_allclose(ends[0], ends[1], rtol=0.0, atol=1e-5 * P["c0"])
+    np.testing.assert_allclose(heats[0], heats[1], rtol=1e-6)
 
 
 def test_faces_out_of_reach_change_no_bit():

@@ -8,6 +8,7 @@ the friction across the shaft follow the lateral motion.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,93 @@ from rotor_contact.shaft.products import dot
 LEAST_LEAN = 1e-6  # of the clearance; a smaller lean counts as none
 RESOLUTION = 0.2  # of the fastest time constant of a pressed face; a substep is no longer
 OF_CREEP = 0.5  # the same of the creep under friction, which only has to decay
+
+
+class FaceMotion(NamedTuple):
+    """Lean of the shaft at a face (rad) and its rate (rad/s); velocity (m/s) and spin (rad/s) relative to its seat."""
+
+    u_x: float
+    u_y: float
+    rate_x: float
+    rate_y: float
+    v_x: float
+    v_y: float
+    omega: float
+
+
+class FaceForces(NamedTuple):
+    """Forces (N) and moments (N m) of a seat on the shaft, and heat flows (W) of friction and of compression by lean.
+
+    They are means over a part of a step; the torque on the spin is `Face.torque`.
+    """
+
+    f_x: float
+    f_y: float
+    m_x: float
+    m_y: float
+    sliding: float
+    rocking: float
+
+
+@kernel
+def is_pressing(face: Face) -> bool:
+    """Return whether a seat pushes in the present part of a step."""
+    return bool(face.force > 0.0 and face.share > 0.0)
+
+
+@noinline_kernel
+def is_any_pressing(w: Workspace) -> bool:
+    """Return whether any seat does."""
+    for face in faces_of(w.faces, w.Minv.shape[0]).records:
+        if is_pressing(face):
+            return True
+    return False
+
+
+@kernel
+def torque_on_race(w: Workspace, k: int) -> float:
+    """Return the torque (N m) of faces on the race of site k."""
+    torque = 0.0
+    for face in faces_of(w.faces, w.Minv.shape[0]).records:
+        if face.site == k:
+            torque -= face.torque
+    return torque
+
+
+@kernel
+def torque_on_spin(w: Workspace) -> float:
+    """Return the torque (N m) of faces on the rotor."""
+    torque = 0.0
+    for face in faces_of(w.faces, w.Minv.shape[0]).records:
+        torque += face.torque
+    return torque
+
+
+@kernel
+def forces_at(face: Face, at: FaceMotion) -> FaceForces:
+    """Return the forces of a seat that pushes."""
+    p_x, p_y, heat = pressure(face, at.u_x, at.u_y, at.rate_x, at.rate_y)
+    e_x, e_y = eccentricity(face.force, p_x, p_y)
+    f_x, f_y, _ = friction(face, face.force, e_x, e_y, at.v_x, at.v_y, at.omega)
+    f_x, f_y = face.share * f_x, face.share * f_y
+    pushed, arm = face.side * face.share, face.force * face.height
+    return FaceForces(
+        f_x,
+        f_y,
+        -pushed * (face.radius * p_x + arm * at.u_x),
+        -pushed * (face.radius * p_y + arm * at.u_y),
+        -(f_x * at.v_x + f_y * at.v_y + face.torque * at.omega),
+        face.share * heat,
+    )
+
+
+@kernel
+def face_motion(w: Workspace, k: int, q: Array, v: Array, Omega: float) -> FaceMotion:
+    """Return the motion of face k."""
+    u_x, u_y = lean_of(w, k, q)
+    rate_x, rate_y = lean_of(w, k, v)
+    v_x, v_y, omega = relative_motion(w, k, v, Omega)
+    return FaceMotion(u_x, u_y, rate_x, rate_y, v_x, v_y, omega)
 
 
 @kernel
@@ -89,21 +177,20 @@ def set_torques(w: Workspace, z: Array, Omega: float, t: float) -> None:
     for k in range(records.shape[0]):
         face = records[k]
         face.torque = 0.0
-        if face.force <= 0.0 or face.share <= 0.0:
+        if not is_pressing(face):
             continue
-        v_x, v_y, omega = relative_motion(w, k, z[n : 2 * n], Omega)
-        u_x, u_y = lean_of(w, k, z[:n])
-        rate_x, rate_y = lean_of(w, k, z[n : 2 * n])
-        p_x, p_y, _ = pressure(face, u_x + 0.5 * t * rate_x, u_y + 0.5 * t * rate_y, rate_x, rate_y)
+        at = face_motion(w, k, z[:n], z[n : 2 * n], Omega)
+        u_x, u_y = at.u_x + 0.5 * t * at.rate_x, at.u_y + 0.5 * t * at.rate_y
+        p_x, p_y, _ = pressure(face, u_x, u_y, at.rate_x, at.rate_y)
         e_x, e_y = eccentricity(face.force, p_x, p_y)
-        torque = face.share * friction(face, face.force, e_x, e_y, v_x, v_y, omega)[2]
+        torque = face.share * friction(face, face.force, e_x, e_y, at.v_x, at.v_y, at.omega)[2]
         mobility = spin.scale * spin.scale if spin.row >= 0 else 0.0
         if face.site >= 0.0:
             site = w.sites[int(face.site)]
             if site.race >= 0:
                 mobility += 1.0 / site.race_inertia
         if mobility > 0.0:
-            largest = abs(omega) / (mobility * t)
+            largest = abs(at.omega) / (mobility * t)
             torque = min(max(torque, -largest), largest)
         face.torque = torque
         face.angular_impulse += torque * t
@@ -124,19 +211,10 @@ def _apply(w: Workspace, q: Array, v: Array, Omega: float, a: Array, m: int) -> 
     for k in range(records.shape[0]):
         face = records[k]
         face.sliding_power = face.rocking_power = 0.0
-        if face.force <= 0.0 or face.share <= 0.0:
+        if not is_pressing(face):
             continue
-        v_x, v_y, omega = relative_motion(w, k, v, Omega)
-        u_x, u_y = lean_of(w, k, q)
-        rate_x, rate_y = lean_of(w, k, v)
-        p_x, p_y, heat = pressure(face, u_x, u_y, rate_x, rate_y)
-        e_x, e_y = eccentricity(face.force, p_x, p_y)
-        f_x, f_y, _ = friction(face, face.force, e_x, e_y, v_x, v_y, omega)
-        f_x, f_y = face.share * f_x, face.share * f_y
-        pushed, arm = face.side * face.share, face.force * face.height
-        m_x, m_y = -pushed * (face.radius * p_x + arm * u_x), -pushed * (face.radius * p_y + arm * u_y)
-        face.rocking_power = face.share * heat
-        face.sliding_power = -(f_x * v_x + f_y * v_y + face.torque * omega)
+        f_x, f_y, m_x, m_y, sliding, rocking = forces_at(face, face_motion(w, k, q, v, Omega))
+        face.sliding_power, face.rocking_power = sliding, rocking
         E = rows[8 * k + 4 : 8 * k + 8]
         g = 0.0
         if spin.row >= 0:
@@ -160,6 +238,18 @@ def _apply(w: Workspace, q: Array, v: Array, Omega: float, a: Array, m: int) -> 
                 a[site.race] -= face.torque / site.race_inertia
 
 
+@noinline_kernel
+def add_accelerations(w: Workspace, z: Array, Omega: float, a: Array) -> None:
+    """Add the accelerations of the shaft by the seats that push at z."""
+    m = w.Minv.shape[0]
+    records, rows = faces_of(w.faces, m)
+    for k in range(records.shape[0]):
+        if is_pressing(records[k]):
+            at, E = forces_at(records[k], face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], Omega)), rows[8 * k + 4 :]
+            for i in range(m):
+                a[i] += at.f_x * E[0, i] + at.f_y * E[1, i] + at.m_x * E[2, i] + at.m_y * E[3, i]
+
+
 @inlined_kernel
 def write_face_rates(w: Workspace, Omega: float, dz: Array) -> None:
     """Add heat and work of the faces to the rates `dz` of all integrals."""
@@ -167,10 +257,9 @@ def write_face_rates(w: Workspace, Omega: float, dz: Array) -> None:
         records, rates = faces_of(w.faces, w.Minv.shape[0]).records, energy_integrals(dz, w.n)
         for k in range(records.shape[0]):
             face, heat = records[k], records[k].sliding_power + records[k].rocking_power
-            pressed = face.force > 0.0 and face.share > 0.0
             rates.friction_heat += face.sliding_power
             rates.impact_heat += face.rocking_power
-            if w.spin[0].row < 0 and pressed:
+            if w.spin[0].row < 0 and is_pressing(face):
                 rates.work -= face.torque * Omega
             face_integrals(dz, w.n, w.sites.shape[0], k).heat = heat
             if face.site >= 0.0:
@@ -195,7 +284,7 @@ def face_limit(w: Workspace, v: Array, Omega: float, longest: float) -> float:
     limit, records = longest, faces_of(w.faces, w.Minv.shape[0]).records
     for k in range(records.shape[0]):
         face = records[k]
-        if face.force > 0.0 and face.share > 0.0:
+        if is_pressing(face):
             omega = relative_motion(w, k, v, Omega)[2]
             mobility = face.mobility
             if face.site >= 0.0:

@@ -74,6 +74,7 @@ FACE = record(
     ("loss", np.float64),  # heat of compression along the shaft (J), in a part
     ("sliding_power", np.float64),  # heat flow (W) of friction and
     ("rocking_power", np.float64),  # of compression by lean
+    ("slopes", np.float64, 24),  # of forces x, y (N) and moments x, y (N m), each by x and y of lean, its rate and slip
 )
 FACE_STATE = record(("is_pressed", np.float64), ("heat", np.float64))  # 1 or 0; J, so far
 FACE_INTEGRALS = record(("heat", np.float64))  # J, over a step, of friction and of compression by lean

@@ -34,7 +34,7 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
     sizes = matrices.sizes[0]
     n = structure.K.shape[0]
     n_sites, n_bearings = sites.shape[0], motion.bearings.shape[0]
-    first = matrices.ports.shape[0] - 2 * n_sites - n_bearings
+    first = matrices.ports.shape[0] // 2
     sizes.n, sizes.n_ports, sizes.n_levels, sizes.n_built = n, 0.0, 0.0, 0.0
     for k in range(n_sites):
         matrices.ports[first + k] = _port_of(matrices, sites[k].row)
@@ -44,6 +44,8 @@ def choose_levels(structure: Structure, motion: Motion, sites: Sites, key: Matri
             sizes.n += 2.0
             matrices.ports[first + n_sites + k] = _port_of(matrices, sites[k].housing)
     sizes.n_site_ports = sizes.n_ports
+    for port in range(2 * structure.n_faces):
+        matrices.ports[first + 2 * n_sites + n_bearings + port] = _port_of(matrices, -1 - port)  # see `row_of_face`
     sizes.damped = 1.0 if are_there_dampers(structure, motion, sites) else 0.0
     for b in range(n_bearings):
         matrices.ports[first + 2 * n_sites + b] = _port_of(matrices, motion.bearings[b].row)

@@ -35,7 +35,7 @@ from rotor_contact.matrices.step_matrices import (
 )
 from rotor_contact.shaft.lobatto import FIRST_HALF, LAGRANGE, LOBATTO_POINTS, N_LOBATTO, SECOND_PART
 from rotor_contact.shaft.products import dot, rotate_row, row_combination
-from rotor_contact.shaft.structure import Structure
+from rotor_contact.shaft.structure import ROWS_OF_FACE, Structure, row_of_face, rows_of_faces
 
 
 @noinline_kernel
@@ -170,8 +170,13 @@ def _add_force(
                     a[i] += structure.Minv[j, i] * force
         return
     number = (row - 2 * n - 4) % (2 * int(sizes.n_ports))
-    column = int(matrices.ports[number // 2]) + number % 2
-    if column < m:
+    place = int(matrices.ports[number // 2])
+    column = place + number % 2
+    if place < 0:
+        caused = rows_of_faces(structure).values[ROWS_OF_FACE // 2 + row_of_face(place) + number % 2]
+        for i in range(m):
+            a[i] += caused[i] * cosine
+    elif column < m:
         for i in range(m):
             a[i] += structure.Minv[column, i] * cosine
     else:
@@ -193,16 +198,20 @@ def _write_acceleration(
         a[i] = -KC[row, i] if row < 2 * n else 0.0
     if row < 2 * n + 4 + 2 * int(matrices.sizes[0].n_ports) or _unit_of(matrices, row) >= 0:
         _add_force(structure, sites, matrices, row, 1.0, 0.0, a)  # node forces at later points begin at zero
-    _observe(matrices, a, S[row], 2, 2)
+    _observe(structure, matrices, a, S[row], 2, 2)
     _observe_planes(structure, a, U[row], 0)
 
 
 @kernel
-def _observe(matrices: StepMatrices, x: Array, observed: Array, first: int, stride: int) -> None:
+def _observe(structure: Structure, matrices: StepMatrices, x: Array, observed: Array, first: int, stride: int) -> None:
     """Write displacements, velocities or accelerations x at port k to the columns from first + stride k."""
     for port in range(int(matrices.sizes[0].n_ports)):
         row, at = int(matrices.ports[port]), first + stride * port
-        observed[at], observed[at + 1] = x[row], x[row + 1]
+        if row < 0:
+            rows, row, of_shaft = rows_of_faces(structure).values, row_of_face(row), x[: structure.K.shape[0]]
+            observed[at], observed[at + 1] = dot(rows[row], of_shaft), dot(rows[row + 1], of_shaft)
+        else:
+            observed[at], observed[at + 1] = x[row], x[row + 1]
 
 
 @kernel
@@ -227,7 +236,7 @@ def _observe_row(structure: Structure, matrices: StepMatrices, slot: int, level:
         motion = P[row] if point == N_LOBATTO - 2 else (inner.first if point == 0 else inner.second)[row]
         for of_velocity in range(2):
             x, offset = motion[n * of_velocity : n * (of_velocity + 1)], 2 * of_velocity
-            _observe(matrices, x, S[row], place_index(n_ports, point + 1, 0) + offset, PORT_COLUMNS)
+            _observe(structure, matrices, x, S[row], place_index(n_ports, point + 1, 0) + offset, PORT_COLUMNS)
             _observe_planes(structure, x, U[row], 2 + 4 * point + offset)
 
 

@@ -24,9 +24,9 @@ MAX_TERMS = 40  # of the series of a piece (`piece_series`)
 PORT_COLUMNS = 4 * (N_LOBATTO - 1)  # of S: x and y of q and v at each Lobatto point after the first
 PLANE_COLUMNS = 2 + PORT_COLUMNS  # of U: the initial acceleration before these
 
-# Coordinates N of shaft and housings, ports (those of bearings alone come last, after `n_site_ports`), levels (those
-# built, `n_built`, and those stored); length of a step (s), spacing of the speeds (rad/s), number of them from one that
-# is built to the next, share of the spacing to which speeds are rounded; whether there are dampers. Of the matrices for
+# Coordinates N of shaft and housings, ports (first `n_site_ports` of sites, last those of bearings alone), levels
+# (built, `n_built`, and stored); length of a step (s), spacing of the speeds (rad/s), number of them from one that is
+# built to the next, share of the spacing to which speeds are rounded; whether there are dampers. Of the matrices for
 # speeds on the grid: reach of a step, that is, its length times the highest rate of change, and whether y responds as x
 # does, turned by a right angle. Of the matrices in use: the place of a constant speed (`speed_grid`), else 0, and
 # whether y responds as x does.
@@ -128,8 +128,15 @@ def slot_size(n: int, n_ports: int, n_bearings: int, inputs: int) -> int:
 
 
 @views
-def most_ports(n_bearings: int, n_sites: int) -> int:
-    return n_bearings + 2 * n_sites
+def most_ports(n_bearings: int, n_sites: int, n_faces: int) -> int:
+    return n_bearings + 2 * (n_sites + n_faces)
+
+
+@views
+def most_equations(n_sites: int, n_faces: int) -> int:
+    """Return the largest number of unknown forces in a piece: those of all sites, or those of one face."""
+    of_face = 4 * (N_LOBATTO - 1) if n_faces > 0 else 0
+    return max(2 * (N_LOBATTO - 1) * n_sites, of_face)
 
 
 @views
@@ -145,9 +152,9 @@ def series_size(n: int) -> int:
 
 
 @views
-def pieces_size(n: int, n_bearings: int, n_sites: int, inputs: int) -> int:
+def pieces_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int) -> int:
     """Return the largest number of float64 in the scratch of a piece, with which the matrices are built, too."""
-    n_ports = most_ports(n_bearings, n_sites)
+    n_ports = most_ports(n_bearings, n_sites, n_faces)
     n, rows, columns = n + 2 * n_sites, all_rows(n + 2 * n_sites, n_ports, inputs), n_columns(n_ports)
     return rows + 8 * n + 8 * columns + (2 * N_LOBATTO * n_ports) * (columns + 3) + (8 + n_sites) * N_LOBATTO
 
@@ -172,26 +179,26 @@ def whole_size(n: int, n_bearings: int, n_sites: int) -> int:
 
 
 @views
-def powers_size(n: int, n_bearings: int, n_sites: int, inputs: int, is_damped: bool) -> int:
+def powers_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
     """Return the largest number of float64 of the forms of the power of spin and seals, which a damped shaft has."""
-    rows = all_rows(n + 2 * n_sites, most_ports(n_bearings, n_sites), inputs)
+    rows = all_rows(n + 2 * n_sites, most_ports(n_bearings, n_sites, n_faces), inputs)
     return 2 * N_CONSTANT * MAX_LEVELS * rows * rows if is_damped and n <= MAX_COORDINATES else 0
 
 
 @views
-def memory_size(n: int, n_bearings: int, n_sites: int, inputs: int) -> int:
+def memory_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int) -> int:
     """Return the largest number of float64 in all slots; there are none for a shaft with too many coordinates."""
-    n_ports = most_ports(n_bearings, n_sites)
+    n_ports = most_ports(n_bearings, n_sites, n_faces)
     return ALL_SLOTS * slot_size(n + 2 * n_sites, n_ports, n_bearings, inputs) if n <= MAX_COORDINATES else 0
 
 
 @views
-def matrices_size(n: int, n_bearings: int, n_sites: int, inputs: int, is_damped: bool) -> int:
+def matrices_size(n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool) -> int:
     """Return the number of float64 in a `StepMatrices`, an even number; `inputs` is the number of pairs of inputs."""
-    n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
+    n_ports, n_equations = most_ports(n_bearings, n_sites, n_faces), most_equations(n_sites, n_faces)
     size = N_SIZES + matrices_key_size(n_bearings, n_sites) + ALL_SLOTS * N_SLOT + MAX_LEVELS * N_BLEND
-    size += 2 * (n_ports + n_bearings + 2 * n_sites) + 2 * pieces_size(n, n_bearings, n_sites, inputs)
+    size += 2 * n_ports + 2 * pieces_size(n, n_bearings, n_sites, n_faces, inputs)
     size += N_CONSTANT * (1 + 2 * n_bearings + whole_size(n + 2 * n_sites, n_bearings, n_sites)) + 2 * n_bearings
-    size += powers_size(n, n_bearings, n_sites, inputs, is_damped) + 2 * inputs + N_COMBINED + 2 * n + 4
+    size += powers_size(n, n_bearings, n_sites, n_faces, inputs, is_damped) + 2 * inputs + N_COMBINED + 2 * n + 4
     size += series_size(n + 2 * n_sites) + n_sites * N_LOBATTO * N_NODE + n_equations * (n_equations + 1)
-    return size + memory_size(n, n_bearings, n_sites, inputs)
+    return size + memory_size(n, n_bearings, n_sites, n_faces, inputs)

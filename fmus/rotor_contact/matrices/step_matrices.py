@@ -1,8 +1,9 @@
 """Matrices of exact motion for a step, a half, a quarter and so on, at speeds on a grid.
 
-Between events, the lateral motion of shaft and housings (N coordinates) is linear except for forces at a few of them:
-the ports, that is, planes of sites and bearings, and housings. If these forces are cubic over a piece of length h,
-through values F_j at its Lobatto points, matrices map the present state to the next,
+Between events, the lateral motion of shaft and housings (N coordinates) is linear except for forces at a few places:
+the ports, that is, planes of sites and bearings, housings, and faces, each with its place and its slope. If these
+forces are cubic over a piece of length h, through values F_j at its Lobatto points, matrices map the present state to
+the next,
 
     (q, v)(h) = x P,    (a(0), (q, v)(c_i h), i = 1..3) at the ports = x S,    x = (q, v, 1, 0, A, B, F_j)(0)
 
@@ -48,6 +49,7 @@ from rotor_contact.matrices.matrix_sizes import (
     level_size,
     matrices_key_size,
     memory_size,
+    most_equations,
     most_ports,
     n_columns,
     n_rows,
@@ -85,7 +87,8 @@ class StepMatrices(NamedTuple):
     slots, blends
         Records of type `SLOT`, and of type `BLEND`, one for each stored level.
     ports
-        Coordinate of x of each port; the ports of the sites, of their housings (-1: none) and of the bearings.
+        Coordinate of x of each port, or for a face a negative number (`row_of_face`); the ports of the sites, of their
+        housings (-1: none), of the bearings, and of place and slope of each face.
     memory
         Matrices of all slots and of the blends, see `level_of`.
     constant
@@ -109,7 +112,7 @@ class StepMatrices(NamedTuple):
     nodes
         Records of type `NODE`, shape (n_sites, N_LOBATTO).
     equations
-        Room for the equations of all Lobatto points after the first.
+        Room for the equations of all Lobatto points after the first, of all sites or of a face.
     """
 
     sizes: Records
@@ -250,20 +253,20 @@ def matrices_key_of(array: Array, at: int, n_bearings: int, n_sites: int) -> Mat
 
 @views
 def step_matrices_of(
-    work: Array, at: int, n: int, n_bearings: int, n_sites: int, inputs: int, is_damped: bool
+    work: Array, at: int, n: int, n_bearings: int, n_sites: int, n_faces: int, inputs: int, is_damped: bool
 ) -> StepMatrices:
     """Return a `StepMatrices` in an array, from `at`."""
-    n_ports, n_equations = most_ports(n_bearings, n_sites), 2 * (N_LOBATTO - 1) * n_sites
-    n_pieces = 2 * pieces_size(n, n_bearings, n_sites, inputs) + series_size(n + 2 * n_sites)
+    n_ports, n_equations = most_ports(n_bearings, n_sites, n_faces), most_equations(n_sites, n_faces)
+    n_pieces = 2 * pieces_size(n, n_bearings, n_sites, n_faces, inputs) + series_size(n + 2 * n_sites)
     key = at + N_SIZES
     slots = key + matrices_key_size(n_bearings, n_sites)
     blends = slots + ALL_SLOTS * N_SLOT
     ports = blends + MAX_LEVELS * N_BLEND
-    constant = ports + 2 * (n_ports + n_bearings + 2 * n_sites)
+    constant = ports + 2 * n_ports
     whole_steps = constant + N_CONSTANT * (1 + 2 * n_bearings)
     n_whole = whole_size(n + 2 * n_sites, n_bearings, n_sites)
     powers = whole_steps + N_CONSTANT * n_whole
-    n_powers = powers_size(n, n_bearings, n_sites, inputs, is_damped)
+    n_powers = powers_size(n, n_bearings, n_sites, n_faces, inputs, is_damped)
     gradients = powers + n_powers
     amplitudes = gradients + 2 * n_bearings
     combined = amplitudes + 2 * inputs
@@ -278,7 +281,7 @@ def step_matrices_of(
         part(work, slots, SLOT, ALL_SLOTS),
         part(work, blends, BLEND, MAX_LEVELS),
         part(work, ports, REAL, 2 * n_ports),
-        part(work, memory, REAL, memory_size(n, n_bearings, n_sites, inputs)),
+        part(work, memory, REAL, memory_size(n, n_bearings, n_sites, n_faces, inputs)),
         part(work, constant, REAL, (N_CONSTANT, 1 + 2 * n_bearings)),
         part(work, whole_steps, REAL, (N_CONSTANT, n_whole)),
         part(work, powers, REAL, n_powers),

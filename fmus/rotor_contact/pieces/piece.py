@@ -21,6 +21,7 @@ from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.contact.bodies import drag_slope, drive_slope, drive_torque, race_drag
+from rotor_contact.contact.face_forces import torque_on_race, torque_on_spin
 from rotor_contact.contact.site import Site, is_constrained, race_radius
 from rotor_contact.contact.workspace import Workspace, stages_of
 from rotor_contact.forces.dynamics import Motion, forces
@@ -126,9 +127,10 @@ def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_to
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if site.race >= 0:
+            from_faces = torque_on_race(w, k) if w.faces.shape[0] > 0 else 0.0
             for _ in range(MOST_REPETITIONS):
                 before = piece.races[k, N_LOBATTO - 1]
-                _advance_race(matrices, piece.races[k], k, site, h)
+                _advance_race(matrices, piece.races[k], k, site, h, from_faces)
                 now = piece.races[k, N_LOBATTO - 1]
                 if h * drag_slope(site, now) * abs(now - before) <= RACE_ERROR * site.race_inertia:
                     break
@@ -148,11 +150,11 @@ def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_to
 
 
 @kernel
-def _advance_race(matrices: StepMatrices, speeds: Array, k: int, site: Site, h: float) -> None:
-    """Advance the race of site k."""
+def _advance_race(matrices: StepMatrices, speeds: Array, k: int, site: Site, h: float, from_faces: float) -> None:
+    """Advance the race of site k, under a torque (N m) of faces."""
     a = b = c = 0.0
     for i in range(N_LOBATTO):
-        torque = -race_drag(site, speeds[i])
+        torque = from_faces - race_drag(site, speeds[i])
         if is_constrained(site):
             torque -= matrices.nodes[k, i].f_t * race_radius(site)
         torque *= h / site.race_inertia
@@ -167,14 +169,14 @@ def _advance_spin(w: Workspace, matrices: StepMatrices, piece: Piece, h: float, 
     """Advance the free spin."""
     spin = w.spin[0]
     speed, angle, torque, friction = piece.spin[0], piece.spin[1], piece.spin[2], piece.spin[3]
-    shared = (0.0, 0.0, 0.0, 0.0)
+    shared, from_faces = (0.0, 0.0, 0.0, 0.0), torque_on_spin(w) if w.faces.shape[0] > 0 else 0.0
     for i in range(N_LOBATTO):
         cosine, sine = unbalance_velocity(matrices, i)
         c, s = math.cos(angle[i]), math.sin(angle[i])
         torque[i] = drive_torque(spin, speed[i]) - spin.drag * speed[i] + damping_torque
         torque[i] -= speed[i] * (c * cosine + s * sine)
         shared = (shared[1], shared[2], shared[3], c * sine - s * cosine)
-        friction[i] = 0.0
+        friction[i] = from_faces
         for k in range(w.sites.shape[0]):
             if is_constrained(w.sites[k]):
                 friction[i] += matrices.nodes[k, i].f_t * w.sites[k].journal_radius

@@ -12,6 +12,8 @@ import math
 from fmi_export.flat import is_near
 from fmi_export.jit import kernel
 from fmi_export.model import Array
+from rotor_contact.contact.face_forces import is_any_pressing
+from rotor_contact.contact.faces import faces_of
 from rotor_contact.contact.friction import friction_ratio
 from rotor_contact.contact.path import Point
 from rotor_contact.contact.site import Site, is_constrained, race_radius
@@ -44,6 +46,13 @@ def port_of_housing(matrices: StepMatrices, k: int) -> int:
 def port_of_bearing(matrices: StepMatrices, b: int) -> int:
     """Return the port of bearing b."""
     return int(matrices.ports[first_port_number(matrices) + 2 * matrices.nodes.shape[0] + b])
+
+
+@kernel
+def port_of_face(matrices: StepMatrices, k: int, of_slope: int) -> int:
+    """Return the port of face k: that of its slope, or of its place."""
+    n_others = 2 * matrices.nodes.shape[0] + matrices.gradients.shape[0] // 2
+    return int(matrices.ports[first_port_number(matrices) + n_others + 2 * k + of_slope])
 
 
 @kernel
@@ -85,10 +94,14 @@ def magnets_act(w: Workspace) -> bool:
 def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
     """Return the first column of S after those of accelerations, and the number of columns of relevant ports.
 
-    Observations at bearings are not computed if no force depends on them.
+    Observations at bearings and faces are not computed if no force depends on them.
     """
     sizes = matrices.sizes[0]
-    n_ports = sizes.n_ports if gradients_change(w.motion, matrices) else sizes.n_site_ports
+    n_ports = sizes.n_site_ports
+    if gradients_change(w.motion, matrices):
+        n_ports = sizes.n_ports
+    elif w.faces.shape[0] > 0 and is_any_pressing(w):
+        n_ports += 2 * faces_of(w.faces, w.Minv.shape[0]).records.shape[0]
     return 2 * (1 + int(sizes.n_ports)), PORT_COLUMNS * (1 + int(n_ports))
 
 

@@ -25,6 +25,7 @@ from fmi_export.flat import copy, same_bits
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
 from rotor_contact.contact.bodies import drive_torque, race_drag
+from rotor_contact.contact.face_forces import add_accelerations, is_any_pressing
 from rotor_contact.contact.site import is_constrained
 from rotor_contact.contact.site_totals import collect_piece
 from rotor_contact.contact.workspace import Workspace, energy_integrals, site_integrals, stages_of
@@ -32,6 +33,7 @@ from rotor_contact.forces.dynamics import accelerations, forces, unbalance_direc
 from rotor_contact.matrices.matrix_dampers import energy_of_dampers
 from rotor_contact.matrices.speed_grid import levels_around, slot_of
 from rotor_contact.matrices.step_matrices import StepMatrices, coefficients_at
+from rotor_contact.pieces.face_in_piece import add_heat_of_faces
 from rotor_contact.pieces.piece import Piece, piece_of, unbalance_place
 from rotor_contact.pieces.piece_contact import magnet_force
 from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
@@ -113,6 +115,8 @@ def _accelerate(
             if force != 0.0:
                 for i in range(n):
                     a[i] += w.Minv[row, i] * force
+    if w.faces.shape[0] > 0 and is_any_pressing(w):
+        add_accelerations(w, z, Omega, a)
     for site in w.sites:
         if is_constrained(site):
             f_x = -site.f_n * site.n_x - site.f_t * site.n_y
@@ -230,3 +234,5 @@ def add_energies(
     integrals.damping_heat += damping
     integrals.friction_heat += friction
     integrals.work += work
+    if w.faces.shape[0] > 0 and is_any_pressing(w):
+        add_heat_of_faces(w, matrices, h)

@@ -10,6 +10,8 @@ from fmi_export.model import Array
 from fmi_export.parts import part
 from rotor_contact.contact.bodies import couple_spin, drive_torque, race_drag
 from rotor_contact.contact.constraints import find_multipliers, is_any_constrained, number_unknowns, put_on_circles
+from rotor_contact.contact.face_forces import is_any_pressing, torque_on_race, torque_on_spin
+from rotor_contact.contact.faces import faces_of
 from rotor_contact.contact.friction import friction_excess
 from rotor_contact.contact.path import Point, journal_of
 from rotor_contact.contact.site import Site, can_touch, is_constrained, slip_velocity
@@ -18,6 +20,12 @@ from rotor_contact.forces.dynamics import spin_coupling, unbalance_direction
 from rotor_contact.matrices.matrix_inputs import combine_around
 from rotor_contact.matrices.speed_grid import LevelsAround, grid_speed, levels_around
 from rotor_contact.matrices.step_matrices import StepMatrices
+from rotor_contact.pieces.face_in_piece import (
+    begin_face_forces,
+    bend_of_face_forces,
+    observe_face_forces,
+    settle_face_forces,
+)
 from rotor_contact.pieces.piece import advance_rotations, end_rotations, phase_error, piece_of, start_rotations
 from rotor_contact.pieces.piece_contact import (
     columns_in_use,
@@ -29,6 +37,7 @@ from rotor_contact.pieces.piece_contact import (
     observe,
     observed_journal,
     port_of_bearing,
+    port_of_face,
     port_of_housing,
     port_of_site,
     set_contact_forces,
@@ -36,7 +45,7 @@ from rotor_contact.pieces.piece_contact import (
     solve_nodes,
 )
 from rotor_contact.pieces.site_in_piece import clear_share, close_margin, off_circle, share_in_mode
-from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
+from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, third_difference
 from rotor_contact.shaft.products import (
     combination,
     combination_between,
@@ -49,10 +58,11 @@ from rotor_contact.variables.enumerations import ROLLING
 
 MAX_SWEEPS = 8
 SETTLED = 1e-5  # of the largest force: change of the forces in the last sweep; that of another would be a thousandth
+FACES_SETTLED = 1e-5  # of the largest normal force: error of the forces of faces before their last correction
 MAX_PHASE = 1e-5  # rad, by which the unbalance may be ahead or behind in the middle of a piece
 MAX_ROUGHNESS = 4e-3  # of the largest force: how far the cubic of a force may be from a parabola
 LEAST_FORCE = 1e-3  # N, that counts as none in judging forces
-CUBIC, BEND = 5.0 * math.sqrt(5.0), 0.05  # t^3 is within a twentieth of a parabola
+BEND = 0.05  # t^3 is within a twentieth of a parabola
 
 
 @kernel
@@ -85,6 +95,9 @@ def find_contact_forces(
                 unit = 2 * n + 4 + 2 * port + axis
                 for c in range(m):
                     observed[0, c] += force * ((1.0 - share) * S[unit, c] + share * S_high[unit, c])
+    if w.faces.shape[0] > 0 and is_any_pressing(w):
+        observe_face_forces(w, matrices, around, z, Omega, observed[0, :m])
+        torque += torque_on_spin(w)
     a = stages_of(w.stages).k_1[w.n :]
     for k in range(w.sites.shape[0]):
         site, port = w.sites[k], 2 * port_of_site(matrices, k)
@@ -93,7 +106,8 @@ def find_contact_forces(
             port = 2 * port_of_housing(matrices, k)
             a[site.housing], a[site.housing + 1] = observed[0, 2 + port], observed[0, 3 + port]
         if site.race >= 0:
-            a[site.race] = -race_drag(site, z[w.n + site.race]) / site.race_inertia
+            from_faces = torque_on_race(w, k) if w.faces.shape[0] > 0 else 0.0
+            a[site.race] = (from_faces - race_drag(site, z[w.n + site.race])) / site.race_inertia
     if w.spin[0].row >= 0:
         _accelerate_spin(w, observed[0], theta, Omega, torque, a)
     if not find_multipliers(w, z[: w.n], z[w.n : 2 * w.n], Omega, a):
@@ -179,9 +193,22 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
             _observe_units(matrices, around, port_of_site(matrices, k), first, columns)
             if w.sites[k].housing >= 0:
                 _observe_units(matrices, around, port_of_housing(matrices, k), first, columns)
+    if w.faces.shape[0] > 0 and is_any_pressing(w):
+        _observe_faces(w, matrices, around, first, columns)
     if magnets_act(w):
         for b in range(w.motion.bearings.shape[0]):
             _observe_units(matrices, around, port_of_bearing(matrices, b), first, columns)
+
+
+@kernel
+def _observe_faces(w: Workspace, matrices: StepMatrices, around: LevelsAround, first: int, columns: int) -> None:
+    """Compute the observations due to unit forces at the faces and the housings that carry them."""
+    for k in range(w.sites.shape[0]):
+        if w.sites[k].housing >= 0 and not is_constrained(w.sites[k]):
+            _observe_units(matrices, around, port_of_housing(matrices, k), first, columns)
+    for k in range(faces_of(w.faces, w.Minv.shape[0]).records.shape[0]):
+        for of_slope in range(2):
+            _observe_units(matrices, around, port_of_face(matrices, k, of_slope), first, columns)
 
 
 @kernel
@@ -230,15 +257,17 @@ def solve_piece(
     set_contact_forces(w, matrices)
     start_rotations(w, matrices, theta, Omega)
     with_magnets, axes = gradients_change(w.motion, matrices), 2 * int(matrices.sizes[0].n_ports)
-    responds = in_contact or _has_rotations(w)
+    responds = in_contact or _has_rotations(w)  # otherwise only the forces of magnets and faces change
     piece.magnets[:] = 0.0
-    are_magnets = magnets_act(w)
+    are_magnets, are_faces = magnets_act(w), w.faces.shape[0] > 0 and is_any_pressing(w)
     if are_magnets:
         set_magnet_forces(w, matrices, 0)
         for unit in range(axes):
             for point in range(1, N_LOBATTO):
                 piece.magnets[axes * point + unit] = piece.magnets[unit]
-    largest = change = 0.0
+    if are_faces:
+        begin_face_forces(w, matrices, h)
+    largest = change = faces_changed = of_faces = 0.0
     for sweep in range(MAX_SWEEPS):
         if sweep == 0 or responds:
             advance_rotations(w, matrices, h, torque)
@@ -248,11 +277,15 @@ def solve_piece(
         observe(w, matrices, of_forces, direction.real, direction.imag)
         if in_contact:
             locate_nodes(w, matrices)
-        if sweep > 0 and change <= SETTLED * largest + 1e-300:
+        if sweep > 0 and change <= SETTLED * largest + 1e-300 and faces_changed <= FACES_SETTLED * of_faces:
             return True
-        if sweep > 0 and not are_magnets and moves_on_circles(w, matrices, of_forces, largest):
+        if sweep > 0 and not are_magnets and not are_faces and moves_on_circles(w, matrices, of_forces, largest):
             return True
-        change = largest = 0.0
+        change = largest = faces_changed = of_faces = 0.0
+        if are_faces:
+            solved, faces_changed, of_faces = settle_face_forces(w, matrices, of_forces)
+            if not solved:
+                return False
         if with_magnets:
             for point in range(1, N_LOBATTO):
                 change = max(change, set_magnet_forces(w, matrices, point))
@@ -264,7 +297,7 @@ def solve_piece(
                 return False
             change, largest = max(change, of_contact), max(largest, force)
             set_contact_forces(w, matrices)
-        if not responds and change <= SETTLED * largest:
+        if not responds and not are_faces and change <= SETTLED * largest:
             return True  # the observations lag by this change, too little for gaps and work to depend on it
     return False
 
@@ -320,12 +353,15 @@ def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float,
             share = min(share, clear_share(site, journal_of(site, z, w.n), points, h, margin))
         elif is_constrained(site):
             a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
-            rough_n = abs(5.0 * (d.f_n - a.f_n) + CUBIC * (b.f_n - c.f_n))
-            rough_t = abs(5.0 * (d.f_t - a.f_t) + CUBIC * (b.f_t - c.f_t))
+            rough_n = third_difference(a.f_n, b.f_n, c.f_n, d.f_n)
+            rough_t = third_difference(a.f_t, b.f_t, c.f_t, d.f_t)
             roughness = max(roughness, BEND * max(rough_n, rough_t) / allowed)
             first, second = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2)
             roughness = max(roughness, off_circle(site, first, second))
             share = min(share, share_in_mode(site, matrices.nodes[k]))
+    if w.faces.shape[0] > 0 and is_any_pressing(w):
+        bend, force = bend_of_face_forces(w, matrices)
+        roughness = max(roughness, BEND * bend / (MAX_ROUGHNESS * max(force, LEAST_FORCE)))
     return share, roughness
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fmi_export.jit import views
+from fmi_export.jit import kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
@@ -37,6 +37,12 @@ N_SIZES = size_of(SIZES)
 FACE_PLACE = record(("side", np.float64), ("height", np.float64), ("site", np.float64))
 N_FACE_PLACE = size_of(FACE_PLACE)
 ROWS_OF_FACE = 8
+
+
+class RowsOfFaces(NamedTuple):
+    """The rows of all faces after their records in `Structure.faces`, shape (ROWS_OF_FACE n_faces, n)."""
+
+    values: Array
 
 
 class Structure(NamedTuple):
@@ -139,3 +145,17 @@ def structure_of(constants: Array) -> Structure:
         ),
         part(constants, faces, REAL, int(sizes.n_faces) * (N_FACE_PLACE + ROWS_OF_FACE * n)),
     )
+
+
+@views
+def rows_of_faces(structure: Structure) -> RowsOfFaces:
+    """Return the rows of all faces."""
+    n, n_faces = structure.K.shape[0], structure.n_faces
+    return RowsOfFaces(part(structure.faces, n_faces * N_FACE_PLACE, REAL, (ROWS_OF_FACE * n_faces, n)))
+
+
+@kernel
+def row_of_face(port: int) -> int:
+    """Return the row of x (or x') of a face; ports -1, -2, -3, ... are place and slope of the first, then of others."""
+    number = -1 - port
+    return ROWS_OF_FACE * (number // 2) + 2 * (number % 2)

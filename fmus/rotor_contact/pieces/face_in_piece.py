@@ -1,0 +1,250 @@
+"""Faces in a piece: forces of their seats at its Lobatto points, which depend on the motion there.
+
+They are known forces in a sweep, like those of magnets. Newton's method corrects them: with the slopes J of a seat's
+forces F by the motion, and the motion B F that they cause,
+
+    (1 - J B) dF = F(motion) - F
+
+since the damping of a ring, and friction that creeps, are stiff against the end of a flexible shaft.
+"""
+
+from __future__ import annotations
+
+from fmi_export.jit import kernel, noinline_kernel
+from fmi_export.model import Array
+from rotor_contact.contact.face_forces import FaceMotion, face_motion, forces_at, is_pressing
+from rotor_contact.contact.faces import LEAST_SLIP, faces_of
+from rotor_contact.contact.workspace import Workspace, energy_integrals, face_integrals, site_integrals, stages_of
+from rotor_contact.matrices.matrix_sizes import place_index, velocity_index
+from rotor_contact.matrices.speed_grid import LevelsAround
+from rotor_contact.matrices.step_matrices import StepMatrices
+from rotor_contact.pieces.piece import piece_of
+from rotor_contact.pieces.piece_contact import port_of_face, port_of_housing
+from rotor_contact.shaft.linear_solver import solve
+from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, third_difference
+
+N_VARIABLES = 6  # on which a seat's forces depend: lean, its rate and slip velocity
+OF_CLEARANCE, OF_SLIP = 1e-4, 0.1  # steps for the slopes: rise of the rim over the clearance, slip over `LEAST_SLIP`
+
+
+@noinline_kernel
+def begin_face_forces(w: Workspace, matrices: StepMatrices, h: float) -> None:
+    """Write the forces of all seats at z to all points of a piece of length h (s), and find their slopes there."""
+    records, axes = faces_of(w.faces, w.Minv.shape[0]).records, 2 * int(matrices.sizes[0].n_ports)
+    piece = piece_of(matrices)
+    for k in range(records.shape[0]):
+        face = records[k]
+        if not is_pressing(face):
+            continue
+        motion = _motion_at(w, matrices, k, 0)
+        at = forces_at(face, motion)
+        _add_forces(w, matrices, k, 0, at.f_x, at.f_y, at.m_x, at.m_y)
+        lean = OF_CLEARANCE * face.clearance / face.radius
+        for i in range(N_VARIABLES):
+            step = lean if i < 2 else (lean / h if i < 4 else OF_SLIP * LEAST_SLIP)
+            moved = forces_at(face, _moved(motion, i, step))
+            face.slopes[i], face.slopes[N_VARIABLES + i] = (moved.f_x - at.f_x) / step, (moved.f_y - at.f_y) / step
+            face.slopes[2 * N_VARIABLES + i] = (moved.m_x - at.m_x) / step
+            face.slopes[3 * N_VARIABLES + i] = (moved.m_y - at.m_y) / step
+    for unit in range(axes):
+        for point in range(1, N_LOBATTO):
+            piece.magnets[axes * point + unit] = piece.magnets[unit]
+
+
+@kernel
+def _moved(at: FaceMotion, i: int, step: float) -> FaceMotion:
+    """Return a motion with its variable i increased by `step`."""
+    return FaceMotion(
+        at.u_x + (step if i == 0 else 0.0),
+        at.u_y + (step if i == 1 else 0.0),
+        at.rate_x + (step if i == 2 else 0.0),
+        at.rate_y + (step if i == 3 else 0.0),
+        at.v_x + (step if i == 4 else 0.0),
+        at.v_y + (step if i == 5 else 0.0),
+        at.omega,
+    )
+
+
+@noinline_kernel
+def settle_face_forces(w: Workspace, matrices: StepMatrices, of_forces: Array) -> tuple[bool, float, float]:
+    """Correct the forces of all seats at the Lobatto points after the first, by Newton's method for each face.
+
+    Returns whether that is possible, the largest error of the forces so far, and the largest normal force (N). Moments
+    count by the force at the ring's radius.
+    """
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    records, error, largest = faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0
+    b = matrices.equations.right_side
+    for k in range(records.shape[0]):
+        face = records[k]
+        if not is_pressing(face):
+            continue
+        largest = max(largest, face.force)
+        for point in range(1, N_LOBATTO):
+            at, row = forces_at(face, _motion_at(w, matrices, k, point)), 4 * (point - 1)
+            place = 2 * (n_ports * point + port_of_face(matrices, k, 0))
+            slope = 2 * (n_ports * point + port_of_face(matrices, k, 1))
+            b[row], b[row + 1] = at.f_x - piece.magnets[place], at.f_y - piece.magnets[place + 1]
+            b[row + 2], b[row + 3] = at.m_x - piece.magnets[slope], at.m_y - piece.magnets[slope + 1]
+            error = max(error, max(abs(b[row]), abs(b[row + 1])))
+            error = max(error, max(abs(b[row + 2]), abs(b[row + 3])) / face.radius)
+        _write_equations(w, matrices, of_forces, k)
+        if not solve(matrices.equations, 4 * (N_LOBATTO - 1)):
+            return False, error, largest
+        for point in range(1, N_LOBATTO):
+            row = 4 * (point - 1)
+            _add_forces(w, matrices, k, point, b[row], b[row + 1], b[row + 2], b[row + 3])
+    return True, error, largest
+
+
+@kernel
+def _add_forces(
+    w: Workspace, matrices: StepMatrices, k: int, point: int, f_x: float, f_y: float, m_x: float, m_y: float
+) -> None:
+    """Add forces and moments of face k on the shaft at a Lobatto point; the housing takes the opposite forces."""
+    known, at = piece_of(matrices).magnets, int(matrices.sizes[0].n_ports) * point
+    place, slope = 2 * (at + port_of_face(matrices, k, 0)), 2 * (at + port_of_face(matrices, k, 1))
+    known[place] += f_x
+    known[place + 1] += f_y
+    known[slope] += m_x
+    known[slope + 1] += m_y
+    port = _port_of_seat(w, matrices, k)
+    if port >= 0:
+        known[2 * (at + port)] -= f_x
+        known[2 * (at + port) + 1] -= f_y
+
+
+@kernel
+def _port_of_seat(w: Workspace, matrices: StepMatrices, k: int) -> int:
+    """Return the port of the housing that carries face k, or -1."""
+    face = faces_of(w.faces, w.Minv.shape[0]).records[k]
+    if face.site >= 0.0 and face.on_mount != 0.0 and w.sites[int(face.site)].housing >= 0:
+        return port_of_housing(matrices, int(face.site))
+    return -1
+
+
+@noinline_kernel
+def _write_equations(w: Workspace, matrices: StepMatrices, of_forces: Array, k: int) -> None:
+    """Write the matrix of Newton's equations for face k: what its forces change in themselves through the motion."""
+    A, n_ports = matrices.equations.matrix, int(matrices.sizes[0].n_ports)
+    slopes = faces_of(w.faces, w.Minv.shape[0]).records[k].slopes
+    place, slope, seat = port_of_face(matrices, k, 0), port_of_face(matrices, k, 1), _port_of_seat(w, matrices, k)
+    for source in range(1, N_LOBATTO):
+        for j in range(4):
+            column, port = 4 * (source - 1) + j, place if j < 2 else slope
+            caused = of_forces[2 * (n_ports * source + port) + j % 2]
+            of_seat = of_forces[2 * (n_ports * source + max(seat, 0)) + j % 2]
+            for point in range(1, N_LOBATTO):
+                lean, face = place_index(n_ports, point, slope), velocity_index(n_ports, point, place)
+                u_x, u_y, rate_x, rate_y = caused[lean], caused[lean + 1], caused[lean + 2], caused[lean + 3]
+                v_x, v_y = caused[face], caused[face + 1]
+                if seat >= 0:
+                    housing = velocity_index(n_ports, point, seat)
+                    v_x -= caused[housing]
+                    v_y -= caused[housing + 1]
+                    if j < 2:
+                        u_x -= of_seat[lean]
+                        u_y -= of_seat[lean + 1]
+                        rate_x -= of_seat[lean + 2]
+                        rate_y -= of_seat[lean + 3]
+                        v_x -= of_seat[face] - of_seat[housing]
+                        v_y -= of_seat[face + 1] - of_seat[housing + 1]
+                for i in range(4):
+                    row, s = 4 * (point - 1) + i, slopes[N_VARIABLES * i :]
+                    effect = s[0] * u_x + s[1] * u_y + s[2] * rate_x + s[3] * rate_y + s[4] * v_x + s[5] * v_y
+                    A[row, column] = (1.0 if row == column else 0.0) - effect
+
+
+@kernel
+def _motion_at(w: Workspace, matrices: StepMatrices, k: int, point: int) -> FaceMotion:
+    """Return the motion of face k at a Lobatto point."""
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    if point == 0:
+        z = stages_of(w.stages).z
+        return face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], piece.spin[0, 0])
+    face, observed = faces_of(w.faces, w.Minv.shape[0]).records[k], piece.observed[6]
+    place = place_index(n_ports, point, port_of_face(matrices, k, 0))
+    lean = place_index(n_ports, point, port_of_face(matrices, k, 1))
+    v_x, v_y, omega = observed[place + 2], observed[place + 3], piece.spin[0, point]
+    seat = _port_of_seat(w, matrices, k)
+    if seat >= 0:
+        housing = velocity_index(n_ports, point, seat)
+        v_x -= observed[housing]
+        v_y -= observed[housing + 1]
+    if face.site >= 0.0 and w.sites[int(face.site)].race >= 0:
+        omega -= piece.races[int(face.site), point]
+    return FaceMotion(observed[lean], observed[lean + 1], observed[lean + 2], observed[lean + 3], v_x, v_y, omega)
+
+
+@noinline_kernel
+def observe_face_forces(
+    w: Workspace, matrices: StepMatrices, around: LevelsAround, z: Array, Omega: float, observed: Array
+) -> None:
+    """Add to observations, the first columns of S, those due to the seats that push at z."""
+    records, first = faces_of(w.faces, w.Minv.shape[0]).records, 2 * int(matrices.sizes[0].n) + 4
+    for k in range(records.shape[0]):
+        face = records[k]
+        if not is_pressing(face):
+            continue
+        at = forces_at(face, face_motion(w, k, z[: w.n], z[w.n : 2 * w.n], Omega))
+        place, slope = first + 2 * port_of_face(matrices, k, 0), first + 2 * port_of_face(matrices, k, 1)
+        _add_row(around, place, at.f_x, observed)
+        _add_row(around, place + 1, at.f_y, observed)
+        _add_row(around, slope, at.m_x, observed)
+        _add_row(around, slope + 1, at.m_y, observed)
+        seat = _port_of_seat(w, matrices, k)
+        if seat >= 0:
+            _add_row(around, first + 2 * seat, -at.f_x, observed)
+            _add_row(around, first + 2 * seat + 1, -at.f_y, observed)
+
+
+@kernel
+def _add_row(around: LevelsAround, row: int, force: float, observed: Array) -> None:
+    low, high, share = around.low.S[row], around.high.S[row], around.share
+    for c in range(observed.shape[0]):
+        observed[c] += force * ((1.0 - share) * low[c] + share * high[c])
+
+
+@kernel
+def bend_of_face_forces(w: Workspace, matrices: StepMatrices) -> tuple[float, float]:
+    """Return the largest third difference of the forces of all seats in a piece, and the largest force (N).
+
+    Moments count by the force at the ring's radius.
+    """
+    piece, n_ports = piece_of(matrices), int(matrices.sizes[0].n_ports)
+    records, bend, largest = faces_of(w.faces, w.Minv.shape[0]).records, 0.0, 0.0
+    for k in range(records.shape[0]):
+        face = records[k]
+        if is_pressing(face):
+            largest = max(largest, face.force)
+            for of_slope in range(2):
+                arm = face.radius if of_slope == 1 else 1.0
+                for axis in range(2):
+                    unit, axes = 2 * port_of_face(matrices, k, of_slope) + axis, 2 * n_ports
+                    f = piece.magnets
+                    bent = third_difference(f[unit], f[unit + axes], f[unit + 2 * axes], f[unit + 3 * axes])
+                    bend = max(bend, bent / arm)
+    return bend, largest
+
+
+@noinline_kernel
+def add_heat_of_faces(w: Workspace, matrices: StepMatrices, h: float) -> None:
+    """Add heat and work of the faces in a piece of length h (s), which z_new ends, to its integrals."""
+    z_new, records = stages_of(w.stages).z_new, faces_of(w.faces, w.Minv.shape[0]).records
+    integrals, spin = energy_integrals(z_new, w.n), piece_of(matrices).spin
+    for k in range(records.shape[0]):
+        face = records[k]
+        if not is_pressing(face):
+            continue
+        sliding = rocking = 0.0
+        for point in range(N_LOBATTO):
+            share, at = h * LOBATTO_WEIGHTS[point], forces_at(face, _motion_at(w, matrices, k, point))
+            sliding += share * at.sliding
+            rocking += share * at.rocking
+            if w.spin[0].row < 0:
+                integrals.work -= share * face.torque * spin[0, point]
+        integrals.friction_heat += sliding
+        integrals.impact_heat += rocking
+        face_integrals(z_new, w.n, w.sites.shape[0], k).heat += sliding + rocking
+        if face.site >= 0.0:
+            site_integrals(z_new, w.n, int(face.site)).heat += sliding + rocking
