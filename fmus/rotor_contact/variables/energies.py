@@ -41,14 +41,25 @@ def energies(planes: Planes) -> list[Variable]:
             "Heat of damping so far: passive bearings, seals, shaft, mounts, drag of a free spin",
             initially_depends_on=(),
         ),
-        output("energy.friction", "J", "Heat of sliding friction and race drag so far", initially_depends_on=()),
+        output(
+            "energy.friction",
+            "J",
+            "Heat of sliding friction, at sites and faces, and of race drag so far",
+            initially_depends_on=(),
+        ),
         output(
             "energy.impact",
             "J",
-            "Heat of impacts so far, including their friction, and of compliant contacts",
+            "Energy lost in impacts so far, including their friction, in compliant contacts and in the dampers of "
+            "faces; heat, except under the nodal impact rule, where it may fall",
             initially_depends_on=(),
         ),
-        output("energy.dissipated", "J", "Heat so far, sum of the three", initially_depends_on=()),
+        output(
+            "energy.dissipated",
+            "J",
+            "Sum of the three; with the nodal impact rule not all of it is heat",
+            initially_depends_on=(),
+        ),
         output(
             "energy.work",
             "J",
