@@ -1,6 +1,7 @@
 """Upright machines: gravity acts along the shaft, where only a rotor with a thrust disc moves."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -38,17 +39,36 @@ def test_gravity_across_an_upright_shaft_is_exactly_nothing(degrees, share):
     assert bool(upright(subject)) == (share == 0.0)
 
 
-def test_landings_of_an_upright_machine_with_faces_are_judged(tmp_path):
-    """Gravity and tilt are those of its scenario."""
+@pytest.fixture(scope="module")
+def pump(tmp_path_factory):
     speeds = '[speed]\nminimum = "18000 rpm"\nmaximum = "36000 rpm"\n'
-    path = tmp_path / "machine.toml"
+    path = tmp_path_factory.mktemp("pump") / "machine.toml"
     path.write_text(f"scenario = {str(PUMP / 'levitation.toml')!r}\n{speeds}", encoding="utf-8")
-    pump = check_machine(load_machine(path))
+    return check_machine(load_machine(path))
+
+
+def test_landings_of_an_upright_machine_with_faces_are_judged(pump):
+    """Gravity and tilt are those of its scenario."""
     assert pump.parameters[PLANT]["gravity"] == 9.81
     assert pump.gravity_across == 0.0
     assert pump.file.axial_gravity == pytest.approx(-9.81)
     assert pump.falls_onto_a_face
     assert not upright(pump)
+
+
+def test_a_face_is_a_place_to_land_on(pump):
+    assert set(pump.lands_on) == {"catch_lower", "catch_upper", "seat", "stop"}
+    assert set(pump.retainers) == {"catch_lower", "catch_upper"}
+
+
+def test_heat_on_a_face_warms_the_retainer_below_it_further(pump):
+    """The face and the retainer have three quarters of the heat so far, and so 90 J of the 120 J to come."""
+    heats = {"seat": (40.0, 310.0), "catch_lower": (20.0, 310.0), "catch_upper": (20.0, 300.0)}
+    touchdown = SimpleNamespace(retainers={k: SimpleNamespace(heat=q, temperature=T) for k, (q, T) in heats.items()})
+    capacities = {f"catch_{end}.heat_capacity": 20.0 for end in ("lower", "upper")}
+    subject = SimpleNamespace(rotor=pump.rotor, parameters={PLANT: capacities})
+    found = [rest._at_most(subject, touchdown, site, 120.0) for site in heats]
+    assert found == pytest.approx([314.5, 314.5, 301.5])
 
 
 def weights(subject):

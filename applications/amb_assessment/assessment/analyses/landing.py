@@ -40,7 +40,7 @@ class Landing:
     whirls_backward, rests, rocks_within
         How it ended: in backward whirl, at rest, or in steady rocking to and fro (deg); in none if it did not.
     touches, stators
-        Touched sites other than retainers, and the magnetic bearings whose stators are among them.
+        Touched sites other than retainers and faces, and the magnetic bearings whose stators are among them.
     failure
         Reason for an early end of the simulation; otherwise empty.
     """
@@ -194,13 +194,13 @@ def _landed(subject: AssessedMachine, inputs: dict[str, float], mu: float, phase
         except ValueError as error:
             return replace(landing, failure=str(error))
         end = end_of(result)
-        landing = _with_results(result, landing, subject.retainers)
+        landing = _with_results(result, landing, subject.lands_on)
         if landing.is_final:
             break
     return landing
 
 
-def _with_results(result: Result, landing: Landing, retainers: Sequence[str]) -> Landing:
+def _with_results(result: Result, landing: Landing, lands_on: Sequence[str]) -> Landing:
     """Return a landing with the results of its run."""
     summary, touchdown = result.summary, result.summary.touchdown
     touched = {} if touchdown is None else touchdown.retainers
@@ -210,7 +210,7 @@ def _with_results(result: Result, landing: Landing, retainers: Sequence[str]) ->
         whirls_backward=touchdown is not None and bool(touchdown.whirls_backward_at),
         rests=touchdown is not None and touchdown.rest_after is not None,
         rocks_within=None if touchdown is None else touchdown.rocks_within,
-        touches=tuple(site for site in touched if site not in retainers),
+        touches=tuple(site for site in touched if site not in lands_on),
         stators=tuple(touch.bearing for touch in summary.stators.values()),
         heat=sum(item.heat or 0.0 for item in touched.values()),
     )

@@ -223,7 +223,7 @@ def _to_rest(subject: AssessedMachine, touchdown: Touchdown, times: Array, speed
 def _landed(subject: AssessedMachine, touchdown: Touchdown, times: Array) -> Iterator[Quantity]:
     """Yield whether the rotor whirls backward, or touches anything but its retainers, until the end of the run."""
     end = f"{float(times[-1]):.4g} s without power"
-    others = [site for site in touchdown.retainers if site not in subject.retainers]
+    others = [site for site in touchdown.retainers if site not in subject.lands_on]
     whirls = touchdown.whirls_backward_at
     ends = touchdown.rest_after, touchdown.rocks_within, touchdown.slow_after
     ended = any(time is not None for time in ends)
@@ -243,12 +243,20 @@ def _landed(subject: AssessedMachine, touchdown: Touchdown, times: Array) -> Ite
 
 
 def _at_most(subject: AssessedMachine, touchdown: Touchdown, site: str, more: float) -> float:
-    """Return the temperature (K) of a retainer after its share of the remaining heat."""
-    retainer, total = touchdown.retainers[site], sum(item.heat or 0.0 for item in touchdown.retainers.values())
-    capacity = subject.parameters[PLANT][f"{site}.heat_capacity"]
-    if retainer.temperature is None or not capacity or not total:
+    """Return the temperature (K) of a retainer, or that of a face, after its share of the remaining heat."""
+    warmed = {name: _warmed(subject, name) for name in touchdown.retainers}
+    heats = {name: item.heat or 0.0 for name, item in touchdown.retainers.items()}
+    temperature, total = touchdown.retainers[site].temperature, sum(heats.values())
+    capacity = subject.parameters[PLANT].get(f"{warmed[site]}.heat_capacity")
+    if temperature is None or not capacity or not total:
         return 0.0
-    return retainer.temperature + more * (retainer.heat or 0.0) / total / capacity
+    share = sum(heat for name, heat in heats.items() if warmed[name] == warmed[site]) / total
+    return temperature + more * share / capacity
+
+
+def _warmed(subject: AssessedMachine, site: str) -> str:
+    """Return the retainer that contact at a site or face warms."""
+    return next((face.retainer or site for face in subject.rotor.faces if face.name == site), site)
 
 
 def _without_temperature(touchdown: Touchdown) -> tuple[str, ...]:

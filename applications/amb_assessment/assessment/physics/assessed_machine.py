@@ -73,6 +73,11 @@ class AssessedMachine(Machine):
         """Contact sites that are retainers of bearings."""
         return tuple(site.name for site in self.rotor.sites if site.bearing and site.name in self.sites)
 
+    @property
+    def lands_on(self) -> tuple[str, ...]:
+        """The retainers, and the faces that stop a fall along the shaft."""
+        return (*self.retainers, *(face.name for face in self.rotor.faces))
+
     @cached_property
     def thrust_tilt(self) -> tuple[Bearing, ...]:
         """The negative tilt stiffness of the thrust disc under power, at the static force that enlarges it most."""
