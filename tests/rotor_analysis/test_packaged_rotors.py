@@ -57,7 +57,7 @@ def test_eigenvalues_of_the_compressor_on_oil_films_match_ross(speed, pairs):
     assert largest_difference(rotor, float(speed), pairs) < 1e-4  # between the speeds of a table
 
 
-@pytest.mark.parametrize("name", ["nelson_mcvaugh", "compressor", "turbo_expander", "bath_rig"])
+@pytest.mark.parametrize("name", ["nelson_mcvaugh", "compressor", "turbo_expander", "turbo_pump", "bath_rig"])
 def test_modes_of_the_plant_in_its_band_are_within_a_tenth_of_a_percent(name):
     rotor = load_rotor(name)
     models = (assemble(rotor), reduced_rotor(rotor).model)
@@ -67,7 +67,7 @@ def test_modes_of_the_plant_in_its_band_are_within_a_tenth_of_a_percent(name):
     assert inside.any()
 
 
-@pytest.mark.parametrize("name", ["nelson_mcvaugh", "compressor", "turbo_expander", "bath_rig"])
+@pytest.mark.parametrize("name", ["nelson_mcvaugh", "compressor", "turbo_expander", "turbo_pump", "bath_rig"])
 def test_receptance_of_a_packaged_plant_is_accurate_in_its_band(name):
     rotor = load_rotor(name)
     error = receptance_error(rotor)
@@ -99,7 +99,7 @@ def test_magnetic_bearings_damp_the_bending_mode_of_the_compressor():
 
 
 def test_a_rotor_is_found_by_name_and_by_path(tmp_path):
-    names = {"bath_rig", "bath_rig_thesis", "compressor", "nelson_mcvaugh", "tum_rig", "turbo_expander"}
+    names = {"bath_rig", "bath_rig_thesis", "compressor", "nelson_mcvaugh", "tum_rig", "turbo_expander", "turbo_pump"}
     assert set(packaged_rotors()) == names
     copy = tmp_path / "mine.toml"
     copy.write_text(rotor_path("compressor").read_text(encoding="utf-8"), encoding="utf-8")
