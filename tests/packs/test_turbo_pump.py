@@ -1,6 +1,7 @@
 """The packaged turbomolecular pump stands on five axes, and is caught along and across its shaft."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ import amb_cosim
 from amb_analysis.machine.machine import Machine
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
+from amb_files.csv_files import read_csv
+from amb_files.packs import packs
 from rotor_analysis.rigid_body import rigid_body
 from rotor_analysis.rotor_file import load_rotor
 
@@ -70,3 +73,18 @@ def test_its_loop_is_stable_from_standstill_to_its_trip_speed():
     loop = Machine(prepare_run(load_scenario("turbo_pump_levitation").machine())).loop
     trip = load_rotor("turbo_pump").reduction.speed
     assert loop.least_stable(np.linspace(0.0, trip, 8)).is_stable
+
+
+def test_its_earthquake_is_the_sum_of_cosines_in_its_header():
+    path = Path(packs()["rotor_literature"]) / "scenarios" / "turbo_pump_earthquake.csv"
+    _, rows = read_csv(path, "earthquake")
+    t, *axes = np.array(rows, dtype=float).T
+    n = np.arange(1, 101)
+    f, ground, corner = 0.2 * n, 2.5, 0.2
+    x = (2.0 * 0.6 * f / ground) ** 2
+    power = (1.0 + x) / ((1.0 - (f / ground) ** 2) ** 2 + x) * f**4 / (f**4 + corner**4)
+    envelope = np.minimum(np.minimum((t / 2.0) ** 2, 1.0), np.exp(-0.3 * (t - 12.0)))
+    for k, (axis, peak) in enumerate(zip(axes, (3.5, 3.0, 2.3), strict=True), 1):
+        phases = 2.0 * np.pi * np.modf(0.5 * (math.sqrt(5.0) - 1.0) * n**2 * k)[0]
+        wave = envelope * (np.sqrt(power) * np.cos(2.0 * np.pi * f * t[:, None] + phases)).sum(axis=1)
+        assert np.allclose(axis, peak * wave / np.abs(wave).max(), atol=0.011)
