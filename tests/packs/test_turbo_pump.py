@@ -79,8 +79,8 @@ def test_its_earthquake_is_the_sum_of_cosines_in_its_header():
     path = Path(packs()["rotor_literature"]) / "scenarios" / "turbo_pump_earthquake.csv"
     _, rows = read_csv(path, "earthquake")
     t, *axes = np.array(rows, dtype=float).T
-    n = np.arange(1, 101)
-    f, ground, corner = 0.2 * n, 2.5, 0.2
+    n = np.arange(1, 401)
+    f, ground, corner = 0.05 * n, 2.5, 0.2
     x = (2.0 * 0.6 * f / ground) ** 2
     power = (1.0 + x) / ((1.0 - (f / ground) ** 2) ** 2 + x) * f**4 / (f**4 + corner**4)
     envelope = np.minimum(np.minimum((t / 2.0) ** 2, 1.0), np.exp(-0.3 * (t - 12.0)))
