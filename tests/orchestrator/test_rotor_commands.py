@@ -236,3 +236,14 @@ def test_rotor_in_mm_explains_why_its_machine_is_refused(runner, tmp_path, comma
     done = runner(*command, "--rotor", "fan.toml")
     assert done.exit_code == 2
     assert_names(done.stderr, "warning: rotor fan", "length of the shaft = 600 m", "mm")
+
+
+def test_faces_and_the_thrust_disc_are_listed_and_point_where_they_push():
+    result = studies.layout("turbo_pump")
+    parts = {part.name: part for part in result.parts}
+    assert (parts["thrust"].kind, parts["thrust"].z) == ("thrust disc", 0.054)
+    assert_names(parts["seat"].what, "-z", "250 um", "catch_lower")
+    above, lanes = draw_layout(result).axes
+    assert {"thrust discs", "faces"} <= {label.get_text() for label in lanes.get_yticklabels()}
+    at_radius = {line.get_marker(): line.get_xdata()[0] for line in above.lines if abs(line.get_ydata()[0]) == 0.0125}
+    assert at_radius == {">": 0.032, "<": 0.01}

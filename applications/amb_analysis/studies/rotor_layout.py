@@ -54,7 +54,7 @@ class RotorLayout(WarnedResult, DrawnResult):
     numbers
         Node numbers in the rotor file by node numbers of the mesh, which also has nodes for `z` and `[mesh]`.
     parts
-        Bodies, bearings, seals, contact sites and sensors.
+        Bodies, bearings, seals, contact sites, thrust disc, faces and sensors.
     method, planes, coordinates, fastest
         The plant's model: reduction method, mesh nodes whose displacements are coordinates, number of coordinates, and
         frequency of its fastest mode without bearings (rad/s), 0 if it has no elastic mode.
@@ -285,5 +285,14 @@ def _parts(rotor: Rotor) -> Iterator[LayoutEntry]:
         stator = f"stator of {site.stator}" if site.stator else "bush"
         what = f"retainer of {site.bearing}" if site.bearing else stator
         yield LayoutEntry("contact site", site.name, site.node, z[site.node - 1], what)
+    if rotor.thrust_disc is not None:
+        disc = rotor.thrust_disc
+        yield LayoutEntry(
+            "thrust disc", disc.name, None, disc.z, "axial magnetic bearing; the rotor moves along its shaft"
+        )
+    for face in rotor.faces:
+        what = f"stops {face.stops} after {1e6 * face.clearance:g} um, mean radius {number(face.radius)} m"
+        what += f", on {face.retainer}" if face.retainer else ""
+        yield LayoutEntry("face", face.name, face.node, z[face.node - 1], what)
     for sensor in rotor.sensors:
         yield LayoutEntry("sensor", sensor.name, sensor.node, z[sensor.node - 1], f"{sensor.x}, {sensor.y}")

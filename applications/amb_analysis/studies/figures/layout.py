@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, is_extrapolated
-from amb_analysis.studies.rotor_layout import RotorLayout
-from amb_cosim.presentation.style import BLUE, BROWN, GREEN, ORANGE, PURPLE, SKY_BLUE, StyledFigure, write_title
+from amb_analysis.studies.rotor_layout import LayoutEntry, RotorLayout
+from amb_cosim.presentation.style import BLUE, BROWN, GREEN, ORANGE, PURPLE, SKY_BLUE, YELLOW, StyledFigure, write_title
 from rotor_analysis.element import Element
-from rotor_analysis.parts import BodyOrDisc
+from rotor_analysis.parts import BodyOrDisc, Face
 from rotor_analysis.rotor import Rotor
 
 LANES = {
@@ -22,6 +22,8 @@ LANES = {
     "bearing": (BLUE, "^"),
     "seal": (BROWN, "D"),
     "contact site": (PURPLE, "v"),
+    "thrust disc": (SKY_BLUE, "P"),
+    "face": (YELLOW, ">"),
     "sensor": (GREEN, "s"),
 }
 SHAFT, SLEEVE, BODY = "0.82", SKY_BLUE, "0.6"
@@ -30,7 +32,7 @@ WIDTH, LEFT, RIGHT = 8.2, 0.13, 0.98  # width of the figure (inches), and ends o
 
 
 def draw(result: RotorLayout) -> Figure:
-    """Draw the rotor, and lanes with its discs, bearings, seals, contact sites, sensors and master planes."""
+    """Draw the rotor, and lanes with its discs, bearings, seals, contact sites, faces, sensors and master planes."""
     rotor = result.description
     radius = 1.15 * _largest_radius(rotor)
     lanes = [kind for kind in LANES if any(part.kind == kind for part in result.parts)]
@@ -95,19 +97,34 @@ def _draw_shaft(axes: Axes, rotor: Rotor) -> None:
 def _mark_parts(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
     """Draw the mark of each part but discs, which are bodies, on both sides of the shaft, at one place side by side.
 
-    Sensors are above only.
+    Sensors are above only. A face is at its mean radius, and points where its seat pushes the rotor.
     """
     outward, taken = 0.11 * axes.get_ylim()[1], list[float]()
     for kind in [lane for lane in lanes if lane != "disc"]:
-        colour, marker = LANES[kind]
+        colour = LANES[kind][0]
         for part in (part for part in result.parts if part.kind == kind):
             below = sum(abs(z - part.z) < 0.015 * result.length for z in taken)
             radius = _radius_at(result.description, part.z) + below * outward
+            face, marker = _face(result, part), _marker(result, part)
+            if face is not None:
+                radius = face.radius
             for side in (1.0,) if kind == "sensor" else (1.0, -1.0):
                 mark = {"^": "v", "v": "^"}.get(marker, marker) if side > 0.0 else marker
                 axes.plot(part.z, side * radius, marker=mark, ms=6, color=colour, mec="white", mew=0.5, zorder=5)
             axes.axvline(part.z, color=colour, lw=0.6, ls=":", zorder=0.5)
-            taken.append(part.z)
+            if face is None:
+                taken.append(part.z)
+
+
+def _marker(result: RotorLayout, part: LayoutEntry) -> str:
+    """Return the mark of a part; that of a face points where its seat pushes the rotor."""
+    face = _face(result, part)
+    return "<" if face is not None and face.stops == "+z" else LANES[part.kind][1]
+
+
+def _face(result: RotorLayout, part: LayoutEntry) -> Face | None:
+    """Return the face that a part is, if it is one."""
+    return next((face for face in result.description.faces if part.kind == "face" and face.name == part.name), None)
 
 
 def _radius_at(rotor: Rotor, z: float) -> float:
@@ -130,10 +147,10 @@ def _draw_lanes(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
     """Draw a lane for each kind of part, and a lane for the master planes."""
     z = result.description.shaft.nodes
     for row, kind in enumerate(lanes):
-        colour, marker = LANES[kind]
+        colour = LANES[kind][0]
         parts = sorted((part for part in result.parts if part.kind == kind), key=lambda part: part.z)
-        axes.plot([part.z for part in parts], [-row] * len(parts), ls="", marker=marker, ms=5, color=colour)
         for part in parts:
+            axes.plot(part.z, -row, ls="", marker=_marker(result, part), ms=5, color=colour)
             turned = {"rotation": 50, "ha": "left"} if _is_crowded(result, kind) else {"ha": "center"}
             axes.text(part.z, -row + 0.17, part.name, fontsize=6.5, va="bottom", color=colour, **turned)
     row = len(lanes)
