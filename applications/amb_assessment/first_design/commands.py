@@ -48,6 +48,9 @@ def _positions(text: str) -> list[str]:
     help="Air gap of the magnets; default: twice the retainers' clearance, or 1/250 of the shaft's diameter.",
 )
 @click.option("--tilt", type=WithUnit("90 deg"), help="Angle of the shaft above the horizontal; default: it lies.")
+@click.option(
+    "--thrust-disc", is_flag=True, help="Add an axial bearing, and faces that stop the rotor along its shaft."
+)
 @click.option("--bias", type=WithUnit("2 A"), help="Bias current of --k-i and --k-s, instead of --gap.")
 @click.option(
     "--drive",
@@ -66,6 +69,7 @@ def new(
     k_s: str | None,
     gap: str | None,
     tilt: str | None,
+    thrust_disc: bool,
     bias: str | None,
     drive: Drive | None,
     flavour: Flavour,
@@ -100,7 +104,12 @@ def new(
                 progress.update(task, description=f"samples of {1e6 * sample_time:g} µs, gains tried: {tried}")
 
             air, angle = None if gap is None else quantity(gap, "m", "gap"), quantity(tilt or 0.0, "rad", "tilt")
-            machine = new_machine(folder, text, Omega, positions, magnet, flavour, report, gap=air, tilt=angle)
+            machine = new_machine(
+                *(folder, text, Omega, positions, magnet, flavour, report),
+                gap=air,
+                tilt=angle,
+                thrust_disc=thrust_disc,
+            )
     for bearing, point in machine.points.items():
         click.echo(
             f"bearing {bearing}, each axis: {machine.sizes.loads[bearing]:.4g} N of the weight with "
@@ -130,6 +139,8 @@ def new(
         click.echo("the rotor has no retainers and cannot land; add them to rotor.toml as [[sites]] with a bearing")
     if "bearings" in machine.assumed:
         click.echo("retainers and sensors are placed next to the bearings; move them in rotor.toml if necessary")
+    if "thrust_disc" in machine.assumed:
+        click.echo("thrust disc and faces are placed at the lower end; move them in rotor.toml if necessary")
     if "damping" in machine.assumed:
         click.echo("damping of the bending modes is assumed: 0.3, 0.5, then 1 %; enter measured values in rotor.toml")
     reduction = sizes.rotor.reduction
@@ -252,6 +263,7 @@ main.add_examples(
         "new": (
             "new pump --mass '60 kg' --length '1.2 m' --speed '12000 rpm'",
             "new blower --rotor drawing.toml --speed '12000 rpm'",
+            "new fan --rotor f.toml --speed 9000rpm --tilt 90deg --thrust-disc",
         )
     }
 )

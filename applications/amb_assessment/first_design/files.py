@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from string import Template
 
+from amb_assessment.first_design import thrust
 from amb_assessment.first_design.design import Design, Progress, first_design
 from amb_assessment.first_design.levitation import TRIP, OperatingPoint, operating_points
 from amb_assessment.first_design.rotor_text import damping, reduction, require_name, supports
@@ -37,7 +38,7 @@ class NewMachine:
     typical
         K_i and K_s of a magnet of the first design.
     assumed
-        Parts added to the rotor file: `bearings`, with retainers and sensors, and `damping`.
+        Parts added to the rotor file: `bearings`, with retainers and sensors, `damping`, and `thrust_disc`, with faces.
     """
 
     folder: Path
@@ -59,6 +60,7 @@ def new_machine(
     *,
     gap: float | None = None,
     tilt: float = 0.0,
+    thrust_disc: bool = False,
 ) -> NewMachine:
     """Write rotor, scenarios, machine file and a page about them into a new folder, with gains that levitate the rotor.
 
@@ -84,6 +86,8 @@ def new_machine(
     gap, tilt
         Air gap of the magnets (m), by default as `machine_sizes` has it, and angle of the shaft above the horizontal
         (rad), a lying shaft by default.
+    thrust_disc
+        Whether a rotor file without a thrust disc gets one, with faces at its lower retainer.
 
     Raises
     ------
@@ -108,6 +112,11 @@ def new_machine(
             f"bearing positions conflict with the rotor file, which has bearings {present}; omit one of the two"
         )
     supported = drawn if drawn.bearings else _rotor_of(rotor + supports(drawn, bearings, gap=gap), name)
+    axial = ""
+    if thrust_disc and not drawn.thrust:
+        axial = thrust.disc_and_faces(supported, gap)
+        supported = _rotor_of(rotor + ("" if drawn.bearings else supports(drawn, bearings, gap=gap)) + axial, name)
+    disc, supported = supported.thrust, replace(supported, thrust_disc=None, faces=())  # the radial design
     sizes = machine_sizes(supported, speed, magnet, gap=gap, tilt=tilt)
     points = operating_points(sizes)
 
@@ -121,10 +130,14 @@ def new_machine(
     design = first_design(sizes, scenario, RunOptions(flavour=flavour), progress)
     if not drawn.bearings:
         rotor += supports(drawn, bearings, design.pid.k_b, design.pid.c_b, gap)
-    files = {ROTOR: rotor, **texts(design)}
+    files = {ROTOR: rotor + axial, **texts(design)}
+    if disc:
+        magnets = thrust.thrust_magnet(disc, sizes, tilt)
+        files[LEVITATION] = thrust.levitation(files[LEVITATION], magnets)
+        files[thrust.CONTROL] = thrust.controller(folder.name, sizes, magnets, design.pid, design.sample_time)
     folder.parent.mkdir(parents=True, exist_ok=True)
     create_atomically(folder, lambda draft: [(draft / file).write_text(t, "utf-8") for file, t in files.items()])
-    assumed = {"bearings": not drawn.bearings, "damping": not has_damping}
+    assumed = {"bearings": not drawn.bearings, "damping": not has_damping, "thrust_disc": bool(axial)}
     parts = tuple(part for part, is_assumed in assumed.items() if is_assumed)
     typical = machine_sizes(supported, speed, gap=gap, tilt=tilt).magnet
     return NewMachine(folder, parts, sizes, typical, points, design)

@@ -52,7 +52,7 @@ def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
     thin = "less for this length: the shaft would be thicker than a quarter of it"
     require(diameter <= length / 4.0, "mass", f"{mass:g} kg", thin)
     wheel_mass, radius = (1.0 - SHAFT_SHARE) * mass, min(2.0 * diameter, RIM_SPEED / speed)
-    return _filled(
+    return filled(
         "shaft.toml",
         name=name,
         mass=mass,
@@ -114,7 +114,7 @@ def supports(
     values = {f"{part}_left": left + offset for part, offset in offsets.items()}
     values |= {f"{part}_right": right - offset for part, offset in offsets.items()}
     values |= {f"{key}_{name}": gains[name] for key, gains in (("k_b", k_b), ("c_b", c_b)) for name in names}
-    return _filled("supports.toml", clearance=clearance, **values)
+    return filled("supports.toml", clearance=clearance, **values)
 
 
 def gap_for(diameter: float) -> float:
@@ -124,12 +124,12 @@ def gap_for(diameter: float) -> float:
 
 def damping() -> str:
     """Return the text of the damping that is assumed for a rotor file without damping."""
-    return _filled("damping.toml")
+    return filled("damping.toml")
 
 
 def reduction(speed: float) -> str:
     """Return the text of the reduction for a rotor file without any, with the highest spin speed (rad/s)."""
-    return _filled("reduction.toml", speed=speed, rpm=speed * RPM)
+    return filled("reduction.toml", speed=speed, rpm=speed * RPM)
 
 
 def diameter_at(rotor: Rotor, z: float) -> float:
@@ -154,6 +154,7 @@ def require_speed(speed: float, written: str | None = None) -> None:
     require(0.0 < speed <= FASTEST, "speed", shown, f"> 0 rad/s and <= {FASTEST:g} rad/s ({FASTEST * RPM:.0f} rpm)")
 
 
-def _filled(template: str, **values: float | str) -> str:
+def filled(template: str, **values: float | str) -> str:
+    """Return a template of rotor files with values, numbers with five digits."""
     text = Template((TEMPLATES / template).read_text(encoding="utf-8"))
     return text.substitute({key: v if isinstance(v, str) else f"{v:.5g}" for key, v in values.items()})
