@@ -56,6 +56,12 @@ def test_it_falls_freely_onto_its_seat_and_stands_there_with_its_weight(run):
     assert np.mean(force[t > 0.2]) == pytest.approx(weight, rel=1e-3)
 
 
+def test_it_lies_at_rest_from_when_it_stands_on_its_seat(run):
+    """It falls and bounces before that, however still it is across the shaft."""
+    fall = math.sqrt(2.0 * GAP / G)
+    assert fall < run("turbo_pump_landing").summary.touchdown.rest_after < 0.1
+
+
 def test_gas_and_the_balls_of_its_retainer_slow_it(run):
     """J_p Omega' = -d Omega - M_r: the race below the seat follows the rotor, and its balls brake both."""
     parameters, signals = (

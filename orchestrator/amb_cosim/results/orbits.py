@@ -208,8 +208,8 @@ def settled_amplitudes(dataset: Signals) -> dict[str, dict[str, float | None]]:
 def settled_amplitude(dataset: Signals, motion: Path | None, when: When) -> float | None:
     """Return the synchronous amplitude (m) of a displacement, shape (2, n), `before` the change or at the `end`.
 
-    The change is that of `series.change`. The amplitude is that of the last full revolution before it; without such a
-    revolution it is None.
+    The change is that of `signal_arrays.change`. The amplitude is that of the last full revolution before it; without
+    such a revolution it is None.
     """
     circles = _circles(dataset, motion, when)
     return None if circles is None else float(np.abs(circles).sum())

@@ -101,7 +101,7 @@ class Touchdown:
         Each touched site.
     rest_after
         Time after which the rotor lies in contact where it is at the end, within 5 % of the clearance of each retainer
-        and of each touched site (s).
+        and of each touched site or face (s).
     rocks_within
         Largest swing of steady rocking (`rocking`) at all touched sites (deg); None of a rotor that rests or moves
         otherwise.
@@ -149,7 +149,7 @@ def touchdown(dataset: Signals) -> Touchdown | None:
     heights = {place: height(sampled, place) for place in moving_places(dataset)}
     radii = {place: radius(sampled, place) for place in moving_places(dataset)}
     across = [site for site in touched if site not in places(dataset).faces]
-    rest = _rest(sampled, lying, across)
+    rest = _rest(sampled, lying, touched)
     return Touchdown(
         release=release,
         drop={place: None if at is None else 1e3 * float(at[0] - at.min()) for place, at in heights.items()},
@@ -296,18 +296,25 @@ def _race_spin_up(after: Signals, site: str) -> float | None:
 
 
 def _lying(after: Signals, contact: Bools, sites: Iterable[str]) -> list[tuple[Path, float]]:
-    """Return position and clearance at sites of a rotor that touches in the last part of the run.
+    """Return position and clearance at sites of a rotor that touches in the last part of the run; at faces, the gap.
 
     The list is empty without contact then, as in levitation, or if a position was not recorded.
     """
     values = parameters(after)
-    recorded = [(path(after, site), values.get(f"{site}.clearance")) for site in sites]
+    recorded = [(_position(after, site), values.get(f"{site}.clearance")) for site in sites]
     lying = [(positions, float(c)) for positions, c in recorded if positions is not None and c is not None]
     return lying if contact[_last_part(after)].any() and len(lying) == len(recorded) else []
 
 
+def _position(after: Signals, site: str) -> Path | None:
+    if site not in places(after).faces:
+        return path(after, site)
+    gap = signal(after, f"{site}.gap")
+    return None if gap is None else gap[np.newaxis, :]
+
+
 def _rest(after: Signals, contact: Bools, touched: Sequence[str]) -> float | None:
-    """Return the time after which the rotor keeps its position in all retainers and at all touched sites to the end."""
+    """Return the time after which the rotor keeps its place in its retainers and at all that it touches."""
     last, lying = _last_part(after), _lying(after, contact, dict.fromkeys([*places(after).retainers, *touched]))
     moving = np.zeros(len(last), bool)
     for positions, clearance in lying:
