@@ -3,15 +3,16 @@
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from amb_assessment.assessment.analyses import landing, rest
+from amb_assessment.assessment.analyses import landing, recovery, rest
 from amb_assessment.assessment.engine.assess import check_machine
 from amb_assessment.assessment.engine.findings import Judgement, judge
 from amb_assessment.assessment.format.criteria import load_criteria
 from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.page.description import description
-from amb_assessment.assessment.physics.runs import upright
+from amb_assessment.assessment.physics.runs import clearance_used, simulate, times_of, upright, without_power
 from amb_assessment.assessment.physics.whirl_friction import whirl_friction
 from amb_cosim.results.component_names import PLANT
 from tests.support.messages import assert_names
@@ -71,6 +72,34 @@ def test_heat_on_a_face_warms_the_retainer_below_it_further(pump):
     assert found == pytest.approx([314.5, 314.5, 301.5])
 
 
+def test_the_clearance_along_the_shaft_is_used_up_by_a_fall(pump):
+    """It falls 0.25 mm freely, away from the upper face, and both journals stay within their retainers."""
+    run = simulate(pump, pump.file.speed.highest, {}, end_time=0.012, **without_power(pump, 0.0))
+    used, times = clearance_used(pump, run), times_of(run)
+    touched = times[np.argmax(used["seat"] >= 1.0)]
+    assert touched == pytest.approx(np.sqrt(2.0 * 0.25e-3 / 9.81), abs=1.2e-3)  # currents decay in about a millisecond
+    assert used["seat"][times < 0.5 * touched].max() < 0.3
+    assert used["stop"].max() < 0.05
+    assert used["catch_lower"].max() < 1.0
+
+
+def test_an_overload_along_the_shaft_ends_at_a_face(pump):
+    assert recovery._axes(pump) == "xyz"
+    *_, overload, run = recovery._rising(pump, pump.file.speed.highest, {}, "z", "+")
+    assert overload.where.startswith("seat is touched first")  # the base rises towards the rotor
+    assert 0.0 < overload.value < recovery.MOST
+    assert clearance_used(pump, run)["seat"].max() >= 1.0
+
+
+def test_the_axis_carries_against_its_weight_what_the_demand_limit_leaves():
+    """The static current holds the weight of 108 N; 1.6 A about it are 227 N at the centre, and less off it."""
+    machine = check_machine(load_machine("turbo_pump"))
+    (carried,) = recovery._carried(machine, machine.file.speed.highest, {})
+    assert carried.where == "along +z"
+    assert carried.value == pytest.approx(98.0, abs=10.0)
+    assert carried.facts["capacity"] == pytest.approx(271.4, rel=1e-3)
+
+
 def weights(subject):
     """Return stiffness and displacement in the balls' rows, and the line on criteria, of the data of a machine."""
     blocks = description(subject, load_criteria(["physics"]))
@@ -96,6 +125,17 @@ def test_no_fall_of_an_upright_machine_passes_a_top(standing):
     least = whirl_friction(standing, 0.15)
     assert least.value > RIGID
     assert_names(least.note, "along the shaft")
+    (found,) = judge([least], load_criteria(["physics"]), {})
+    assert found.verdict is Judgement.UNANSWERED
+
+
+def test_whirl_of_a_standing_rotor_rests_on_the_stiffness_of_its_face(pump):
+    """With little friction the race follows slowly, against the drag of its balls, and whirl has time to grow."""
+    least = whirl_friction(pump, 0.02)
+    assert least.where.startswith("seat, ")
+    assert 0.02 < least.value < 1.0
+    assert least.may_worsen_because
+    assert_names(least.note, "stiffness", "measured")
     (found,) = judge([least], load_criteria(["physics"]), {})
     assert found.verdict is Judgement.UNANSWERED
 

@@ -152,4 +152,4 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
         f"Against tilt the disc has a moment stiffness of {-bearing.moment_stiffness():.4g} N m/rad; if negative, it "
         "tilts the disc further. The lateral analyses do not contain it."
     )
-    return (first, iron, tilt, "There is no landing on axial retainers in co-simulation.")
+    return (first, iron, tilt)

@@ -1,4 +1,4 @@
-"""Relevitation after a landing, and the overload at which a retainer is touched."""
+"""Relevitation after a landing, and the overload and the force along the shaft at which the rotor touches."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine
+from amb_assessment.assessment.physics.axial_cases import weight_along_z
 from amb_assessment.assessment.physics.runs import (
     clearance_used,
     has_no_gravity,
@@ -28,6 +29,7 @@ BACK = 0.3  # s, with power again
 TOUCHED = 1.0 - 1e-9  # of the clearance
 ROUNDING = 1e-9  # of a time: contact at the end of a step belongs to the acceleration of this step
 OVERLOAD_STEP, OVERLOAD_TIME, MOST = 0.25, 0.02, 8.0  # of the weight, s, of the weight
+FORCE_STEPS, FORCE_TIME, MOST_FORCE = 50, 0.04, 1.25  # s of each, of the capacity by formula
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
@@ -46,12 +48,19 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
             ("Rising overload", rising, clearance_used(subject, rising)),
         )
     )
-    notes = (
-        f"The overload is an acceleration of the base along x or y, in either sense, that rises by {OVERLOAD_STEP:g} g "
-        f"every {1e3 * OVERLOAD_TIME:g} ms, in addition to gravity and unbalance; the worst of the four is judged.",
+    notes: tuple[str, ...] = (
+        f"The overload is an acceleration of the base along {' or '.join(_axes(subject))}, in either sense, that rises "
+        f"by {OVERLOAD_STEP:g} g every {1e3 * OVERLOAD_TIME:g} ms, in addition to gravity and unbalance; the worst is "
+        "judged.",
         "A rotor that crosses the air gap of a magnet is in contact; if the magnet has power, the run ends.",
     )
-    return AnalysisResult((_relevitation(subject, again), overload), panels, (), notes)
+    carried = _carried(subject, Omega, inputs)
+    if carried:
+        notes += (
+            f"The force along the shaft rises in {FORCE_STEPS} steps over {FORCE_STEPS * FORCE_TIME:g} s. A controller "
+            "whose integrator is slow carries less in this time than its magnet can.",
+        )
+    return AnalysisResult((_relevitation(subject, again), overload, *carried), panels, (), notes)
 
 
 def _with_power_back(lost: Mapping[str, Any], after: float) -> dict[str, Any]:
@@ -77,9 +86,42 @@ def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
 
 def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, Result]:
     """Return the least acceleration of the base, over g, at which the rotor first touches anything, and its run."""
-    runs = [_rising(subject, Omega, inputs, axis, sign) for axis in "xy" for sign in "+-"]
+    runs = [_rising(subject, Omega, inputs, axis, sign) for axis in _axes(subject) for sign in "+-"]
     *_, overload, run = min(runs, key=lambda rising: rising[:2])
     return overload, run
+
+
+def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, ...]:
+    """Return the force along the shaft that the axial axis carries in co-simulation before the rotor touches a face.
+
+    It is the weaker of both senses, and includes the weight. There is none without faces and a thrust bearing.
+    """
+    thrust = subject.file.thrust_bearing
+    if thrust is None or not subject.rotor.faces:
+        return ()
+    capacity, weight = thrust.bearing.capacity, weight_along_z(subject)
+    found = []
+    for sign in (1.0, -1.0):
+        forces = np.linspace(weight, sign * MOST_FORCE * capacity, FORCE_STEPS + 1)
+        events = [
+            {"time": k * FORCE_TIME, "set": {PLANT: {f"{subject.rotor.thrust}.f_process": float(force - weight)}}}
+            for k, force in enumerate(forces)
+            if k > 0
+        ]
+        end = (FORCE_STEPS + 1) * FORCE_TIME
+        run = simulate(subject, Omega, inputs, to_magnets=True, levitated=True, end_time=end, event=events)
+        largest = np.max(list(clearance_used(subject, run).values()), axis=0)
+        touched = np.flatnonzero(largest >= TOUCHED)
+        last = int(times_of(run)[touched[0]] / FORCE_TIME * (1.0 - ROUNDING)) if len(touched) else FORCE_STEPS + 1
+        found.append((abs(float(forces[max(last - 1, 0)])), "along +z" if sign > 0.0 else "along -z"))
+    value, where = min(found)
+    note = f"its capacity by formula, without the limits of the controller, is {capacity:.4g} N"
+    return (Quantity("axial_capacity", where, value, "N", {"capacity": capacity}, note),)
+
+
+def _axes(subject: AssessedMachine) -> str:
+    """Return the axes along which the base accelerates a rotor towards a place that it can touch."""
+    return "xyz" if subject.rotor.faces else "xy"
 
 
 def _rising(

@@ -21,6 +21,7 @@ class Declaration(NamedTuple):
 
 
 QUANTITIES: Mapping[str, Declaration] = {
+    "axial_capacity": Declaration("N", ("capacity",), "Force along the shaft that the rotor carries without contact"),
     "axial_frequency": Declaration("Hz", ("frequency", "N"), "Natural frequency of the axial axis"),
     "axial_load": Declaration("%", ("capacity",)),
     "clearance_share": Declaration("%", ("S_cc",)),

@@ -60,8 +60,12 @@ class AssessedMachine(Machine):
     @cached_property
     def falls_onto_a_face(self) -> bool:
         """Whether a face stops the fall along the shaft."""
-        stopped = "-z" if self.file.axial_gravity < 0.0 else "+z"
-        return any(face.stops == stopped for face in self.rotor.faces)
+        return any(face.stops == self.fall for face in self.rotor.faces)
+
+    @property
+    def fall(self) -> str:
+        """The direction of a fall along the shaft: -z or +z."""
+        return "-z" if self.file.axial_gravity < 0.0 else "+z"
 
     @cached_property
     def faults(self) -> tuple[str, ...]:

@@ -251,7 +251,8 @@ def settling_cycles(subject: AssessedMachine, Omega: float) -> float:
 def clearance_used(subject: AssessedMachine, result: Result) -> dict[str, Array]:
     """Return the displacement over the clearance at every place that the rotor can touch, from cycle 0 on.
 
-    It is that of samples, and 1 or more at the end of a step in which the rotor touches.
+    It is that of samples, and 1 or more at the end of a step in which the rotor touches. At a face it is that along the
+    shaft, 0 of a rotor on its way to another face.
     """
     signals, used = result.signals, {}
     has_settled = _recorded(result) >= 0.0
@@ -259,6 +260,10 @@ def clearance_used(subject: AssessedMachine, result: Result) -> dict[str, Array]
         x, y = (np.asarray(signals[f"{PLANT}.{place.signal}.{axis}"].values)[has_settled] for axis in "xy")
         share, touched = np.hypot(x, y) / place.clearance, touches(signals, place.signal)[has_settled]
         used[name] = np.where(touched, np.maximum(share, 1.0), share)
+    for face in subject.rotor.faces:
+        gap = np.asarray(signals[f"{PLANT}.{face.name}.gap"].values)[has_settled]
+        share = np.maximum(1.0 - gap / subject.parameters[PLANT][f"{face.name}.clearance"], 0.0)
+        used[face.name] = np.where(touches(signals, face.name)[has_settled], np.maximum(share, 1.0), share)
     return used
 
 

@@ -1,4 +1,8 @@
-"""The least friction coefficient that drives a fall of a machine without power into backward whirl."""
+"""The least friction coefficient that drives a machine without power into whirl.
+
+Across gravity, a rotor falls over the top of its retainers into backward whirl. An upright rotor rests on a face,
+where friction makes whirl grow until the race below it follows.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from amb_analysis.linear.linear_source import source_of_run
+from amb_analysis.steady_contact.face_whirl import StandingRotor, standing_rotor
 from amb_analysis.steady_contact.swing import MOST, least_swinging_friction, whirl_forces
 from amb_analysis.steady_contact.unpowered import relative_receptances
 from amb_assessment.assessment.format.quantities import Quantity
@@ -19,11 +24,14 @@ from rotor_analysis.refinement import refined
 from rotor_analysis.rotor_file import load_rotor
 
 SPEEDS = 5  # from standstill to the trip speed, before refinement about minima
+UNKNOWN = 3.0  # factor by which the stiffness of a face may differ, since nobody has measured it
 MARGIN = 2.0  # of this friction over that of landings, as in the criteria; above it no landing whirls by chance
 
 
 def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
-    """Return the least friction coefficient (`swing`) of any one or two retainers at any speed up to the trip speed.
+    """Return the least friction coefficient at any speed up to the trip speed.
+
+    It is that of any one or two retainers (`swing`), or of the face on which an upright rotor stands (`face_whirl`).
 
     Parameters
     ----------
@@ -32,8 +40,33 @@ def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
     friction
         Largest friction coefficient of its landings, for criteria.
     """
-    least: Quantity = subject.linear_components.cached("whirl friction", lambda: _least_friction(subject))
-    return replace(least, facts={"friction": friction})
+    standing = not subject.gravity_across and subject.falls_onto_a_face
+    answer = _least_friction_on_face if standing else _least_friction
+    least: Quantity = subject.linear_components.cached("whirl friction", lambda: answer(subject))
+    open_ended = ""
+    if standing and least.facts["stiffer"] < MARGIN * friction:
+        open_ended = f"a face {UNKNOWN:g} times as stiff drives whirl from friction {least.facts['stiffer']:.3g} on"
+    return replace(least, facts={"friction": friction}, may_worsen_because=open_ended)
+
+
+def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
+    """Return the least friction of a standing rotor, with that on a face `UNKNOWN` times as stiff in its facts."""
+    weight, tripping = subject.rotor.mass * abs(subject.file.axial_gravity), subject.file.speed.tripping
+    faces = [k for k, face in enumerate(subject.rotor.faces) if face.stops == subject.fall]
+    linear_source = source_of_run(prepare_run(co_simulated(subject, subject.file.speed.highest)))
+    found: list[tuple[float, str, StandingRotor]] = []
+    for face in faces:
+        for Omega in np.linspace(tripping / SPEEDS, tripping, SPEEDS):
+            rotor = standing_rotor(linear_source, face, float(Omega), weight)
+            where = f"{subject.rotor.faces[face].name}, {rpm(Omega):.0f} rpm"
+            found.append((rotor.least_driving(), where, rotor))
+    value, where, rotor = min(found, key=lambda item: item[0])
+    stiffer, softer = rotor.least_driving(UNKNOWN), rotor.least_driving(1.0 / UNKNOWN)
+    note = (
+        "friction with which whirl grows twentyfold before the race follows; nobody has measured the stiffness of a "
+        f"face: with {UNKNOWN:g} times it the value is {stiffer:.3g}, with a third {softer:.3g}"
+    )
+    return Quantity("whirl_friction", where, value, "1", {"stiffer": stiffer}, note)
 
 
 def _least_friction(subject: AssessedMachine) -> Quantity:
@@ -77,7 +110,7 @@ def chance(least: Quantity) -> str:
     if least.value >= MARGIN * friction:
         return ""
     return (
-        f"friction of {friction:g} is more than half of the {least.value:.3g} that drives a fall into backward whirl, "
+        f"friction of {friction:g} is more than half of the {least.value:.3g} that drives a landing into whirl, "
         "so that chance decides on each landing"
     )
 

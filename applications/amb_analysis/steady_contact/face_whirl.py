@@ -1,0 +1,142 @@
+"""Whirl of a rotor that rests on a face and is held by nothing else: how fast friction makes it grow.
+
+A whole ring that spins fast against its seat is linear in the lean u of the shaft there and the velocity v of the face,
+complex in x + i y. With k_t = k R^2/2, d_t = d R^2/2, n = 1 if the seat pushes the rotor to larger z, else -1, and the
+slip omega of the ring
+
+    moment  -k_t u - d_t u' - n N h u,    force  -i n mu sgn(omega) (k_t u + d_t u')/R - mu N v/(2 |omega| R)     (1)
+
+act on the shaft (`rotor_contact.contact.faces`). The growth is the largest real part of the poles. A race that the face
+turns leaves no slip and no drive after
+
+    t = J_r |omega|/(mu N R - M)                                                                                  (2)
+
+if friction overcomes the drag M of its balls.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from amb_analysis.linear.linear_source import LinearSource
+from amb_cosim.results.component_names import PLANT
+from array_types import Array
+from rotor_contact.contact.faces import damping_of
+from rotor_contact.shaft.structure import ROWS_OF_FACE, rows_of_faces, structure_of
+
+ENOUGH = math.log(20.0)  # of growth times its duration: a whirl of 5 % of the clearance then fills it
+MOST, STEPS = 1.0, 200  # largest friction coefficient considered, and coefficients tried up to it
+ROUNDING = 1e-6  # of the fastest pole, below which a real part is that of a motion that neither grows nor decays
+
+
+@dataclass(frozen=True)
+class FaceWhirl:
+    """Whirl of a rotor on a face: its growth (1/s), and the time (s) until the race follows, infinite if never."""
+
+    growth: float
+    follows_after: float
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether the whirl grows twentyfold before the race follows."""
+        return self.growth > 0.0 and self.growth * self.follows_after >= ENOUGH
+
+
+@dataclass(frozen=True)
+class StandingRotor:
+    """A rotor without power that rests on a face at a spin speed.
+
+    A, mass
+        Its state matrix without contact, of (q, v) along x and y, shape (2 n, 2 n); and its mass (kg).
+    rows
+        x, y, x', y' at the face from q, then the accelerations by unit forces and moments, shape (8, n).
+    side, height
+        n of (1); height of the face above the centre of mass (m).
+    stiffness, restitution, radius
+        k (N/m), coefficient of restitution, and R (m).
+    slip, load
+        omega (rad/s) and N (N).
+    race_inertia, race_drag
+        J_r (kg m^2), 0 of a seat that does not turn; M (N m).
+    """
+
+    A: Array
+    mass: float
+    rows: Array
+    side: float
+    height: float
+    stiffness: float
+    restitution: float
+    radius: float
+    slip: float
+    load: float
+    race_inertia: float
+    race_drag: float
+
+    def whirl(self, mu: float, stiffer: float = 1.0) -> FaceWhirl:
+        """Return the whirl with a friction coefficient, on a face with `stiffer` times its stiffness."""
+        return FaceWhirl(self._growth(mu, stiffer), self._follows_after(mu))
+
+    def least_driving(self, stiffer: float = 1.0) -> float:
+        """Return the least friction coefficient that drives whirl, `MOST` if none up to it does; see `whirl`."""
+        tried = np.linspace(0.0, MOST, STEPS + 1)[1:]
+        driven = next((k for k, mu in enumerate(tried) if self.whirl(float(mu), stiffer).is_driven), None)
+        if driven is None:
+            return MOST
+        high, low = float(tried[driven]), float(tried[driven] - MOST / STEPS)
+        for _ in range(20):
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if self.whirl(middle, stiffer).is_driven else (middle, high)
+        return high
+
+    def _growth(self, mu: float, stiffer: float) -> float:
+        n, k, R = self.rows.shape[1], stiffer * self.stiffness, self.radius
+        d = damping_of(self.restitution, k, self.mass)
+        place, lean, by_force, by_moment = (self.rows[i : i + 2] for i in (0, 2, 4, 6))
+        k_t, d_t, turned = 0.5 * k * R * R, 0.5 * d * R * R, np.array([[0.0, -1.0], [1.0, 0.0]])  # i of complex numbers
+        across = self.side * mu * math.copysign(1.0, self.slip) / R * by_force.T @ turned
+        A = self.A.copy()
+        of_lean = by_moment.T * (-k_t - self.side * self.load * self.height) - k_t * across
+        A[n:, :n] += of_lean @ lean
+        A[n:, n:] += (-d_t * by_moment.T - d_t * across) @ lean
+        A[n:, n:] -= mu * self.load / (2.0 * abs(self.slip) * R) * by_force.T @ place
+        poles = np.linalg.eigvals(A)
+        growth = float(poles.real.max())
+        return growth if growth > ROUNDING * float(np.abs(poles).max()) else 0.0
+
+    def _follows_after(self, mu: float) -> float:
+        torque = mu * self.load * self.radius - self.race_drag
+        if not self.race_inertia or torque <= 0.0:
+            return math.inf
+        return self.race_inertia * abs(self.slip) / torque
+
+
+def standing_rotor(source: LinearSource, face: int, Omega: float, load: float) -> StandingRotor:
+    """Return a rotor that rests on its face of this number at a spin speed (rad/s), under a load (N).
+
+    Its seat is at rest, and mounts do not give way. The speed must not be 0.
+    """
+    at_speed = source.at(Omega)
+    (part,), p, layout = at_speed.parts([PLANT]), source.parameters(PLANT), source.layout(PLANT)
+    structure, of_face = structure_of(source.constants(PLANT)), layout["faces"][face]
+    n, name = len(structure.K), of_face["name"]
+    rows = rows_of_faces(structure).values[ROWS_OF_FACE * face :][:ROWS_OF_FACE]
+    site = of_face.get("retainer") or ""
+    place = structure.faces[3 * face :]
+    return StandingRotor(
+        np.asarray(part.law.A)[: 2 * n, : 2 * n],
+        structure.mass,
+        np.asarray(rows),
+        float(place[0]),
+        float(place[1]),
+        p[f"{name}.stiffness"],
+        p[f"{name}.restitution"],
+        p[f"{name}.radius"],
+        Omega,
+        load,
+        p.get(f"{site}.race_inertia", 0.0),
+        p.get(f"{site}.race_drag", 0.0),
+    )
