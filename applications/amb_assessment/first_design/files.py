@@ -26,7 +26,7 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import rotor_from
 
 TEMPLATES = Path(__file__).parent / "templates"
-ROTOR, LEVITATION = "rotor.toml", "levitation.toml"
+ROTOR, LEVITATION, MACHINE = "rotor.toml", "levitation.toml", "machine.toml"
 WIDE = 0.1  # m, the widest gap
 FALL = "landing.toml"  # the base scenario of those with a drop
 
@@ -116,6 +116,7 @@ def new_machine(
     if thrust_disc and not drawn.thrust:
         axial = thrust.disc_and_faces(supported, gap)
         supported = _rotor_of(rotor + ("" if drawn.bearings else supports(drawn, bearings, gap=gap)) + axial, name)
+    stated_rotor = supported
     disc, supported = supported.thrust, replace(supported, thrust_disc=None, faces=())  # the radial design
     sizes = machine_sizes(supported, speed, magnet, gap=gap, tilt=tilt)
     points = operating_points(sizes)
@@ -135,6 +136,11 @@ def new_machine(
         magnets = thrust.thrust_magnet(disc, sizes, tilt)
         files[LEVITATION] = thrust.levitation(files[LEVITATION], magnets)
         files[thrust.CONTROL] = thrust.controller(folder.name, sizes, magnets, design.pid, design.sample_time)
+    if disc and axial:
+        levitation = parse_toml(files[LEVITATION], LEVITATION)
+        bandwidth = levitation["parameters"]["amb_actuator"]["*.bandwidth_?"]
+        files[MACHINE] += thrust.machine_part(stated_rotor, magnets, sizes, bandwidth)
+        files[thrust.AXIAL_CONTROL] = thrust.axial_controller(folder.name, magnets, sizes, design.sample_time)
     folder.parent.mkdir(parents=True, exist_ok=True)
     create_atomically(folder, lambda draft: [(draft / file).write_text(t, "utf-8") for file, t in files.items()])
     assumed = {"bearings": not drawn.bearings, "damping": not has_damping, "thrust_disc": bool(axial)}

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any, NamedTuple
 
 import tomli_w
@@ -21,7 +22,8 @@ from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from rotor_analysis.rotor import Rotor
 
-CONTROL = "control.toml"
+CONTROL, AXIAL_CONTROL = "control.toml", "axial.toml"
+COLLAR = "thrust_collar"  # of the template, the body that is the disc
 DAMPING = 0.7  # zeta of the axial motion
 DRIFT = 10.0  # 1/s, rate at which the integral removes a steady deviation
 ROLL_OFF = 2000.0  # Hz, of the axial derivative
@@ -50,8 +52,7 @@ def disc_and_faces(rotor: Rotor, gap: float | None = None) -> str:
     nodes = rotor.shaft.nodes
     lower = min(rotor.bearings, key=lambda bearing: bearing.node)
     z = nodes[lower.node - 1] + PLACE * (nodes[-1] - nodes[0])
-    inner = 0.5 * diameter_at(rotor, z)
-    outer = math.sqrt(inner**2 + 3.0 * _pole_area(rotor.mass) / math.pi)  # two rings of poles, the coil between them
+    inner, outer = _radii(rotor, z)
     width = 0.25 * outer
     mass = STEEL * math.pi * (outer**2 - inner**2) * width
     text = filled("thrust_disc.toml", z=z, radius=outer, width=width, disc_mass=mass)
@@ -97,11 +98,67 @@ def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_
         of = f"{axis.bearing}.i_{axis.direction}"
         channels.append(_channel(axis.sensor, of, k / k_i, 0.0, c / k_i, roll_off))
     channels.append(_channel(f"{thrust.name}.z", f"{thrust.name}.i_z", *thrust.gains, ROLL_OFF))
+    inputs = [*(axis.sensor for axis in axes), f"{thrust.name}.z"]
+    outputs = [*(f"{axis.bearing}.i_{axis.direction}" for axis in axes), f"{thrust.name}.i_z"]
+    return _law(f"The PID of {name} on five axes", sizes, sample_time, inputs, outputs, channels)
+
+
+def axial_controller(name: str, thrust: Thrust, sizes: MachineSizes, sample_time: float) -> str:
+    """Return the controller file of the axis along the shaft alone, which `assess` judges."""
+    return _law(
+        f"The axial PID of {name}",
+        sizes,
+        sample_time,
+        [f"{thrust.name}.z"],
+        [f"{thrust.name}.i_z"],
+        [_channel(f"{thrust.name}.z", f"{thrust.name}.i_z", *thrust.gains, ROLL_OFF)],
+    )
+
+
+def machine_part(rotor: Rotor, thrust: Thrust, sizes: MachineSizes, bandwidth: str) -> str:
+    """Return the text of a machine file on the axial bearing of `disc_and_faces`, whose amplifier has a bandwidth."""
+    assert rotor.thrust_disc is not None
+    inner, outer = _radii(rotor, rotor.thrust_disc.z)
+    p = axis_parameters()
+    of_bearing = {
+        "at": COLLAR,
+        "controller": AXIAL_CONTROL,
+        "bandwidth": bandwidth,
+        "inner_radius": f"{1e3 * inner:.5g} mm",
+        "outer_radius": f"{1e3 * outer:.5g} mm",
+        "pole_area": f"{1e4 * thrust.pole_area:.5g} cm^2",
+        "gap": f"{1e3 * sizes.gap:.5g} mm",
+        "turns": 2 * sizes.turns,  # of its one coil; the actuator counts them for each pole
+        "bias_current": f"{sizes.bias_current:.5g} A",
+        "current_limit": f"{sizes.current_limit:.5g} A",
+        "saturation": f"{p.b_sat:.5g} T",
+    }
+    return (
+        "\n# The magnet of the thrust disc; a solid disc has eddy currents: see [thrust_bearing.iron].\n"
+        + tomli_w.dumps({"thrust_bearing": of_bearing})
+    )
+
+
+def _radii(rotor: Rotor, z: float) -> tuple[float, float]:
+    """Return the inner and outer radius (m) of a disc at z: two rings of poles by (1), and the coil between them."""
+    inner = 0.5 * diameter_at(rotor, z)
+    return inner, math.sqrt(inner**2 + 3.0 * _pole_area(rotor.mass) / math.pi)
+
+
+def _law(
+    description: str,
+    sizes: MachineSizes,
+    sample_time: float,
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    channels: Sequence[dict[str, Any]],
+) -> str:
+    """Return a controller file whose demands are limited to the bias current."""
     limit = f"{sizes.bias_current:.5g} A"
     table = {
-        "description": f"The PID of {name} on five axes",
-        "inputs": [*(axis.sensor for axis in axes), f"{thrust.name}.z"],
-        "outputs": [*(f"{axis.bearing}.i_{axis.direction}" for axis in axes), f"{thrust.name}.i_z"],
+        "description": description,
+        "inputs": inputs,
+        "outputs": outputs,
         "sample_time": f"{1e6 * sample_time:.5g} us",
         "method": "backward_diff",
         "delay": 1,

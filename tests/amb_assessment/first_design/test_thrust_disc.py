@@ -8,6 +8,9 @@ import pytest
 
 import amb_cosim
 from amb_analysis.machine.machine import Machine
+from amb_assessment.assessment.analyses import axial
+from amb_assessment.assessment.engine.assess import check_machine
+from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.first_design.files import new_machine
 from amb_assessment.first_design.levitation import TRIP
 from amb_assessment.first_design.rotor_text import plain_shaft
@@ -45,6 +48,14 @@ def test_the_law_of_five_axes_has_the_gains_of_the_radial_design(made):
 def test_it_levitates_from_standstill_to_its_trip_speed(made):
     loop = Machine(prepare_run(load_scenario(str(made.folder / "levitation.toml")).machine())).loop
     assert loop.least_stable(np.linspace(0.0, TRIP * SPEED, 4)).is_stable
+
+
+def test_its_machine_file_states_the_axial_magnet(made):
+    machine = check_machine(load_machine(made.folder / "machine.toml"))
+    found = {item.quantity: item for item in axial.result_of(machine).quantities}
+    assert 10.0 < found["axial_load"].value < 50.0  # it is sized for four times the weight
+    assert found["spectral_radius"].value < 1.0
+    assert found["decrement_anywhere"].value > 1.0
 
 
 def test_it_falls_onto_its_face_and_is_lifted_off_again(made):
