@@ -1,10 +1,14 @@
 """The overload at which a rotor touches its retainers."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from amb_assessment.assessment.analyses import recovery
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+
+LYING = SimpleNamespace(directions_of_contact="xy")
 
 
 class QuasiStatic:
@@ -29,14 +33,14 @@ class QuasiStatic:
 @pytest.mark.parametrize("touches_at", [0.25, 3.0, 7.75, 8.0])
 def test_overload_is_the_acceleration_that_touches(touches_at, monkeypatch):
     QuasiStatic(touches_at, monkeypatch)
-    overload, _ = recovery._overload(None, 100.0, {})
+    overload, _ = recovery._overload(LYING, 100.0, {})
     assert overload.value == pytest.approx(touches_at)
     assert "touched first" in overload.where
 
 
 def test_a_rotor_that_survives_the_last_overload_has_no_contact(monkeypatch):
     QuasiStatic(8.01, monkeypatch)
-    overload, (_, used) = recovery._overload(None, 100.0, {})
+    overload, (_, used) = recovery._overload(LYING, 100.0, {})
     assert overload.value == 8.0
     assert overload.where == "no contact"
     assert np.isclose(used, 8.0 / 8.01).sum() == 20  # ms

@@ -202,7 +202,7 @@ def test_a_bounce_between_samples_uses_the_whole_clearance():
         {"time": Samples(1e-4 * np.arange(4), {})},
         {},
     )
-    subject = SimpleNamespace(clearances={"catcher": Place(3, CLEARANCE, "catcher")})
+    subject = SimpleNamespace(clearances={"catcher": Place(3, CLEARANCE, "catcher")}, rotor=SimpleNamespace(faces=()))
     used = runs.clearance_used(subject, SimpleNamespace(signals=signals))["catcher"]
     np.testing.assert_allclose(used, [0.9, 0.95, 1.0, 0.9])
 

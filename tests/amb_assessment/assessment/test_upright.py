@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from amb_assessment.assessment.analyses import landing, recovery, rest
+from amb_assessment.assessment.analyses import faults, landing, recovery, rest
 from amb_assessment.assessment.engine.assess import check_machine
 from amb_assessment.assessment.engine.findings import Judgement, judge
 from amb_assessment.assessment.format.criteria import load_criteria
@@ -83,8 +83,16 @@ def test_the_clearance_along_the_shaft_is_used_up_by_a_fall(pump):
     assert used["catch_lower"].max() < 1.0
 
 
+def test_the_axis_along_the_shaft_can_fail_and_be_shaken(pump):
+    assert pump.controlled_axes == (*pump.loop.axes, ("thrust", "z"))
+    kinds = faults._kinds(pump)
+    assert "power of thrust.z lost" in kinds["power of one axis lost"]
+    (shocks,) = (cases for kind, cases in kinds.items() if "shock" in kind)
+    assert {name.rpartition(" ")[2] for name in shocks} == {f"{sign}{axis}" for axis in "xyz" for sign in "+-"}
+
+
 def test_an_overload_along_the_shaft_ends_at_a_face(pump):
-    assert recovery._axes(pump) == "xyz"
+    assert pump.directions_of_contact == "xyz"
     *_, overload, run = recovery._rising(pump, pump.file.speed.highest, {}, "z", "+")
     assert overload.where.startswith("seat is touched first")  # the base rises towards the rotor
     assert 0.0 < overload.value < recovery.MOST

@@ -138,7 +138,7 @@ def _nearest(used: Mapping[str, Array]) -> tuple[str, float, float]:
 def _kinds(subject: AssessedMachine) -> dict[str, dict[str, list[dict[str, Any]]]]:
     """Return the events of each fault, by kind and name."""
     readings = dict.fromkeys(reading.partition(".")[2] for reading in subject.loop.readings)
-    axes = subject.loop.axes
+    axes = subject.controlled_axes
     settings: dict[str, dict[str, dict[str, dict[str, Any]]]] = {
         "power of one axis lost": {
             f"power of {b}.{a} lost": {ACTUATOR: {f"{b}.amplifier_off_{a}": True}} for b, a in axes
@@ -157,7 +157,8 @@ def _kinds(subject: AssessedMachine) -> dict[str, dict[str, list[dict[str, Any]]
         for kind, cases in settings.items()
     }
     text = f"base shock of {SHOCK / STANDARD_GRAVITY:g} g and {1e3 * SHOCK_TIME:g} ms"
-    return result | {text: {f"{text} along {sign}{axis}": _shock(axis, sign) for axis in "xy" for sign in "+-"}}
+    directions = [(axis, sign) for axis in subject.directions_of_contact for sign in "+-"]
+    return result | {text: {f"{text} along {sign}{axis}": _shock(axis, sign) for axis, sign in directions}}
 
 
 def _shock(axis: str, sign: str) -> list[dict[str, Any]]:

@@ -49,9 +49,9 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         )
     )
     notes: tuple[str, ...] = (
-        f"The overload is an acceleration of the base along {' or '.join(_axes(subject))}, in either sense, that rises "
-        f"by {OVERLOAD_STEP:g} g every {1e3 * OVERLOAD_TIME:g} ms, in addition to gravity and unbalance; the worst is "
-        "judged.",
+        f"The overload is an acceleration of the base along {' or '.join(subject.directions_of_contact)}, in either "
+        f"sense, that rises by {OVERLOAD_STEP:g} g every {1e3 * OVERLOAD_TIME:g} ms, in addition to gravity and "
+        "unbalance; the worst is judged.",
         "A rotor that crosses the air gap of a magnet is in contact; if the magnet has power, the run ends.",
     )
     carried = _carried(subject, Omega, inputs)
@@ -86,7 +86,7 @@ def _relevitation(subject: AssessedMachine, again: Result) -> Quantity:
 
 def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, Result]:
     """Return the least acceleration of the base, over g, at which the rotor first touches anything, and its run."""
-    runs = [_rising(subject, Omega, inputs, axis, sign) for axis in _axes(subject) for sign in "+-"]
+    runs = [_rising(subject, Omega, inputs, axis, sign) for axis in subject.directions_of_contact for sign in "+-"]
     *_, overload, run = min(runs, key=lambda rising: rising[:2])
     return overload, run
 
@@ -117,11 +117,6 @@ def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]
     value, where = min(found)
     note = f"its capacity by formula, without the limits of the controller, is {capacity:.4g} N"
     return (Quantity("axial_capacity", where, value, "N", {"capacity": capacity}, note),)
-
-
-def _axes(subject: AssessedMachine) -> str:
-    """Return the axes along which the base accelerates a rotor towards a place that it can touch."""
-    return "xyz" if subject.rotor.faces else "xy"
 
 
 def _rising(

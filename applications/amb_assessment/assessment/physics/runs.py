@@ -283,7 +283,7 @@ def without_power(subject: AssessedMachine, cycle: float, friction: float = FRIC
     `friction` is the friction coefficient of all contacts.
     """
     parameters = subject.parameters[ACTUATOR]
-    limits = {f"{b}.discharge_voltage_{a}": parameters[f"{b}.voltage_limit_{a}"] for b, a in subject.loop.axes}
+    limits = {f"{b}.discharge_voltage_{a}": parameters[f"{b}.voltage_limit_{a}"] for b, a in subject.controlled_axes}
     actuator = {"amplifier": "dynamic", "mean_current": True, **limits}
     return {
         "parameters": {ACTUATOR: actuator, PLANT: {"*.mu": friction}},
