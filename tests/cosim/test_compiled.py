@@ -21,6 +21,7 @@ from amb_cosim.cosim.grid.schedules import PiecewiseConstant, PiecewiseLinear
 from amb_cosim.cosim.grid.time_grid import TimeGrid
 from amb_cosim.cosim.master import compiled
 from amb_cosim.cosim.master.master import Master
+from amb_cosim.cosim.record import recorder as record_module
 from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.system.signal_map import SignalMap
 from amb_cosim.cosim.system.stopping import Condition, StopObserver, Stopped
@@ -344,6 +345,18 @@ def test_other_threads_run_while_the_loop_does():
     stop.set()
     thread.join()
     assert len(ticks) > 5
+
+
+def test_a_record_of_more_than_the_memory_is_refused_before_the_run(monkeypatch):
+    """Linux lends more memory than there is, and ends the process that uses it."""
+    monkeypatch.setattr(record_module, "physical_memory", lambda: 1e6)
+    Recorder(range(9), 0, 10, each=range(3)).buffer(0, 10_000)
+    with pytest.raises(
+        ValueError, match=r"record of 9 variables .* 3 of them .* 1\.\d+ GB .*record\.variables"
+    ) as refused:
+        Recorder(range(9), 0, 10, each=range(3)).buffer(0, 20_000_000)
+    assert "0.001 GB" in str(refused.value)
+    Recorder(range(9), 0, 10, each=range(3)).buffer(0, 20_000, may_stop=True)
 
 
 def test_a_record_beyond_the_memory_is_refused():

@@ -145,8 +145,9 @@ def run(
         raise ValueError("there is no compiled loop for this machine, and no compiler to make it")
     master.check_start(first)
     conditions = (stops or StopObserver()).conditions
+    may_stop = len(conditions.positions) > 0
     program = program or program_of(master, stops, recorder.each)
-    buffer, row = recorder.buffer(first, last), len(recorder.points)
+    buffer, row = recorder.buffer(first, last, may_stop), len(recorder.points)
     rows, limits = structure_of(buffer), structure_of(conditions)
     watching = None if watch is None or not len(watch.positions) else watch
     begin, size, outcome = first, FIRST, End()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 import time
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
@@ -9,6 +11,16 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from array_types import Array, Indices
+
+COPIES = 2.0  # of a record at most in memory at a time: itself, and the signals of its result
+
+
+def physical_memory() -> float:
+    """Return the memory of this machine (B); infinite if the system does not say."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf
 
 
 class RecordBuffer(NamedTuple):
@@ -94,18 +106,29 @@ class Recorder:
                 self._began = self._latest
             self._reached = n
 
-    def buffer(self, first: int, last: int) -> RecordBuffer:
+    def buffer(self, first: int, last: int, may_stop: bool = False) -> RecordBuffer:
         """Return free rows for the points from `first` to `last`; call `fill` with the number of rows used.
+
+        A run that `may_stop` on a condition may need less than its end suggests.
 
         Raises
         ------
         ValueError
-            If memory does not suffice.
+            If memory does not suffice: some systems lend more than they have, and end who uses it.
         """
         begin = max(first, self._first)
         due = max(0, last // self._every - (begin - 1) // self._every)
+        rows, n_steps = self._rows + due, self._n_steps + max(0, last + 1 - begin)
+        size, most = COPIES * 8.0 * (rows * len(self._positions) + n_steps * len(self.each)), physical_memory()
+        if size > most and not may_stop:
+            every_step = f", and of {len(self.each)} of them at {n_steps} steps," if len(self.each) else ""
+            raise ValueError(
+                f"the record of {len(self._positions)} variables at {rows} points{every_step} needs {size / 1e9:.3g} "
+                f"GB of memory, and this machine has {most / 1e9:.3g} GB; fewer record.variables of the scenario or a "
+                "shorter end_time reduce it"
+            )
         try:
-            self._grow(self._rows + due, self._n_steps + max(0, last + 1 - begin))
+            self._grow(rows, n_steps)
         except (MemoryError, ValueError) as error:  # numpy raises either
             raise ValueError(
                 f"memory does not suffice to record {len(self._positions)} variables at {due} points; "
