@@ -10,7 +10,7 @@ from string import Template
 from amb_assessment.first_design import thrust
 from amb_assessment.first_design.design import Design, Progress, first_design
 from amb_assessment.first_design.levitation import TRIP, OperatingPoint, operating_points
-from amb_assessment.first_design.rotor_text import damping, reduction, require_name, supports
+from amb_assessment.first_design.rotor_text import damping, filled, reduction, require_name, supports
 from amb_assessment.first_design.sizing import BANDWIDTH, MachineSizes, MagnetData, machine_sizes
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
@@ -26,7 +26,7 @@ from rotor_analysis.rotor import Rotor
 from rotor_analysis.rotor_file import rotor_from
 
 TEMPLATES = Path(__file__).parent / "templates"
-ROTOR, LEVITATION, MACHINE = "rotor.toml", "levitation.toml", "machine.toml"
+ROTOR, LEVITATION = "rotor.toml", "levitation.toml"
 WIDE = 0.1  # m, the widest gap
 FALL = "landing.toml"  # the base scenario of those with a drop
 
@@ -111,36 +111,39 @@ def new_machine(
         raise ValueError(
             f"bearing positions conflict with the rotor file, which has bearings {present}; omit one of the two"
         )
-    supported = drawn if drawn.bearings else _rotor_of(rotor + supports(drawn, bearings, gap=gap), name)
-    axial = ""
+    stated_text = rotor if drawn.bearings else rotor + supports(drawn, bearings, gap=gap)
+    supported, axial = _rotor_of(stated_text, name), ""
     if thrust_disc and not drawn.thrust:
         axial = thrust.disc_and_faces(supported, gap)
-        supported = _rotor_of(rotor + ("" if drawn.bearings else supports(drawn, bearings, gap=gap)) + axial, name)
-    stated_rotor = supported
-    disc, supported = supported.thrust, replace(supported, thrust_disc=None, faces=())  # the radial design
+        supported = _rotor_of(stated_text + axial, name)
+    disc, supported = supported.thrust_disc, replace(supported, thrust_disc=None, faces=())  # the radial design
     sizes = machine_sizes(supported, speed, magnet, gap=gap, tilt=tilt)
     points = operating_points(sizes)
 
-    def texts(design: Design) -> dict[str, str]:
-        return _filled(_values(folder.name, sizes, points, design, tilt), bool(sizes.retainers))
+    def values(design: Design) -> dict[str, str]:
+        return _values(folder.name, sizes, points, design, tilt)
 
     def scenario(design: Design) -> Scenario:
-        what = f"scenario {folder / LEVITATION}"
-        return make_scenario(parse_toml(texts(design)[LEVITATION], what) | {"rotor": supported}, LEVITATION)
+        text, what = _filled(values(design), bool(sizes.retainers))[LEVITATION], f"scenario {folder / LEVITATION}"
+        return make_scenario(parse_toml(text, what) | {"rotor": supported}, LEVITATION)
 
     design = first_design(sizes, scenario, RunOptions(flavour=flavour), progress)
     if not drawn.bearings:
         rotor += supports(drawn, bearings, design.pid.k_b, design.pid.c_b, gap)
-    files = {ROTOR: rotor + axial, **texts(design)}
-    if disc:
-        magnets = thrust.thrust_magnet(disc, sizes, tilt)
-        files[LEVITATION] = thrust.levitation(files[LEVITATION], magnets)
-        files[thrust.CONTROL] = thrust.controller(folder.name, sizes, magnets, design.pid, design.sample_time)
-    if disc and axial:
-        levitation = parse_toml(files[LEVITATION], LEVITATION)
-        bandwidth = levitation["parameters"]["amb_actuator"]["*.bandwidth_?"]
-        files[MACHINE] += thrust.machine_part(stated_rotor, magnets, sizes, bandwidth)
-        files[thrust.AXIAL_CONTROL] = thrust.axial_controller(folder.name, magnets, sizes, design.sample_time)
+    of_files, of_axis = values(design), dict[str, str]()
+    if disc is not None:
+        magnet_of_disc = thrust.thrust_magnet(disc.name, sizes, tilt)
+        of_files["control_file"] = f'\nfmu.rolac_controller = "{thrust.CONTROL}"'
+        of_files["rolac_parameters"] = of_files["rolac_inputs"] = ""
+        of_files["of_magnets"] += magnet_of_disc.lines
+        of_axis[thrust.CONTROL] = thrust.controller(folder.name, sizes, magnet_of_disc, design.pid, design.sample_time)
+        if axial:
+            radii = thrust.radii(supported, disc.z)
+            of_files["thrust_bearing"] = thrust.machine_part(radii, magnet_of_disc, sizes)
+            of_axis[thrust.AXIAL_CONTROL] = thrust.axial_controller(
+                folder.name, magnet_of_disc, sizes, design.sample_time
+            )
+    files = {ROTOR: rotor + axial, **_filled(of_files, bool(sizes.retainers)), **of_axis}
     folder.parent.mkdir(parents=True, exist_ok=True)
     create_atomically(folder, lambda draft: [(draft / file).write_text(t, "utf-8") for file, t in files.items()])
     assumed = {"bearings": not drawn.bearings, "damping": not has_damping, "thrust_disc": bool(axial)}
@@ -262,4 +265,6 @@ def _values(
         "drive_gain": 1e-3 * sizes.mass * sizes.diameter,
         "drive_torque": 0.1 * sizes.mass * sizes.diameter,
     }
-    return texts | _gravity(tilt) | {key: f"{value:.5g}" for key, value in numbers.items()}
+    values = texts | _gravity(tilt) | {key: f"{value:.5g}" for key, value in numbers.items()}
+    control = {"control_file": "", "thrust_bearing": ""}  # ROLAC in the scenario, and no axial bearing
+    return values | control | {part: filled(f"{part}.toml", **values) for part in ("rolac_parameters", "rolac_inputs")}

@@ -23,7 +23,7 @@ RIM_SPEED = 400.0  # m/s, highest of the wheel
 FASTEST = 0.95 * LARGEST_SPEED  # the trip speed is above it (`levitation.TRIP`)
 BEARING_PLACES = (0.18, 0.82)  # of the length
 SENSOR_OFFSET, RETAINER_OFFSET = 0.02, -0.05  # of the length, towards the middle
-TEMPLATES = Path(__file__).parent / "rotor_templates"
+TEMPLATES = Path(__file__).parent / "part_templates"
 
 
 def plain_shaft(name: str, mass: float, length: float, speed: float) -> str:
@@ -155,6 +155,6 @@ def require_speed(speed: float, written: str | None = None) -> None:
 
 
 def filled(template: str, **values: float | str) -> str:
-    """Return a template of rotor files with values, numbers with five digits."""
+    """Return a template of a part of a file with values, numbers with five digits."""
     text = Template((TEMPLATES / template).read_text(encoding="utf-8"))
     return text.substitute({key: v if isinstance(v, str) else f"{v:.5g}" for key, v in values.items()})

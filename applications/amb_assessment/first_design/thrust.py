@@ -8,7 +8,6 @@ ROLAC is radial, and so all five axes have one linear law, which is that of the 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from typing import Annotated, Any, NamedTuple
 
@@ -16,7 +15,7 @@ import tomli_w
 
 from amb_assessment.first_design.levitation import Pid, operating_points
 from amb_assessment.first_design.rotor_text import STEEL, diameter_at, filled
-from amb_assessment.first_design.sizing import CAPACITY, FLUX, MU_0, MachineSizes
+from amb_assessment.first_design.sizing import BANDWIDTH, CAPACITY, FLUX, MU_0, MachineSizes
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linearisation, static_current_for
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
@@ -46,13 +45,28 @@ class Thrust(NamedTuple):
         kp, kd = 2.0 * self.k_s / self.k_i, 2.0 * DAMPING * math.sqrt(self.k_s * self.mass) / self.k_i
         return kp, DRIFT * kp, kd
 
+    @property
+    def channel(self) -> dict[str, Any]:
+        """The channel of a controller file that levitates the axis."""
+        return _channel(f"{self.name}.z", f"{self.name}.i_z", *self.gains, ROLL_OFF)
+
+    @property
+    def lines(self) -> str:
+        """Lines of a scenario with the values that differ from those of the radial magnets."""
+        values = {
+            "pole_area_z": f"{1e4 * self.pole_area:.5g} cm^2",
+            "inductance_z": f"{1e3 * self.inductance:.5g} mH",
+            "half_angle_z": 0,  # its poles are rings
+        }
+        return "\n" + tomli_w.dumps({f"{self.name}.{key}": value for key, value in values.items()}).rstrip()
+
 
 def disc_and_faces(rotor: Rotor, gap: float | None = None) -> str:
     """Return the text of a thrust disc above the lower bearing, and of two faces at its retainer, if it has one."""
     nodes = rotor.shaft.nodes
     lower = min(rotor.bearings, key=lambda bearing: bearing.node)
     z = nodes[lower.node - 1] + PLACE * (nodes[-1] - nodes[0])
-    inner, outer = _radii(rotor, z)
+    inner, outer = radii(rotor, z)
     width = 0.25 * outer
     mass = STEEL * math.pi * (outer**2 - inner**2) * width
     text = filled("thrust_disc.toml", z=z, radius=outer, width=width, disc_mass=mass)
@@ -97,7 +111,7 @@ def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_
         k, c = pid.k_b[axis.bearing] + k_s, pid.c_b[axis.bearing]
         of = f"{axis.bearing}.i_{axis.direction}"
         channels.append(_channel(axis.sensor, of, k / k_i, 0.0, c / k_i, roll_off))
-    channels.append(_channel(f"{thrust.name}.z", f"{thrust.name}.i_z", *thrust.gains, ROLL_OFF))
+    channels.append(thrust.channel)
     inputs = [*(axis.sensor for axis in axes), f"{thrust.name}.z"]
     outputs = [*(f"{axis.bearing}.i_{axis.direction}" for axis in axes), f"{thrust.name}.i_z"]
     return _law(f"The PID of {name} on five axes", sizes, sample_time, inputs, outputs, channels)
@@ -105,25 +119,17 @@ def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_
 
 def axial_controller(name: str, thrust: Thrust, sizes: MachineSizes, sample_time: float) -> str:
     """Return the controller file of the axis along the shaft alone, which `assess` judges."""
-    return _law(
-        f"The axial PID of {name}",
-        sizes,
-        sample_time,
-        [f"{thrust.name}.z"],
-        [f"{thrust.name}.i_z"],
-        [_channel(f"{thrust.name}.z", f"{thrust.name}.i_z", *thrust.gains, ROLL_OFF)],
-    )
+    inputs, outputs = [f"{thrust.name}.z"], [f"{thrust.name}.i_z"]
+    return _law(f"The axial PID of {name}", sizes, sample_time, inputs, outputs, [thrust.channel])
 
 
-def machine_part(rotor: Rotor, thrust: Thrust, sizes: MachineSizes, bandwidth: str) -> str:
-    """Return the text of a machine file on the axial bearing of `disc_and_faces`, whose amplifier has a bandwidth."""
-    assert rotor.thrust_disc is not None
-    inner, outer = _radii(rotor, rotor.thrust_disc.z)
-    p = axis_parameters()
+def machine_part(radii: tuple[float, float], thrust: Thrust, sizes: MachineSizes) -> str:
+    """Return the text of a machine file on the axial bearing of `disc_and_faces`, with the radii (m) of its disc."""
+    inner, outer = radii
     of_bearing = {
         "at": COLLAR,
         "controller": AXIAL_CONTROL,
-        "bandwidth": bandwidth,
+        "bandwidth": f"{1e-3 * BANDWIDTH:.5g} kHz",
         "inner_radius": f"{1e3 * inner:.5g} mm",
         "outer_radius": f"{1e3 * outer:.5g} mm",
         "pole_area": f"{1e4 * thrust.pole_area:.5g} cm^2",
@@ -131,15 +137,13 @@ def machine_part(rotor: Rotor, thrust: Thrust, sizes: MachineSizes, bandwidth: s
         "turns": 2 * sizes.turns,  # of its one coil; the actuator counts them for each pole
         "bias_current": f"{sizes.bias_current:.5g} A",
         "current_limit": f"{sizes.current_limit:.5g} A",
-        "saturation": f"{p.b_sat:.5g} T",
+        "saturation": f"{axis_parameters().b_sat:.5g} T",
     }
-    return (
-        "\n# The magnet of the thrust disc; a solid disc has eddy currents: see [thrust_bearing.iron].\n"
-        + tomli_w.dumps({"thrust_bearing": of_bearing})
-    )
+    note = "# The magnet of the thrust disc; a solid disc has eddy currents: see [thrust_bearing.iron]."
+    return f"\n{note}\n{tomli_w.dumps({'thrust_bearing': of_bearing})}"
 
 
-def _radii(rotor: Rotor, z: float) -> tuple[float, float]:
+def radii(rotor: Rotor, z: float) -> tuple[float, float]:
     """Return the inner and outer radius (m) of a disc at z: two rings of poles by (1), and the coil between them."""
     inner = 0.5 * diameter_at(rotor, z)
     return inner, math.sqrt(inner**2 + 3.0 * _pole_area(rotor.mass) / math.pi)
@@ -166,21 +170,6 @@ def _law(
         "channel": channels,
     }
     return tomli_w.dumps(table)
-
-
-def levitation(text: str, thrust: Thrust) -> str:
-    """Return the scenario of a radial design with the magnet of a thrust disc, and the controller of five axes."""
-    values = {
-        "pole_area_z": f"{1e4 * thrust.pole_area:.5g} cm^2",
-        "inductance_z": f"{1e3 * thrust.inductance:.5g} mH",
-        "half_angle_z": 0,  # its poles are rings
-    }
-    magnet = tomli_w.dumps({f"{thrust.name}.{key}": value for key, value in values.items()})
-    text = re.sub(r"\[(parameters|inputs)\.rolac_controller\][^\n]*\n(?:[^\[\n][^\n]*\n|\n)*", "", text)
-    text = text.replace("\n[parameters.rotor_contact]", f"{magnet}\n[parameters.rotor_contact]", 1)
-    end = re.search(r"^end_time .*\n", text, re.MULTILINE)
-    assert end is not None
-    return text[: end.end()] + f'fmu.rolac_controller = "{CONTROL}"\n' + text[end.end() :]
 
 
 def _channel(source: str, target: str, kp: float, ki: float, kd: float, roll_off: float) -> dict[str, Any]:
