@@ -1,7 +1,8 @@
 """A communication step of a rotor that touches faces along its shaft, or may touch one.
 
-z moves first (`axial_contact`), then all else by substeps, under the force of the seats that z gives. Both happen in
-parts that are short against the vibration on the stiffest ring, so that z and the lean of the shaft know each other.
+z moves first (`axial_contact`), then all else under the force of the seats that z gives: by pieces, or by substeps
+where these are not smooth. Both happen in parts that are short against the vibration on the stiffest ring, so that z
+and the lean of the shaft know each other.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from rotor_contact.forces.axial_motion import force_along, moved_along
 from rotor_contact.forces.dynamics import collect_coefficients, motion_at
 from rotor_contact.layout import State
 from rotor_contact.matrices.matrix_schedule import complete_speeds
-from rotor_contact.matrices.speed_grid import note_use, place_on_grid
+from rotor_contact.matrices.speed_grid import place_on_grid
 from rotor_contact.matrices.step_matrices import StepMatrices
 from rotor_contact.matrix_step import (
     ENDS,
@@ -33,9 +34,9 @@ from rotor_contact.matrix_step import (
     choose_matrices,
     find_forces_at,
     is_slow,
+    try_piece,
 )
-from rotor_contact.pieces.piece_energy import add_energies, energy_taken
-from rotor_contact.pieces.piece_solution import begin_piece, complete_forces, end_piece, smooth_share, solve_piece
+from rotor_contact.pieces.piece_energy import add_energies
 from rotor_contact.shaft.structure import Structure
 from rotor_contact.substeps.substeps import advance
 from rotor_contact.variables.enumerations import EVENTS, PIECES
@@ -190,17 +191,9 @@ def _pass_piece(
     are_valid, before = find_forces_at(w, matrices, stages.z, theta, Omega)
     if not are_valid:
         return REJECTED, 0.0
-    note_use(matrices, level, index)
-    begin_piece(w, matrices, level, index)
-    if not solve_piece(w, matrices, level, index, h, theta, Omega, before.torque):
-        return REJECTED, 0.0
-    share, roughness = smooth_share(w, matrices, h)
-    if share < 1.0 or roughness > 1.0:
+    outcome, share, roughness, taken = try_piece(w, matrices, level, index, h, 1.0, theta, Omega, before.torque, False)
+    if outcome == REJECTED:
         return REJECTED, roughness if share == 1.0 else 0.0
-    complete_forces(matrices)
-    if not end_piece(w, matrices, level, index, h):
-        return REJECTED, 0.0
-    taken = energy_taken(matrices, level, index)
     after_theta, after_Omega = angle_and_speed_after(w, stages.z_new, theta, Omega, h)
     are_valid, after = find_forces_at(w, matrices, stages.z_new, after_theta, after_Omega)
     if not are_valid:

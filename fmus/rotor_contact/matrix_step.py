@@ -127,8 +127,8 @@ def _advance_by_pieces(
         index = place_on_grid(matrices, Omega + 0.5 * h * w.motion.Omega_dot)
         if can_solve and complete_speeds(matrices, index):
             latest = min(left * 2.0**level, 1.0)
-            outcome, share, roughness, taken = _try_piece(
-                w, matrices, level, index, h, latest, theta, Omega, damping.torque
+            outcome, share, roughness, taken = try_piece(
+                w, matrices, level, index, h, latest, theta, Omega, damping.torque, True
             )
             if outcome != REJECTED:
                 new_theta, new_Omega = angle_and_speed_after(w, z_new, theta, Omega, share * h)
@@ -209,7 +209,7 @@ def choose_matrices(
 
 
 @inlined_kernel
-def _try_piece(
+def try_piece(
     w: Workspace,
     matrices: StepMatrices,
     level: int,
@@ -219,12 +219,13 @@ def _try_piece(
     theta: float,
     Omega: float,
     torque: float,
+    may_cut: bool,
 ) -> tuple[int, float, float, float]:
     """Solve a piece of length h (s) and write its end, at most after the share `latest`, to z_new.
 
     Returns how it ended, after which share of the piece, the roughness of its forces, and the energy that dampers took
-    (J). A piece that is not short enough for its series is rejected if it has to be cut: then no event is before the
-    share.
+    (J). A piece that has to be cut is rejected if it is not short enough for its series, or without `may_cut`: then no
+    event is before the share.
     """
     note_use(matrices, level, index)
     begin_piece(w, matrices, level, index)
@@ -235,7 +236,11 @@ def _try_piece(
         return REJECTED, 1.0, roughness, 0.0
     complete_forces(matrices)
     if share < latest or latest < 1.0:
-        if level < series_level(matrices) or (roughness > ROUGHEST_CUT and level + 1.0 < matrices.sizes[0].n_levels):
+        if (
+            not may_cut
+            or level < series_level(matrices)
+            or (roughness > ROUGHEST_CUT and level + 1.0 < matrices.sizes[0].n_levels)
+        ):
             return REJECTED, share, roughness, 0.0
         n_terms, event = find_event(w, matrices, index, h, share, latest)
         if n_terms == 0:

@@ -65,9 +65,14 @@ def is_pressing(face: Face) -> bool:
     return bool(face.force > 0.0 and face.share > 0.0)
 
 
-@noinline_kernel
+@inlined_kernel
 def is_any_pressing(w: Workspace) -> bool:
     """Return whether any seat does."""
+    return w.faces.shape[0] > 0 and _is_any_pressing(w)
+
+
+@noinline_kernel
+def _is_any_pressing(w: Workspace) -> bool:
     for face in faces_of(w.faces, w.Minv.shape[0]).records:
         if is_pressing(face):
             return True
@@ -78,6 +83,8 @@ def is_any_pressing(w: Workspace) -> bool:
 def torque_on_race(w: Workspace, k: int) -> float:
     """Return the torque (N m) of faces on the race of site k."""
     torque = 0.0
+    if w.faces.shape[0] == 0:
+        return torque
     for face in faces_of(w.faces, w.Minv.shape[0]).records:
         if face.site == k:
             torque -= face.torque
@@ -88,6 +95,8 @@ def torque_on_race(w: Workspace, k: int) -> float:
 def torque_on_spin(w: Workspace) -> float:
     """Return the torque (N m) of faces on the rotor."""
     torque = 0.0
+    if w.faces.shape[0] == 0:
+        return torque
     for face in faces_of(w.faces, w.Minv.shape[0]).records:
         torque += face.torque
     return torque
@@ -121,6 +130,14 @@ def face_motion(w: Workspace, k: int, q: Array, v: Array, Omega: float) -> FaceM
 
 
 @kernel
+def housing_below(w: Workspace, face: Face) -> int:
+    """Return the row of x of the housing that takes the friction of a face, or -1."""
+    if face.site >= 0.0 and face.on_mount != 0.0:
+        return int(w.sites[int(face.site)].housing)
+    return -1
+
+
+@kernel
 def relative_motion(w: Workspace, k: int, v: Array, Omega: float) -> tuple[float, float, float]:
     """Return velocity x, y (m/s) and spin (rad/s) of face k relative to its seat."""
     m = w.Minv.shape[0]
@@ -129,11 +146,12 @@ def relative_motion(w: Workspace, k: int, v: Array, Omega: float) -> tuple[float
     v_x, v_y, omega = dot(rows[8 * k], v[:m]), dot(rows[8 * k + 1], v[:m]), Omega
     if w.spin[0].row >= 0:
         omega = v[w.spin[0].row]
+    housing = housing_below(w, face)
+    if housing >= 0:
+        v_x -= v[housing]
+        v_y -= v[housing + 1]
     if face.site >= 0.0:
         site = w.sites[int(face.site)]
-        if site.housing >= 0 and face.on_mount != 0.0:
-            v_x -= v[site.housing]
-            v_y -= v[site.housing + 1]
         if site.race >= 0:
             omega -= v[site.race]
     return v_x, v_y, omega
@@ -230,10 +248,10 @@ def _apply(w: Workspace, q: Array, v: Array, Omega: float, a: Array, m: int) -> 
         for i in range(m):
             a[i] += f_x * E[0, i] + f_y * E[1, i] + m_x * E[2, i] + m_y * E[3, i]
         if face.site >= 0.0:
-            site = w.sites[int(face.site)]
-            if site.housing >= 0 and face.on_mount != 0.0:
-                a[site.housing] -= site.mobility * f_x
-                a[site.housing + 1] -= site.mobility * f_y
+            site, housing = w.sites[int(face.site)], housing_below(w, face)
+            if housing >= 0:
+                a[housing] -= site.mobility * f_x
+                a[housing + 1] -= site.mobility * f_y
             if site.race >= 0:
                 a[site.race] -= face.torque / site.race_inertia
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from fmi_export.jit import kernel, noinline_kernel
 from fmi_export.model import Array
-from rotor_contact.contact.face_forces import FaceMotion, face_motion, forces_at, is_pressing
+from rotor_contact.contact.face_forces import FaceMotion, face_motion, forces_at, housing_below, is_pressing
 from rotor_contact.contact.faces import LEAST_SLIP, faces_of
 from rotor_contact.contact.workspace import Workspace, energy_integrals, face_integrals, site_integrals, stages_of
 from rotor_contact.matrices.matrix_sizes import place_index, velocity_index
@@ -118,9 +118,7 @@ def _add_forces(
 def _port_of_seat(w: Workspace, matrices: StepMatrices, k: int) -> int:
     """Return the port of the housing that carries face k, or -1."""
     face = faces_of(w.faces, w.Minv.shape[0]).records[k]
-    if face.site >= 0.0 and face.on_mount != 0.0 and w.sites[int(face.site)].housing >= 0:
-        return port_of_housing(matrices, int(face.site))
-    return -1
+    return port_of_housing(matrices, int(face.site)) if housing_below(w, face) >= 0 else -1
 
 
 @noinline_kernel

@@ -127,7 +127,7 @@ def advance_rotations(w: Workspace, matrices: StepMatrices, h: float, damping_to
     for k in range(w.sites.shape[0]):
         site = w.sites[k]
         if site.race >= 0:
-            from_faces = torque_on_race(w, k) if w.faces.shape[0] > 0 else 0.0
+            from_faces = torque_on_race(w, k)
             for _ in range(MOST_REPETITIONS):
                 before = piece.races[k, N_LOBATTO - 1]
                 _advance_race(matrices, piece.races[k], k, site, h, from_faces)
@@ -169,7 +169,7 @@ def _advance_spin(w: Workspace, matrices: StepMatrices, piece: Piece, h: float, 
     """Advance the free spin."""
     spin = w.spin[0]
     speed, angle, torque, friction = piece.spin[0], piece.spin[1], piece.spin[2], piece.spin[3]
-    shared, from_faces = (0.0, 0.0, 0.0, 0.0), torque_on_spin(w) if w.faces.shape[0] > 0 else 0.0
+    shared, from_faces = (0.0, 0.0, 0.0, 0.0), torque_on_spin(w)
     for i in range(N_LOBATTO):
         cosine, sine = unbalance_velocity(matrices, i)
         c, s = math.cos(angle[i]), math.sin(angle[i])

@@ -100,7 +100,7 @@ def columns_in_use(w: Workspace, matrices: StepMatrices) -> tuple[int, int]:
     n_ports = sizes.n_site_ports
     if gradients_change(w.motion, matrices):
         n_ports = sizes.n_ports
-    elif w.faces.shape[0] > 0 and is_any_pressing(w):
+    elif is_any_pressing(w):
         n_ports += 2 * faces_of(w.faces, w.Minv.shape[0]).records.shape[0]
     return 2 * (1 + int(sizes.n_ports)), PORT_COLUMNS * (1 + int(n_ports))
 

@@ -115,7 +115,7 @@ def _accelerate(
             if force != 0.0:
                 for i in range(n):
                     a[i] += w.Minv[row, i] * force
-    if w.faces.shape[0] > 0 and is_any_pressing(w):
+    if is_any_pressing(w):
         add_accelerations(w, z, Omega, a)
     for site in w.sites:
         if is_constrained(site):
@@ -234,5 +234,5 @@ def add_energies(
     integrals.damping_heat += damping
     integrals.friction_heat += friction
     integrals.work += work
-    if w.faces.shape[0] > 0 and is_any_pressing(w):
+    if is_any_pressing(w):
         add_heat_of_faces(w, matrices, h)

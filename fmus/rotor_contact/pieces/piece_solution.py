@@ -95,7 +95,7 @@ def find_contact_forces(
                 unit = 2 * n + 4 + 2 * port + axis
                 for c in range(m):
                     observed[0, c] += force * ((1.0 - share) * S[unit, c] + share * S_high[unit, c])
-    if w.faces.shape[0] > 0 and is_any_pressing(w):
+    if is_any_pressing(w):
         observe_face_forces(w, matrices, around, z, Omega, observed[0, :m])
         torque += torque_on_spin(w)
     a = stages_of(w.stages).k_1[w.n :]
@@ -106,7 +106,7 @@ def find_contact_forces(
             port = 2 * port_of_housing(matrices, k)
             a[site.housing], a[site.housing + 1] = observed[0, 2 + port], observed[0, 3 + port]
         if site.race >= 0:
-            from_faces = torque_on_race(w, k) if w.faces.shape[0] > 0 else 0.0
+            from_faces = torque_on_race(w, k)
             a[site.race] = (from_faces - race_drag(site, z[w.n + site.race])) / site.race_inertia
     if w.spin[0].row >= 0:
         _accelerate_spin(w, observed[0], theta, Omega, torque, a)
@@ -193,7 +193,7 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
             _observe_units(matrices, around, port_of_site(matrices, k), first, columns)
             if w.sites[k].housing >= 0:
                 _observe_units(matrices, around, port_of_housing(matrices, k), first, columns)
-    if w.faces.shape[0] > 0 and is_any_pressing(w):
+    if is_any_pressing(w):
         _observe_faces(w, matrices, around, first, columns)
     if magnets_act(w):
         for b in range(w.motion.bearings.shape[0]):
@@ -259,7 +259,7 @@ def solve_piece(
     with_magnets, axes = gradients_change(w.motion, matrices), 2 * int(matrices.sizes[0].n_ports)
     responds = in_contact or _has_rotations(w)  # otherwise only the forces of magnets and faces change
     piece.magnets[:] = 0.0
-    are_magnets, are_faces = magnets_act(w), w.faces.shape[0] > 0 and is_any_pressing(w)
+    are_magnets, are_faces = magnets_act(w), is_any_pressing(w)
     if are_magnets:
         set_magnet_forces(w, matrices, 0)
         for unit in range(axes):
@@ -359,7 +359,7 @@ def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float,
             first, second = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2)
             roughness = max(roughness, off_circle(site, first, second))
             share = min(share, share_in_mode(site, matrices.nodes[k]))
-    if w.faces.shape[0] > 0 and is_any_pressing(w):
+    if is_any_pressing(w):
         bend, force = bend_of_face_forces(w, matrices)
         roughness = max(roughness, BEND * bend / (MAX_ROUGHNESS * max(force, LEAST_FORCE)))
     return share, roughness
