@@ -24,8 +24,9 @@ import numpy as np
 from amb_analysis.linear.linear_source import LinearSource
 from amb_cosim.results.component_names import PLANT
 from array_types import Array
+from fmi_export.parts import part
 from rotor_contact.contact.faces import damping_of
-from rotor_contact.shaft.structure import ROWS_OF_FACE, rows_of_faces, structure_of
+from rotor_contact.shaft.structure import FACE_PLACE, ROWS_OF_FACE, rows_of_faces, structure_of
 
 ENOUGH = math.log(20.0)  # of growth times its duration: a whirl of 5 % of the clearance then fills it
 MOST, STEPS = 1.0, 200  # largest friction coefficient considered, and coefficients tried up to it
@@ -120,18 +121,18 @@ def standing_rotor(source: LinearSource, face: int, Omega: float, load: float) -
     Its seat is at rest, and mounts do not give way. The speed must not be 0.
     """
     at_speed = source.at(Omega)
-    (part,), p, layout = at_speed.parts([PLANT]), source.parameters(PLANT), source.layout(PLANT)
+    (plant,), p, layout = at_speed.parts([PLANT]), source.parameters(PLANT), source.layout(PLANT)
     structure, of_face = structure_of(source.constants(PLANT)), layout["faces"][face]
     n, name = len(structure.K), of_face["name"]
     rows = rows_of_faces(structure).values[ROWS_OF_FACE * face :][:ROWS_OF_FACE]
     site = of_face.get("retainer") or ""
-    place = structure.faces[3 * face :]
+    place = part(structure.faces, 0, FACE_PLACE, structure.n_faces)[face]
     return StandingRotor(
-        np.asarray(part.law.A)[: 2 * n, : 2 * n],
+        np.asarray(plant.law.A)[: 2 * n, : 2 * n],
         structure.mass,
         np.asarray(rows),
-        float(place[0]),
-        float(place[1]),
+        float(place.side),
+        float(place.height),
         p[f"{name}.stiffness"],
         p[f"{name}.restitution"],
         p[f"{name}.radius"],

@@ -23,6 +23,7 @@ from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+from array_types import Array
 
 WITHOUT_POWER = 0.3  # s
 BACK = 0.3  # s, with power again
@@ -94,29 +95,42 @@ def _overload(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float
 def _carried(subject: AssessedMachine, Omega: float, inputs: Mapping[str, float]) -> tuple[Quantity, ...]:
     """Return the force along the shaft that the axial axis carries in co-simulation before the rotor touches a face.
 
-    It is the weaker of both senses, and includes the weight. There is none without faces and a thrust bearing.
+    It is that of the weaker sense, and includes the weight. There is none without faces and a thrust bearing.
     """
     thrust = subject.file.thrust_bearing
     if thrust is None or not subject.rotor.faces:
         return ()
-    capacity, weight = thrust.bearing.capacity, weight_along_z(subject)
-    found = []
+    capacity, weight, found = thrust.bearing.capacity, weight_along_z(subject), []
     for sign in (1.0, -1.0):
         forces = np.linspace(weight, sign * MOST_FORCE * capacity, FORCE_STEPS + 1)
-        events = [
-            {"time": k * FORCE_TIME, "set": {PLANT: {f"{subject.rotor.thrust}.f_process": float(force - weight)}}}
-            for k, force in enumerate(forces)
-            if k > 0
-        ]
-        end = (FORCE_STEPS + 1) * FORCE_TIME
-        run = simulate(subject, Omega, inputs, to_magnets=True, levitated=True, end_time=end, event=events)
-        largest = np.max(list(clearance_used(subject, run).values()), axis=0)
-        touched = np.flatnonzero(largest >= TOUCHED)
-        last = int(times_of(run)[touched[0]] / FORCE_TIME * (1.0 - ROUNDING)) if len(touched) else FORCE_STEPS + 1
-        found.append((abs(float(forces[max(last - 1, 0)])), "along +z" if sign > 0.0 else "along -z"))
+        of_process = forces[1:] - weight
+        *_, step = _stepped(subject, Omega, inputs, f"{subject.rotor.thrust}.f_process", of_process, FORCE_TIME)
+        carried = sign * float(forces[FORCE_STEPS if step is None else max(step - 1, 0)])
+        found.append((max(carried, 0.0), "along +z" if sign > 0.0 else "along -z"))
     value, where = min(found)
     note = f"its capacity by formula, without the limits of the controller, is {capacity:.4g} N"
     return (Quantity("axial_capacity", where, value, "N", {"capacity": capacity}, note),)
+
+
+def _stepped(
+    subject: AssessedMachine, Omega: float, inputs: Mapping[str, float], name: str, values: Array, each: float
+) -> tuple[Result, str, float, int | None]:
+    """Return a run in which an input of the rotor has value after value, each for a time (s), from that time on.
+
+    The other values are the place that the rotor touches first, its largest displacement over the clearance, and the
+    number of the value that acts then, from 1; no place and None without contact.
+    """
+    events = [{"time": k * each, "set": {PLANT: {name: float(value)}}} for k, value in enumerate(values, 1)]
+    end = (len(values) + 1) * each
+    run = simulate(subject, Omega, inputs, to_magnets=True, levitated=True, end_time=end, event=events)
+    used = clearance_used(subject, run)
+    largest = np.max(list(used.values()), axis=0)
+    touched = np.flatnonzero(largest >= TOUCHED)
+    if not len(touched):
+        return run, "", float(largest.max()), None
+    first = touched[0]
+    site = max(used, key=lambda place: float(used[place][first]))
+    return run, site, float(largest.max()), int(times_of(run)[first] / each * (1.0 - ROUNDING))
 
 
 def _rising(
@@ -126,19 +140,12 @@ def _rising(
 
     The other values are the negative of the largest displacement over the clearance, the quantity, and the run.
     """
-    count, step = round(MOST / OVERLOAD_STEP), float(f"{sign}1") * STANDARD_GRAVITY * OVERLOAD_STEP
-    events = [{"time": k * OVERLOAD_TIME, "set": {PLANT: {f"base.a_{axis}": step * k}}} for k in range(1, count + 1)]
-    run = simulate(
-        subject, Omega, inputs, to_magnets=True, levitated=True, end_time=(count + 1) * OVERLOAD_TIME, event=events
-    )
-    used = clearance_used(subject, run)
-    largest = np.max(list(used.values()), axis=0)
-    touched = np.flatnonzero(largest >= TOUCHED)
-    if not len(touched):
+    levels: Array = OVERLOAD_STEP * np.arange(1.0, round(MOST / OVERLOAD_STEP) + 1.0)
+    accelerations = float(f"{sign}1") * STANDARD_GRAVITY * levels
+    run, site, largest, step = _stepped(subject, Omega, inputs, f"base.a_{axis}", accelerations, OVERLOAD_TIME)
+    if step is None:
         overload = Quantity("overload", "no contact", MOST, "1", {}, f"the runs end after {MOST:g} g")
     else:
-        first = touched[0]
-        site = max(used, key=lambda site_name: float(used[site_name][first]))
-        level = OVERLOAD_STEP * int(times_of(run)[first] / OVERLOAD_TIME * (1.0 - ROUNDING))
-        overload = Quantity("overload", f"{site} is touched first, along {sign}{axis}", level, "1", {}, "in g")
-    return overload.value, -float(largest.max()), overload, run
+        where = f"{site} is touched first, along {sign}{axis}"
+        overload = Quantity("overload", where, OVERLOAD_STEP * step, "1", {}, "in g")
+    return overload.value, -largest, overload, run

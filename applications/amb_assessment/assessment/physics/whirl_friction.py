@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from amb_analysis.linear.linear_source import source_of_run
-from amb_analysis.steady_contact.face_whirl import StandingRotor, standing_rotor
+from amb_analysis.steady_contact.face_whirl import standing_rotor
 from amb_analysis.steady_contact.swing import MOST, least_swinging_friction, whirl_forces
 from amb_analysis.steady_contact.unpowered import relative_receptances
 from amb_assessment.assessment.format.quantities import Quantity
@@ -41,8 +41,8 @@ def whirl_friction(subject: AssessedMachine, friction: float) -> Quantity:
         Largest friction coefficient of its landings, for criteria.
     """
     standing = not subject.gravity_across and subject.falls_onto_a_face
-    answer = _least_friction_on_face if standing else _least_friction
-    least: Quantity = subject.linear_components.cached("whirl friction", lambda: answer(subject))
+    find = _least_friction_on_face if standing else _least_friction
+    least: Quantity = subject.linear_components.cached("whirl friction", lambda: find(subject))
     open_ended = ""
     if standing and least.facts["stiffer"] < MARGIN * friction:
         open_ended = f"a face {UNKNOWN:g} times as stiff drives whirl from friction {least.facts['stiffer']:.3g} on"
@@ -54,17 +54,18 @@ def _least_friction_on_face(subject: AssessedMachine) -> Quantity:
     weight, tripping = subject.rotor.mass * abs(subject.file.axial_gravity), subject.file.speed.tripping
     faces = [k for k, face in enumerate(subject.rotor.faces) if face.stops == subject.fall]
     linear_source = source_of_run(prepare_run(co_simulated(subject, subject.file.speed.highest)))
-    found: list[tuple[float, str, StandingRotor]] = []
-    for face in faces:
-        for Omega in np.linspace(tripping / SPEEDS, tripping, SPEEDS):
-            rotor = standing_rotor(linear_source, face, float(Omega), weight)
-            where = f"{subject.rotor.faces[face].name}, {rpm(Omega):.0f} rpm"
-            found.append((rotor.least_driving(), where, rotor))
-    value, where, rotor = min(found, key=lambda item: item[0])
-    stiffer, softer = rotor.least_driving(UNKNOWN), rotor.least_driving(1.0 / UNKNOWN)
+    standing = {
+        f"{subject.rotor.faces[face].name}, {rpm(Omega):.0f} rpm": standing_rotor(linear_source, face, Omega, weight)
+        for face in faces
+        for Omega in np.linspace(tripping / SPEEDS, tripping, SPEEDS).tolist()
+    }
+    (value, where), (stiffer, _), (softer, _) = (
+        min((rotor.least_driving(factor), name) for name, rotor in standing.items())
+        for factor in (1.0, UNKNOWN, 1.0 / UNKNOWN)
+    )
     note = (
-        "friction with which whirl grows twentyfold before the race follows; nobody has measured the stiffness of a "
-        f"face: with {UNKNOWN:g} times it the value is {stiffer:.3g}, with a third {softer:.3g}"
+        "friction with which whirl grows twentyfold before the race follows; the stiffness of the face has not been "
+        f"measured: with {UNKNOWN:g} times this stiffness the value is {stiffer:.3g}, with a third of it {softer:.3g}"
     )
     return Quantity("whirl_friction", where, value, "1", {"stiffer": stiffer}, note)
 
