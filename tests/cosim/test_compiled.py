@@ -348,7 +348,7 @@ def test_other_threads_run_while_the_loop_does():
 
 
 def test_a_record_of_more_than_the_memory_is_refused_before_the_run(monkeypatch):
-    """Linux lends more memory than there is, and ends the process that uses it."""
+    """Linux promises more memory than there is, and kills the process that uses it."""
     monkeypatch.setattr(record_module, "physical_memory", lambda: 1e6)
     Recorder(range(9), 0, 10, each=range(3)).buffer(0, 10_000)
     with pytest.raises(

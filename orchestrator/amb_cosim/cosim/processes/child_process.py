@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from amb_cosim.cosim.processes.descendants import end_descendants
+from amb_cosim.cosim.processes.memory import physical_memory
 
 SHARE_OF_MEMORY = 0.75  # of this machine's memory that a process of FMUs may use
 
@@ -65,7 +66,7 @@ def limit_memory() -> float:
         return float("inf")
     import resource
 
-    limit = int(SHARE_OF_MEMORY * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    limit = int(SHARE_OF_MEMORY * physical_memory())
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     _, highest = resource.getrlimit(resource.RLIMIT_AS)
     limit = limit if highest == resource.RLIM_INFINITY else min(limit, highest)

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-import math
-import os
 import time
 from collections.abc import Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from amb_cosim.cosim.processes.memory import physical_memory
 from array_types import Array, Indices
 
 COPIES = 2.0  # of a record at most in memory at a time: itself, and the signals of its result
-
-
-def physical_memory() -> float:
-    """Return the memory of this machine (B); infinite if the system does not say."""
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, ValueError, OSError):
-        return math.inf
 
 
 class RecordBuffer(NamedTuple):
@@ -114,7 +105,7 @@ class Recorder:
         Raises
         ------
         ValueError
-            If memory does not suffice: some systems lend more than they have, and end who uses it.
+            If memory does not suffice. Some systems promise more than they have, and then kill the process.
         """
         begin = max(first, self._first)
         due = max(0, last // self._every - (begin - 1) // self._every)
