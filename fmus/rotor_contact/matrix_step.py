@@ -46,9 +46,9 @@ from rotor_contact.pieces.piece_solution import (
     complete_forces,
     end_piece,
     find_contact_forces,
-    smooth_share,
     solve_piece,
 )
+from rotor_contact.pieces.smoothness import smooth_share
 from rotor_contact.shaft.structure import Structure
 from rotor_contact.substeps.contact_modes import FAULT_SINGULAR, resolve_modes
 from rotor_contact.substeps.substeps import EVENT_LIMIT, SHORTEST_FLIGHT, advance, apply_impacts

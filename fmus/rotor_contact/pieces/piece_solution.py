@@ -13,8 +13,7 @@ from rotor_contact.contact.constraints import find_multipliers, is_any_constrain
 from rotor_contact.contact.face_forces import is_any_pressing, torque_on_race, torque_on_spin
 from rotor_contact.contact.faces import faces_of
 from rotor_contact.contact.friction import friction_excess
-from rotor_contact.contact.path import Point, journal_of
-from rotor_contact.contact.site import Site, can_touch, is_constrained, slip_velocity
+from rotor_contact.contact.site import is_constrained, slip_velocity
 from rotor_contact.contact.workspace import Workspace, stages_of
 from rotor_contact.forces.dynamics import spin_coupling, unbalance_direction
 from rotor_contact.matrices.matrix_inputs import combine_around
@@ -22,11 +21,10 @@ from rotor_contact.matrices.speed_grid import LevelsAround, grid_speed, levels_a
 from rotor_contact.matrices.step_matrices import StepMatrices
 from rotor_contact.pieces.face_in_piece import (
     begin_face_forces,
-    bend_of_face_forces,
     observe_face_forces,
     settle_face_forces,
 )
-from rotor_contact.pieces.piece import advance_rotations, end_rotations, phase_error, piece_of, start_rotations
+from rotor_contact.pieces.piece import advance_rotations, end_rotations, piece_of, start_rotations
 from rotor_contact.pieces.piece_contact import (
     columns_in_use,
     gradients_change,
@@ -35,7 +33,6 @@ from rotor_contact.pieces.piece_contact import (
     magnets_act,
     moves_on_circles,
     observe,
-    observed_journal,
     port_of_bearing,
     port_of_face,
     port_of_housing,
@@ -44,8 +41,7 @@ from rotor_contact.pieces.piece_contact import (
     set_magnet_forces,
     solve_nodes,
 )
-from rotor_contact.pieces.site_in_piece import clear_share, close_margin, off_circle, share_in_mode
-from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, third_difference
+from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO
 from rotor_contact.shaft.products import (
     combination,
     combination_between,
@@ -59,10 +55,6 @@ from rotor_contact.variables.enumerations import ROLLING
 MAX_SWEEPS = 8
 SETTLED = 1e-5  # of the largest force: change of the forces in the last sweep; that of another would be a thousandth
 FACES_SETTLED = 1e-5  # of the largest normal force: error of the forces of faces before their last correction
-MAX_PHASE = 1e-5  # rad, by which the unbalance may be ahead or behind in the middle of a piece
-MAX_ROUGHNESS = 4e-3  # of the largest force: how far the cubic of a force may be from a parabola
-LEAST_FORCE = 1e-3  # N, that counts as none in judging forces
-BEND = 0.05  # t^3 is within a twentieth of a parabola
 
 
 @kernel
@@ -329,47 +321,6 @@ def _direction(w: Workspace, matrices: StepMatrices, index: float, h: float, the
     for point in range(1, N_LOBATTO):
         ahead += LOBATTO_WEIGHTS[point] * (spin[1, point] - spin[1, 0])
     return unbalance_direction(theta + ahead, speed, gain)
-
-
-@kernel
-def smooth_share(w: Workspace, matrices: StepMatrices, h: float) -> tuple[float, float]:
-    """Return the share of a piece of length h (s) without contact events, and its roughness over the limit.
-
-    Twice the length gives eight times the roughness.
-    """
-    piece, z = piece_of(matrices), stages_of(w.stages).z
-    share, roughness = 1.0, phase_error(piece) / MAX_PHASE
-    margin: float = close_margin(h / matrices.sizes[0].step_size)
-    largest = LEAST_FORCE
-    for k in range(w.sites.shape[0]):
-        if is_constrained(w.sites[k]):
-            for point in range(N_LOBATTO):
-                largest = max(largest, abs(matrices.nodes[k, point].f_n))
-    allowed = MAX_ROUGHNESS * largest
-    for k in range(w.sites.shape[0]):
-        site = w.sites[k]
-        if can_touch(site):
-            points = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2), _journal(site, matrices, k, 3)
-            share = min(share, clear_share(site, journal_of(site, z, w.n), points, h, margin))
-        elif is_constrained(site):
-            a, b, c, d = matrices.nodes[k, 0], matrices.nodes[k, 1], matrices.nodes[k, 2], matrices.nodes[k, 3]
-            rough_n = third_difference(a.f_n, b.f_n, c.f_n, d.f_n)
-            rough_t = third_difference(a.f_t, b.f_t, c.f_t, d.f_t)
-            roughness = max(roughness, BEND * max(rough_n, rough_t) / allowed)
-            first, second = _journal(site, matrices, k, 1), _journal(site, matrices, k, 2)
-            roughness = max(roughness, off_circle(site, first, second))
-            share = min(share, share_in_mode(site, matrices.nodes[k]))
-    if is_any_pressing(w):
-        bend, force = bend_of_face_forces(w, matrices)
-        roughness = max(roughness, BEND * bend / (MAX_ROUGHNESS * max(force, LEAST_FORCE)))
-    return share, roughness
-
-
-@kernel
-def _journal(site: Site, matrices: StepMatrices, k: int, point: int) -> Point:
-    """Return the journal of site k relative to its retainer's centre at a Lobatto point after the first."""
-    at = observed_journal(site, matrices, piece_of(matrices).observed[6], k, point)
-    return Point(at.x - site.offset_x, at.y - site.offset_y, at.v_x, at.v_y)
 
 
 @kernel
