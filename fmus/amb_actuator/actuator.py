@@ -16,9 +16,10 @@ from amb_actuator.amplifier import (
     demanded_current,
     steady_coil,
 )
-from amb_actuator.force import Coils, force, is_beyond_knee
-from amb_actuator.interface import DYNAMIC, axes_of, interface_of
-from amb_actuator.records import N_DEVIATIONS, Axes, n_axes_of, views_of
+from amb_actuator.eddy_currents import lagged_flux, steady_flux
+from amb_actuator.force import Coils, current_per_displacement, force, is_beyond_knee
+from amb_actuator.interface import DYNAMIC, NONLINEAR, axes_of, interface_of
+from amb_actuator.records import N_DEVIATIONS, N_IRON_STATE, Axes, n_axes_of, views_of
 from fmi_export.jit import kernel, views
 from fmi_export.linear_state import LinearState
 from fmi_export.model import Array, Model
@@ -37,6 +38,15 @@ class AxisResponse(NamedTuple):
     i_c: float
     upper: CoilResponse
     lower: CoilResponse
+
+
+class EquivalentCurrents(NamedTuple):
+    """Equivalent currents of the coil pairs: upper + per_upper times the deviation of the current, and so on (A, 1)."""
+
+    upper: float
+    per_upper: float
+    lower: float
+    per_lower: float
 
 
 @views
@@ -85,24 +95,71 @@ def check(axes: Axes) -> int:
 
 
 @kernel
-def write_outputs(p: np.record, axis: np.record, u: np.record, response: AxisResponse, y: np.record) -> None:
-    """Write the outputs of an axis from the response of its two coil pairs.
-
-    Parameters
-    ----------
-    p
-        Parameters of the actuator, common to all axes.
-    axis, u, y
-        Parameters, inputs and outputs of the axis.
-    response
-        Its coil pairs, with deviations from the operating point as currents.
-    """
-    x, upper, lower = place_of_force(axis, u), response.upper, response.lower
-    coils = Coils(upper.current, lower.current, 1.0 - u.coil_loss_upper, 1.0 - u.coil_loss_lower)
+def working_coils(p: np.record, u: np.record, response: AxisResponse) -> Coils:
+    """Return the currents of an axis at the end of the step, or averaged over it, and its working turns."""
+    upper, lower = response.upper, response.lower
+    upper_turns, lower_turns = 1.0 - u.coil_loss_upper, 1.0 - u.coil_loss_lower
     if p.mean_current != 0.0:
-        coils = Coils(upper.mean, lower.mean, coils.upper_turns, coils.lower_turns)
+        return Coils(upper.mean, lower.mean, upper_turns, lower_turns)
+    return Coils(upper.current, lower.current, upper_turns, lower_turns)
+
+
+@kernel
+def equivalent_currents(law: float, axis: np.record, x: float) -> EquivalentCurrents:
+    """Return the equivalent currents (A) of the coil pairs over their deviations, see `eddy_currents`."""
+    if law == NONLINEAR:
+        upper, lower = axis.gap / (axis.gap - x), axis.gap / (axis.gap + x)
+        above, below = upper * (axis.static_current + axis.bias_current), lower * axis.bias_current
+        return EquivalentCurrents(above, upper, -below, lower)
+    offset = current_per_displacement(law, axis) * x
+    return EquivalentCurrents(offset, 1.0, offset, 1.0)
+
+
+@kernel
+def lagged_coils(axes: Axes, k: int, response: AxisResponse, coils: Coils, step_size: float) -> Coils:
+    """Return the coils of axis k with the currents whose fluxes are those that lag behind by the eddy currents.
+
+    Without them these are `coils`. The lags are advanced by `step_size` (s), or set to a steady state if it is 0 s.
+    """
+    if not has_eddy_currents(axes, k):
+        return coils
+    common, axis, motion, lags = axes.common[0], axes.parameters[k], axes.motion[0], axes.lags[0]
+    x, limit = place_of_force(axis, axes.inputs[k]), AT_STATOR * axis.gap
+    here = equivalent_currents(common.force_law, axis, x)
+    if step_size == 0.0:
+        upper = steady_flux(lags[0], here.upper + here.per_upper * coils.upper)
+        lower = steady_flux(lags[1], here.lower + here.per_lower * coils.lower)
+    else:
+        middle = min(max(1.5 * x - 0.5 * motion.previous, -limit), limit)
+        v = equivalent_currents(common.force_law, axis, middle)
+        omega_e = 2.0 * math.pi * axes.iron[0].eddy_current_corner
+        upper = lagged_flux(lags[0], v.upper, v.per_upper, response.upper, omega_e, step_size)
+        lower = lagged_flux(lags[1], v.lower, v.per_lower, response.lower, omega_e, step_size)
+    motion.previous = x
+    above, below = (upper.mean, lower.mean) if common.mean_current != 0.0 else (upper.end, lower.end)
+    return Coils(
+        (above - here.upper) / here.per_upper,
+        (below - here.lower) / here.per_lower,
+        coils.upper_turns,
+        coils.lower_turns,
+    )
+
+
+@kernel
+def has_eddy_currents(axes: Axes, k: int) -> bool:
+    """Return whether axis k is that of a thrust magnet with eddy currents in its iron."""
+    n = axes.parameters.shape[0]
+    return n % 2 == 1 and k == n - 1 and axes.iron[0].eddy_current_corner != 0.0
+
+
+@kernel
+def write_outputs(axes: Axes, k: int, response: AxisResponse, step_size: float) -> None:
+    """Write the outputs of axis k from the response of its two coil pairs to a step (s), 0 s for a steady state."""
+    p, axis, u, y = axes.common[0], axes.parameters[k], axes.inputs[k], axes.outputs[k]
+    x, upper, lower = place_of_force(axis, u), response.upper, response.lower
+    coils = lagged_coils(axes, k, response, working_coils(p, u, response), step_size)
     y.force, y.gradient = force(p.force_law, axis, x, coils, p.total_force != 0.0)
-    if x != u.displacement:
+    if x != u.displacement or has_eddy_currents(axes, k):  # eddy currents keep the flux
         y.gradient = 0.0
     y.reference = u.displacement
     # A coil pair that has lost all its turns carries no current, whatever its amplifier is commanded.
@@ -132,7 +189,7 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
         upper = steady_coil(axis, u, CoilPair(axis.static_current + axis.bias_current, 1.0, 0.0), i_c)
         lower = steady_coil(axis, u, CoilPair(axis.bias_current, -1.0, 0.0), i_c)
         deviation.upper, deviation.lower = upper.current, lower.current
-        write_outputs(common, axis, u, AxisResponse(i_c, upper, lower), axes.outputs[k])
+        write_outputs(axes, k, AxisResponse(i_c, upper, lower), 0.0)
     return 0
 
 
@@ -164,7 +221,7 @@ def step(
         upper = coil_step(axis, u, upper_pair, i_c, common.amplifier, step_size)
         lower = coil_step(axis, u, lower_pair, i_c, common.amplifier, step_size)
         deviation.upper, deviation.lower = upper.current, lower.current
-        write_outputs(common, axis, u, AxisResponse(i_c, upper, lower), axes.outputs[k])
+        write_outputs(axes, k, AxisResponse(i_c, upper, lower), step_size)
     return 0
 
 
@@ -175,7 +232,8 @@ def constants_for(bearings: Sequence[str], thrust: str = "") -> Array:
 
 def n_state(constants: Array) -> int:
     """Return the size of the state of an actuator with these constants."""
-    return n_axes_of(constants) * N_DEVIATIONS
+    n = n_axes_of(constants)
+    return n * N_DEVIATIONS + n % 2 * N_IRON_STATE
 
 
 def model_for(bearings: Sequence[str], thrust: str = "") -> Model:

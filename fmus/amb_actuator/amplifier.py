@@ -38,6 +38,23 @@ class CoilPair(NamedTuple):
     deviation: float
 
 
+class Course(NamedTuple):
+    """The current over a part of a step: i = target + (begin - target) exp(-rate t).
+
+    begin, target
+        Currents (A).
+    rate
+        Rate of the approach (1/s).
+    duration
+        Length of the part (s); 0 if there is none.
+    """
+
+    begin: float
+    target: float
+    rate: float
+    duration: float
+
+
 class CoilResponse(NamedTuple):
     """A coil pair after a step.
 
@@ -49,12 +66,16 @@ class CoilResponse(NamedTuple):
         At the end of the step (V).
     limited
         1 if the voltage was at its limit at any time in the step, else 0.
+    first, last
+        The current in the two parts of the step.
     """
 
     current: float
     mean: float
     voltage: float
     limited: float
+    first: Course
+    last: Course
 
 
 @kernel
@@ -90,10 +111,17 @@ def first_order_response(i: float, target: float, z: float) -> tuple[float, floa
 
 
 @kernel
+def held(i: float, duration: float) -> Course:
+    """Return the course of a constant current (A)."""
+    return Course(i, i, 0.0, duration)
+
+
+@kernel
 def constant_voltage_response(p: np.record, i: float, v: float, h: float) -> CoilResponse:
     """Advance a coil under a constant voltage `v` (V) for `h` (s): L di/dt = v - R i, from the current `i` (A)."""
-    current, mean = first_order_response(i, v / p.resistance, p.resistance * h / p.inductance)
-    return CoilResponse(current, mean, v, 0.0)
+    target = v / p.resistance
+    current, mean = first_order_response(i, target, p.resistance * h / p.inductance)
+    return CoilResponse(current, mean, v, 0.0, Course(i, target, p.resistance / p.inductance, h), held(current, 0.0))
 
 
 @kernel
@@ -106,8 +134,8 @@ def discharge_response(p: np.record, i: float, h: float) -> CoilResponse:
     if whole_step.current >= 0.0:
         return whole_step
     time_to_zero = p.inductance / p.resistance * math.log1p(p.resistance * i / p.discharge_voltage)
-    mean = constant_voltage_response(p, i, -p.discharge_voltage, time_to_zero).mean
-    return CoilResponse(0.0, mean * time_to_zero / h, 0.0, 0.0)
+    discharge = constant_voltage_response(p, i, -p.discharge_voltage, time_to_zero)
+    return CoilResponse(0.0, discharge.mean * time_to_zero / h, 0.0, 0.0, discharge.first, held(0.0, h - time_to_zero))
 
 
 @kernel
@@ -127,7 +155,7 @@ def regulated_response(p: np.record, i: float, target: float, h: float) -> CoilR
     omega = 2.0 * math.pi * p.bandwidth
     gain = inductance * omega
     demanded_voltage = gain * (target - i) + r * i
-    time_at_limit, mean_at_limit, limited = 0.0, i, 0.0
+    time_at_limit, mean_at_limit, limited, first = 0.0, i, 0.0, held(i, 0.0)
     # With gain < R the coil alone is faster than the regulator, which then never demands more than V.
     if abs(demanded_voltage) > limit and gain > r:
         v = math.copysign(limit, demanded_voltage)
@@ -135,14 +163,15 @@ def regulated_response(p: np.record, i: float, target: float, h: float) -> CoilR
         needed, available = r * (leave - i), v - r * i
         if abs(needed) >= -math.expm1(-r * h / inductance) * abs(available):
             whole_step = constant_voltage_response(p, i, v, h)
-            return CoilResponse(whole_step.current, whole_step.mean, v, 1.0)
+            return CoilResponse(whole_step.current, whole_step.mean, v, 1.0, whole_step.first, whole_step.last)
         time_at_limit = min(-inductance / r * math.log1p(-needed / available), h)
-        mean_at_limit = constant_voltage_response(p, i, v, time_at_limit).mean
-        limited = 1.0
+        at_limit = constant_voltage_response(p, i, v, time_at_limit)
+        mean_at_limit, limited, first = at_limit.mean, 1.0, at_limit.first
         i = leave
     current, mean = first_order_response(i, target, omega * (h - time_at_limit))
     mean += (mean_at_limit - mean) * time_at_limit / h
-    return CoilResponse(current, mean, gain * (target - current) + r * current, limited)
+    last = Course(i, target, omega, h - time_at_limit)
+    return CoilResponse(current, mean, gain * (target - current) + r * current, limited, first, last)
 
 
 @kernel
@@ -166,12 +195,32 @@ def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier:
     if u.amplifier_off != 0.0:
         coil = discharge_response(p, operating + sign * pair.deviation, h)
     elif u.stuck != 0.0:
-        return CoilResponse(pair.deviation, pair.deviation, p.resistance * (operating + sign * pair.deviation), 0.0)
+        return _held_coil(pair.deviation, p.resistance * (operating + sign * pair.deviation), h)
     elif amplifier == DYNAMIC:
         coil = regulated_response(p, operating + sign * pair.deviation, operating + sign * i_c, h)
     else:
-        return CoilResponse(i_c, i_c, p.resistance * (operating + sign * i_c), 0.0)
-    return CoilResponse(sign * (coil.current - operating), sign * (coil.mean - operating), coil.voltage, coil.limited)
+        return _held_coil(i_c, p.resistance * (operating + sign * i_c), h)
+    return CoilResponse(
+        sign * (coil.current - operating),
+        sign * (coil.mean - operating),
+        coil.voltage,
+        coil.limited,
+        _deviating(pair, coil.first),
+        _deviating(pair, coil.last),
+    )
+
+
+@kernel
+def _deviating(pair: CoilPair, course: Course) -> Course:
+    """Return the course of a current as that of its deviation from the operating point."""
+    begin, target = course.begin - pair.operating_current, course.target - pair.operating_current
+    return Course(pair.sign * begin, pair.sign * target, course.rate, course.duration)
+
+
+@kernel
+def _held_coil(deviation: float, voltage: float, h: float) -> CoilResponse:
+    """Return a coil pair whose current (A), as a deviation, is constant over a step."""
+    return CoilResponse(deviation, deviation, voltage, 0.0, held(deviation, h), held(deviation, 0.0))
 
 
 @kernel
@@ -181,5 +230,4 @@ def steady_coil(p: np.record, u: np.record, pair: CoilPair, i_c: float) -> CoilR
     As in `coil_step`, the currents are deviations from the operating point.
     """
     deviation = -pair.sign * pair.operating_current if u.amplifier_off != 0.0 else i_c
-    voltage = p.resistance * (pair.operating_current + pair.sign * deviation)
-    return CoilResponse(deviation, deviation, voltage, 0.0)
+    return _held_coil(deviation, p.resistance * (pair.operating_current + pair.sign * deviation), 0.0)

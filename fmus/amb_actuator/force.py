@@ -78,6 +78,16 @@ def current_stiffness(p: np.record) -> float:
 
 
 @kernel
+def current_per_displacement(law: float, p: np.record) -> float:
+    """Return K_s/K_i of a linear law (A/m), the control current with the force of a displacement; 0 without K_i."""
+    k_s, k_i = negative_stiffness(p), current_stiffness(p)
+    if law == MEASURED:
+        k_s, k_i = p.k_s_measured, p.k_i_measured
+    ratio: float = k_s / k_i if k_i != 0.0 else 0.0
+    return ratio
+
+
+@kernel
 def limited_current(demand: float, bias: float, static: float, limit: float) -> float:
     """Limit a control current (A) so that both coil currents, I_s + I_b + I_c and I_b - I_c, stay within [0, limit]."""
     low = max(-(static + bias), bias - limit)

@@ -107,6 +107,21 @@ def _magnet(declare: Declare, k_s: float, k_i: float, half_angle: float, static:
     ]
 
 
+def _iron(thrust: str) -> list[Variable]:
+    """Declare the parameters of the solid iron of a thrust magnet."""
+    return [
+        parameter(
+            f"{thrust}.eddy_current_corner",
+            "Hz",
+            "Frequency at which the eddy currents in solid iron have the reluctance of the gap; 0: no eddy currents, "
+            f"{thrust.upper()}, z axis",
+            0.0,
+            minimum=0.0,
+            maximum=1e9,
+        )
+    ]
+
+
 def _amplifier(declare: Declare) -> list[Variable]:
     return [
         declare("resistance", "Ohm", "Resistance of a coil pair, {} (Table 2.2)", 0.365, minimum=1e-3, maximum=1e6),
@@ -211,8 +226,8 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
         named(
             f"k_{a}{a}",
             "N/m",
-            "Gradient of the force over displacement, {}",
-            initially_depends_on=gradient,
+            "Gradient of the force over displacement, {}" + (", 0 with eddy currents" if a == "z" else ""),
+            initially_depends_on=(*gradient, *((f"{b}.eddy_current_corner",) if a == "z" else ())),
             field="gradient",
             **by_force,
         ),
@@ -255,6 +270,7 @@ def interface_of(bearings: Sequence[str], thrust: str = "") -> Interface:
     return interface(
         *_MODEL_PARAMETERS,
         repeated("axes", axes_of(bearings, thrust), _axis),
+        repeated("iron", [(thrust,)] if thrust else [], _iron),
         FAULT,
     )
 
@@ -280,5 +296,5 @@ _MODEL_PARAMETERS = (
     ),
 )
 
-# A single bearing, for the record types of its axes.
-SMALLEST = interface_of(("b",)).with_all_parts()
+# A single bearing and a thrust magnet, for the record types of their axes.
+SMALLEST = interface_of(("b",), "t").with_all_parts()

@@ -1,4 +1,4 @@
-"""The lag of solid iron: asymptotes, and its sum of first-order lags against Mittag-Leffler's function."""
+"""The lag of solid iron: its asymptotes, and its corner from the iron against solutions of the field."""
 
 import math
 
@@ -7,16 +7,13 @@ import pytest
 from axial_diffusion import gap_flux
 from scipy.constants import mu_0
 from scipy.integrate import quad
-from scipy.linalg import expm, solve_banded
-from scipy.special import erfcx
+from scipy.linalg import solve_banded
 
 from tests.support.messages import raises_naming
 from thrust_bearings.disc import ThrustDisc
 from thrust_bearings.eddy_currents import SolidIron, corner_frequency, half_order_lag, pole_face
-from thrust_bearings.rational_lag import NO_LAG, rational_lag
 
 OMEGA_E = 2.0 * math.pi * 120.0
-BAND = (2.0 * math.pi * 0.1, 2.0 * math.pi * 20e3)
 DISC = ThrustDisc(0.025, 0.055, 12e-4, 0.5e-3, 80.0, 4.0, 10.0, 1.3)
 
 
@@ -33,52 +30,6 @@ def test_phase_at_the_corner_is_minus_22_and_a_half_degrees():
     G = complex(half_order_lag(np.array(1j * OMEGA_E), OMEGA_E))
     assert math.degrees(math.atan2(G.imag, G.real)) == pytest.approx(-22.5, abs=1e-10)
     assert abs(G) == pytest.approx(0.5 / math.cos(math.pi / 8.0), rel=1e-12)
-
-
-@pytest.mark.parametrize("corner", [2.0, 30.0, 120.0, 3000.0])
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
-def test_sum_of_lags_is_within_its_error_over_four_decades(corner, tolerance):
-    omega_e = 2.0 * math.pi * corner
-    lag = rational_lag(omega_e, BAND, tolerance)
-    s = 1j * np.geomspace(BAND[0], BAND[1], 5003)  # not the points of the fit
-    error = np.abs(lag.response(s) / half_order_lag(s, omega_e) - 1.0)
-    assert error.max() <= 1.02 * lag.error <= 1.02 * tolerance
-    magnitude = np.abs(lag.response(s)) / np.abs(half_order_lag(s, omega_e))
-    assert np.abs(magnitude - 1.0).max() <= tolerance * 1.02
-
-
-@pytest.mark.parametrize("corner", [2.0, 120.0, 3000.0])
-def test_sum_of_lags_is_passive_with_static_gain_one(corner):
-    lag = rational_lag(2.0 * math.pi * corner, BAND)
-    assert lag.poles.min() > 0.0
-    assert lag.weights.min() > 0.0
-    assert lag.feedthrough >= 0.0
-    assert complex(lag.response(np.array(0j))) == pytest.approx(1.0, abs=1e-12)
-
-
-def test_a_smaller_error_takes_more_poles():
-    orders = [len(rational_lag(OMEGA_E, BAND, tolerance).poles) for tolerance in (1e-1, 1e-2, 1e-3, 1e-4)]
-    assert orders == sorted(set(orders))
-    assert orders[2] <= 20
-
-
-def test_step_response_of_the_sum_matches_the_half_order_lag():
-    """1 - E_1/2(-x) with x = sqrt(omega_e t), where E_1/2(-x) = exp(x^2) erfc(x) is Mittag-Leffler's function."""
-    lag = rational_lag(OMEGA_E, BAND, 1e-3)
-    A, B, C, D = lag.state_space()
-    for t in (1e-4, 1e-3, 1e-2, 1e-1):
-        states = np.linalg.solve(A, (expm(A * t) - np.eye(len(A))) @ B)
-        step = float((C @ states)[0, 0] + D[0, 0])
-        assert step == pytest.approx(1.0 - erfcx(math.sqrt(OMEGA_E * t)), rel=3e-3)
-
-
-def test_state_space_and_sum_have_the_same_response():
-    lag = rational_lag(OMEGA_E, BAND, 1e-2)
-    A, B, C, D = lag.state_space()
-    s = 1j * 700.0
-    value = (C @ np.linalg.solve(s * np.eye(len(A)) - A, B) + D)[0, 0]
-    assert value == pytest.approx(complex(lag.response(np.array(s))), rel=1e-12)
-    assert NO_LAG.response(np.array([s])) == pytest.approx([1.0])
 
 
 @pytest.mark.parametrize("fed_from", [0, 1])
@@ -151,16 +102,3 @@ def test_lag_of_a_bearing_is_near_that_of_the_field_solution(permeability, condu
 def test_invalid_iron_is_refused(wrong, facts):
     with raises_naming(ValueError, *facts):
         SolidIron(*wrong)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "facts"),
-    [
-        ((0.0, BAND), ("omega_e", "0 rad/s")),
-        ((1.0, (2.0, 1.0)), ("band", "2 to 1 rad/s")),
-        ((1.0, BAND, 0.0), ("tolerance", "0", ">= 1e-6", "< 1")),
-    ],
-)
-def test_a_lag_without_frequencies_is_refused(arguments, facts):
-    with raises_naming(ValueError, *facts):
-        rational_lag(*arguments)

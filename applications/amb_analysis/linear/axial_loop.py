@@ -2,8 +2,9 @@
 
     m z'' = F + f_z,   F = G_n(s) (K_i i_c + K_s z),   i_c' = omega_b (i - i_c)                    (1)
 
-with the lag G_n of the eddy currents and the amplifier's bandwidth omega_b. The controller reads z at the instants k T
-and demands u_k = C x_k + D z_k, x_k+1 = A x_k + B z_k. The demand is held for a sample, d samples later.
+with the lag G_n of the eddy currents, that of `amb_actuator.eddy_currents`, and the amplifier's bandwidth omega_b. The
+controller reads z at the instants k T and demands u_k = C x_k + D z_k, x_k+1 = A x_k + B z_k. The demand is held for a
+sample, d samples later.
 
 As K_i > 0, feedback that returns the rotor is negative: a demand i < 0 at z > 0. With the loop gain L of the negative
 feedback, opened at the demand, the sensitivity is S = 1/(1 + L) (ISO 14839-3).
@@ -18,10 +19,10 @@ from functools import cached_property
 import numpy as np
 
 from amb_analysis.linear.components import LinearComponent, harmonic_response, loop_of
-from amb_cosim.controllers.laws import Law, delayed, in_series
+from amb_analysis.linear.rotor_and_magnets import lag_of
+from amb_cosim.controllers.laws import Law, delayed, in_series, static
 from amb_files.checks import require, require_positive
 from array_types import Array, Complex
-from thrust_bearings.rational_lag import NO_LAG, RationalLag
 
 
 @dataclass(frozen=True)
@@ -34,15 +35,15 @@ class AxialPlant:
         K_i (N/A) and K_s (N/m).
     bandwidth
         Bandwidth omega_b of the amplifier (rad/s).
-    lag
-        Lag of the eddy currents; none with laminated iron.
+    corner
+        Corner frequency of the lag of eddy currents (rad/s); None with laminated iron.
     """
 
     mass: float
     k_i: float
     k_s: float
     bandwidth: float
-    lag: RationalLag = NO_LAG
+    corner: float | None = None
 
     def __post_init__(self) -> None:
         require_positive(self, mass="kg", k_i="N/A", k_s="N/m", bandwidth="rad/s")
@@ -50,16 +51,16 @@ class AxialPlant:
     @cached_property
     def law(self) -> Law:
         """Displacement over demand by (1), in the states z, z', i_c and those of the lag."""
-        lag, gain, c, d = self.lag.state_space()
-        n = 3 + len(lag)
-        force = np.array([self.k_s, 0.0, self.k_i])  # N, by z, z' and i_c, before the lag
+        of_force = static(np.array([[self.k_s, self.k_i]]))
+        force = of_force if self.corner is None else in_series(of_force, lag_of(self.corner))
+        n = 3 + len(force.A)
         A, B = np.zeros((n, n)), np.zeros((n, 1))
         A[0, 1] = 1.0
-        A[1, :3] = d[0, 0] * force / self.mass
-        A[1, 3:] = c[0] / self.mass
+        A[1, [0, 2]] = force.D[0] / self.mass
+        A[1, 3:] = force.C[0] / self.mass
         A[2, 2] = -self.bandwidth
-        A[3:, :3] = gain * force
-        A[3:, 3:] = lag
+        A[3:, [0, 2]] = force.B
+        A[3:, 3:] = force.A
         B[2] = self.bandwidth
         return Law(A, B, np.eye(1, n), np.zeros((1, 1)))
 

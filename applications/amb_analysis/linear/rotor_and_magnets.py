@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
+from amb_actuator.eddy_currents import LAG
 from amb_actuator.interface import DYNAMIC, NONLINEAR, axes_of
 from amb_actuator.records import AXIS
 from amb_analysis.linear.components import LinearComponent, names_of
-from amb_cosim.controllers.laws import Law
+from amb_cosim.controllers.laws import Law, in_series, side_by_side, static
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linearisation, operating_constants
 from array_types import Array
 from rotor_contact.shaft.seals import add_seals
@@ -103,7 +104,7 @@ def actuator_component(
 ) -> LinearComponent:
     """Return forces (N) over displacements (m) and demands (A, V): f = K_s x + K_i i_c, i_c' = omega_b (i + g v - i_c).
 
-    With ideal amplifiers i_c = i + g v.
+    With ideal amplifiers i_c = i + g v. With eddy currents the force along the shaft has their lag.
 
     Parameters
     ----------
@@ -132,7 +133,17 @@ def actuator_component(
         law = Law(np.zeros((0, 0)), np.zeros((0, 3 * n)), np.zeros((3 * n, 0)), by_displacement + to_current @ demanded)
     inputs = [f"{b}.{v}_{a}" if v else f"{b}.{a}" for v in ("i", "", "command_voltage") for b, a in axes]
     outputs = [f"{b}.{v}_{a}" for v in ("f", "i_upper", "i_lower") for b, a in axes]
+    if corner := parameters.get(f"{layout.get('thrust', '')}.eddy_current_corner", 0.0):
+        law = in_series(
+            law, side_by_side([static(np.eye(n - 1)), lag_of(2.0 * math.pi * corner), static(np.eye(2 * n))])
+        )
     return _unique(law, name, inputs, outputs, "limits of currents and voltages, and faults, are not included")
+
+
+def lag_of(omega_e: float) -> Law:
+    """Return the lag of eddy currents with a corner frequency (rad/s): x_k' = p_k (u - x_k), y = sum c_k x_k."""
+    poles, weights = omega_e * np.array(LAG.poles), np.array(LAG.weights)
+    return Law(np.diag(-poles), poles[:, None], weights[None, :], np.zeros((1, 1)))
 
 
 def _unique(law: Law, name: str, inputs: list[str], outputs: list[str], note: str) -> LinearComponent:

@@ -6,15 +6,17 @@ import control
 import numpy as np
 import pytest
 
+from amb_actuator.eddy_currents import LAG
+from amb_actuator.interface import DYNAMIC, interface_of
 from amb_analysis.linear.axial_loop import AxialLoop, AxialPlant
-from amb_analysis.linear.components import zoh
+from amb_analysis.linear.components import frequency_response, zoh
+from amb_analysis.linear.rotor_and_magnets import actuator_component, bearing_slopes
 from amb_cosim.controllers.laws import Law, static
 from tests.support.messages import raises_naming
-from thrust_bearings.rational_lag import NO_LAG, rational_lag
 
 T = 50e-6
 MASS, K_I, K_S, OMEGA_B = 6.0, 150.0, 1e6, 2.0 * math.pi * 2000.0
-LAG = rational_lag(2.0 * math.pi * 300.0, (2.0 * math.pi * 0.1, 2.0 * math.pi / T), 1e-2)
+CORNER = 2.0 * math.pi * 300.0
 NOTHING = static(np.zeros((1, 1)))  # a controller
 PD = (-2.5e4, -30.0, 2.0 * math.pi * 3000.0)
 
@@ -24,30 +26,20 @@ def pd(kp, kd, roll_off):
     return control.c2d(control.tf([kp / roll_off + kd, kp], [1.0 / roll_off, 1.0]), T, "tustin")
 
 
-def loop(delay=0.0, lag=LAG, gains=PD, k_s=K_S):
+def loop(delay=0.0, corner=CORNER, gains=PD, k_s=K_S):
     K = control.ss(pd(*gains))
-    return AxialLoop(AxialPlant(MASS, K_I, k_s, OMEGA_B, lag), Law(K.A, K.B, K.C, K.D), T, delay)
-
-
-def transfer_of_plant(lag, k_s=K_S):
-    """Rotor and lag as transfer functions: G K_i/(m s^2 - G K_s), G = num/den, times the amplifier."""
-    num, den = np.zeros(len(lag.poles) + 1), np.poly(-lag.poles) if len(lag.poles) else np.ones(1)
-    num = num + lag.feedthrough * den
-    for p, c in zip(lag.poles, lag.weights, strict=True):
-        rest = np.poly(-lag.poles[lag.poles != p]) if len(lag.poles) > 1 else np.ones(1)
-        num = np.polyadd(num, c * p * rest)
-    rotor = control.tf(K_I * num, np.polysub(MASS * np.polymul([1.0, 0.0, 0.0], den), k_s * num))
-    return rotor * control.tf([OMEGA_B], [1.0, OMEGA_B])
+    return AxialLoop(AxialPlant(MASS, K_I, k_s, OMEGA_B, corner), Law(K.A, K.B, K.C, K.D), T, delay)
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
 def test_loop_without_lag_agrees_with_python_control(delay):
     """Frequency and damping of the closed loop from transfer functions: hold, z^-delay, Tustin."""
-    plant = control.c2d(transfer_of_plant(NO_LAG), T, "zoh")
+    rotor = control.tf([K_I], [MASS, 0.0, -K_S]) * control.tf([OMEGA_B], [1.0, OMEGA_B])
+    plant = control.c2d(rotor, T, "zoh")
     waiting = control.tf([1.0], np.eye(1, delay + 1)[0], T)
     closed = control.feedback(1, plant * waiting * pd(*PD), sign=1)
     theirs = np.log(np.array([z for z in closed.poles() if z.imag > 0.0])) / T
-    ours = loop(delay, NO_LAG).vibrations
+    ours = loop(delay, None).vibrations
     for s in ours:
         near = theirs[np.abs(theirs - s).argmin()]
         assert abs(s) == pytest.approx(abs(near), rel=1e-6)
@@ -57,8 +49,8 @@ def test_loop_without_lag_agrees_with_python_control(delay):
 
 def test_loop_with_lag_agrees_with_python_control():
     """With state spaces of lag, rotor and amplifier that python-control connects."""
-    A, B, C, D = LAG.state_space()
-    lag = control.ss(A, B, C, D, inputs="drive", outputs="force")
+    poles = CORNER * np.array(LAG.poles)
+    lag = control.ss(np.diag(-poles), poles[:, None], np.array([LAG.weights]), 0.0, inputs="drive", outputs="force")
     rotor = control.ss([[0, 1], [0, 0]], [[0], [1 / MASS]], [[1, 0]], [[0]], inputs="force", outputs="z")
     amplifier = control.ss(control.tf([OMEGA_B], [1.0, OMEGA_B]), inputs="demand", outputs="current")
     pull = control.ss([], [], [], [[K_I, K_S]], inputs=["current", "z"], outputs="drive")
@@ -82,7 +74,7 @@ def test_fraction_of_a_sample_is_a_hold_of_finer_steps(delay):
     fine = 20
     plant = AxialPlant(MASS, K_I, K_S, OMEGA_B).law
     A, B = zoh(plant.A, plant.B, T / fine)
-    law, x = loop(delay, NO_LAG), np.array([1e-5, 0.0, 0.0])
+    law, x = loop(delay, None), np.array([1e-5, 0.0, 0.0])
     K_A, K_B, K_C, K_D = (getattr(law.controller, name) for name in "ABCD")
     k, demands = np.zeros(len(K_A)), [0.0] * 200
     shift = round(delay * fine)
@@ -113,7 +105,7 @@ def test_feedback_of_the_wrong_sign_is_unstable():
 
 def test_slow_loop_has_the_stiffness_and_damping_of_its_gains():
     """m s^2 + (K_i |kd| - K_i |kp| tau) s + K_i |kp| - K_s = 0, with the delay tau of amplifier and hold."""
-    (s,) = loop(lag=NO_LAG, gains=(-1.02e4, -3.0, 2e5), k_s=1.5e6).vibrations
+    (s,) = loop(corner=None, gains=(-1.02e4, -3.0, 2e5), k_s=1.5e6).vibrations
     tau = 1.0 / OMEGA_B + 0.5 * T
     exact = np.roots([MASS, K_I * 3.0 - K_I * 1.02e4 * tau, K_I * 1.02e4 - 1.5e6])
     (near,) = exact[exact.imag > 0.0]
@@ -123,9 +115,9 @@ def test_slow_loop_has_the_stiffness_and_damping_of_its_gains():
 
 def test_eddy_currents_and_delay_reduce_damping_and_margin():
     frequencies = np.geomspace(1.0, 9e3, 500)
-    peaks = [np.abs(of.sensitivity(frequencies)).max() for of in (loop(lag=NO_LAG), loop(), loop(1.5))]
+    peaks = [np.abs(of.sensitivity(frequencies)).max() for of in (loop(corner=None), loop(), loop(1.5))]
     assert peaks == sorted(peaks)
-    damping = [-of.vibrations[0].real for of in (loop(lag=NO_LAG), loop(), loop(1.5))]
+    damping = [-of.vibrations.real.max() for of in (loop(corner=None), loop(), loop(1.5))]
     assert damping == sorted(damping, reverse=True)
 
 
@@ -143,3 +135,21 @@ def test_a_controller_of_several_signals_is_refused():
     two = static(np.ones((1, 2)))
     with raises_naming(ValueError, "controller", "(1, 2)"):
         AxialLoop(plant, two, T)
+
+
+def test_magnets_with_eddy_currents_have_the_lag_of_the_axial_loop():
+    """Force over demand and displacement of the linear actuator: K_i B(s) G_n(s) and K_s G_n(s)."""
+    interface = interface_of(("b",), "thrust")
+    parameters = {v.name: v.start for v in interface.of("parameter")}
+    parameters |= {"amplifier": float(DYNAMIC), "thrust.eddy_current_corner": CORNER / (2.0 * math.pi)}
+    layout = {"bearings": ["b"], "thrust": "thrust"}
+    part = actuator_component("magnets", layout, parameters)
+    k_s, k_i = bearing_slopes("thrust", "z", parameters)
+    magnets = part.selected(["magnets.thrust.i_z", "magnets.thrust.z"], ["magnets.thrust.f_z", "magnets.b.f_x"])
+    poles, weights = CORNER * np.array(LAG.poles), np.array(LAG.weights)
+    for s in 1j * np.geomspace(1.0, 1e5, 7):
+        lag, omega_b = np.sum(weights * poles / (s + poles)), 2.0 * math.pi * parameters["thrust.bandwidth_z"]
+        of_current, of_displacement = frequency_response(magnets.law, s)[0]
+        assert of_current == pytest.approx(k_i * lag * omega_b / (s + omega_b), rel=1e-9)
+        assert of_displacement == pytest.approx(k_s * lag, rel=1e-9)
+        np.testing.assert_array_equal(frequency_response(magnets.law, s)[1], 0.0)

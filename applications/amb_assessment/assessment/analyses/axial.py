@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from amb_actuator.eddy_currents import LAG
 from amb_analysis.studies.damping_zones import damping_ratio
 from amb_assessment.assessment.analyses.robustness import NO_SENSITIVITY, UNSTABLE_CORNER, variations
 from amb_assessment.assessment.analyses.sensitivity import PEAKS, zone_limits
@@ -21,7 +22,6 @@ from amb_assessment.assessment.physics.axial_cases import (
     weight_along_z,
 )
 from amb_assessment.reporting.panels import Panel, curve
-from thrust_bearings.rational_lag import TOLERANCE
 
 HEADS = ("bearing force (N)", "control current (A)", "K_s (MN/m)", "Hz", "damping ratio", "decrement", "peak of |S|")
 
@@ -130,7 +130,6 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
     _, sample_time, delay = bearing.law
     low, high = bearing.thrusts
     thrust = f"{low:.4g} N" if low == high else f"{low:.4g} to {high:.4g} N"
-    lag = bearing.lag(sample_time)
     first = (
         f"The rotor is rigid along its axis, {subject.rotor.mass:.4g} kg. Thrust {thrust} along z, weight along z "
         f"{weight:.4g} N. Sampled every {sample_time:g} s; the delay of the demands is {delay:g} times that."
@@ -139,8 +138,8 @@ def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> t
         iron = "The iron is assumed to be laminated, without eddy currents, which a solid disc always has."
     else:
         iron = (
-            f"Eddy currents: half-order lag with corner {hertz(bearing.corner):.4g} Hz as {len(lag.poles)} first-order "
-            f"lags, {100.0 * lag.error:.2g} % error from 0.1 Hz to the sample rate (at most {100.0 * TOLERANCE:g} %)."
+            f"Eddy currents: half-order lag with corner {hertz(bearing.corner):.4g} Hz, as the sum of "
+            f"{len(LAG.poles)} first-order lags that the actuator has in co-simulation."
         )
         if bearing.is_corner_computed:
             iron += (

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,7 +20,7 @@ from amb_assessment.assessment.format.retainer_bearings import RetainerBearing
 from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
 from amb_cosim.cosim.system.tables import Table, Value, Values
 from amb_cosim.cosim.system.values import RPM, quantity, stated
-from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
 from amb_cosim.scenario.file import overlaid, read_scenario, require_speed_unit, with_paths
 from amb_cosim.scenario.scenario import Scenario, make_scenario, tilt_of
 from amb_files.checks import errors_in, require
@@ -28,6 +29,7 @@ from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 from rolac_controller.signals import LARGEST_SPEED
 from rotor_analysis.parts import AtSpeed, Bearing
+from rotor_analysis.rotor_file import load_rotor
 
 GRADE = re.compile(r"G ?(\d+(?:\.\d+)?)")  # form of ISO 21940-11, in mm/s
 
@@ -276,7 +278,16 @@ class MachineFile(Table):
             data = overlaid(data, {"fmu": {CONTROLLER: self.controller}})
         data = overlaid(data, {"inputs": {CONTROLLER: {"rolac_enable": False}}})
         data = overlaid(data, {"Omega": Omega, "settle_cycles": 0} | fields)
+        data = overlaid({"parameters": {ACTUATOR: self._iron}}, data)
         return make_scenario(data if {"end_time", "end_cycle"} & {*data} else data | {"end_time": 1.0}, self.name)
+
+    @cached_property
+    def _iron(self) -> dict[str, Value]:
+        """The parameter of the actuator for eddy currents in the thrust bearing, if the rotor moves along its shaft."""
+        bearing, rotor = self.thrust_bearing, self._scenario_data().get("rotor")
+        corner = None if bearing is None else bearing.corner
+        thrust = "" if corner is None or rotor is None else load_rotor(rotor).thrust
+        return {f"{thrust}.eddy_current_corner": f"{corner!r} rad/s"} if thrust and corner else {}
 
     def _scenario_data(self) -> dict[str, Any]:
         """Return the data of the scenario, replaced by those of the file."""

@@ -17,9 +17,7 @@ from amb_cosim.cosim.system.values import quantity
 from amb_files.checks import require
 from thrust_bearings.disc import CatalogueBearing, OperatingPoint, ThrustDisc, moment_stiffness
 from thrust_bearings.eddy_currents import LEAKAGE, SolidIron, corner_frequency
-from thrust_bearings.rational_lag import NO_LAG, RationalLag, rational_lag
 
-LOWEST = 2.0 * math.pi * 0.1  # rad/s, lowest frequency of the approximated lag of eddy currents
 LEAST_CORNER = 2.0 * math.pi  # rad/s
 OF_GEOMETRY = {
     "pole_area": "m2",
@@ -173,10 +171,6 @@ class ThrustBearing(Table):
         """Whether the corner frequency follows from the iron's material."""
         return self.iron is not None and self.iron.corner is None
 
-    def lag(self, sample_time: float) -> RationalLag:
-        """Return the lag of the iron, approximated from 0.1 Hz to the sample rate."""
-        return NO_LAG if self.corner is None else rational_lag(self.corner, (LOWEST, 2.0 * math.pi / sample_time))
-
     @cached_property
     def law(self) -> tuple[Law, float, float]:
         """Law of the controller, its sample time (s), and its delay in samples.
@@ -212,7 +206,7 @@ class ThrustBearing(Table):
         """
         law, sample_time, delay = self.law
         k_i, k_s = factors[0] * point.k_i, factors[1] * point.k_s
-        plant = AxialPlant(mass, k_i, k_s, self.amplifier_bandwidth, self.lag(sample_time))
+        plant = AxialPlant(mass, k_i, k_s, self.amplifier_bandwidth, self.corner)
         return AxialLoop(plant, law, sample_time, delay)
 
     def moment_stiffness(self, load: float = 0.0) -> float:
