@@ -17,7 +17,7 @@ from amb_actuator.amplifier import (
     steady_coil,
 )
 from amb_actuator.eddy_currents import lagged_flux, steady_flux
-from amb_actuator.force import Coils, current_per_displacement, force, is_beyond_knee
+from amb_actuator.force import Coils, current_per_displacement, force, is_beyond_knee, least_and_most
 from amb_actuator.interface import DYNAMIC, NONLINEAR, axes_of, interface_of
 from amb_actuator.records import N_DEVIATIONS, N_IRON_STATE, Axes, n_axes_of, views_of
 from fmi_export.jit import kernel, views
@@ -78,30 +78,49 @@ def place_of_force(axis: np.record, u: np.record) -> float:
 
 
 @kernel
+def coil_currents(axis: np.record) -> tuple[float, float]:
+    """Return the coil currents of the upper and the lower pair at the operating point (A)."""
+    permanent = axis.permanent_bias
+    return axis.static_current + axis.bias_current - permanent, axis.bias_current - permanent
+
+
+@kernel
 def check(axes: Axes) -> int:
     """Return the code of the first fault among the axes, or 0."""
     dynamic, n_axes = axes.common[0].amplifier == DYNAMIC, axes.parameters.shape[0]
     for k in range(n_axes):
         axis = axes.parameters[k]
-        upper_current = axis.static_current + axis.bias_current
-        larger_current = max(upper_current, axis.bias_current)
+        upper_current, lower_current = axis.static_current + axis.bias_current, axis.bias_current
+        larger_current, permanent = max(upper_current, lower_current), axis.permanent_bias
+        least, most = least_and_most(axis.current_limit, permanent)
+        coil_current = max(abs(upper_current - permanent), abs(lower_current - permanent))
         if is_beyond_gap(axis, axes.inputs[k]):
             return fault_code(GAP, k, n_axes)
-        if upper_current < 0.0 or larger_current > axis.current_limit:
+        if min(upper_current, lower_current) < least or larger_current > most:
             return fault_code(BIAS, k, n_axes)
-        if dynamic and axis.resistance * larger_current > axis.voltage_limit:
+        if dynamic and axis.resistance * coil_current > axis.voltage_limit:
             return fault_code(VOLTAGE, k, n_axes)
     return 0
 
 
 @kernel
-def working_coils(p: np.record, u: np.record, response: AxisResponse) -> Coils:
+def working_share(turns: float, current: float, axis: np.record) -> float:
+    """Return the share of a coil pair's current (A) that a working fraction of its turns leaves.
+
+    Lost turns take nothing from the permanent magnets.
+    """
+    permanent: float = axis.permanent_bias
+    return turns if permanent == 0.0 or current == 0.0 else (turns * (current - permanent) + permanent) / current
+
+
+@kernel
+def working_coils(p: np.record, axis: np.record, u: np.record, response: AxisResponse) -> Coils:
     """Return the currents of an axis at the end of the step, or averaged over it, and its working turns."""
     upper, lower = response.upper, response.lower
-    upper_turns, lower_turns = 1.0 - u.coil_loss_upper, 1.0 - u.coil_loss_lower
-    if p.mean_current != 0.0:
-        return Coils(upper.mean, lower.mean, upper_turns, lower_turns)
-    return Coils(upper.current, lower.current, upper_turns, lower_turns)
+    above, below = (upper.mean, lower.mean) if p.mean_current != 0.0 else (upper.current, lower.current)
+    upper_turns = working_share(1.0 - u.coil_loss_upper, axis.static_current + axis.bias_current + above, axis)
+    lower_turns = working_share(1.0 - u.coil_loss_lower, axis.bias_current - below, axis)
+    return Coils(above, below, upper_turns, lower_turns)
 
 
 @kernel
@@ -157,15 +176,15 @@ def write_outputs(axes: Axes, k: int, response: AxisResponse, step_size: float) 
     """Write the outputs of axis k from the response of its two coil pairs to a step (s), 0 s for a steady state."""
     p, axis, u, y = axes.common[0], axes.parameters[k], axes.inputs[k], axes.outputs[k]
     x, upper, lower = place_of_force(axis, u), response.upper, response.lower
-    coils = lagged_coils(axes, k, response, working_coils(p, u, response), step_size)
+    coils = lagged_coils(axes, k, response, working_coils(p, axis, u, response), step_size)
     y.force, y.gradient = force(p.force_law, axis, x, coils, p.total_force != 0.0)
     if x != u.displacement or has_eddy_currents(axes, k):  # eddy currents keep the flux
         y.gradient = 0.0
     y.reference = u.displacement
     # A coil pair that has lost all its turns carries no current, whatever its amplifier is commanded.
     has_upper, has_lower = 1.0 if u.coil_loss_upper < 1.0 else 0.0, 1.0 if u.coil_loss_lower < 1.0 else 0.0
-    upper_current = has_upper * (axis.static_current + axis.bias_current + upper.current)
-    lower_current = has_lower * (axis.bias_current - lower.current)
+    upper_current = has_upper * (axis.static_current + axis.bias_current + upper.current - axis.permanent_bias)
+    lower_current = has_lower * (axis.bias_current - lower.current - axis.permanent_bias)
     y.upper_current, y.lower_current = upper_current, lower_current
     y.clipped = 1.0 if u.amplifier_off == 0.0 and response.i_c != demanded_current(axis, u) else 0.0
     y.saturated = 1.0 if is_beyond_knee(axis, x, coils) else 0.0
@@ -186,8 +205,9 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     for k in range(axes.parameters.shape[0]):
         axis, u, deviation = axes.parameters[k], axes.inputs[k], axes.deviations[k]
         i_c = commanded_current(axis, u, common.amplifier)
-        upper = steady_coil(axis, u, CoilPair(axis.static_current + axis.bias_current, 1.0, 0.0), i_c)
-        lower = steady_coil(axis, u, CoilPair(axis.bias_current, -1.0, 0.0), i_c)
+        operating, bias = coil_currents(axis)
+        upper = steady_coil(axis, u, CoilPair(operating, 1.0, 0.0), i_c)
+        lower = steady_coil(axis, u, CoilPair(bias, -1.0, 0.0), i_c)
         deviation.upper, deviation.lower = upper.current, lower.current
         write_outputs(axes, k, AxisResponse(i_c, upper, lower), 0.0)
     return 0
@@ -216,8 +236,8 @@ def step(
     for k in range(axes.parameters.shape[0]):
         axis, u, deviation = axes.parameters[k], axes.inputs[k], axes.deviations[k]
         i_c = commanded_current(axis, u, common.amplifier)
-        upper_pair = CoilPair(axis.static_current + axis.bias_current, 1.0, deviation.upper)
-        lower_pair = CoilPair(axis.bias_current, -1.0, deviation.lower)
+        operating, bias = coil_currents(axis)
+        upper_pair, lower_pair = CoilPair(operating, 1.0, deviation.upper), CoilPair(bias, -1.0, deviation.lower)
         upper = coil_step(axis, u, upper_pair, i_c, common.amplifier, step_size)
         lower = coil_step(axis, u, lower_pair, i_c, common.amplifier, step_size)
         deviation.upper, deviation.lower = upper.current, lower.current
@@ -275,7 +295,8 @@ def _fault_sentences(axes: Sequence[tuple[str, str]]) -> dict[int, str]:
             f"|{b}.{a}| < {{{b}.gap_{a}}} m"
         )
         sentences[bias] = (
-            f"{operating} is not allowed; the first and the sum must be >= 0 A and <= {{{b}.current_limit_{a}}} A"
+            f"{operating} is not allowed; the first and the sum must be >= 0 A and <= {{{b}.current_limit_{a}}} A, "
+            f"both less {b}.permanent_bias_{a} = {{{b}.permanent_bias_{a}}} A with permanent magnets"
         )
         sentences[voltage] = (
             f"{b}.voltage_limit_{a} = {{{b}.voltage_limit_{a}}} V is not allowed; it must drive {operating} "

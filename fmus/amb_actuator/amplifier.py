@@ -26,7 +26,8 @@ class CoilPair(NamedTuple):
     """A coil pair of an axis, which carries the current i = operating_current + sign * deviation.
 
     operating_current
-        Current at the operating point (A): I_s + I_b of the upper pair, I_b of the lower pair.
+        Coil current at the operating point (A): I_s + I_b - I_m of the upper pair, I_b - I_m of the lower pair, with
+        the part I_m of permanent magnets.
     sign
         +1 for the upper pair, -1 for the lower pair.
     deviation
@@ -89,12 +90,13 @@ def demanded_current(p: np.record, u: np.record) -> float:
 def commanded_current(p: np.record, u: np.record, amplifier: float) -> float:
     """Limit the demanded control current to the I_c (A) that the coils and, if dynamic, the voltage limit can sustain.
 
-    Both coil currents stay within [0, current_limit], and within R I <= V with a dynamic amplifier.
+    Both coil currents stay within [0, current_limit], and within R I <= V with a dynamic amplifier. Permanent magnets
+    allow currents of both signs, see `force.least_and_most`.
     """
     limit = p.current_limit
     if amplifier == DYNAMIC:
         limit = min(limit, p.voltage_limit / p.resistance)
-    return limited_current(demanded_current(p, u), p.bias_current, p.static_current, limit)
+    return limited_current(demanded_current(p, u), p.bias_current, p.static_current, limit, p.permanent_bias)
 
 
 @kernel
@@ -126,15 +128,16 @@ def constant_voltage_response(p: np.record, i: float, v: float, h: float) -> Coi
 
 @kernel
 def discharge_response(p: np.record, i: float, h: float) -> CoilResponse:
-    """Advance a coil whose amplifier is off for `h` (s), from the current `i` >= 0 (A).
+    """Advance a coil whose amplifier is off for `h` (s), from the current `i` (A).
 
     Diodes feed the current back to the supply, against its voltage V_d, until it is zero.
     """
-    whole_step = constant_voltage_response(p, i, -p.discharge_voltage, h)
-    if whole_step.current >= 0.0:
+    v = -math.copysign(p.discharge_voltage, i)
+    whole_step = constant_voltage_response(p, i, v, h)
+    if math.copysign(1.0, i) * whole_step.current >= 0.0:
         return whole_step
-    time_to_zero = p.inductance / p.resistance * math.log1p(p.resistance * i / p.discharge_voltage)
-    discharge = constant_voltage_response(p, i, -p.discharge_voltage, time_to_zero)
+    time_to_zero = p.inductance / p.resistance * math.log1p(p.resistance * abs(i) / p.discharge_voltage)
+    discharge = constant_voltage_response(p, i, v, time_to_zero)
     return CoilResponse(0.0, discharge.mean * time_to_zero / h, 0.0, 0.0, discharge.first, held(0.0, h - time_to_zero))
 
 

@@ -7,6 +7,9 @@
           ========
     lower coil pair (I_b - I_c)
 
+    Permanent magnets, if there are any, are a constant part I_m of the currents: the coils carry the rest, and without
+    power I_m stays.
+
     F = K_s x + K_i I_c: both constants are positive. K_s > 0 pulls the rotor further away from the
     centre; the bearing is unstable without control.
 
@@ -30,7 +33,8 @@ class Coils(NamedTuple):
 
     upper, lower
         Deviations of the two coil currents from the operating point (A), both positive where they pull towards
-        positive x: the pairs carry I_s + I_b + upper and I_b - lower. A healthy bearing has both equal to I_c.
+        positive x: with permanent magnets, the pairs have I_s + I_b + upper and I_b - lower. A healthy bearing has both
+        equal to I_c.
     upper_turns, lower_turns
         Working fractions of the turns, 0 to 1.
     """
@@ -88,10 +92,20 @@ def current_per_displacement(law: float, p: np.record) -> float:
 
 
 @kernel
-def limited_current(demand: float, bias: float, static: float, limit: float) -> float:
-    """Limit a control current (A) so that both coil currents, I_s + I_b + I_c and I_b - I_c, stay within [0, limit]."""
-    low = max(-(static + bias), bias - limit)
-    high = min(limit - (static + bias), bias)
+def least_and_most(limit: float, permanent: float) -> tuple[float, float]:
+    """Return the least and the largest current of a coil pair together with its permanent magnets (A).
+
+    The coil itself carries at most +-limit, and does not reverse the flux.
+    """
+    return max(0.0, permanent - limit), permanent + limit
+
+
+@kernel
+def limited_current(demand: float, bias: float, static: float, limit: float, permanent: float) -> float:
+    """Limit a control current (A) so that I_s + I_b + I_c and I_b - I_c stay within `least_and_most`."""
+    least, most = least_and_most(limit, permanent)
+    low = max(least - (static + bias), bias - most)
+    high = min(most - (static + bias), bias - least)
     return min(max(demand, low), high)
 
 

@@ -83,6 +83,14 @@ def _magnet(declare: Declare, k_s: float, k_i: float, half_angle: float, static:
         ),
         declare("current_limit", "A", "Largest coil current, {} (Table 2.4)", 10.0, minimum=0.0, maximum=1e4),
         declare(
+            "permanent_bias",
+            "A",
+            "Part of bias_current that permanent magnets provide: it is no coil current, and stays without power, {}",
+            0.0,
+            minimum=0.0,
+            maximum=1e4,
+        ),
+        declare(
             "k_s_measured", "N/m", "Negative stiffness for force_law 1, {} (Fig. 2.5)", k_s, minimum=-1e12, maximum=1e12
         ),
         declare(
@@ -180,7 +188,7 @@ def _outputs(declare: Declare, b: str, a: str) -> list[Variable]:
     losses = of_axis("coil_loss_upper", "coil_loss_lower")
     current = (*demand, *losses, *switches)
     # At the start the currents are those of a steady command; nothing is stuck, and no voltage at its limit.
-    limits = of_axis("bias_current", "static_current", "current_limit", "resistance", "voltage_limit")
+    limits = of_axis("bias_current", "static_current", "current_limit", "permanent_bias", "resistance", "voltage_limit")
     command = (*demand, *of_axis("amplifier_gain"), *limits, "amplifier")
     currents = (*command, *off, *losses)
     iron = (*currents, *of_axis("turns", "gap", "b_sat", "knee_width"), f"{b}.{a}")

@@ -67,7 +67,7 @@ def test_an_axis_depends_on_its_own_variables_alone(bearing, b, a, causality):
         for i_c in (0.2, 9.0)
     ]
     local = [v for v in INTERFACE.of(causality) if of_axis(v.name, b, a)]
-    assert len(local) == (17 if causality == "parameter" else 7)
+    assert len(local) == (18 if causality == "parameter" else 7)
     for v in local:
         changed = set()
         for mode in modes:

@@ -164,7 +164,7 @@ def test_axis_without_any_bias_has_no_force(static):
 
 @given(st.floats(-100, 100), st.floats(0, 6), st.floats(0, 4))
 def test_no_coil_current_ever_leaves_its_limits(demand, bias, static):
-    current = limited_current(demand, bias, static, 10.0)
+    current = limited_current(demand, bias, static, 10.0, 0.0)
     upper, lower = static + bias + current, bias - current
     assert -1e-12 <= upper <= 10 + 1e-12
     assert -1e-12 <= lower <= 10 + 1e-12
@@ -172,7 +172,7 @@ def test_no_coil_current_ever_leaves_its_limits(demand, bias, static):
 
 @given(st.floats(-100, 100), st.floats(0.5, 6), st.floats(0, 4))
 def test_a_demand_is_cut_only_when_a_coil_reaches_its_limit(demand, bias, static):
-    current = limited_current(demand, bias, static, 10.0)
+    current = limited_current(demand, bias, static, 10.0, 0.0)
     if current != demand:
         reached = [static + bias + current, bias - current]
         assert min(min(abs(c), abs(c - 10)) for c in reached) < 1e-9

@@ -28,8 +28,8 @@ def test_default_bearing_constants_and_limits_are_those_of_the_actuator(b, a):
     bias, static, limit = (actuator(f"{b}.{n}_{a}") for n in ("bias_current", "static_current", "current_limit"))
     assert INTERFACE[f"{b}.k_s_{a}"].start == pytest.approx(negative_stiffness(p), rel=1e-14)
     assert INTERFACE[f"{b}.k_i_{a}"].start == pytest.approx(current_stiffness(p), rel=1e-14)
-    assert INTERFACE[f"{b}.i_min_{a}"].start == pytest.approx(limited_current(-1e9, bias, static, limit))
-    assert INTERFACE[f"{b}.i_max_{a}"].start == pytest.approx(limited_current(1e9, bias, static, limit))
+    assert INTERFACE[f"{b}.i_min_{a}"].start == pytest.approx(limited_current(-1e9, bias, static, limit, 0.0))
+    assert INTERFACE[f"{b}.i_max_{a}"].start == pytest.approx(limited_current(1e9, bias, static, limit, 0.0))
 
 
 def test_initialisation_takes_no_sample(bench):

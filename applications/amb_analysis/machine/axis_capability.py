@@ -14,6 +14,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
+from amb_actuator.actuator import coil_currents
 from amb_actuator.force import pull
 from amb_cosim.model_constants.magnetic_bearing import (
     current_range,
@@ -83,11 +84,12 @@ def _first_crossing(excess: Callable[[float], float], end: float) -> float:
 def force_slew_rate(p: np.record) -> tuple[float, float]:
     """Return the fastest rise and fall (N/s) of the force, with both coils at the voltage limit.
 
-    dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L, with a = I_s + I_b and b = I_b; for a falling force, the signs of
-    R change.
+    dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L with the coil currents a = I_s + I_b - I_m and b = I_b - I_m.
+    I_m is the part of permanent magnets. For a falling force the signs of R change.
     """
-    a, b = p.static_current + p.bias_current, p.bias_current
-    k_upper, k_lower = pull(p, a, p.gap).per_current, pull(p, b, p.gap).per_current
+    a, b = map(float, coil_currents(p))
+    k_upper = pull(p, p.static_current + p.bias_current, p.gap).per_current
+    k_lower = pull(p, p.bias_current, p.gap).per_current
     v, r, inductance = p.voltage_limit, p.resistance, p.inductance
     rise = (k_upper * (v - r * a) + k_lower * (v + r * b)) / inductance
     fall = (k_upper * (v + r * a) + k_lower * (v - r * b)) / inductance
@@ -150,8 +152,8 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
 
 
 def voltage_at_rest(p: np.record) -> float:
-    """Return the larger voltage (V) of the coil pairs of an axis at rest, R I_0 with I_0 = max(I_s + I_b, I_b)."""
-    return float(p.resistance * max(p.static_current + p.bias_current, p.bias_current))
+    """Return the larger voltage (V) of the coil pairs of an axis at rest, R |I_0| of their currents I_0."""
+    return float(p.resistance * max(abs(current) for current in coil_currents(p)))
 
 
 def _voltage_margin(p: np.record) -> float:

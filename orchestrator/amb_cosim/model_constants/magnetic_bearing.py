@@ -17,6 +17,7 @@ from amb_actuator.force import (
     Coils,
     current_stiffness,
     force,
+    least_and_most,
     limited_current,
     negative_stiffness,
     nonlinear_force,
@@ -61,11 +62,11 @@ def axis_parameters(bearing: str = "mb1", axis: str = "x", **changes: float) -> 
         if not variables[name].minimum <= value <= variables[name].maximum:
             raise ValueError(variables[name].describe_range(value))
     p: np.record = np.array([tuple(changes.get(name, v.start) for name, v in variables.items())], dtype=AXIS)[0]
-    upper_current = p.static_current + p.bias_current
-    if upper_current < 0.0 or max(upper_current, p.bias_current) > p.current_limit:
+    currents, (least, most) = (p.bias_current, p.static_current + p.bias_current), coil_range(p)
+    if min(currents) < least or max(currents) > most:
         raise ValueError(
             f"bias_current = {p.bias_current:g} A plus static_current = {p.static_current:g} A is not allowed; "
-            f"the first and the sum must be >= 0 A and <= {p.current_limit:g} A"
+            f"the first and the sum must be >= {least:g} A and <= {most:g} A"
         )
     return p
 
@@ -117,17 +118,24 @@ def static_current_for(load: float, p: np.record, law: int = NONLINEAR) -> float
         q.static_current = static
         return force(law, q, 0.0, Coils(0.0, 0.0, 1.0, 1.0), True)[0] - load
 
-    least, most = -float(p.bias_current), float(p.current_limit - p.bias_current)
+    least, most = (float(current - p.bias_current) for current in coil_range(p))
     low, high = excess(least), excess(most)
     if not low <= 0.0 <= high:
         raise ValueError(f"load = {load:g} N is not allowed; it must be >= {low + load:g} N and <= {high + load:g} N")
     return float(brentq(excess, least, most, xtol=1e-13)) if load != 0.0 else 0.0
 
 
+def coil_range(p: np.record) -> tuple[float, float]:
+    """Return the least and the largest current (A) of a coil pair, together with its permanent magnets."""
+    least, most = least_and_most(p.current_limit, p.permanent_bias)
+    return float(least), float(most)
+
+
 def current_range(p: np.record) -> tuple[float, float]:
     """Return the smallest and the largest control current (A) that both coil pairs can carry."""
     low, high = (
-        limited_current(sign * math.inf, p.bias_current, p.static_current, p.current_limit) for sign in (-1.0, 1.0)
+        limited_current(sign * math.inf, p.bias_current, p.static_current, p.current_limit, p.permanent_bias)
+        for sign in (-1.0, 1.0)
     )
     return float(low), float(high)
 

@@ -56,10 +56,10 @@ def current_limits(dataset: Signals, axis: str) -> Limits | None:
 def force_limits(dataset: Signals, axis: str) -> Limits | None:
     """Return the smallest and largest force (N) of an axis at its centre; None if unknown.
 
-        P = B^2 A_e cos(phi)/mu_0,   B = min(B_sat, mu_0 N I_max/l);   -P - F_0 <= F <= P - F_0             (2.6)
+        P = B^2 A_e cos(phi)/mu_0,   B = min(B_sat, mu_0 N (I_max + I_m)/l);   -P - F_0 <= F <= P - F_0         (2.6)
 
-    One coil pair pulls with the largest force that iron and amplifier allow, the other does not pull. F_0 is the static
-    load, which a force without its static part excludes.
+    One coil pair pulls with the largest force that iron, amplifier and permanent magnets (I_m) allow, and the
+    other does not pull. F_0 is the static load, which a force without its static part excludes.
     """
     bearing, _, direction = axis.rpartition(".")
     values, prefix, suffix = parameters(dataset, ACTUATOR), f"{bearing}.", f"_{direction}"
@@ -68,7 +68,8 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     if not {"turns", "pole_area", "gap", "half_angle", "bias_current", "static_current", "current_limit"} <= p.keys():
         return None
     per_ampere = MU_0 * p["turns"] / p["gap"]
-    flux = min(p.get("b_sat", math.inf), per_ampere * p["current_limit"])
+    largest = p["current_limit"] + p.get("permanent_bias", 0.0)
+    flux = min(p.get("b_sat", math.inf), per_ampere * largest)
     pull_of_square = p["pole_area"] * math.cos(p["half_angle"]) / MU_0
     operating = p["static_current"] + p["bias_current"]
     static = 0.0

@@ -71,9 +71,9 @@ def largest_use(
 def allowed_currents(dataset: Signals, axis: str) -> Limits | None:
     """Return the smallest and largest control current (A) that the controller and the coils allow; None if unknown.
 
-        0 <= I_0 + i <= I_max,   0 <= i_b - i <= I_max
+        max(0, I_m - I_max) <= I_0 + i, i_b - i <= I_m + I_max
 
-    I_0 is the current of the loaded coil pair, i_b the bias of the other one.
+    I_0 is the current of the loaded coil pair, i_b the bias of the other one, I_m the part of permanent magnets.
     """
     bearing, _, direction = axis.rpartition(".")
     values = parameters(dataset, ACTUATOR)
@@ -82,7 +82,9 @@ def allowed_currents(dataset: Signals, axis: str) -> Limits | None:
     of_controller = current_limits(dataset, axis)
     if bias is None or static is None or most is None:
         return of_controller
-    low, high = -min(bias + static, most - bias), min(most - bias - static, bias)
+    permanent = values.get(f"{bearing}.permanent_bias_{direction}", 0.0)
+    least, most = max(0.0, permanent - most), permanent + most
+    low, high = -min(bias + static - least, most - bias), min(most - bias - static, bias - least)
     if of_controller is not None:
         low, high = max(low, of_controller[0]), min(high, of_controller[1])
     return (float(low), float(high)) if low < 0.0 < high else None

@@ -41,9 +41,10 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
     """Set the controller's assumptions on each magnet: K_s, K_i, i_min and i_max; return warnings.
 
     The currents are those with which both coil currents, I_s + I_b + i and I_b - i, are between 0 and the limit of the
-    coils; the integral of a PID would wind up beyond what the actuator cuts off. K_s and K_i are the slopes of the
-    magnet's force law at its centre. A warning names settings that differ from these by more than `LARGEST_RATIO`, and
-    measured constants that differ as much from a geometry set without them.
+    coils, or with permanent magnets between both signs of it; the integral of a PID would wind up beyond what the
+    actuator cuts off. K_s and K_i are the slopes of the magnet's force law at its centre. A warning names settings that
+    differ from these by more than `LARGEST_RATIO`, and measured constants that differ as much from a geometry set
+    without them.
 
     Parameters
     ----------
@@ -54,12 +55,17 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
     for bearing, axis in magnet_axes(values):
         p, law = parameters_of(values, bearing, axis), values.parameter(f"{ACTUATOR}.force_law")
         bias, static, limit = (p[name] for name in ("bias_current", "static_current", "current_limit"))
-        if not 0.0 <= bias + static <= limit or bias > limit:
+        permanent = p.get("permanent_bias", 0.0)
+        least, most = max(0.0, permanent - limit), permanent + limit
+        if not least <= bias + static <= most or not least <= bias <= most:
             continue  # the actuator refuses to start with it
         measured = is_measured(values)
         slopes = tuple(p[name] for name in MEASURED) if measured else _slopes(bearing, axis, p, int(law))
         assumed = {f"{CONTROLLER}.{bearing}.{name}_{axis}": k for name, k in zip(("k_s", "k_i"), slopes, strict=True)}
-        currents = {"i_min": max(-(static + bias), bias - limit), "i_max": min(limit - (static + bias), bias)}
+        currents = {
+            "i_min": max(least - (static + bias), bias - most),
+            "i_max": min(most - (static + bias), bias - least),
+        }
         for name, value in (assumed | {f"{CONTROLLER}.{bearing}.{n}_{axis}": i for n, i in currents.items()}).items():
             _set_if_allowed(missing, name, value)
         geometry = {f"{ACTUATOR}.{bearing}.{name}_{axis}" for name in GEOMETRY}

@@ -63,8 +63,7 @@ def test_material_and_corner_frequency_of_an_iron_give_the_same_lag():
     material = bearing(iron=IRON)
     corner = f"{material.corner / (2.0 * math.pi)!r} Hz"
     assert bearing(iron={"corner": corner}).corner == pytest.approx(material.corner, rel=1e-12)
-    assert len(material.lag(50e-6).poles) > 5
-    assert len(bearing().lag(50e-6).poles) == 0
+    assert bearing().corner is None
 
 
 def test_the_bearing_balances_thrust_and_weight():

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.constants import mu_0
 
+from amb_actuator.actuator import coil_currents
 from amb_actuator.force import static_pull
 from amb_assessment.assessment.format.criteria import Criterion, unread
 from amb_assessment.assessment.format.retainer_bearings import DATA_HEADS, TITLE, check_sites
@@ -116,7 +117,7 @@ def magnet_numbers(p: np.record, law: int) -> tuple[float, ...]:
     k_s, k_i = operating_constants(p, law)
     least, most = (float(linearisation(p, 0.0, i_c).force + static_pull(p)) for i_c in current_range(p))
     gap_inductance = 2.0 * mu_0 * p.turns**2 * p.pole_area / p.gap
-    currents = (p.bias_current + p.static_current, p.bias_current)
+    currents = coil_currents(p)
     numbers = (1e3 * p.gap, *currents, least, most, 1e-6 * k_s, k_i, 1e3 * p.inductance, 1e3 * gap_inductance)
     return tuple(map(float, numbers))
 
