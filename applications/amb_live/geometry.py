@@ -1,4 +1,4 @@
-"""Drawing data of a rotor: its shaft with discs, bearings and contact sites, and the shape that sensors define."""
+"""Drawing data of a rotor: shaft, discs, bearings, contact sites and faces, and the shape that sensors define."""
 
 from __future__ import annotations
 
@@ -69,6 +69,18 @@ def geometry(
                 "y": f"{PLANT}.{site.name}.y",
             }
             for site in rotor.sites
+        ],
+        "thrust": rotor.thrust,
+        "faces": [
+            {
+                "name": face.name,
+                "z": z[face.node - 1],
+                "radius": face.radius,
+                "clearance": face.clearance,
+                "stops": -1 if face.stops == "-z" else 1,
+                "retainer": face.retainer or "",
+            }
+            for face in rotor.faces
         ],
         "planes": [
             {"name": s.name, "z": z[s.node - 1], "x": f"{PLANT}.{s.x}", "y": f"{PLANT}.{s.y}"} for s in rotor.sensors

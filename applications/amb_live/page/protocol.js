@@ -70,6 +70,8 @@
  * @property {{ name: string, z: number, x: string, y: string, retainer: string, magnetic: boolean }[]} bearings signals of
  * displacement; whether magnets pull the rotor at it
  * @property {Site[]} sites retainers and bushes
+ * @property {string} thrust name of the axial bearing, with the signals `rotor_contact.<thrust>.z` and so on; empty without
+ * @property {Face[]} faces that stop the rotor along its shaft
  * @property {{ name: string, z: number, x: string, y: string }[]} planes of sensors, with their signals
  * @property {{ places: { z: number, x: string, y: string }[], rows: number[][] }} shape
  * @property {number} gravityAngle direction of gravity, from x towards y (rad)
@@ -85,6 +87,17 @@
  * @property {number} clearance at the start; the parameter `rotor_contact.<name>.clearance` has the present one
  * @property {string} x
  * @property {string} y
+ */
+
+/**
+ * A face that stops the rotor along its shaft, at a seat.
+ * @typedef {object} Face
+ * @property {string} name its variables are `rotor_contact.<name>.f_n` and so on
+ * @property {number} z of the face, with the rotor in the middle
+ * @property {number} radius mean radius of the ring on which it lands
+ * @property {number} clearance at the start; the parameter `rotor_contact.<name>.clearance` has the present one
+ * @property {-1 | 1} stops direction of the motion along z that it stops
+ * @property {string} retainer site on whose retainer it lands, or empty
  */
 
 /**

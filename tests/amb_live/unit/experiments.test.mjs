@@ -9,7 +9,7 @@ import { slowness } from "../../../applications/amb_live/page/ui/transport.js";
 // A machine with one retainer and one disc, whose names have no numbers.
 const CLEARANCE = 1e-4;
 const names = ["rotor_contact.catch.mode", "rotor_contact.catch.x", "rotor_contact.catch.y", "rotor_contact.wheel.f_x", "rotor_contact.catch.f_n_peak", "rolac_controller.current_limited"];
-const geometry = { discs: [{ name: "wheel", unbalance: true, z: 0 }], sites: [{ name: "catch", clearance: CLEARANCE, x: names[1], y: names[2], z: 0 }], bearings: [] };
+const geometry = { discs: [{ name: "wheel", unbalance: true, z: 0 }], sites: [{ name: "catch", clearance: CLEARANCE, x: names[1], y: names[2], z: 0 }], faces: [], bearings: [] };
 const events = [{ point: 100, variable: "rotor_contact.wheel.u", value: 5e-6, label: "step" }];
 const OFF = "amb_actuator.north.amplifier_off_x";
 const variables = new Map([["rotor_contact.wheel.u", { unit: "kg.m", start: 0 }], ["rotor_contact.catch.clearance", { unit: "m", start: CLEARANCE }], [OFF, { unit: "", start: 0 }]]);

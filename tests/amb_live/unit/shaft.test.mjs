@@ -5,7 +5,7 @@ import { apart, deflection, enlargementOf, roomOf } from "../../../applications/
 
 const geometry = {
   nodes: [{ z: 0, radius: 0.02 }, { z: 1, radius: 0.02 }, { z: 2, radius: 0.02 }],
-  discs: [{ name: "d", z: 2, radius: 0.1, width: 0.02, unbalance: true }], bearings: [], planes: [],
+  discs: [{ name: "d", z: 2, radius: 0.1, width: 0.02, unbalance: true }], bearings: [], planes: [], faces: [], thrust: "",
   sites: [{ name: "r", z: 0, clearance: 5e-4 }],
   shape: { places: [{ z: 0, x: "ax", y: "ay" }, { z: 2, x: "bx", y: "by" }], rows: [[1, 0], [0.5, 0.5], [0, 1]] },
 };

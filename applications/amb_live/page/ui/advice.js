@@ -1,6 +1,6 @@
 // Advice on a choice of control that will not work, and which choice will.
 
-import { matching, plainLaw, settingOf, valueOf } from "./session.js";
+import { matching, placesOfContact, plainLaw, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -17,11 +17,11 @@ export function isOff(session) {
 }
 
 /**
- * Return the sites where the rotor is in contact now.
+ * Return the sites and faces where the rotor is in contact now.
  * @param {Session} session
  */
 export function touched(session) {
-  return session.rig.geometry.sites.map((site) => site.name).filter((name) => valueOf(session, `rotor_contact.${name}.mode`) > 0);
+  return placesOfContact(session.rig.geometry).filter((name) => valueOf(session, `rotor_contact.${name}.mode`) > 0);
 }
 
 /**

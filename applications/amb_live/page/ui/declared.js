@@ -2,7 +2,7 @@
 
 import { halfHeightFor } from "./charts.js";
 import { nameLabel } from "./format.js";
-import { matching, plainLaw } from "./session.js";
+import { matching, placesOfContact, plainLaw } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -82,9 +82,9 @@ export function declaredGroups(session) {
       title: "Contact", theory: "contact", open: false,
       controls: [
         slider("friction µ", ["rotor_contact.*.mu"], "", 1, 0, 0.5, 0.01),
-        ...geometry.sites.map((site) => slider(`clearance ${nameLabel(site.name)}`, [`rotor_contact.${site.name}.clearance`], "mm", 1e3, 0.05, 2, 0.01)),
+        ...placesOfContact(geometry).map((name) => slider(`clearance ${nameLabel(name)}`, [`rotor_contact.${name}.clearance`], "mm", 1e3, 0.05, 2, 0.01)),
         slider("restitution", ["rotor_contact.*.restitution"], "", 1, 0, 1, 0.05),
-        { kind: "boxes", label: "can touch at", boxes: geometry.sites.map((site) => ({ label: nameLabel(site.name), name: `rotor_contact.${site.name}.enabled` })) },
+        { kind: "boxes", label: "can touch at", boxes: placesOfContact(geometry).map((name) => ({ label: nameLabel(name), name: `rotor_contact.${name}.enabled` })) },
       ],
     },
     {

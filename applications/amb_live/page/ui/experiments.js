@@ -3,7 +3,7 @@
 import { contactTime, isOff, touched } from "./advice.js";
 import { numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
-import { matching, plainLaw, settingOf, valueOf } from "./session.js";
+import { matching, placesOfContact, plainLaw, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -81,7 +81,9 @@ export function follow(step, notes, session) {
   for (const site of shownSites(session)) {
     const clearance = settingOf(session, `rotor_contact.${site.name}.clearance`), y = observed(session, notes, site.y);
     observed(session, notes, site.x).forEach((x, k) => { notes.reach = Math.max(notes.reach, Math.hypot(x, y[k]) / clearance || 0); });
-    for (const force of observed(session, notes, `rotor_contact.${site.name}.f_n_peak`)) { notes.force = Math.max(notes.force, force || 0); }
+  }
+  for (const name of placesOfContact(session.rig.geometry)) {
+    for (const force of observed(session, notes, `rotor_contact.${name}.f_n_peak`)) { notes.force = Math.max(notes.force, force || 0); }
   }
   const first = session.contacts.find((item) => item.mode > 0 && item.time >= notes.began && item.time <= session.time);
   if (!notes.touched && (first !== undefined || touched(session).length > 0)) {
@@ -191,7 +193,7 @@ function land(session) {
 
 /** @param {Session} session */
 function landed(session) {
-  const modes = session.rig.geometry.sites.map(({ name }) => valueOf(session, `rotor_contact.${name}.mode`));
+  const modes = placesOfContact(session.rig.geometry).map((name) => valueOf(session, `rotor_contact.${name}.mode`));
   if (modes.some((mode) => mode === 2)) { return "it rolls"; }
   return modes.some((mode) => mode === 1) ? "it slides" : "it bounces";
 }

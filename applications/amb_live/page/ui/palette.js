@@ -43,6 +43,17 @@ export function seriesOfSite(geometry, site) {
 }
 
 /**
+ * Return the colour of a face: that of the retainer on which it lands, or one after those of all sites.
+ * @param {Pick<import("../protocol.js").Geometry, "bearings" | "sites" | "faces">} geometry
+ * @param {import("../protocol.js").Face} face
+ * @returns {number} index into `series`
+ */
+export function seriesOfFace(geometry, face) {
+  const site = geometry.sites.find((item) => item.name === face.retainer);
+  return site !== undefined ? seriesOfSite(geometry, site) : (geometry.bearings.length + geometry.sites.length + geometry.faces.indexOf(face)) % SERIES.length;
+}
+
+/**
  * Return a colour with less than full opacity.
  * @param {string} colour as #rrggbb
  * @param {number} opacity from 0 to 1

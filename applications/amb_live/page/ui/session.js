@@ -132,6 +132,14 @@ export function matching(session, pattern) {
 }
 
 /**
+ * Return the names of all places where the rotor can touch, across and along its shaft.
+ * @param {Pick<import("../protocol.js").Geometry, "sites" | "faces">} geometry
+ */
+export function placesOfContact({ sites, faces }) {
+  return [...sites, ...faces].map((place) => place.name);
+}
+
+/**
  * Return when a change of a variable takes effect: at the next step, or when the run starts anew.
  * @param {Session} session
  * @param {string} name

@@ -18,6 +18,7 @@ import { disc, face, ring, tube } from "./solids.js";
  * @property {number} angle of the rotor (rad)
  * @property {readonly { name: string, u: number, phi: number }[]} unbalances kg m, rad
  * @property {number} enlargement of displacements
+ * @property {number} along displacement along the shaft (m)
  * @property {number} room across the shaft that is displayed (m)
  */
 
@@ -110,13 +111,14 @@ export class ShaftPicture {
     const eye = projection(fitted(camera, this.length, scene.room, width, height)), middle = 0.5 * (this.z0 + this.z1);
     this.project = (/** @type {number} */ place, /** @type {number} */ u, /** @type {number} */ v) => eye(middle - place, u, v);
     this.bent = deflection(scene.geometry, scene.value);
+    this.along = scene.enlargement * scene.along;
   }
 
   draw() {
     const { geometry, scene, palette, project, context } = this, turn = scene.angle + scene.rotation;
     const colours = { metal: palette.metal, dark: palette.ground < "#888888" ? "#10151b" : "#3a4653", bright: "#ffffff" };
     /** @type {Face[]} */
-    const faces = tube(geometry.nodes.map((node, k) => ({ z: node.z, ...this.across(this.bent.nodes[k]), radius: node.radius })), project, turn, colours);
+    const faces = tube(geometry.nodes.map((node, k) => ({ z: node.z + this.along, ...this.across(this.bent.nodes[k]), radius: node.radius })), project, turn, colours);
     for (const item of geometry.discs.filter((body) => body.radius > 0 && (body.unbalance || !this.isCore(body.z)))) {
       faces.push(...disc(this.place(item.z), item.radius, item.width, project, turn, colours, 6));
     }
@@ -126,6 +128,7 @@ export class ShaftPicture {
       faces.push(...this.magnets(bearing, palette.series[k % palette.series.length]));
     });
     for (const site of geometry.sites.filter((item) => scene.enabled(item.name))) { faces.push(...this.retainer(site)); }
+    for (const item of geometry.faces.filter((one) => scene.enabled(one.name))) { faces.push(...this.seat(item)); }
     this.drawFloor();
     faces.sort((a, b) => b.depth - a.depth).forEach((item) => item.draw(context));
     this.drawLabels();
@@ -137,9 +140,9 @@ export class ShaftPicture {
     return { u: enlargement * (c * x - s * y), v: enlargement * (s * x + c * y) };
   }
 
-  /** @param {number} z */
+  /** Return where the part of the shaft at a place is drawn. @param {number} z */
   place(z) {
-    return { z, ...this.across(this.bent.at(z)), radius: 0 };
+    return { z: z + this.along, ...this.across(this.bent.at(z)), radius: 0 };
   }
 
   /** Whether a body is the core of a bearing, which the view leaves out so that its retainer can be seen. @param {number} z */
@@ -164,6 +167,20 @@ export class ShaftPicture {
     const z = site.z + (site.z < this.z0 + 0.5 * length ? step : -step), radius = isBearing ? this.journalRadius(site.z) : site.radius;
     const isTouched = scene.value(`rotor_contact.${site.name}.f_n`) > 0;
     return ring(z, radius + scene.enlargement * scene.clearance(site.name), 0, 2 * Math.PI, this.project, isTouched ? palette.touch : palette.ink, isTouched ? 4.5 : 2.2);
+  }
+
+  /**
+   * Return the ring of a seat at the enlarged clearance from its face, coloured during contact.
+   * @param {import("../protocol.js").Face} item
+   */
+  seat(item) {
+    const { scene, palette } = this, z = this.seatAt(item), isTouched = scene.value(`rotor_contact.${item.name}.f_n`) > 0;
+    return ring(z, Math.max(item.radius, this.journalRadius(item.z)), 0, 2 * Math.PI, this.project, isTouched ? palette.touch : palette.soft, isTouched ? 4.5 : 2.2);
+  }
+
+  /** @param {import("../protocol.js").Face} item */
+  seatAt(item) {
+    return item.z + item.stops * this.scene.enlargement * this.scene.clearance(item.name);
   }
 
   /**
@@ -201,7 +218,7 @@ export class ShaftPicture {
     return [-1, 1].flatMap((side) => {
       const corners = Array.from({ length: 16 }, (_, k) => {
         const around = (-side * 2 * Math.PI * k) / 16;
-        return this.project(body.z + 0.52 * side * body.width, at.u + out * Math.cos(turn) + size * Math.cos(around),
+        return this.project(at.z + 0.52 * side * body.width, at.u + out * Math.cos(turn) + size * Math.cos(around),
                             at.v + out * Math.sin(turn) + size * Math.sin(around));
       });
       return face(corners.reverse(), palette.push, palette.push, -0.02);
@@ -232,7 +249,7 @@ export class ShaftPicture {
     const { context, geometry, palette } = this;
     Object.assign(context, { textAlign: "center", textBaseline: "bottom", font: `600 12px ${palette.font}` });
     const above = geometry.discs.filter((body) => body.unbalance && body.radius > 0).map((item) => {
-      const { u, v } = this.place(item.z), [x, y] = this.project(item.z, u, v + item.radius);
+      const { z, u, v } = this.place(item.z), [x, y] = this.project(z, u, v + item.radius);
       return { text: item.name.toUpperCase(), x, y: y - 4, step: -LINE, colour: palette.soft };
     });
     const below = geometry.bearings.map((bearing, k) => {

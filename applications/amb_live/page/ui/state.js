@@ -4,23 +4,24 @@ import { isOff } from "./advice.js";
 import { make, setText } from "./dom.js";
 import { nameLabel, numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
-import { plainLaw, settingOf, valueOf } from "./session.js";
+import { placesOfContact, plainLaw, settingOf, valueOf } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
 const MODES = [["○", "free"], ["◐", "sliding"], ["●", "rolling"]];
 
 /**
- * Fill the list of contact sites, and return the function that updates it.
+ * Fill the list of contact sites and faces, and return the function that updates it.
  * @param {HTMLElement} panel
  * @param {Session} session
  * @returns {(session: Session) => void}
  */
 export function makeContacts(panel, session) {
-  const rows = shownSites(session).map((site) => {
+  const faces = session.rig.geometry.faces.filter((face) => settingOf(session, `rotor_contact.${face.name}.enabled`) !== 0);
+  const rows = [...shownSites(session), ...faces].map(({ name }) => {
     const mode = make("span", { class: "mode" }), value = make("span", { class: "value" });
-    const element = make("div", { class: "contact" }, [make("b", { text: nameLabel(site.name) }), mode, value]);
-    return { site: `rotor_contact.${site.name}`, element, mode, value };
+    const element = make("div", { class: "contact" }, [make("b", { text: nameLabel(name) }), mode, value]);
+    return { site: `rotor_contact.${name}`, element, mode, value };
   });
   panel.replaceChildren(...rows.map((row) => row.element));
   return (now) => {
@@ -29,8 +30,9 @@ export function makeContacts(panel, session) {
       row.element.dataset.mode = String(k);
       setText(row.mode, `${sign} ${text}`);
       const gap = valueOf(now, `${row.site}.gap`);
-      setText(row.value, k === 0 ? `gap ${quantityText(gap, "m")}`
-        : `N ${quantityText(valueOf(now, `${row.site}.f_n`), "N")}, T ${quantityText(valueOf(now, `${row.site}.f_t`), "N")}`);
+      const across = valueOf(now, `${row.site}.f_t`), along = valueOf(now, `${row.site}.torque`); // of a site, of a face
+      const friction = Number.isFinite(across) ? `T ${quantityText(across, "N")}` : `torque ${quantityText(along, "N m")}`;
+      setText(row.value, k === 0 ? `gap ${quantityText(gap, "m")}` : `N ${quantityText(valueOf(now, `${row.site}.f_n`), "N")}, ${friction}`);
     }
   };
 }
@@ -93,7 +95,7 @@ function limitsText(session) {
 /** @param {Session} session */
 function largestForce(session) {
   const { traces, rig } = session, first = Math.max(traces.count - 4000, 0);
-  const rings = rig.geometry.sites.flatMap((site) => traces.values.get(`rotor_contact.${site.name}.f_n_peak`) ?? []);
+  const rings = placesOfContact(rig.geometry).flatMap((name) => traces.values.get(`rotor_contact.${name}.f_n_peak`) ?? []);
   return Math.max(0, ...rings.flatMap((ring) => (traces.count > 0 ? traces.extremes(ring, first, traces.count) : [])));
 }
 

@@ -2,6 +2,7 @@
 
 import { surfaceOf } from "./canvas.js";
 import { numberText } from "./format.js";
+import { placesOfContact } from "./session.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -82,8 +83,8 @@ export class Timeline {
     context.fillStyle = palette.series[0];
     context.fillRect(INSET, base - 3, x - INSET, 3);
     context.fillStyle = palette.touch;
-    for (const site of session.rig.geometry.sites) {
-      for (const [begin, stop] of contactIntervals(session.contacts, site.name, session.time)) {
+    for (const name of placesOfContact(session.rig.geometry)) {
+      for (const [begin, stop] of contactIntervals(session.contacts, name, session.time)) {
         context.fillRect(this.at(begin), base - 10, Math.max(this.at(stop) - this.at(begin), 1.2), 6);
       }
     }

@@ -40,7 +40,7 @@ export function makeView(current, changes, palette, progress) {
     makeContacts(byId("contacts", HTMLElement), session), makeFacts(byId("control-state", HTMLElement), session),
     makeEnergies(byId("energies", HTMLElement)), makeGuide(byId("guide", HTMLElement), session, progress, changes.run), makeControls(byId("controls", HTMLElement), session, changes),
   ];
-  setText(byId("enlargement", HTMLElement), `displacements enlarged ${enlargementOf(session.rig.geometry)} times`);
+  setText(byId("enlargement", HTMLElement), `displacements enlarged ${enlargementOf(session.rig.geometry)} times${weightAlong(session)}`);
   let lastTexts = -Infinity;
   return {
     draw: (/** @type {number} */ now) => {
@@ -55,6 +55,16 @@ export function makeView(current, changes, palette, progress) {
     },
     end: () => { signals.end(); shaft.end(); },
   };
+}
+
+/**
+ * Return in words where a weight along the shaft pulls; nothing for a shaft that lies.
+ * @param {Session} session
+ */
+function weightAlong(session) {
+  const { geometry: { thrust, nodes } } = session.rig, tilt = settingOf(session, `rotor_contact.${thrust}.tilt`);
+  if (!(Math.abs(tilt) > 1e-3)) { return ""; }
+  return `, ${Math.abs(tilt) > 1.5 ? "weight" : "a part of the weight"} towards ${(tilt > 0 ? nodes[0] : nodes[nodes.length - 1]).z.toFixed(2)} m`;
 }
 
 /**
@@ -106,6 +116,7 @@ function sceneOf(session) {
   const { geometry } = session.rig, setting = (/** @type {string} */ name) => settingOf(session, `rotor_contact.${name}`);
   return {
     geometry, rotation: rotationOf(geometry), enlargement: enlargementOf(geometry),
+    along: valueOf(session, `rotor_contact.${geometry.thrust}.z`) || 0,
     value: (signal) => valueOf(session, signal),
     clearance: (site) => setting(`${site}.clearance`),
     enabled: (site) => setting(`${site}.enabled`) !== 0,
