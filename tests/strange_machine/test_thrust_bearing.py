@@ -83,7 +83,7 @@ def test_peak_of_the_sensitivity_is_that_of_the_loop_at_its_load():
     result = quantities(assess(file, only=["axial_margins"]))["sensitivity_peak"]
     mass, k_s, omega_b, T = 3.908928636, 5e5 * (1.0 + (40.0 / 250.0) ** 2), 2.0 * math.pi * 1500.0, 50e-6
     law = linear_controller(FILE.parent / "axial.toml").state_space()
-    plant = AxialPlant(mass, 100.0, k_s, omega_b, file.thrust_bearing.lag(T))
+    plant = AxialPlant(mass, 100.0, k_s, omega_b, file.thrust_bearing.corner)
     loop = AxialLoop(plant, law, T, 1.5)
     assert result.value == pytest.approx(abs(loop.sensitivity(np.array([result.facts["frequency"]]))[0]), rel=1e-6)
 
