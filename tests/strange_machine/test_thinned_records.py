@@ -6,6 +6,8 @@ import pytest
 from strange_machine import TOUCHDOWN
 
 import amb_cosim
+from amb_cosim.cosim.record import step_rows
+from amb_cosim.results.contact_forces import received_impulse
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names
 
@@ -73,6 +75,37 @@ def test_a_thinned_run_continues_from_a_checkpoint(thin, tmp_path):
 def test_a_file_of_a_thinned_run_has_the_same_summary(thin, tmp_path):
     loaded = amb_cosim.Result.load(thin.save(tmp_path, plots=False))
     assert loaded.summary.as_dict() == thin.summary.as_dict()
+
+
+@pytest.fixture
+def long(monkeypatch):
+    """As many steps as make rows of ten of them."""
+    monkeypatch.setattr(step_rows, "MOST_ROWS", 10)
+
+
+def test_a_long_run_has_rows_of_steps_with_the_same_largest_forces(long, touchdown):
+    """Times are those of rows of 0.5 ms, and forces averaged over 1 ms begin with one."""
+    rows, full = thinned(100), touchdown.summary
+    steps = rows.dataset["step_time"].values
+    assert len(steps) < len(touchdown.signals["time"].values) / 9
+    assert rows.summary.peak_contact_force == full.peak_contact_force
+    assert rows.summary.peak_is_sampled == full.peak_is_sampled
+    for site, force in full.averaged_contact_force.items():
+        assert rows.summary.averaged_contact_force[site] == pytest.approx(force, rel=0.25)
+        impulse, all_steps = (received_impulse(run.signals, site)[-1] for run in (rows, touchdown))
+        assert impulse == pytest.approx(all_steps, rel=1e-9)
+    assert rows.summary.energy == full.energy
+    period = touchdown.signals.attrs["period_s"]
+    assert rows.summary.first_contact == pytest.approx(full.first_contact, abs=0.5e-3 / period)
+    assert rows.summary.recovery == full.recovery
+    assert rows.summary.touchdown.retainers.keys() == full.touchdown.retainers.keys()
+
+
+def test_a_long_run_is_the_same_in_the_plain_loop_and_from_a_checkpoint(long, tmp_path):
+    whole = thinned(100)
+    assert thinned(100, loop="plain").dataset.equals(whole.dataset)
+    checkpoint = thinned(100, save_at=["30.35 ms"]).checkpoint().save(tmp_path / "state.npz")
+    assert thinned(100, start=checkpoint).dataset.equals(whole.dataset)
 
 
 def test_forces_at_thinned_samples_are_those_of_all_steps(thin, touchdown):

@@ -14,8 +14,8 @@ from functools import reduce
 
 import numpy as np
 
-from amb_cosim.cosim.record.signals import Signals
-from amb_cosim.results.signal_arrays import at_every_step, cycles, signal
+from amb_cosim.cosim.record.signals import EACH_STEP, Signals
+from amb_cosim.results.signal_arrays import at_every_step, cycles, signal, thinning
 from array_types import Array, Bools
 
 WINDOW = 1e-3  # s, over which contact forces are averaged
@@ -23,9 +23,9 @@ WINDOW = 1e-3  # s, over which contact forces are averaged
 
 def is_sampled(dataset: Signals, site: str) -> bool:
     """Return whether only samples of the force at a site are recorded, not the values between them."""
-    dataset = at_every_step(dataset)
-    step, steps = dataset.attrs.get("communication_step_s", np.inf), np.diff(dataset["time"].values)
-    return signal(dataset, f"{site}.f_n_peak") is None or bool(steps.max(initial=0.0) > 1.5 * float(step))
+    if EACH_STEP not in dataset and thinning(dataset) > 1:
+        return True
+    return signal(at_every_step(dataset), f"{site}.f_n_peak") is None
 
 
 def peaks(dataset: Signals, site: str) -> Array | None:

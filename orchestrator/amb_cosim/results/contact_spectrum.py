@@ -10,7 +10,7 @@ from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import frequency_unit
 from amb_cosim.results.contact_history import touchable
 from amb_cosim.results.places import places
-from amb_cosim.results.signal_arrays import at_every_step, cycles, signal
+from amb_cosim.results.signal_arrays import at_every_step, cycles, signal, thinning
 from array_types import Array
 
 WARNED_SHARE = 0.1
@@ -29,7 +29,7 @@ def share_beyond_reduction(dataset: Signals) -> dict[str, float | None]:
     -------
     dict
         By site, see `contact_history.touchable`, without faces; None if the rotor's FMU does not state the frequency up
-        to which its reduction is valid, or the force was not recorded or is zero.
+        to which its reduction is valid, or the force was not recorded at every step, or is zero.
     """
     faces = places(dataset).faces
     return {site: _share(dataset, site) for site in touchable(dataset) if site not in faces}
@@ -53,6 +53,8 @@ def _share(dataset: Signals, site: str) -> float | None:
     force, limit = signal(dataset, f"{site}.f_n"), places(dataset).valid_to
     after = cycles(dataset) >= 0.0
     if force is None or limit is None or np.count_nonzero(after) < 2 or not force[after].any():
+        return None
+    if thinning(dataset) > 1:
         return None
     steps = np.diff(dataset["time"].values[after])
     if not np.allclose(steps, steps[0], rtol=1e-6):

@@ -21,7 +21,10 @@ _CONTROL_ACTS = f"{CONTROLLER}.rolac_active"
 
 
 def at_every_step(dataset: Signals) -> Signals:
-    """Return the values of every step in a thinned record, over `time` and `cycle`; any other data set unchanged."""
+    """Return the values of every step in a thinned record, over `time` and `cycle`; any other data set unchanged.
+
+    Long runs have rows of several steps, with the largest values, sums and means of these.
+    """
     if EACH_STEP not in dataset:
         return dataset
     time = dataset[EACH_STEP].values

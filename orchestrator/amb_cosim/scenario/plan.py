@@ -34,6 +34,7 @@ from amb_cosim.scenario.plan_warnings import (
 from amb_cosim.scenario.scenario import SPEED, UNBALANCE, Scenario, checked_speed, cycle_period
 from amb_cosim.scenario.stators import set_stators
 from amb_files.checks import errors_in
+from fmi_export.variables import OverStep
 
 ACCELERATION = "Omega_dot"  # the shared signal that holds the slope of the speed over the coming step
 FREE, IDEAL = "spin.free", "drive.ideal"  # of the plant: a spin that the drive must hold, and a drive that does
@@ -115,7 +116,7 @@ def _experiment(
         recorded=scenario.record.variables if recorded is None else (),
         essential=_essential(places_of(assembly)) if recorded is None else tuple(recorded),
         record_every=scenario.record.every,
-        each=_contact(places_of(assembly)) if scenario.record.every > 1 else (),
+        each=_contact(places_of(assembly)) if scenario.record.every > 1 else {},
         record_settling=bool(scenario.record.settling),
         settling=scenario.settling,
         period=period,
@@ -233,12 +234,20 @@ def _essential(places: RotorPlaces) -> tuple[str, ...]:
     return tuple(f"{PLANT}.{name}" for name in (*of_places, *measured, "contact_state", "energy.*"))
 
 
-def _contact(places: RotorPlaces) -> tuple[str, ...]:
-    """Return patterns of variables that figures of contact require at every step, also of a decimated record."""
-    of_sites = ("f_n*", "impulse", "mode", "whirl_speed", "race_speed", "friction_power", "heat", "temperature")
+def _contact(places: RotorPlaces) -> dict[str, OverStep]:
+    """Return what variables are of a step that figures of contact require at every step, also of a decimated record."""
+    sampled = ("f_n", "mode", "whirl_speed", "race_speed", "friction_power", "heat")
+    of_sites: dict[str, OverStep] = {
+        "f_n_peak": "largest",
+        "f_n_mean": "mean",
+        "impulse": "sum",
+        "temperature": "largest",
+    }
+    of_sites |= dict.fromkeys(sampled, "end")
     of_plant = ("contact_state", "energy.*", "speed", "solver.method")
-    names = (*of_plant, *(f"{at}.{name}" for at in places.contacts for name in of_sites))
-    return (*(f"{PLANT}.{name}" for name in names), f"{ACTUATOR}.*.amplifier_off_?")
+    result: dict[str, OverStep] = {f"{PLANT}.{name}": "end" for name in of_plant}
+    result |= {f"{PLANT}.{at}.{name}": rule for at in places.contacts for name, rule in of_sites.items()}
+    return result | {f"{ACTUATOR}.*.amplifier_off_?": "end"}
 
 
 def _scaled(

@@ -150,6 +150,7 @@ def run(
     buffer, row = recorder.buffer(first, last, may_stop), len(recorder.points)
     rows, limits = structure_of(buffer), structure_of(conditions)
     watching = None if watch is None or not len(watch.positions) else watch
+    by_block = watching is not None or recorder.step_rows.steps > 1
     begin, size, outcome = first, FIRST, End()
     until = last + 1 if stop is None else stop
     shorter = {max(first, point) for point, _ in master.last_steps.values()}
@@ -160,19 +161,19 @@ def run(
             if begin in shorter:
                 sizes = np.array([master.step_size_of(i, begin) for i in range(len(master.components))])
                 program = structure_of(program.data._replace(step_sizes=sizes))
-            if watching is not None:
+            if by_block:
                 end = min(end, begin + WATCHED)
-                watched = _watched(buffer, watching.positions, begin, end)
-                rows = structure_of(watched)
+                block = _block(buffer, watching, begin, end)
+                rows = structure_of(block)
             changes = _merged([schedule.changes(begin, end) for schedule in schedules])
             recorder.see(begin)
             started, pause.value = time.perf_counter(), False
             changed = _UNCHANGED if changes is _NOTHING else structure_of(changes)
             advance(*map(byref, (program, changed, rows, limits)), row, begin, end, last, byref(pause), byref(outcome))
             row, reached = outcome.row, outcome.reached
-            if watching is not None:
-                _see(watching, watched, buffer, begin, reached)
-            recorder.fill(row, begin, reached)
+            if by_block:
+                _see(watching, recorder, block, begin, reached)
+            recorder.fill(row, reached)
             recorder.see(reached)
             if outcome.met >= 0:
                 raise Stopped(outcome.met, reached)
@@ -215,21 +216,21 @@ def _check(master: Master[C], outcome: End) -> None:
         raise master.failure(component, outcome.reached, reason) from reason
 
 
-def _watched(buffer: RecordBuffer, positions: Indices, begin: int, end: int) -> RecordBuffer:
+def _block(buffer: RecordBuffer, watch: FiniteWatch | None, begin: int, end: int) -> RecordBuffer:
     """Return the buffer of a block of steps, with additional columns for the positions that are watched."""
-    every = np.concatenate([buffer.steps_positions, positions])
+    every = buffer.steps_positions if watch is None else np.concatenate([buffer.steps_positions, watch.positions])
     table = np.zeros((end - begin, len(every)))
     return buffer._replace(steps_positions=every, steps_size=len(every), steps_first=begin, steps_table=table)
 
 
-def _see(watch: FiniteWatch, watched: RecordBuffer, buffer: RecordBuffer, begin: int, reached: int) -> None:
-    """Show the steps of a block to a watch, and move those that are recorded to their buffer."""
-    first, n_recorded = max(begin, buffer.first), buffer.steps_size
-    rows = watched.steps_table[first - begin : reached + 1 - begin]
+def _see(watch: FiniteWatch | None, recorder: Recorder, block: RecordBuffer, begin: int, reached: int) -> None:
+    """Show the steps of a block to a watch, and record those that are recorded."""
+    first, n_recorded = max(begin, block.first), len(recorder.each)
+    rows = block.steps_table[first - begin : reached + 1 - begin]
     if n_recorded and len(rows):
-        at = first - buffer.steps_first
-        buffer.steps_table[at : at + len(rows)] = rows[:, :n_recorded]
-    watch.see(range(first, first + len(rows)), rows[:, n_recorded:])
+        recorder.step_rows.add(rows[:, :n_recorded])
+    if watch is not None:
+        watch.see(range(first, first + len(rows)), rows[:, n_recorded:])
 
 
 def program_of(master: Master[C], stops: StopObserver | None = None, each: Sequence[int] | Indices = ()) -> Structure:

@@ -9,6 +9,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from amb_cosim.cosim.processes.memory import physical_memory
+from amb_cosim.cosim.record.step_rows import StepRows
 from array_types import Array, Indices
 
 COPIES = 2.0  # of a record at most in memory at a time: itself, and the signals of its result
@@ -53,13 +54,21 @@ class Recorder:
         Decimation m; multiples of it are recorded.
     each
         Positions recorded at every point if the others are decimated.
+    rows
+        The record of these.
     """
 
-    def __init__(self, positions: Sequence[int], first: int, every: int = 1, each: Sequence[int] = ()) -> None:
+    def __init__(
+        self,
+        positions: Sequence[int],
+        first: int,
+        every: int = 1,
+        each: Sequence[int] = (),
+        rows: StepRows | None = None,
+    ) -> None:
         self._positions: Indices = np.asarray(positions, dtype=np.intp)
         self.each: Indices = np.asarray(each if every > 1 else (), dtype=np.intp)
-        self._steps = np.zeros((0, len(self.each)))
-        self._n_steps = 0
+        self.step_rows = rows or StepRows(first, ["end"] * len(self.each))
         self._first, self._every = first, every
         self._points = np.zeros(1024, dtype=np.intp)
         self._table = np.zeros((1024, len(positions)))
@@ -70,10 +79,7 @@ class Recorder:
     def __call__(self, n: int, values: Array) -> None:
         self.see(n)
         if n >= self._first and len(self.each):
-            if self._n_steps == len(self._steps):
-                self._grow(0, max(1024, 2 * self._n_steps))
-            np.take(values, self.each, out=self._steps[self._n_steps])
-            self._n_steps += 1
+            self.step_rows.add(np.take(values, self.each)[None])
         if n >= self._first and n % self._every == 0:
             if self._rows == len(self._points):
                 self._grow(2 * self._rows)
@@ -81,13 +87,12 @@ class Recorder:
             self._points[self._rows] = n
             self._rows += 1
 
-    def restore(self, points: Indices, table: Array, steps: Array) -> None:
-        """Load the rows of a continued run: communication points, a row of values for each, and `steps`."""
+    def restore(self, points: Indices, table: Array) -> None:
+        """Load the rows of a continued run: communication points, and a row of values for each."""
         self._rows = 0
         self._grow(len(points))
         self._rows = len(points)
         self._points[: self._rows], self._table[: self._rows] = points, table
-        self._steps, self._n_steps = steps, len(steps)
 
     def see(self, n: int) -> None:
         """Note that the run has reached point n."""
@@ -109,38 +114,39 @@ class Recorder:
         """
         begin = max(first, self._first)
         due = max(0, last // self._every - (begin - 1) // self._every)
-        rows, n_steps = self._rows + due, self._n_steps + max(0, last + 1 - begin)
+        rows, n_steps = self._rows + due, self.step_rows.rows_until(last + 1) if len(self.each) else 0
         size, most = COPIES * 8.0 * (rows * len(self._positions) + n_steps * len(self.each)), physical_memory()
         if size > most and not may_stop:
-            every_step = f", and of {len(self.each)} of them at {n_steps} steps," if len(self.each) else ""
+            every_step = f", and of {len(self.each)} of them in {n_steps} rows of steps," if len(self.each) else ""
             raise ValueError(
                 f"the record of {len(self._positions)} variables at {rows} points{every_step} needs {size / 1e9:.3g} "
                 f"GB of memory, and this machine has {most / 1e9:.3g} GB; fewer record.variables of the scenario or a "
                 "shorter end_time reduce it"
             )
         try:
-            self._grow(rows, n_steps)
+            self._grow(rows)
+            of_steps = self.step_rows.reserve(last + 1 if len(self.each) else 0)
         except (MemoryError, ValueError) as error:  # numpy raises either
             raise ValueError(
                 f"memory does not suffice to record {len(self._positions)} variables at {due} points; "
                 f"record.variables or record.every of the scenario can reduce them"
             ) from error
-        steps = self.each, len(self.each), begin - self._n_steps, self._steps
-        return RecordBuffer(self._positions, self._first, self._every, self._points, self._table, *steps)
+        table = self._positions, self._first, self._every, self._points, self._table
+        return RecordBuffer(*table, self.each, len(self.each), *of_steps)
 
-    def fill(self, rows: int, begin: int, reached: int) -> None:
-        """Note that `rows` rows are in use after the points from `begin` to `reached`."""
+    def fill(self, rows: int, reached: int) -> None:
+        """Note that `rows` rows are in use after the points up to `reached`."""
         self._rows = rows
-        self._n_steps += max(0, reached + 1 - max(begin, self._first))
+        if len(self.each):
+            self.step_rows.wrote(reached + 1)
 
-    def _grow(self, rows: int, steps: int = 0) -> None:
-        """Make room for that many rows and steps; memory pages are allocated when they are written to."""
+    def _grow(self, rows: int) -> None:
+        """Make room for that many rows; memory pages are allocated when they are written to."""
         self._points, self._table = grown(self._points, self._rows, rows), grown(self._table, self._rows, rows)
-        self._steps = grown(self._steps, self._n_steps, steps)
 
     def __getstate__(self) -> dict[str, object]:
         """Return the rows in use, which are all that another process needs."""
-        return self.__dict__ | {"_points": self.points, "_table": self.table, "_steps": self.steps}
+        return self.__dict__ | {"_points": self.points, "_table": self.table}
 
     @property
     def points(self) -> Indices:
@@ -151,11 +157,6 @@ class Recorder:
     def table(self) -> Array:
         """Values recorded so far, a row for each of `points`."""
         return self._table[: self._rows]
-
-    @property
-    def steps(self) -> Array:
-        """Values recorded at every point, one row each from the first recorded point."""
-        return self._steps[: self._n_steps]
 
     @property
     def reached(self) -> int:

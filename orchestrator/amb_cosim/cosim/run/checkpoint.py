@@ -24,7 +24,7 @@ from amb_cosim.cosim.system.differences import list_differences, list_other_sour
 from amb_files.atomic import write_atomically
 from array_types import Array, Indices
 
-VERSION, MOST_VERSION = 2, 1000
+VERSION, MOST_VERSION = 3, 1000
 
 
 class Head(BaseModel):
@@ -41,6 +41,7 @@ class Head(BaseModel):
     notice: str
     recorded: tuple[str, ...]
     recorded_each: tuple[str, ...]
+    steps_in_row: int = Field(gt=0)
     since: dict[str, int]
     warnings: dict[str, list[str]]
     names: list[str]
@@ -76,7 +77,9 @@ class Checkpoint:
     recorded, points, table
         Names of the recorded variables, communication points, and a row of values for each.
     recorded_each, steps
-        Names of variables recorded at every point of a decimated record, and a row of values for each.
+        Names of variables that a decimated record has at every step, and the rows of their values.
+    rest, steps_in_row
+        Their values at the points after the last row, and the number of steps in a row.
     since
         For each stop condition, the point since which it has been met without a break.
     states, warnings
@@ -98,6 +101,8 @@ class Checkpoint:
     table: Array
     recorded_each: tuple[str, ...]
     steps: Array
+    rest: Array
+    steps_in_row: int
     since: Mapping[str, int]
     states: Mapping[str, FmuState]
     warnings: Mapping[str, Sequence[str]]
@@ -155,6 +160,7 @@ class Checkpoint:
             "points": self.points.astype(np.int64),
             "table": self.table,
             "steps": self.steps,
+            "rest": self.rest,
             **{f"state_{k}": np.frombuffer(state, np.uint8) for k, state in enumerate(self._bytes())},
         }
 
@@ -199,7 +205,9 @@ class Checkpoint:
     def _read(cls, head: Head, arrays: Mapping[str, Any]) -> Checkpoint:
         points = arrays["points"].astype(np.intp, casting="same_kind")
         n, shape = len(points), np.shape(arrays["steps"])
-        sizes = {"table": (n, len(head.recorded)), "steps": (shape[0], len(head.recorded_each)), "points": (n,)}
+        n_each, rest = len(head.recorded_each), np.shape(arrays["rest"])
+        sizes = {"table": (n, len(head.recorded)), "points": (n,)}
+        sizes |= {"steps": (*shape[:1], n_each), "rest": (*rest[:1], n_each)}
         sizes |= {"signals": (len(head.names),), "scales": (np.size(arrays["scales"]),)}
         for name, size in sizes.items():
             if arrays[name].shape != size or arrays[name].dtype.kind not in "fi":
@@ -215,6 +223,7 @@ class Checkpoint:
             points=points,
             table=arrays["table"],
             steps=arrays["steps"],
+            rest=arrays["rest"],
             states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head.components)},
         )
 

@@ -170,17 +170,17 @@ def parameters_of(recording: Recording) -> dict[str, dict[str, Any]]:
 
 
 def steps_of(recording: Recording) -> dict[str, Array]:
-    """Return, by name, the variables that a decimated record has at every step."""
-    return dict(zip(recording.plan.recorded_each, recording.recorder.steps.T, strict=True))
+    """Return, by name, the variables that a decimated record has at every step, or of several steps together."""
+    return dict(zip(recording.plan.recorded_each, recording.recorder.step_rows.values.T, strict=True))
 
 
 def step_times(recording: Recording) -> dict[str, Samples]:
     """Return the times of all steps as a coordinate, if a decimated record has variables at every step."""
-    plan, steps = recording.plan, recording.recorder.steps
+    plan, rows = recording.plan, recording.recorder.step_rows
     if not plan.recorded_each:
         return {}
-    times = plan.grid.times(max(plan.record_from, plan.begin) + np.arange(len(steps)))
-    return {EACH_STEP: Samples(times, {"units": "s", "description": "Time of every step"}, EACH_STEP)}
+    description = "Time of every step" if rows.steps == 1 else f"Time at the end of every {rows.steps} steps"
+    return {EACH_STEP: Samples(plan.grid.times(rows.points), {"units": "s", "description": description}, EACH_STEP)}
 
 
 def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord]:

@@ -21,6 +21,7 @@ from amb_cosim.cosim.master.master import Master, Observer
 from amb_cosim.cosim.master.settling import CannotSettle, settle
 from amb_cosim.cosim.record.finite_watch import FiniteWatch
 from amb_cosim.cosim.record.recorder import Recorder
+from amb_cosim.cosim.record.step_rows import StepRows, complete_rows, steps_in_row
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.state_fingerprint import name_of, state_fingerprint
 from amb_cosim.cosim.system.assembly import Assembly
@@ -96,7 +97,7 @@ class Simulator:
         for component in self.components if has_end else ():
             component.stop_time = _end_of(component.name, component.every, plan, assembly)
         recorded, each = ([self._at[name] for name in names] for names in (plan.recorded, plan.recorded_each))
-        self.recorder = Recorder(recorded, plan.record_from, plan.record_every, each)
+        self.recorder = Recorder(recorded, plan.record_from, plan.record_every, each, _step_rows(plan))
         self.watch = FiniteWatch(
             {
                 position: wiring.names[position]
@@ -217,8 +218,10 @@ class Simulator:
             recorded=plan.recorded,
             points=self.recorder.points.copy(),
             table=self.recorder.table.copy(),
-            recorded_each=plan.recorded_each,
-            steps=self.recorder.steps.copy(),
+            recorded_each=tuple(plan.recorded_each),
+            steps=self.recorder.step_rows.complete.copy(),
+            rest=self.recorder.step_rows.rest.copy(),
+            steps_in_row=self.recorder.step_rows.steps,
             since={name_of(c): int(since) for c, since in zip(plan.stops, self._stops.conditions.since, strict=True)},
             states={component.name: state(component) for component in self.components},
             warnings={component.name: component.warnings for component in self.components},
@@ -259,8 +262,12 @@ class Simulator:
             self.master.scales = start.scales
         for k, condition in enumerate(plan.stops):
             self._stops.conditions.since[k] = start.since.get(name_of(condition), condition.first)
-        steps = _columns(start, start.recorded_each, start.steps, plan.recorded_each, plan)
-        self.recorder.restore(start.points, _columns(start, start.recorded, start.table, plan.recorded, plan), steps)
+        self.recorder.restore(start.points, _columns(start, start.recorded, start.table, plan.recorded, plan))
+        complete, rest = (
+            _columns(start, start.recorded_each, rows, tuple(plan.recorded_each), plan)
+            for rows in (start.steps, start.rest)
+        )
+        self.recorder.step_rows.restore(start.point, complete, rest, start.steps_in_row)
         return start.point
 
 
@@ -292,13 +299,21 @@ def _check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) ->
     fed = {master.wiring.names[position] for sources in master.wiring.sources for position in sources}
     if unknown := sorted(fed - start.signals.keys() - plan.inputs.keys()):
         raise ValueError(f"{start.title} has no value of {unknown[0]}")
-    due = np.arange(max(plan.record_from, plan.begin), start.point)
-    has_steps = not start.recorded_each or len(start.steps) == len(due)
+    due = np.arange(plan.first_recorded, start.point)
+    rows = complete_rows(plan.first_recorded, start.point, start.steps_in_row)
+    has_steps = not start.recorded_each or (len(start.steps), len(start.rest)) == rows
     if not has_steps or not np.array_equal(start.points, due[due % plan.record_every == 0]):
         raise ValueError(f"{start.title} has another record; it must have all points before the checkpoint")
     n, inputs = len(start.scales), len(master.scales)
     if n != inputs and master.coupling == "iterative":
         raise ValueError(f"{start.title} has scales of {n} inputs; iterative coupling requires those of all {inputs}")
+
+
+def _step_rows(plan: Plan) -> StepRows:
+    """Return the empty record of every step of a run."""
+    n_steps = plan.last - plan.first_recorded
+    steps = steps_in_row(n_steps, plan.record_every, plan.step_size) if plan.recorded_each else 1
+    return StepRows(plan.first_recorded, tuple(plan.recorded_each.values()), steps)
 
 
 def with_simulated_settling(plan: Plan, notice: str) -> Plan:

@@ -13,6 +13,7 @@ from amb_cosim.cosim.grid.time_grid import TimeGrid, in_steps
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw
+from fmi_export.variables import OverStep
 
 EVERYTHING = "*"  # as a pattern of what is recorded
 
@@ -68,7 +69,8 @@ class Experiment:
     record_every, record_settling
         Steps between records, and whether to record before time 0.
     each
-        Patterns of variables to record at every step of a decimated record.
+        What variables with these patterns are of a step; a decimated record has them at every step, or in long runs of
+        several steps together (`step_rows`).
     settling
         Whether the motion before time 0 is simulated, solved for (`settling`), or solved for if possible.
     period
@@ -97,7 +99,7 @@ class Experiment:
     recorded: tuple[str, ...] = (EVERYTHING,)
     essential: tuple[str, ...] = ()
     record_every: int = 1
-    each: tuple[str, ...] = ()
+    each: Mapping[str, OverStep] = field(default_factory=dict)
     record_settling: bool = False
     settling: Settling = "simulated"
     period: float = 0.0
@@ -143,7 +145,7 @@ class Plan:
     recorded: tuple[str, ...]
     stops: tuple[Condition, ...] = ()
     record_every: int = 1
-    recorded_each: tuple[str, ...] = ()
+    recorded_each: Mapping[str, OverStep] = field(default_factory=dict)
     record_from: int = 0
     settling: Settling = "simulated"
     period: float = 0.0
@@ -165,6 +167,11 @@ class Plan:
     def time(self, n: int) -> float:
         """Return the time of communication point n (s)."""
         return self.grid.time(n)
+
+    @property
+    def first_recorded(self) -> int:
+        """First communication point that is recorded."""
+        return max(self.record_from, self.begin)
 
     @property
     def common_steps(self) -> int:

@@ -74,7 +74,7 @@ def _planned(experiment: Experiment, values: Assignments) -> Plan:
     signals = [*values.inputs, *values.outputs]
     patterns = tuple(name for name in experiment.recorded if not values.drops(name, "output"))
     recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, signals)
-    each = experiment.each if experiment.record_every > 1 else ()
+    each = experiment.each if experiment.record_every > 1 else {}
     return Plan(
         system=system,
         step_size=h,
@@ -87,7 +87,10 @@ def _planned(experiment: Experiment, values: Assignments) -> Plan:
         recorded=recorded,
         stops=tuple(_condition(stop, signals, values, grid, beginning) for stop in experiment.stops),
         record_every=experiment.record_every,
-        recorded_each=_chosen(recorded, each, (), None),
+        recorded_each={
+            name: next(rule for pattern, rule in each.items() if matches(name, pattern))
+            for name in _chosen(recorded, tuple(each), (), None)
+        },
         record_from=first if experiment.record_settling else 0,
         settling=settling,
         period=experiment.period,
