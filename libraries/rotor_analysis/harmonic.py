@@ -5,7 +5,8 @@
 M, C, G, K and D describe the rotor on its other bearings, reduced to its free modes up to some frequency and the
 residual shapes of the nodes where forces act (`free_rotor`). R maps the coordinates to the displacements of all nodes
 and of the centres of mass off their nodes, L forces there to the coordinates. F(i omega) are forces of magnetic
-bearings over displacements.
+bearings over displacements. A rotor with a thrust disc also moves along its shaft as a free rigid mass, in the last row
+of x, which only F couples to the others.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from amb_files.checks import require
 from array_types import Array, Complex
@@ -51,12 +53,16 @@ class HarmonicModel:
         The rotor on its bearings, without those of F.
     right, left
         R and L of (1): x and y of each point in turn, shape (2 points, size) and its transpose. The points are all
-        nodes, then the centres of mass that lie off their nodes, in the order of the bodies (`harmonic_points`).
+        nodes, then the centres of mass that lie off their nodes, in the order of the bodies (`harmonic_points`). The
+        last row of a rotor with a thrust disc is its motion along the shaft, which is also its last coordinate.
+    axial_mass
+        Mass (kg) of a rotor with a thrust disc; 0 without one.
     """
 
     model: Matrices
     right: Array
     left: Array
+    axial_mass: float = 0.0
 
     def at(self, Omega: float) -> HarmonicModel:
         """Return the model at a spin speed (rad/s)."""
@@ -68,6 +74,9 @@ class HarmonicModel:
         The product with F takes only its rows and columns: those of all nodes took most of the time of a response.
         """
         stiffness = dynamic_stiffness(self.model, Omega, omegas)
+        if self.axial_mass:
+            stiffness = np.pad(stiffness, ((0, 0), (0, 1), (0, 1)))
+            stiffness[:, -1, -1] = -self.axial_mass * omegas**2
         if forces is not None:
             stiffness -= self.left[:, forces.rows] @ (forces.at(omegas) @ self.right[forces.columns])
         return stiffness
@@ -128,7 +137,10 @@ def harmonic_model(rotor: Rotor, nodes: Iterable[int], highest: float, bearings:
     reduction = reduce_to_modes(full, max(count, LEAST_MODES, len(force_nodes)), force_nodes)
     points = harmonic_points(rotor)
     right, left = full.at_points(reduction.right, points), full.at_points(reduction.left.T, points).T
-    return HarmonicModel(with_bearings(reduction.model, supports), right, left)
+    model = with_bearings(reduction.model, supports)
+    if not rotor.thrust:
+        return HarmonicModel(model, right, left)
+    return HarmonicModel(model, block_diag(right, 1.0), block_diag(left, 1.0), rotor.mass)
 
 
 def harmonic_points(rotor: Rotor) -> list[Point]:

@@ -1,16 +1,19 @@
 """Figures of studies: labels beside curves, words in areas, marks beside ridges, limits of axes."""
 
 import itertools
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from drawn import cut_texts, overlapping_texts
+from matplotlib.axes import Axes
 from matplotlib.text import Text
 from mpl_toolkits.mplot3d import proj3d
 
 from amb_analysis import studies
 from amb_analysis.studies.figures import layout, modes, over_speed, response, sensitivity, traps, waterfall
+from amb_analysis.studies.frequency_responses import ComputedResponse, FrequencyResponses
 from amb_analysis.studies.rotor_layout import layout as layout_of
 from amb_analysis.studies.stability_margin import AxisSensitivity, DiskMargin, GangOfFour, StabilityMargin
 from amb_analysis.studies.unbalance_records import CriticalResponse
@@ -78,6 +81,21 @@ def test_axis_of_sensitivity_ends_at_1_3_times_the_largest_peak(peak):
     panel = next(axes for axes in figure.findobj() if getattr(axes, "get_title", lambda: "")().startswith("left"))
     assert panel.get_ylim() == pytest.approx((0.0, 1.3 * peak), rel=0.01)
     assert all(text.get_position()[1] <= panel.get_ylim()[1] for text in panel.texts)
+
+
+def test_an_odd_number_of_axes_leaves_no_empty_panel():
+    five = margin(1.4)
+    axes = {name: five.axes["left.x"] for name in ("left.x", "left.y", "right.x", "right.y", "thrust.z")}
+    panels = [panel for panel in sensitivity.draw(replace(five, axes=axes)).findobj(Axes) if panel.axison]
+    assert len(panels) == 5 + 2 + 1  # of the axes, of all loops, and the Nyquist plot
+
+
+def test_a_response_that_is_zero_has_no_phase():
+    f = np.geomspace(1.0, 100.0, 50)
+    curves = {"thrust.z/bell.f_x": ComputedResponse("m/N", f, np.zeros(50, complex))}
+    amplitude, phase = response.draw(FrequencyResponses("made up", "closed", 0.0, curves, ())).findobj(Axes)
+    assert not amplitude.lines[0].get_ydata().any()
+    assert np.isnan(phase.lines[0].get_ydata()).all()
 
 
 def test_words_are_in_their_areas():

@@ -18,7 +18,9 @@ from typing import NamedTuple
 
 import control
 import numpy as np
+from numpy.typing import NDArray
 
+from amb_actuator.interface import axes_of
 from amb_analysis.linear.aliasing import continuous_poles, logarithms
 from amb_analysis.linear.components import StateSpace
 from amb_analysis.linear.linear_source import LinearSource
@@ -34,6 +36,7 @@ BALANCING = 60  # steps of Osborne's iteration
 CHECKED = 8  # frequencies at which a response by eigenvectors is compared with that by solution
 CLOSE_RESPONSE = 1e-7  # largest difference of both, over the largest value of an output over an input
 CLOSE = 1e-5  # relative error of the largest growth rate
+AT_REST = 1e-12  # displacement in an eigenvector of length 1 up to which the rotor is at rest in it, as in a filter's
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,12 +52,20 @@ class LoopPoles:
         Displacements of the bearings in each, x and y of each bearing in turn, shape (2 bearings, n).
     stability
         The pole that decides on stability.
+    along
+        Displacement of the thrust disc along the shaft in each, shape (n,); None without one.
     """
 
     z: Complex
     s: Complex
     shapes: Complex
     stability: LoopStability
+    along: Complex | None = None
+
+    @property
+    def is_axial(self) -> NDArray[np.bool_]:
+        """Whether the rotor moves along its shaft rather than across it in each, shape (n,)."""
+        return _is_axial(self.shapes, self.along)
 
 
 @dataclass(frozen=True)
@@ -84,11 +95,15 @@ class Loop:
 
     @cached_property
     def axes(self) -> tuple[tuple[str, str], ...]:
-        """Bearing and direction of each axis that has a magnet and a controller."""
-        source = self.linear_components.assembly.system.source_of
-        bearings = (self.linear_components.assembly.fmus[ACTUATOR].layout or {}).get("bearings", ())
-        axes = [(b, a) for b in bearings for a in "xy"]
+        """Bearing and direction of each axis that has a magnet and a controller; that along the shaft is the last."""
+        source, layout = self.linear_components.assembly.system.source_of, self.linear_components.layout(ACTUATOR)
+        axes = axes_of(layout.get("bearings", ()), layout.get("thrust", ""))
         return tuple((b, a) for b, a in axes if source(f"{ACTUATOR}.{b}.i_{a}") and source(f"{PLANT}.{b}.f_{a}"))
+
+    @property
+    def lateral_axes(self) -> tuple[tuple[str, str], ...]:
+        """The axes across the shaft, which are the first."""
+        return tuple((b, a) for b, a in self.axes if a in "xy")
 
     @property
     def axis_names(self) -> tuple[str, ...]:
@@ -142,31 +157,33 @@ class Loop:
         return self._poles[Omega]
 
     def _poles_at(self, Omega: float) -> LoopPoles:
-        bearings = list(dict.fromkeys(bearing for bearing, _ in self.axes))
+        bearings = dict.fromkeys(bearing for bearing, _ in self.lateral_axes)
         names = [f"{bearing}.{axis}" for bearing in bearings for axis in "xy"]
-        displacements = [f"{PLANT}.{name}" for name in names]
+        thrust = self.linear_components.layout(PLANT).get("thrust", "")
+        displacements = [f"{PLANT}.{name}" for name in (*names, *([f"{thrust}.z"] if thrust else []))]
         model = model_of(self.linear_components.at(Omega), self.demands[:1], displacements)
         z, vectors = np.linalg.eig(model.A)
-        shapes = np.asarray(model.C @ vectors, dtype=np.complex128)
+        moved = np.asarray(model.C @ vectors, dtype=np.complex128)
+        shapes, along = moved[: len(names)], moved[-1] if thrust else None
         stability, number = deciding_pole(model.A, z.astype(np.complex128), model.dt)
         s = self._continuous(Omega, z.astype(np.complex128), vectors, model.dt)
         omega = float(abs(s[number].imag))
         frequency = omega if omega > DRIFT * abs(stability.growth_rate) else 0.0
-        stability = replace(
-            stability, speed=Omega, frequency=frequency, place=_largest_place(names, np.abs(shapes[:, number]))
-        )
-        return LoopPoles(z.astype(np.complex128), s, shapes, stability)
+        is_axial = _is_axial(shapes, along)[number]
+        place = f"{thrust}.z" if is_axial else _largest_place(names, np.abs(shapes[:, number]))
+        stability = replace(stability, speed=Omega, frequency=frequency, place=place)
+        return LoopPoles(z.astype(np.complex128), s, shapes, stability, along)
 
     def _continuous(self, Omega: float, z: Complex, vectors: Complex, sample_time: float) -> Complex:
         """Return s of poles z, by the states of the rotor in their eigenvectors."""
         source = self.linear_components.at(Omega)
-        parts, first = source.parts(source.names), 0
-        for part in parts:  # states of the continuous parts come first, in this order
-            size = len(part.law.A) if part.law.sample_time is None else 0
-            mass = source.mass(PLANT)
-            if part.outputs and part.outputs[0].startswith(f"{PLANT}.") and size == 2 * len(mass):
-                return continuous_poles(z, sample_time, vectors[first : first + size], part.law.A, mass)
-            first += size
+        parts, first, mass = source.parts(source.names), 0, source.mass(PLANT)
+        lateral = 2 * len(mass)
+        for part in parts:  # states of the continuous parts come first, in this order; along the shaft come last
+            if lateral and part.outputs and part.outputs[0].startswith(f"{PLANT}."):
+                states, A = vectors[first : first + lateral], part.law.A[:lateral, :lateral]
+                return continuous_poles(z, sample_time, states, A, mass)
+            first += len(part.law.A) if part.law.sample_time is None else 0
         return logarithms(z, sample_time)
 
     def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
@@ -209,9 +226,16 @@ class Loop:
         return model
 
 
+def _is_axial(shapes: Complex, along: Complex | None) -> NDArray[np.bool_]:
+    """Return whether there is a motion along the shaft, larger than any at the bearings, shape (n,)."""
+    if along is None:
+        return np.zeros(shapes.shape[1], dtype=bool)
+    return np.asarray(np.abs(along) > np.maximum(np.abs(shapes).max(axis=0, initial=0.0), AT_REST))
+
+
 def _largest_place(names: Sequence[str], sizes: Array) -> str:
     """Return the axis that moves most, of two axes of each bearing, or its bearing if the other moves half as much."""
-    if not sizes.max() > 0.0:
+    if not sizes.max(initial=0.0) > 0.0:
         return ""
     top = int(sizes.argmax())
     return names[top] if sizes[top ^ 1] < 0.5 * sizes[top] else names[top].rpartition(".")[0]

@@ -6,6 +6,7 @@
     eye_up      the signal of a sensor, as its rotor file names it
     fan.f_x     force on a part
     left.i_x    current (A) of an axis of a magnetic bearing: injected into its demand, or demanded
+    thrust.z    the same along the shaft of a rotor with a thrust disc: thrust.z, thrust.f_z, thrust.i_z
 
 Names of a run, which begin with a component, are allowed: `rotor_contact.fan.f_x`.
 """
@@ -24,7 +25,8 @@ from rotor_analysis.parts import Point
 from rotor_analysis.rotor import Rotor
 
 ORDERS = {"m": 0, "m/s": 1, "m/s2": 2}  # derivatives of the displacement
-DIRECTIONS = {f"{kind}{axis}": axis for kind in ("", "f_", "i_") for axis in "xy"}
+KINDS = "", "f_", "i_"
+DIRECTIONS = {f"{kind}{axis}": axis for kind in KINDS for axis in "xy"}
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class Place:
     place
         Name of a part, or the text of a position.
     direction
-        `x` or `y`.
+        `x`, `y`, or `z` of the thrust disc.
     unit
         m, m/s, m/s2, N or A.
     position
@@ -60,7 +62,7 @@ class Place:
         return f"{self.place}.{self.direction}"
 
     def point_on(self, rotor: Rotor) -> Point:
-        """Return the point on a rotor: a node, or the centre of mass of a body off its node.
+        """Return the point on a rotor of a place across its shaft: a node, or a body's centre of mass off its node.
 
         Raises
         ------
@@ -96,10 +98,13 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
         for direction in "xy":
             if variable == getattr(sensor, direction):
                 return Place(name, sensor.name, direction, unit)
+    if rotor.thrust and variable in [f"{rotor.thrust}.{kind}z" for kind in KINDS]:
+        return Place(name, rotor.thrust, "z", unit)
     place, _, ending = variable.rpartition(".")
     if not place or ending not in DIRECTIONS:
         signals = [getattr(sensor, axis) for sensor in rotor.sensors for axis in "xy"]
-        allowed_names = [*signals, *(f"{part}.{axis}" for part in rotor.nodes_by_name for axis in "xy")]
+        along = [f"{rotor.thrust}.z"] if rotor.thrust else []
+        allowed_names = [*signals, *(f"{part}.{axis}" for part in rotor.nodes_by_name for axis in "xy"), *along]
         raise ValueError(f"channel {name!r} is not a place of rotor {rotor.name}; {suggest(variable, allowed_names)}")
     if place in rotor.nodes_by_name:
         return Place(name, place, DIRECTIONS[ending], unit)
@@ -117,6 +122,11 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
 
 
 def node_rows(rotor: Rotor, places: Sequence[Place]) -> list[int]:
-    """Return the rows of places in displacements that alternate between x and y of `harmonic_points`."""
+    """Return the rows of places in displacements that alternate between x and y of `harmonic_points`, with z last."""
     points = harmonic_points(rotor)
-    return [2 * points.index(place.point_on(rotor)) + "xy".index(place.direction) for place in places]
+
+    def row(place: Place) -> int:
+        is_axial = place.direction == "z"
+        return 2 * len(points) if is_axial else 2 * points.index(place.point_on(rotor)) + "xy".index(place.direction)
+
+    return [row(place) for place in places]

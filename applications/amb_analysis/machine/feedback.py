@@ -41,23 +41,26 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
         Shape (2 nodes, 2 nodes), alternating x and y of each node; f = K q, so positive stiffness is negative.
     """
     linear_source = machine.run_components.at(Omega)
-    rows = force_feeds(machine, linear_source)
+    feeds = force_feeds(machine, linear_source).items()
+    rows = {output: row for output, row in feeds if row < 2 * len(machine.z)}
     forces = np.zeros((2 * len(machine.z), 2 * len(machine.z)), dtype=np.complex128)
     np.add.at(forces, list(rows.values()), _component_outputs(machine, linear_source, list(rows), omega))
     return forces
 
 
 def demanded_currents(machine: Machine, omega: float, Omega: float) -> Complex:
-    """Return the demanded currents (A) of all axes over displacements (m) at all nodes, shape (axes, 2 nodes)."""
-    return _component_outputs(machine, machine.run_components.at(Omega), list(machine.run_loop.sources), omega)
+    """Return the demanded currents (A) of all lateral axes over displacements (m) at all nodes, (axes, 2 nodes)."""
+    loop = machine.run_loop
+    demanded = loop.sources[: len(loop.lateral_axes)]
+    return _component_outputs(machine, machine.run_components.at(Omega), demanded, omega)
 
 
 def _component_outputs(machine: Machine, linear_source: LinearSource, outputs: Sequence[str], omega: float) -> Complex:
     """Return outputs of components over displacements (m) at all nodes, shape (outputs, 2 nodes)."""
     rows, responses = component_responses(machine, linear_source, outputs, np.array([omega]))
-    result = np.zeros((len(outputs), 2 * len(machine.z)), dtype=np.complex128)
+    result = np.zeros((len(outputs), machine.axial_row + 1), dtype=np.complex128)
     result[:, rows] = responses[0]
-    return result
+    return result[:, : 2 * len(machine.z)]
 
 
 def component_responses(
@@ -86,7 +89,8 @@ def component_responses(
     Returns
     -------
     rows, responses
-        Rows of the displacements among x and y of all nodes, and the responses, shape (n, outputs, rows + injected).
+        Rows of the displacements among x and y of all nodes, or the machine's `axial_row`, and the responses, shape
+        (n, outputs, rows + injected).
     """
     names = [name for name in linear_source.names if name != PLANT and (components is None or name in components)]
     feeds, parts = linear_source.feeds([*names, PLANT]), linear_source.parts(names)
@@ -101,14 +105,14 @@ def component_responses(
         H[:, first[0] : last[0], first[1] : last[1]] = harmonic_response(part.law, omegas, part.law.sample_time)
         first = last
     E = np.zeros((len(omegas), len(inputs), len(available_outputs)), dtype=np.complex128)
-    along_shaft = [f"{PLANT}.{machine.rotor.thrust}.{name}" for name in ("z", "speed")]
+    row_of = {f"{PLANT}.{name}": 2 * (node - 1) + axis for name, (node, axis) in machine.signals.items()}
+    row_of |= {f"{PLANT}.{machine.rotor.thrust}.z": machine.axial_row} if machine.rotor.thrust else {}
     read: dict[str, int] = {}
     for target, source in feeds.items():
         if target in at_input and source in at_output:
             E[:, at_input[target], at_output[source]] = _link(owner[source], owner[target], omegas)
-        elif target in at_input and source.startswith(f"{PLANT}.") and source not in along_shaft:
-            node, axis = machine.signals[source.removeprefix(f"{PLANT}.")]
-            read[target] = 2 * (node - 1) + axis
+        elif target in at_input and source in row_of:
+            read[target] = row_of[source]
     rows = sorted(set(read.values()))
     from_inputs = np.zeros((len(inputs), len(rows) + len(injected)))
     for target, row in read.items():
@@ -134,12 +138,17 @@ def lateness(linear_source: LinearSource, outputs: Sequence[str]) -> Array:
 
 
 def force_feeds(machine: Machine, linear_source: LinearSource) -> dict[str, int]:
-    """Return the outputs that are lateral forces on the bearings, and their rows among x and y of all nodes."""
+    """Return the outputs that are forces on the bearings, and their rows among x and y of all nodes.
+
+    The row of the thrust disc is the machine's `axial_row`.
+    """
     result = {}
     for target, source in linear_source.feeds(linear_source.names).items():
         bearing, _, axis = target.removeprefix(f"{PLANT}.").rpartition(".f_")
         if target.startswith(f"{PLANT}.") and axis in AXES and bearing in machine.bearings:
             result[source] = 2 * (machine.bearings[bearing] - 1) + AXES.index(axis)
+        elif machine.rotor.thrust and target == f"{PLANT}.{machine.rotor.thrust}.f_z":
+            result[source] = machine.axial_row
     return result
 
 

@@ -164,9 +164,11 @@ def resonant_frequencies(
 
 
 def _loaded(structure: Structure, inputs: Sequence[Place], magnets: _Magnets | None) -> list[int]:
-    """Return the nodes at which forces act."""
-    nodes = [seat(place.point_on(structure.rotor)) for place in inputs if place.unit == "N"]
-    return nodes if magnets is None else nodes + [row // 2 + 1 for row in magnets.rows]
+    """Return the nodes at which forces act across the shaft."""
+    rotor = structure.rotor
+    nodes = [seat(place.point_on(rotor)) for place in inputs if place.unit == "N" and place.direction != "z"]
+    rows = [] if magnets is None else magnets.rows
+    return nodes + [row // 2 + 1 for row in rows if row < 2 * len(rotor.shaft.nodes)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,5 +234,6 @@ def refined(rotor: Rotor, places: Sequence[Place]) -> Rotor:
     shaft = rotor.shaft.with_nodes_at(positions)
     refined_rotor = rotor if shaft is rotor.shaft else rotor.on_mesh(shaft)
     for place in places:
-        place.point_on(refined_rotor)
+        if place.direction != "z":
+            place.point_on(refined_rotor)
     return refined_rotor if refined_rotor is rotor else replace(refined_rotor, mesh=None)

@@ -24,6 +24,7 @@ from amb_cosim.scenario.prepare_run import PreparedRun
 from array_types import Array
 from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.assembly import Matrices, assemble
+from rotor_analysis.harmonic import harmonic_points
 from rotor_analysis.modal_reduction import reduce_to_modes
 from rotor_analysis.parts import Bearing, Point, table_speeds
 from rotor_analysis.reduced_rotor import force_nodes
@@ -181,8 +182,8 @@ class Machine:
 
     @cached_property
     def magnets(self) -> tuple[str, ...]:
-        """Bearings that have a magnet and a controller."""
-        return tuple(dict.fromkeys(bearing for bearing, _ in self.run_loop.axes))
+        """Radial bearings that have a magnet and a controller."""
+        return tuple(dict.fromkeys(bearing for bearing, _ in self.run_loop.lateral_axes))
 
     @cached_property
     def bearings(self) -> dict[str, int]:
@@ -193,6 +194,11 @@ class Machine:
     def probes(self) -> dict[str, int]:
         """Nodes of the sensors, by name."""
         return {sensor.name: sensor.node for sensor in self.rotor.sensors}
+
+    @cached_property
+    def axial_row(self) -> int:
+        """Row of the displacement along the shaft among those of `harmonic_points`, of a rotor with a thrust disc."""
+        return 2 * len(harmonic_points(self.rotor))
 
     @cached_property
     def sites(self) -> dict[str, Place]:

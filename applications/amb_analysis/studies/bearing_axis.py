@@ -10,6 +10,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from amb_actuator.force import pull
+from amb_actuator.interface import axes_of
 from amb_analysis.machine import axis_capability
 from amb_analysis.machine.machine import machine_of
 from amb_analysis.studies.inputs import Number, positive
@@ -186,7 +187,7 @@ def linearisation(
     rotor
         Name of a packaged rotor, or rotor file, to use instead of the scenario's.
     axis
-        Bearing and direction, `left.x`; the first axis by default.
+        Bearing and direction, `left.x` or `thrust.z`; the first axis by default.
     bias_current
         Bias current of the coils (A), or a string with its unit, in place of the axis's.
     static_current
@@ -246,7 +247,8 @@ def _axis_of(
 ) -> tuple[LoopAxis, dict[str, float], float, tuple[str, ...]]:
     """Return an axis, its parameters (from a scenario, if any), the reach of the rotor there (m), and warnings.
 
-    The reach is the clearance of its retainer or, without a retainer, the air gap, in which the force law holds.
+    The reach is the clearance of its retainer, or of a face along the shaft; without any it is the air gap, in which
+    the force law holds.
     """
     if scenario is None and settings:
         raise ValueError(f"{next(iter(settings))} is set without a scenario; name the scenario that it belongs to")
@@ -257,14 +259,16 @@ def _axis_of(
         chosen = as_scenario(load_scenario(str(scenario)).machine(), rotor)
         machine = machine_of(prepare_run(chosen, settings), ACTUATOR)
         description, values = machine.rotor, machine.parameters[PLANT]
-    axes = [LoopAxis(b.name, direction, "") for b in description.bearings for direction in "xy"]
+    bearings = [bearing.name for bearing in description.bearings]
+    axes = [LoopAxis(bearing, direction, "") for bearing, direction in axes_of(bearings, description.thrust)]
     names = [loop_axis.name for loop_axis in axes]
     if axis is not None and axis not in names:
         raise ValueError(f"axis = {axis} is not allowed; {suggest(axis, names)}")
     k = 0 if axis is None else names.index(axis)
     record = None if machine is None else machine.axis(axes[k].bearing, axes[k].direction)
     parameters = {} if record is None else {name: float(record[name]) for name in record.dtype.names or ()}
-    retainers = [site for site in description.sites if site.bearing == axes[k].bearing]
+    of_bearing = [site for site in description.sites if site.bearing == axes[k].bearing]
+    retainers = description.faces if axes[k].direction == "z" else of_bearing
     gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **parameters).gap)
     clearances = [values.get(f"{site.name}.clearance", site.clearance) for site in retainers]
     warnings = () if machine is None else machine.prepared.plan.warnings

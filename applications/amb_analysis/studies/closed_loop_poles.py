@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
@@ -42,6 +42,7 @@ from rotor_analysis.tracking import RESONANT
 POINTS = 61  # speeds of the diagram, before those of tables and near critical speeds are added
 ROUNDS = 6  # of adding samples at critical speeds
 LOWEST = 1e-3  # first speed over the highest: a rotor at rest has no sense of whirl
+Direction = Whirl | Literal["axial"]
 CLEAR = 0.05  # sense of whirl, from -1 to 1, up to which it is mixed
 
 
@@ -57,13 +58,13 @@ class PoleOverSpeed:
         Logarithmic decrements, -2 pi Re s / |Im s| (1), shape (n,): the logarithm of the ratio of successive
         amplitudes.
     whirl
-        Sense of whirl at the bearings; None where there is no vibration.
+        Sense of whirl at the bearings, or `axial` along the shaft; None where there is no vibration.
     """
 
     frequencies: Annotated[Array, "rad/s"]
     damping_ratios: Array
     decrements: Array
-    whirl: tuple[Whirl | None, ...]
+    whirl: tuple[Direction | None, ...]
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,10 @@ class ClosedLoopPoles(MachineResult):
 
     @property
     def critical_speeds(self) -> tuple[CriticalCrossing, ...]:
-        """Speeds at which a followed vibration has the frequency of rotation, ascending."""
+        """Speeds at which a followed vibration across the shaft has the frequency of rotation, ascending.
+
+        Unbalance does not excite the rotor along its shaft.
+        """
         return tuple(sorted(_crossings(self.speeds, self.poles), key=lambda crossing: crossing.speed))
 
     def text(self) -> list[TextBlock]:
@@ -297,6 +301,8 @@ def _over_speed(vibrations: list[Vibrations], track: list[int | None]) -> PoleOv
 
 def _crossings(speeds: Array, followed_poles: Sequence[PoleOverSpeed]) -> Iterator[CriticalCrossing]:
     for mode, pole in enumerate(followed_poles, start=1):
+        if "axial" in pole.whirl:
+            continue
         beyond = pole.frequencies - speeds
         before, after = beyond[:-1], beyond[1:]
         for k in np.flatnonzero(((before > 0.0) & (after <= 0.0)) | ((before <= 0.0) & (after > 0.0))):
@@ -305,6 +311,8 @@ def _crossings(speeds: Array, followed_poles: Sequence[PoleOverSpeed]) -> Iterat
             yield CriticalCrossing(mode, float(at), float(decrement))
 
 
-def whirl_of(sense: float) -> Whirl:
-    """Return the whirl of a sense from -1 (backward) to 1 (forward)."""
+def whirl_of(sense: float) -> Direction:
+    """Return the whirl of a sense from -1 (backward) to 1 (forward), or `axial` of NaN."""
+    if math.isnan(sense):
+        return "axial"
     return "mixed" if abs(sense) <= CLEAR else "forward" if sense > 0.0 else "backward"

@@ -103,6 +103,8 @@ class FrequencyResponses(WarnedResult, DrawnResult):
                 size = f"{abs(item.computed[top]):.4g} {item.unit}"
                 if _is_unbounded(item.frequencies, np.abs(item.computed), top):
                     size, phase = "no bound", "-"
+                elif not item.computed.any():
+                    phase = "-"
                 table.add_row(name, size, f"{item.frequencies[top]:.4g}", phase)
             return [table, *self.warning_lines()]
         heads = ("measured (Hz)", "computed (Hz)", "(%)", "damping ratio", "computed ratio", "MAC")

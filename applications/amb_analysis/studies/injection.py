@@ -35,7 +35,7 @@ from array_types import Array, Complex, Indices
 from rotor_analysis.reduced_rotor import with_modes_up_to
 from signal_chain.presets import CUSTOM, is_on
 
-PERIOD = 4.0  # s: lines every 0.25 Hz, for each of four axes every 1 Hz
+PERIOD = 4.0  # s: lines every 0.25 Hz, for each of four axes every 1 Hz, of five every 1.25 Hz
 LOWEST, HIGHEST = 1.0, 2000.0  # Hz
 INJECTED = 1e-3  # of the bias current: the nonlinear law then adds 0.7 % to a line at a peak of 12, with 0.01 7 %
 STEPS_OF_A_SAMPLE = 4  # with dynamic amplifiers or parts of a sample of delay: the error is below 1 % at sharp peaks

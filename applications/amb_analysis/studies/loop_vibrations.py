@@ -19,13 +19,15 @@ from rotor_analysis.refinement import refined
 
 OVERDAMPED = 0.995  # damping ratio from which a pole is not a vibration
 TURN = 0.3  # cost of the opposite sense of whirl in the pairing of poles, as a distance over |s|
+APART = 1e6  # of such costs, between a vibration along the shaft and one across it
 
 
 @dataclass(frozen=True)
 class Vibrations:
     """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each.
 
-    `stability` is that of all poles, including those without vibration.
+    The sense of a vibration along the shaft is NaN. `stability` is that of all poles, including those without
+    vibration.
     """
 
     poles: Complex
@@ -67,7 +69,8 @@ class LeastDamped:
 def vibrations(loop: Loop, Omega: float) -> Vibrations:
     """Return the vibrations of a loop at a spin speed (rad/s), the slowest first.
 
-    The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings.
+    The sense of whirl is 2 Im(x conj(y)) / (|x|^2 + |y|^2), summed over the journals of the bearings; NaN along the
+    shaft.
     """
     loop_poles = loop.poles(Omega)
     s = loop_poles.s
@@ -80,6 +83,7 @@ def vibrations(loop: Loop, Omega: float) -> Vibrations:
     size = (np.abs(x) ** 2 + np.abs(y) ** 2).sum(axis=0)
     turning = 2.0 * (x * y.conj()).imag.sum(axis=0)
     senses = np.divide(turning, size, out=np.zeros(len(chosen)), where=size > 0.0)
+    senses[loop_poles.is_axial[chosen]] = np.nan
     return Vibrations(s[chosen], senses, loop_poles.stability)
 
 
@@ -181,5 +185,7 @@ def _distances(vibrations: list[Vibrations], track: list[int | None], now: Vibra
     expected = vibrations[n - 1].poles[last]
     if before is not None:
         expected += _step_ratio(vibrations, n) * (expected - vibrations[n - 2].poles[before])
-    turn = np.abs(now.senses - vibrations[n - 1].senses[last]) / 2.0
+    sense = vibrations[n - 1].senses[last]
+    turn = np.nan_to_num(np.abs(now.senses - sense) / 2.0)
+    turn[np.isnan(now.senses) != np.isnan(sense)] = APART
     return np.asarray(np.abs(now.poles - expected) / np.abs(expected) + TURN * turn)

@@ -163,7 +163,7 @@ def saturating_axes(machine: Machine, speed: float) -> Iterator[str]:
     """Yield the axes whose demand under the unbalance exceeds controller, coils and amplifiers at the highest speed."""
     motion = synchronous_response(machine, np.array([speed]), [machine.unbalanced_points]).reshape(-1)
     demands = np.abs(demanded_currents(machine, speed, speed) @ motion)
-    for (bearing, axis), demand in zip(machine.loop.axes, demands, strict=True):
+    for (bearing, axis), demand in zip(machine.loop.lateral_axes, demands, strict=True):
         largest = float(control_amplitude(machine, bearing, axis, speed / (2.0 * math.pi)))
         if demand > largest:
             yield (

@@ -84,7 +84,7 @@ def test_the_clearance_along_the_shaft_is_used_up_by_a_fall(pump):
 
 
 def test_the_axis_along_the_shaft_can_fail_and_be_shaken(pump):
-    assert pump.controlled_axes == (*pump.loop.axes, ("thrust", "z"))
+    assert pump.controlled_axes == (*pump.loop.lateral_axes, ("thrust", "z"))
     kinds = faults._kinds(pump)
     assert "power of thrust.z lost" in kinds["power of one axis lost"]
     (shocks,) = (cases for kind, cases in kinds.items() if "shock" in kind)

@@ -254,7 +254,7 @@ add_study(
     "linearisation",
     SCENARIO,
     ROTOR,
-    click.option("--axis", metavar="BEARING.x|y", help="Axis; default: the first."),
+    click.option("--axis", metavar="BEARING.x|y|z", help="Axis; default: the first."),
     click.option("--bias-current", type=CURRENT, help="Bias current of the coils; default: that of the axis."),
     click.option("--static-current", type=CURRENT, help="Current that carries the static load; default: the axis's."),
     SETTINGS,

@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, covered_speeds, frozen_at
 from amb_analysis.studies.damping_zones import ZONES, damping_ratio
-from amb_cosim.presentation.style import BLUE, DASHED, GREY, ORANGE, PURPLE, spread
+from amb_cosim.presentation.style import BLUE, DASHED, GREEN, GREY, ORANGE, PURPLE, spread
 from amb_cosim.presentation.units import speed_unit, spin_label
 from array_types import Array
 
@@ -27,6 +27,7 @@ WHIRL_STYLES: dict[str, tuple[str, Any]] = {
     "backward": (ORANGE, DASHED),
     "forward": (BLUE, "-"),
     "mixed": (PURPLE, ":"),
+    "axial": (GREEN, "-."),
 }
 HATCH: dict[str, Any] = {
     "facecolor": "none",
@@ -124,13 +125,17 @@ def add_legend(figure: FigureBase, vibrations: Sequence[Vibration], operating: f
     """Add a legend of the whirl directions that occur, the operating speed, and `more`."""
     present = {whirl for directions, _, _ in vibrations for whirl in directions}
     handles: list[Artist] = [
-        Line2D([], [], color=c, ls=ls, label=f"{w} whirl") for w, (c, ls) in WHIRL_STYLES.items() if w in present
+        Line2D([], [], color=c, ls=ls, label=_direction(w)) for w, (c, ls) in WHIRL_STYLES.items() if w in present
     ]
     if operating is not None:
         handles.append(Line2D([], [], color=GREY, lw=1.2, label=f"at {speed_unit().text(operating, 5)}"))
     handles += more
     columns = len(handles) if len(handles) <= IN_A_ROW else math.ceil(len(handles) / 2)
     figure.legend(handles=handles, loc="outside lower center", ncols=columns)
+
+
+def _direction(whirl: str) -> str:
+    return "along the shaft" if whirl == "axial" else f"{whirl} whirl"
 
 
 def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) -> None:

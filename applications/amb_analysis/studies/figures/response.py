@@ -45,7 +45,8 @@ def _draw_response(panels: Array, name: str, item: ComputedResponse, label: str)
     if item.measured is not None:
         top.semilogy(f, np.abs(item.measured), color=GREY, lw=1.6, label="measured")
         middle.plot(f, _phase(item.measured), ".", color=GREY, ms=2.0)
-    top.semilogy(f, np.abs(item.computed), color=BLUE, label=label)
+    draw_amplitude = top.semilogy if item.computed.any() else top.plot
+    draw_amplitude(f, np.abs(item.computed), color=BLUE, label=label)
     middle.plot(f, _phase(item.computed), ".", color=BLUE, ms=1.4)
     top.set(ylabel=item.unit, ylim=_limits(np.abs(item.computed if item.measured is None else item.measured)))
     top.set_title(fitted(name, PANEL[0] - 0.8))
@@ -79,4 +80,5 @@ def _set_frequencies(panels: Array, f: Array) -> None:
 
 
 def _phase(values: Complex) -> Array:
-    return np.asarray(np.degrees(np.angle(values)))
+    """Return phases (deg); NaN of zeros, such as those between forces across a shaft and motion along it."""
+    return np.where(values == 0.0, np.nan, np.degrees(np.angle(values)))

@@ -36,6 +36,8 @@ def draw(result: StabilityMargin) -> Figure:
     for axes, name in zip(panels.flat, result.axes, strict=False):
         _draw_zones(axes, result.zone_limits)
         _draw_sensitivity(axes, result, name)
+    for unused in panels.flat[len(result.axes) : 2 * rows]:
+        unused.set_axis_off()
     for first in panels[:-1, 0]:
         first.set_ylabel("sensitivity |S|")
     for last in panels[-1]:

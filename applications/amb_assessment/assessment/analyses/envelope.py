@@ -40,7 +40,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     measured: list[Quantity] = []
     rows: list[tuple[str, ...]] = []
     force_curves, current_curves = [], []
-    for k, (bearing, axis) in enumerate(subject.loop.axes):
+    for k, (bearing, axis) in enumerate(subject.loop.lateral_axes):
         p, name = subject.axis(bearing, axis), f"{bearing}.{axis}"
         force, current = forces[:, k], currents[:, k]
         allowed = control_amplitude(subject, bearing, axis, hertz(speeds))
@@ -77,7 +77,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
 
 def _limit(subject: AssessedMachine, bearing: str, axis: str, speeds: Array) -> list[Curve]:
     """Return the curve of the current that an axis can give; none if another axis of the bearing has shown the same."""
-    axes = [of for name, of in subject.loop.axes if name == bearing]
+    axes = [of for name, of in subject.loop.lateral_axes if name == bearing]
     limits = [control_amplitude(subject, bearing, of, hertz(speeds)) for of in axes]
     are_alike = all(np.allclose(limit, limits[0], rtol=1e-3) for limit in limits)
     if are_alike and axis != axes[0]:
@@ -88,14 +88,14 @@ def _limit(subject: AssessedMachine, bearing: str, axis: str, speeds: Array) -> 
 
 def _voltages(subject: AssessedMachine, speeds: Array, currents: Array) -> Array:
     """Return the largest voltages R I_0 + I |R + j Omega L| of each axis (V), shape (speeds, axes)."""
-    axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.axes]
+    axes = [subject.axis(bearing, axis) for bearing, axis in subject.loop.lateral_axes]
     impedances = np.stack([np.hypot(p.resistance, speeds * p.inductance) for p in axes], axis=1)
     return currents * impedances + [voltage_at_rest(p) for p in axes]
 
 
 def _shares(subject: AssessedMachine, speeds: Array, forces: Array, currents: Array) -> tuple[Array, Array]:
     """Return currents and slew rates over the largest possible (%), shape (speeds, axes) each."""
-    axes = subject.loop.axes
+    axes = subject.loop.lateral_axes
     allowed = np.stack([control_amplitude(subject, *axis, hertz(speeds)) for axis in axes], axis=1)
     slew = speeds[:, None] * forces / [_slew_limit(subject.axis(*axis)) for axis in axes]
     return 100.0 * currents / np.maximum(allowed, 1e-12), 100.0 * slew
@@ -107,9 +107,9 @@ def _slew_limit(p: np.record) -> float:
 
 def largest_needed(subject: AssessedMachine, speeds: Array, q: Complex) -> tuple[Array, Array]:
     """Return amplitudes of force (N) and current (A) of each axis in the worst case, shape (speeds, axes) each."""
-    n_axes = len(subject.loop.axes)
+    n_axes = len(subject.loop.lateral_axes)
     forces, currents = np.zeros((len(speeds), n_axes)), np.zeros((len(speeds), n_axes))
-    rows = [2 * (subject.bearings[bearing] - 1) + AXES.index(axis) for bearing, axis in subject.loop.axes]
+    rows = [2 * (subject.bearings[bearing] - 1) + AXES.index(axis) for bearing, axis in subject.loop.lateral_axes]
     for k, Omega in enumerate(speeds):
         motion = q[k].reshape(q.shape[1], -1).T  # x and y of each node in turn, by case
         forces[k] = np.abs(bearing_forces(subject, float(Omega), float(Omega)) @ motion)[rows].max(axis=1)

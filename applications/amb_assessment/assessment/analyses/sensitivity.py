@@ -18,6 +18,10 @@ from array_types import Array
 from rotor_analysis.refinement import refined
 
 PEAKS = "sensitivity_peak", "sensitivity_peak_beyond"  # quantities: up to the 2 kHz of the standard, and above
+WITHOUT_EDDY_CURRENTS = (
+    "The magnet along the shaft has no eddy currents in co-simulation, and so none here. The part `axial_margins` has "
+    "those of its iron, and all static forces."
+)
 SPEEDS = 4  # from the smallest to the largest, before refinement about maxima
 
 
@@ -48,7 +52,9 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         f"Amplifiers are {study.amplifier}. The delay of the demands is {study.delay:g} times the sample time. Zones "
         "are judged up to 2 kHz, or half the sample rate; the peak above 2 kHz by a criterion of the package."
     )
-    return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), (note,))
+    has_axial = len(loop.axes) > len(loop.lateral_axes)
+    notes = (note, WITHOUT_EDDY_CURRENTS) if has_axial else (note,)
+    return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), notes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from amb_assessment.assessment.format.machine_file import MachineFile
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import RPM
-from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.results.component_names import PLANT
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import share_across
 from rotor_analysis.parts import Bearing
@@ -64,10 +64,8 @@ class AssessedMachine(Machine):
 
     @cached_property
     def controlled_axes(self) -> tuple[tuple[str, str], ...]:
-        """The axes of the loop, and that along the shaft of a rotor with faces, if a controller has it."""
-        thrust, source_of = self.rotor.thrust, self.run_components.assembly.system.source_of
-        has_axial = bool(self.rotor.faces) and source_of(f"{ACTUATOR}.{thrust}.i_z") is not None
-        return (*self.loop.axes, (thrust, "z")) if has_axial else self.loop.axes
+        """The axes of the loop; that along the shaft only with faces, which end a motion along it."""
+        return self.loop.axes if self.rotor.faces else self.loop.lateral_axes
 
     @property
     def directions_of_contact(self) -> str:
