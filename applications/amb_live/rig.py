@@ -138,8 +138,9 @@ def _variable(port: Port) -> dict[str, Any]:
 
 
 def _events(prepared: PreparedRun) -> list[dict[str, Any]]:
-    labels = {point: label for label, point in prepared.plan.marks.items()}
-    roles = {event.name: event.role for event in prepared.scenario.event if event.role}
+    named = [event for event in prepared.scenario.event if event.name]
+    labels = {prepared.plan.marks[event.name]: event.name for event in named}
+    roles = {event.name: event.role for event in named if event.role}
     return [
         {
             "point": point,

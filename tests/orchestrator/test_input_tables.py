@@ -8,7 +8,9 @@ import pytest
 
 from amb_cosim.scenario.file import read_scenario
 from tests.orchestrator.test_plan import NO_EVENTS, H, plan
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
+
+TWO = "time (s), rotor.d1.u (g.m), rotor.d2.u (g.m)"
 
 
 def table(tmp_path, rows, headings="time (s), rotor.d2.u (g.m)"):
@@ -77,3 +79,39 @@ def test_a_file_is_relative_to_its_scenario(tmp_path):
     (tmp_path / "mine.toml").write_text('Omega = "9 rpm"\n[[profile]]\nfile = "quake.csv"\n', encoding="utf-8")
     (entry,) = read_scenario(str(tmp_path / "mine.toml"))["profile"]
     assert Path(entry["file"]) == tmp_path / "quake.csv"
+
+
+PULSE = '[["10 ms", 0], ["30 ms", "0 g.m"], ["40 ms", "3 g.m"], ["60 ms", 0]]'
+NAMED = f'[[profile]]\nlabel = "inrush"\nrole = "disturbance"\nvariable = "rotor.d2.u"\npoints = {PULSE}\n'
+
+
+def test_a_profile_with_a_label_is_an_event_where_its_value_begins_to_change(tmp_path):
+    assert plan(scenario=NO_EVENTS + NAMED).marks == {"inrush": round(0.03 / H)}
+    path = table(tmp_path, [(0.0, 1.0, 2.0), (0.1, 1.0, 2.0), (0.2, 1.0, 3.0), (0.3, 2.0, 4.0)], TWO)
+    named = f'{NO_EVENTS}[[profile]]\nlabel = "quake"\nfile = {str(path)!r}\nbegin = "0.5 s"\n'
+    assert plan(scenario=named).marks == {"quake": round(0.6 / H)}  # of the input that changes first
+    assert plan(scenario=NO_EVENTS + NAMED.replace('label = "inrush"\n', "")).marks == {"disturbance": round(0.03 / H)}
+
+
+def test_a_profile_without_label_and_role_is_no_event():
+    points = f'[[profile]]\nvariable = "rotor.d2.u"\npoints = {PULSE}\n'
+    assert plan(scenario=NO_EVENTS + points).marks == {}
+
+
+@pytest.mark.parametrize(
+    ("event", "facts"),
+    [
+        ('label = "inrush"\ncycle = 1', ("two events", "label")),
+        ('role = "disturbance"\ncycle = 1', ("two events", "role")),
+        ('role = "relief"\ntime = "20 ms"', ("relief", "disturbance")),
+    ],
+)
+def test_labels_and_roles_of_events_and_profiles_are_unique(event, facts):
+    with raises_naming(ValueError, *facts):
+        plan(scenario=f'{NO_EVENTS}{NAMED}[[event]]\n{event}\nset.rotor."d1.u" = 0\n')
+
+
+def test_a_profile_that_begins_after_the_end_is_noticed():
+    late = NAMED.replace("30 ms", "900 s").replace("40 ms", "901 s").replace("60 ms", "902 s")
+    (notice,) = [notice for notice in plan(scenario=NO_EVENTS + late).notices if "inrush" in notice]
+    assert_names(notice, "900 s", "no effect")

@@ -42,6 +42,18 @@ def test_it_touches_what_its_scenario_says_and_balances_its_energy(run, name):
     assert not TOUCHED[name] or summary.energy_balance_of_heat < 1e-5
 
 
+def test_summaries_say_when_a_disturbance_begins(run):
+    """It is that of the input that changes first: the process force, or the acceleration along x after 0.1 s."""
+    inrush, quake = run("turbo_pump_air_inrush"), amb_cosim.run("turbo_pump_earthquake", until=0.5, progress=False)
+    assert (inrush.summary.events, inrush.signals.attrs["disturbance_cycle"]) == ({"disturbance": "air inrush"}, 0.0)
+    assert inrush.summary.recovery == "recovered"
+    assert quake.summary.events == {"disturbance": "earthquake"}
+    period = quake.signals.attrs["period_s"]
+    assert quake.signals.attrs["disturbance_cycle"] * period == pytest.approx(0.1, abs=1e-4)
+    assert quake.signals.attrs["last_change_cycle"] * period == pytest.approx(0.5, abs=1e-4)  # it shakes to the end
+    assert quake.summary.recovery == "prevented"
+
+
 def test_it_is_caught_after_an_inrush_of_air(run):
     assert run("turbo_pump_air_inrush").signals["rotor_contact.seat.gap"].values[-1] == pytest.approx(GAP, rel=0.05)
 

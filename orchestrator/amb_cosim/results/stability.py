@@ -23,6 +23,7 @@ LAST_CHANGE = "last_change_cycle"  # attribute of a data set: of the last event 
 SOURCES = "sources"  # attribute of a data set: components that excite the rotor from outside its loop, if any
 EXCITATIONS = "excitations"  # attribute of a data set: the signals by which they do
 MIN_CYCLES = 5.0
+ROUNDING = 1e-9  # cycles by which rounding may move a change at the last sample behind it
 QUIET = 1.0  # cycles that a signal from outside is constant before it begins and after it ends
 NOTICEABLE = 1e-4  # of the smallest clearance; smaller motion counts as rest
 STEADY_SPEED = 0.01  # relative change that is ignored
@@ -51,7 +52,7 @@ def last_change(dataset: Signals) -> float:
     """Return the cycle of the last event or point of the speed within the run; 0 without any from cycle 0 on."""
     end = float(cycles(dataset).max(initial=0.0))
     events = (float(dataset.attrs.get(name, 0.0)) for name in (LAST_CHANGE, *(f"{role}_cycle" for role in ROLES)))
-    return max(0.0, *(event for event in events if event <= end))
+    return max(0.0, *(min(event, end) for event in events if event <= end + ROUNDING))
 
 
 def _since(cycle: Array, begin: float) -> slice:

@@ -62,6 +62,8 @@ class Summary:
         Largest normal impulse of the impacts within a step at each site (N s).
     events
         Names of the events that are the `disturbance` and the `relief` of the run, by role.
+    event_cycles
+        Cycles at which they happen.
     contact_share
         Share of the time between disturbance and relief in each contact state, by the plant's output `contact_state`.
     site_share
@@ -132,6 +134,7 @@ class Summary:
     averaged_contact_force: Annotated[AtPlaces, "N"]
     peak_impulse: Annotated[AtPlaces, "N.s"]
     events: dict[str, str]
+    event_cycles: Annotated[dict[str, float], "cycle"]
     contact_share: Annotated[AtPlaces, "1"]
     contact_states: list[str]
     site_share: Annotated[AtPlaces, "1"]
@@ -193,6 +196,7 @@ def summarise(dataset: Signals) -> Summary:
         averaged_contact_force={site: contact_forces.largest_averaged_force(dataset, site) for site in sites},
         peak_impulse={site: contact_history.peak(dataset, f"{site}.impulse") for site in sites},
         events={role: event_name(dataset, role) for role in ROLES if f"{role}_cycle" in dataset.attrs},
+        event_cycles={role: float(at) for role in ROLES if (at := dataset.attrs.get(f"{role}_cycle")) is not None},
         contact_share=contact_history.contact_share(dataset),
         contact_states=list(places(dataset).contact_states),
         site_share=contact_history.site_share(dataset),

@@ -52,6 +52,9 @@ def table(summary: Summary, whole: bool = False) -> Table:
 
 
 def _all_rows(summary: Summary) -> Iterator[tuple[str, str]]:
+    if summary.events:
+        moments = (f"{name} at {_cycle(summary, summary.event_cycles[role])}" for role, name in summary.events.items())
+        yield "events", ", ".join(moments)
     yield from _rows_at_places(summary)
     states = dict(zip(summary.contact_states, summary.contact_share.values(), strict=True))
     sites = {name_label(site): share for site, share in summary.site_share.items()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from amb_cosim.cosim.record.warnings import ATTRIBUTE as WARNINGS
 from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
 from amb_cosim.cosim.run.dataset import parameters_of, step_times, steps_of, to_signals
 from amb_cosim.cosim.run.recording import Recording
-from amb_cosim.cosim.system.experiment import Plan
+from amb_cosim.cosim.system.experiment import Plan, Ramp
 from amb_cosim.cosim.system.system import System
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.places import ATTRIBUTE as PLACES
@@ -24,6 +25,7 @@ from amb_cosim.results.result import Result
 from amb_cosim.results.stability import EXCITATIONS, LAST_CHANGE, SOURCES
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
 from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.scenario import SPEED
 from array_types import Array
 
 
@@ -89,12 +91,15 @@ def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
 def _landmarks(prepared: PreparedRun, recorder: Recorder) -> dict[str, Any]:
     """Return attributes: speed of the rotor, labels and cycles of events with a role, the last change."""
     plan, cycle = prepared.plan, prepared.plan.step_size / prepared.plan.period
-    roles = {event.role: event.name for event in prepared.scenario.event if event.role}
+    roles = {change.role: change.name for change in prepared.scenario.named_changes if change.role}
     events = {role: label for role, label in roles.items() if plan.marks[label] <= recorder.reached}
     cycles = {f"{role}_cycle": plan.marks[label] * cycle for role, label in events.items()}
     labels = {f"{role}_label": label for role, label in events.items()}
     changes = (*(n for n, _, _ in plan.events), *(n for n, _ in prepared.profile))
-    last = max((n for n in changes if n <= recorder.reached), default=0)
+    within = [n for n in changes if n <= recorder.reached]
+    inputs = [ramp for ramp in plan.ramps if ramp.variable != SPEED]
+    recorded = int(recorder.points[-1]) if len(recorder.points) else 0  # of a thinned record, before the end
+    last = max([*within, *(_changes_until(ramp, recorded) for ramp in inputs)], default=0)
     common: dict[str, Any] = {"period_s": plan.period, "speed_rad_s": prepared.speed}
     if prepared.profile:
         common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in prepared.profile])
@@ -104,6 +109,12 @@ def _landmarks(prepared: PreparedRun, recorder: Recorder) -> dict[str, Any]:
         fed = {link.source for link in system.connections if system.split(link.source)[0] in sources}
         common[EXCITATIONS] = json.dumps(sorted(name for name in fed if not _is_rotation(system.split(name)[1])))
     return {**common, **cycles, **labels, LAST_CHANGE: last * cycle}
+
+
+def _changes_until(ramp: Ramp, reached: int) -> int:
+    """Return the last communication point up to `reached` until which an input changes; 0 if it never does."""
+    lines = pairwise(ramp.points)
+    return max((min(n, reached) for (m, a), (n, b) in lines if m < reached and a != b), default=0)
 
 
 def _sources(system: System) -> list[str]:

@@ -32,6 +32,7 @@ from amb_cosim.scenario.plan_warnings import (
     viscous_losses,
 )
 from amb_cosim.scenario.scenario import SPEED, UNBALANCE, Scenario, checked_speed, cycle_period
+from amb_cosim.scenario.scenario_tables import Event, InputProfile
 from amb_cosim.scenario.stators import set_stators
 from amb_files.checks import errors_in
 from fmi_export.variables import OverStep
@@ -103,7 +104,8 @@ def _experiment(
         for number, event in enumerate(scenario.event, 1):
             time, label = event.moment(period), f"event {event.name or number}"
             changes += [InputChange(time, name, value, label) for name, value in _scaled(event.set, scenario, values)]
-        changes += _release(scenario, values, changes)
+        marks = {change.name: change.moment(period) for change in scenario.named_changes}
+        changes += _release(scenario, values, changes, marks)
         profiles = _speed_profile(scenario, values, period)
         profiles += tuple(profile for table in scenario.profile for profile in table.profiles(0.0))
     return Experiment(
@@ -120,7 +122,7 @@ def _experiment(
         record_settling=bool(scenario.record.settling),
         settling=scenario.settling,
         period=period,
-        marks={event.name: event.moment(period) for event in scenario.event if event.name},
+        marks=marks,
         unsolvable=first.unsolvable,
         coupling=coupling,
         notices=notices,
@@ -143,7 +145,9 @@ def _end(scenario: Scenario, until: Raw | None, period: float, h: float) -> tupl
 
 def _events_after(scenario: Scenario, end: float, period: float) -> tuple[str, ...]:
     """Return a notice for each event of a scenario that is not before its end (s)."""
-    late = [(event.described, time) for event in scenario.event if (time := event.moment(period)) >= end]
+    unnamed = tuple(event for event in scenario.event if not event.name)
+    changes: tuple[Event | InputProfile, ...] = (*unnamed, *scenario.named_changes)
+    late = [(change.described, time) for change in changes if (time := change.moment(period)) >= end]
     return tuple(
         f"{described} at {time:.6g} s (cycle {time / period:.4g}) has no effect: the run ends at {end:.6g} s (cycle "
         f"{end / period:.4g})"
@@ -151,11 +155,13 @@ def _events_after(scenario: Scenario, end: float, period: float) -> tuple[str, .
     )
 
 
-def _release(scenario: Scenario, values: Assignments, events: Sequence[InputChange]) -> list[InputChange]:
+def _release(
+    scenario: Scenario, values: Assignments, events: Sequence[InputChange], marks: Mapping[str, float]
+) -> list[InputChange]:
     """Hold the speed of a free spin, and return the change that ends this: at the first event, at cycle 0 without one.
 
     A motion that settles under a drive with a limit would not begin at the speed of the scenario. A speed that changes
-    counts as an event. Scenarios that set `drive.ideal` are left as they are.
+    counts as an event, and so does what is marked. Scenarios that set `drive.ideal` are left as they are.
     """
     ideal = f"{PLANT}.{IDEAL}"
     if PLANT not in values.interfaces or IDEAL not in values.interfaces[PLANT].ports:
@@ -163,7 +169,7 @@ def _release(scenario: Scenario, values: Assignments, events: Sequence[InputChan
     if not values.parameter(f"{PLANT}.{FREE}") or ideal in values.inputs or any(e.variable == ideal for e in events):
         return []
     values.inputs[ideal] = 1.0
-    moments = [event.time for event in events] + [0.0] * bool(scenario.speed)
+    moments = [*(event.time for event in events), *marks.values(), *([0.0] if scenario.speed else [])]
     return [InputChange(min(moments, default=0.0), ideal, False)]
 
 

@@ -14,7 +14,7 @@ from pydantic import Field
 from amb_cosim.cosim.choices import Coupling, Role, Settling
 from amb_cosim.cosim.fmu.fmus import FmuSource, as_fmu
 from amb_cosim.cosim.system.system_file import load_system
-from amb_cosim.cosim.system.system_tables import ProfileTable, Record
+from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.tables import Table, Value, Values, time_of
 from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_cosim.scenario.coupling import DEFAULT_STEPS
@@ -38,7 +38,7 @@ from amb_cosim.scenario.rotors import (
     is_table,
     named,
 )
-from amb_cosim.scenario.scenario_tables import Event, Plot, SpeedPoint, Stop
+from amb_cosim.scenario.scenario_tables import Event, InputProfile, Plot, SpeedPoint, Stop
 from amb_files.atomic import write_file
 from amb_files.checks import errors_in, require
 from amb_files.pack_file import default
@@ -130,7 +130,7 @@ class Scenario(Table):
     """Changes during the run."""
     speed: tuple[SpeedPoint, ...] = ()
     """Points of the speed after cycle 0, linear between them and constant after the last."""
-    profile: tuple[ProfileTable, ...] = ()
+    profile: tuple[InputProfile, ...] = ()
     """Inputs that are linear between points, or are in a file, with times from cycle 0 on."""
     stop: tuple[Stop, ...] = ()
     """Conditions that end the run before its end."""
@@ -231,9 +231,15 @@ class Scenario(Table):
         events = sorted(self.event, key=lambda event: event.moment(period))
         return tuple(event.name for event in events if event.name)
 
-    def by_role(self, role: Role) -> Event | None:
-        """Return the event with that role, if there is one."""
-        return next((event for event in self.event if event.role == role), None)
+    @property
+    def named_changes(self) -> tuple[Event | InputProfile, ...]:
+        """Events and profiles with a label or a role."""
+        events: tuple[Event | InputProfile, ...] = tuple(event for event in self.event if event.name)
+        return (*events, *(profile for profile in self.profile if profile.name))
+
+    def by_role(self, role: Role) -> Event | InputProfile | None:
+        """Return the event or profile with that role, if there is one."""
+        return next((change for change in self.named_changes if change.role == role), None)
 
 
 def checked_speed(speed: float, written: Raw = 0.0) -> float:
@@ -341,7 +347,9 @@ def _check_events(scenario: Scenario, period: float) -> None:
             raise ValueError(f"event at {event.moment(period):g} s is not allowed; it must be at >= 0 s")
         if event.label in FORMER_LABELS and event.role is None:
             raise ValueError(f"the event labelled {event.label} needs role = '{FORMER_LABELS[event.label]}'")
-    for what, values in (("label", scenario.labels), ("role", [event.role for event in scenario.event if event.role])):
+    names = [change.name for change in scenario.named_changes]
+    roles = [change.role for change in scenario.named_changes if change.role]
+    for what, values in (("label", names), ("role", roles)):
         if len(set(values)) < len(values):
             raise ValueError(f"two events have the same {what}")
     disturbance, relief = scenario.by_role("disturbance"), scenario.by_role("relief")

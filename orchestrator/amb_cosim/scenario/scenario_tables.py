@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import StringConstraints
 
 from amb_cosim.cosim.choices import Role
+from amb_cosim.cosim.system.experiment import Profile
 from amb_cosim.cosim.system.stopping import StopCondition
+from amb_cosim.cosim.system.system_tables import ProfileTable
 from amb_cosim.cosim.system.tables import Cycles, Table, Value, Values
-from amb_cosim.cosim.system.values import quantity
+from amb_cosim.cosim.system.values import is_zero, quantity
 
 Label = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
 FigureName = Literal["orbits", "displacement", "contact", "whirl", "magnets", "energy", "touchdown", "turns"]
@@ -38,25 +41,54 @@ class _Moment(Table):
         return quantity(self.time or 0.0, "s", f"time of {self.described}")
 
 
-class Event(_Moment):
-    """New values of inputs and tunable parameters from a point in time."""
+class _Named(Table):
+    """A change that figures and summary name."""
 
     label: Label | None = None
-    """Unique name of the event in figures and sweeps, such as `power_loss`; default: its role."""
+    """Unique name in figures, and of an event in sweeps, such as `power_loss`; default: its role."""
     role: Role | None = None
     """Its role in the run: the `disturbance` that the rotor is judged after, or the `relief` that takes it back."""
-    set: dict[str, Values]
-    """New values, by component and variable."""
 
     @property
     def name(self) -> str:
         """Its label or, without one, its role; empty without both."""
         return self.label or self.role or ""
 
+
+class Event(_Named, _Moment):
+    """New values of inputs and tunable parameters from a point in time."""
+
+    set: dict[str, Values]
+    """New values, by component and variable."""
+
     @property
     def described(self) -> str:
         """`event step`, or without a name `the event that sets rotor_contact`."""
         return f"event {self.name}" if self.name else f"the event that sets {', '.join(self.set)}"
+
+
+class InputProfile(_Named, ProfileTable):
+    """An input that is linear between points (time, value), or inputs in a file.
+
+    With a label or a role it is also an event, which happens at the last point before a value changes.
+    """
+
+    @property
+    def described(self) -> str:
+        """`profile air_inrush`."""
+        return f"profile {self.name or self.variable or self.file}"
+
+    def moment(self, period: float) -> float:
+        """Return the time (s) at which it begins to change; `period` is not used."""
+        return min(_beginning(profile) for profile in self.profiles(0.0))
+
+
+def _beginning(profile: Profile) -> float:
+    """Return the time (s) of the last point before the value changes; that of the first point if it never does."""
+    for (time, value), (_, later) in pairwise(profile.points):
+        if value != later and not (is_zero(value) and is_zero(later)):
+            return time
+    return profile.points[0][0]
 
 
 class SpeedPoint(_Moment):

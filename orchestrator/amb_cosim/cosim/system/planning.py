@@ -197,7 +197,8 @@ def _without_lacking(
 
 
 def _ramp(profile: Profile, values: Assignments, grid: TimeGrid, beginning: int) -> Ramp:
-    name, _ = values.read(profile.variable, profile.points[0][1], "input")
+    first = profile.points[0][1] if profile.unit is None else f"{profile.points[0][1]} {profile.unit}".strip()
+    name, _ = values.read(profile.variable, first, "input")
     slope = None
     if profile.slope is not None:
         slope, _ = values.read(profile.slope, 0.0, "input")
