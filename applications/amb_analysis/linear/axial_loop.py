@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from amb_analysis.linear.rotor_and_magnets import lag_of
 from amb_cosim.controllers.laws import Law, delayed, in_series, static
 from amb_files.checks import require, require_positive
 from array_types import Array, Complex
+
+ALIKE = 1e-6  # relative difference of the responses of laws that are the same
+FREQUENCIES = 50  # at which they are compared
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,27 @@ class AxialPlant:
         A[3:, 3:] = force.A
         B[2] = self.bandwidth
         return Law(A, B, np.eye(1, n), np.zeros((1, 1)))
+
+
+class AxialControl(NamedTuple):
+    """Law from z (m) to the demanded current (A), its sample time (s), and the delay of the demand in samples."""
+
+    law: Law
+    sample_time: float
+    delay: float
+
+    def response(self, frequencies: Array) -> Complex:
+        """Return the demand over z (A/m) at frequencies (Hz), shape (n,)."""
+        omega = 2.0 * np.pi * frequencies
+        late = np.exp(-1j * omega * self.sample_time * self.delay)
+        return np.asarray(late * harmonic_response(self.law, omega, self.sample_time)[:, 0, 0])
+
+    def differs_from(self, other: AxialControl) -> bool:
+        """Return whether both have another sample time, or their responses differ by more than `ALIKE`."""
+        hertz = np.geomspace(1e-4, 0.5, FREQUENCIES) / self.sample_time
+        ours, theirs = self.response(hertz), other.response(hertz)
+        is_close = np.abs(ours - theirs) <= ALIKE * np.abs(ours)
+        return not (math.isclose(self.sample_time, other.sample_time, rel_tol=1e-9) and bool(is_close.all()))
 
 
 @dataclass(frozen=True)

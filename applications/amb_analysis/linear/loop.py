@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from amb_actuator.interface import axes_of
 from amb_analysis.linear.aliasing import continuous_poles, logarithms
-from amb_analysis.linear.components import StateSpace
+from amb_analysis.linear.axial_loop import AxialControl
+from amb_analysis.linear.components import StateSpace, without_idle_states
 from amb_analysis.linear.linear_source import LinearSource
 from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.model import LinearModel
@@ -206,6 +207,35 @@ class Loop:
         if not worst.is_stable:
             at = f"at {worst.speed:.4g} rad/s {worst.motion}, |z| = {worst.radius:.7g}"
             raise ValueError(f"the loop is not stable: {at}; only a stable loop has a steady response")
+
+    @cached_property
+    def axial_control(self) -> AxialControl | None:
+        """The control of the axis along the shaft; None without such an axis.
+
+        Raises
+        ------
+        ValueError
+            If its demand depends on other displacements, or on the speed.
+        """
+        along = [k for k, (_, axis) in enumerate(self.axes) if axis == "z"]
+        if not along:
+            return None
+        demand, source = self.sources[along[0]], self.linear_components.assembly.system.source_of
+        name = demand.partition(".")[0]
+        read = [reading for reading in self.readings if reading.startswith(f"{name}.")]
+        of_axis = [reading for reading in read if source(reading) == f"{PLANT}.{self.axis_names[along[0]]}"]
+        others = [reading for reading in read if reading not in of_axis]
+        controls = []
+        for Omega in self.linear_components.table_speeds() or [0.0]:
+            (part,) = self.linear_components.at(Omega).parts([name])
+            coupled = without_idle_states(part.selected(others, [demand]).law)
+            if len(of_axis) != 1 or len(coupled.A) or coupled.D.any():
+                raise ValueError(f"{demand} depends on more than the displacement along the shaft {', '.join(of_axis)}")
+            law = without_idle_states(part.selected(of_axis, [demand]).law)
+            controls.append(AxialControl(law, self.sample_time, part.late + (1.0 if part.at_end else 0.0)))
+        if any(control.differs_from(controls[0]) for control in controls):
+            raise ValueError(f"{demand} depends on the speed; the axis along the shaft must have one law")
+        return controls[0]
 
     @cached_property
     def closed(self) -> LinearModel:

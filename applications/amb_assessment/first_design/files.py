@@ -140,9 +140,6 @@ def new_machine(
         if axial:
             radii = thrust.radii(supported, disc.z)
             of_files["thrust_bearing"] = thrust.machine_part(radii, magnet_of_disc, sizes)
-            of_axis[thrust.AXIAL_CONTROL] = thrust.axial_controller(
-                folder.name, magnet_of_disc, sizes, design.sample_time
-            )
     files = {ROTOR: rotor + axial, **_filled(of_files, bool(sizes.retainers)), **of_axis}
     folder.parent.mkdir(parents=True, exist_ok=True)
     create_atomically(folder, lambda draft: [(draft / file).write_text(t, "utf-8") for file, t in files.items()])

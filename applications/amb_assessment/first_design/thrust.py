@@ -8,7 +8,6 @@ ROLAC is radial, and so all five axes have one linear law, which is that of the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Annotated, Any, NamedTuple
 
 import tomli_w
@@ -21,7 +20,7 @@ from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from rotor_analysis.rotor import Rotor
 
-CONTROL, AXIAL_CONTROL = "control.toml", "axial.toml"
+CONTROL = "control.toml"
 COLLAR = "thrust_collar"  # of the template, the body that is the disc
 DAMPING = 0.7  # zeta of the axial motion
 DRIFT = 10.0  # 1/s, rate at which the integral removes a steady deviation
@@ -102,7 +101,7 @@ def thrust_magnet(name: str, sizes: MachineSizes, tilt: float) -> Thrust:
 
 
 def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_time: float) -> str:
-    """Return the controller file of five axes with the radial gains of a design."""
+    """Return the controller file of five axes with the radial gains of a design, and demands up to the bias current."""
     axes, points = control_loop(sizes.rotor).axes, operating_points(sizes)
     roll_off = 1.0 / (math.tau * pid.derivative_time)
     channels = []
@@ -114,13 +113,18 @@ def controller(name: str, sizes: MachineSizes, thrust: Thrust, pid: Pid, sample_
     channels.append(thrust.channel)
     inputs = [*(axis.sensor for axis in axes), f"{thrust.name}.z"]
     outputs = [*(f"{axis.bearing}.i_{axis.direction}" for axis in axes), f"{thrust.name}.i_z"]
-    return _law(f"The PID of {name} on five axes", sizes, sample_time, inputs, outputs, channels)
-
-
-def axial_controller(name: str, thrust: Thrust, sizes: MachineSizes, sample_time: float) -> str:
-    """Return the controller file of the axis along the shaft alone, which `assess` judges."""
-    inputs, outputs = [f"{thrust.name}.z"], [f"{thrust.name}.i_z"]
-    return _law(f"The axial PID of {name}", sizes, sample_time, inputs, outputs, [thrust.channel])
+    limit = f"{sizes.bias_current:.5g} A"
+    table = {
+        "description": f"The PID of {name} on five axes",
+        "inputs": inputs,
+        "outputs": outputs,
+        "sample_time": f"{1e6 * sample_time:.5g} us",
+        "method": "backward_diff",
+        "delay": 1,
+        "limits": [f"-{limit}", limit],
+        "channel": channels,
+    }
+    return tomli_w.dumps(table)
 
 
 def machine_part(radii: tuple[float, float], thrust: Thrust, sizes: MachineSizes) -> str:
@@ -128,7 +132,6 @@ def machine_part(radii: tuple[float, float], thrust: Thrust, sizes: MachineSizes
     inner, outer = radii
     of_bearing = {
         "at": COLLAR,
-        "controller": AXIAL_CONTROL,
         "bandwidth": f"{1e-3 * BANDWIDTH:.5g} kHz",
         "inner_radius": f"{1e3 * inner:.5g} mm",
         "outer_radius": f"{1e3 * outer:.5g} mm",
@@ -147,29 +150,6 @@ def radii(rotor: Rotor, z: float) -> tuple[float, float]:
     """Return the inner and outer radius (m) of a disc at z: two rings of poles by (1), and the coil between them."""
     inner = 0.5 * diameter_at(rotor, z)
     return inner, math.sqrt(inner**2 + 3.0 * _pole_area(rotor.mass) / math.pi)
-
-
-def _law(
-    description: str,
-    sizes: MachineSizes,
-    sample_time: float,
-    inputs: Sequence[str],
-    outputs: Sequence[str],
-    channels: Sequence[dict[str, Any]],
-) -> str:
-    """Return a controller file whose demands are limited to the bias current."""
-    limit = f"{sizes.bias_current:.5g} A"
-    table = {
-        "description": description,
-        "inputs": inputs,
-        "outputs": outputs,
-        "sample_time": f"{1e6 * sample_time:.5g} us",
-        "method": "backward_diff",
-        "delay": 1,
-        "limits": [f"-{limit}", limit],
-        "channel": channels,
-    }
-    return tomli_w.dumps(table)
 
 
 def _channel(source: str, target: str, kp: float, ki: float, kd: float, roll_off: float) -> dict[str, Any]:

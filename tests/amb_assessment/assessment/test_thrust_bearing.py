@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from strange_machine import LEVITATION
 
+from amb_assessment.assessment.engine.assess import check_machine
 from amb_assessment.assessment.format.machine_file import MachineFile, load_machine
 from amb_assessment.assessment.format.thrust_bearing import DATA_HEADS, ThrustBearing
+from amb_assessment.assessment.physics import axial_cases
 from amb_cosim import linear_controller
 from tests.support.messages import raises_naming
 
@@ -134,7 +136,7 @@ def test_a_controller_with_wrong_signals_or_speeds_is_refused(tmp_path, text, fa
     channel = '\nsample_time = "50 us"\n[[channel]]\nfrom = "a"\nto = "i"\n' + (f"gain{gain}" if gain else "")
     (tmp_path / "axial.toml").write_text(head + channel, encoding="utf-8")
     with raises_naming(ValueError, *facts):
-        _ = bearing(controller=str(tmp_path / "axial.toml")).law
+        _ = bearing(controller=str(tmp_path / "axial.toml")).control
 
 
 def test_a_law_and_the_gain_of_its_demand_make_the_loop_of_their_product(tmp_path):
@@ -144,9 +146,92 @@ def test_a_law_and_the_gain_of_its_demand_make_the_loop_of_their_product(tmp_pat
         made = linear_controller(K, ["z"], ["i"], 50e-6, sampled_arrays=True, gains=gain, delay=1.5)
         made.save(tmp_path / f"{name}.npz")
     loops = [bearing(controller=str(tmp_path / f"{name}.npz")) for name in ("product", "both")]
-    product, both = (item.loop(4.0, item.bearing.operating_point()).poles for item in loops)
+    product, both = (item.loop(4.0, item.bearing.operating_point(), item.control).poles for item in loops)
     assert np.array_equal(both, product)
 
 
 def test_the_path_of_the_controller_is_relative_to_the_machine_file():
     assert Path(load_machine(FILE).thrust_bearing.controller) == FILE.parent / "axial.toml"
+
+
+PUMP = Path(__file__).parents[2] / "system" / "upright_pump"
+OF_PUMP = """scenario = "levitation.toml"
+[speed]
+minimum = "18000 rpm"
+maximum = "36000 rpm"
+[thrust_bearing]
+at = "thrust_disc"
+bandwidth = "2 kHz"
+inner_radius = "17 mm"
+outer_radius = "34 mm"
+k_i = "100 N/A"
+k_s = "0.5 N/um"
+capacity = "300 N"
+"""
+AXIAL = """inputs = ["thrust.z"]
+outputs = ["thrust.i"]
+sample_time = "50 us"
+delay = 1
+[[channel]]
+from = "thrust.z"
+to = "thrust.i"
+gain = -1.0
+blocks = [{ type = "pid", kp = "1.2e4 A/m", ki = "1e5 A/(m.s)", kd = "25 A.s/m", roll_off = "2 kHz" }]
+"""
+
+
+@pytest.fixture
+def pump(tmp_path):
+    """Return a function that writes the pump with another controller of five axes, or one of its axial axis alone."""
+
+    def write(control=lambda text: text, axial=None):
+        for name in ("levitation.toml", "rotor.toml"):
+            (tmp_path / name).write_text((PUMP / name).read_text(encoding="utf-8"), encoding="utf-8")
+        changed = control((PUMP / "control.toml").read_text(encoding="utf-8"))
+        (tmp_path / "control.toml").write_text(changed, encoding="utf-8")
+        (tmp_path / "axial.toml").write_text(axial or "", encoding="utf-8")
+        named = 'controller = "axial.toml"\n' if axial else ""
+        (tmp_path / "machine.toml").write_text(OF_PUMP + named, encoding="utf-8")
+        return check_machine(load_machine(tmp_path / "machine.toml"))
+
+    return write
+
+
+def test_the_axial_control_is_that_of_the_machines_controller(pump):
+    """The same law as a file of its own, with the same loop to rounding, and no pole of the other axes."""
+    of_channel, of_file = pump(), pump(axial=AXIAL)
+    assert not of_channel.axial_control.differs_from(of_file.axial_control)
+    loops = [axial_cases.load_cases(subject)[0].loop for subject in (of_channel, of_file)]
+    ours, theirs = (loop.vibrations for loop in loops)
+    np.testing.assert_allclose(ours, theirs, rtol=1e-9)
+    hertz = np.geomspace(1.0, 9e3, 30)
+    np.testing.assert_allclose(*(loop.sensitivity(hertz) for loop in loops), rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "change", [("gain = -1.0", "gain = -1.1"), ("delay = 1\n", "delay = 2\n"), ('"50 us"', '"100 us"')]
+)
+def test_a_file_that_differs_from_the_machines_controller_is_refused(pump, change):
+    with raises_naming(ValueError, "axial.toml", "differs", "along the shaft"):
+        pump(axial=AXIAL.replace(*change))
+
+
+def test_an_axial_control_of_several_displacements_is_refused(pump):
+    more = '\n[[channel]]\nfrom = "trans_x"\nto = "thrust.i_z"\ngain = 1.0\n'
+    with raises_naming(ValueError, "rolac_controller.thrust.i_z", "more than the displacement"):
+        pump(lambda text: text + more)
+
+
+def test_an_axial_control_that_depends_on_the_speed_is_refused(pump):
+    table = 'gain = [["0 rpm", -1.0], ["36000 rpm", -0.9]]\nblocks = [{ type = "pid", kp = "1.2e4'
+    with raises_naming(ValueError, "rolac_controller.thrust.i_z", "speed", "one law"):
+        pump(lambda text: text.replace('gain = -1.0\nblocks = [{ type = "pid", kp = "1.2e4', table))
+
+
+def test_a_thrust_bearing_without_any_controller_is_refused():
+    file = load_machine(FILE)
+    data = file.thrust_bearing.model_dump(exclude_none=True)
+    del data["controller"]
+    without = file.model_copy(update={"thrust_bearing": ThrustBearing(**data)})
+    with raises_naming(ValueError, file.name, "needs a controller", "north.x"):
+        check_machine(without)

@@ -51,6 +51,7 @@ def test_it_levitates_from_standstill_to_its_trip_speed(made):
 
 
 def test_its_machine_file_states_the_axial_magnet(made):
+    assert not (made.folder / "axial.toml").exists()  # its controller of five axes is assessed
     machine = check_machine(load_machine(made.folder / "machine.toml"))
     found = {item.quantity: item for item in axial.result_of(machine).quantities}
     assert 10.0 < found["axial_load"].value < 50.0  # it is sized for four times the weight

@@ -127,7 +127,7 @@ def _row(case: LoadCase) -> tuple[str, ...]:
 
 
 def _notes(subject: AssessedMachine, bearing: ThrustBearing, weight: float) -> tuple[str, ...]:
-    _, sample_time, delay = bearing.law
+    _, sample_time, delay = subject.axial_control
     low, high = bearing.thrusts
     thrust = f"{low:.4g} N" if low == high else f"{low:.4g} to {high:.4g} N"
     first = (

@@ -255,7 +255,7 @@ def check_machine(file: MachineFile, flavour: Flavour = "native") -> AssessedMac
     for stage in file.stages:
         subject.rotor.node_of(stage.at)
     if file.thrust_bearing is not None:
-        _ = subject.rotor.node_of(file.thrust_bearing.at), file.thrust_bearing.law
+        _ = subject.rotor.node_of(file.thrust_bearing.at), subject.axial_control
     if faults := subject.faults:
         raise ValueError(
             f"machine {file.name} begins with a fault ({', '.join(faults)}); an assessment must begin without faults"

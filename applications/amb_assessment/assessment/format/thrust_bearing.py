@@ -9,8 +9,7 @@ from pathlib import Path
 
 from pydantic import model_validator
 
-from amb_analysis.linear.axial_loop import AxialLoop, AxialPlant
-from amb_cosim.controllers.laws import Law
+from amb_analysis.linear.axial_loop import AxialControl, AxialLoop, AxialPlant
 from amb_cosim.controllers.linear_controller import linear_controller
 from amb_cosim.cosim.system.tables import Table, Value
 from amb_cosim.cosim.system.values import quantity
@@ -78,7 +77,8 @@ class ThrustBearing(Table):
     at
         Part of the rotor at which the disc is; its mass is that of the rotor file.
     controller
-        Controller file with one measured signal, the displacement along z, and one demand.
+        Controller file with one measured signal, the displacement along z, and one demand; by default the axis along
+        the shaft of the machine's controller.
     bandwidth
         Bandwidth of the amplifier.
     thrust
@@ -94,7 +94,7 @@ class ThrustBearing(Table):
     """
 
     at: str
-    controller: str
+    controller: str | None = None
     bandwidth: Value
     thrust: Value | tuple[Value, Value] = 0.0
     inner_radius: Value
@@ -172,14 +172,16 @@ class ThrustBearing(Table):
         return self.iron is not None and self.iron.corner is None
 
     @cached_property
-    def law(self) -> tuple[Law, float, float]:
-        """Law of the controller, its sample time (s), and its delay in samples.
+    def control(self) -> AxialControl | None:
+        """The law of its own controller file; None without one.
 
         Raises
         ------
         ValueError
             If its file cannot be read, or it has more than one signal, demand or speed.
         """
+        if self.controller is None:
+            return None
         controller = linear_controller(Path(self.controller))
         name = Path(self.controller).name
         signals, demands = len(controller.ports.signals), len(controller.ports.demands)
@@ -190,9 +192,12 @@ class ThrustBearing(Table):
             )
         if len(controller.laws) > 1:
             raise ValueError(f"controller {name} of the thrust bearing depends on speed; it must be one law")
-        return controller.law_at(), controller.sample_time, float(controller.starts.get("delay", 0.0))
+        delay = float(controller.starts.get("delay", 0.0))
+        return AxialControl(controller.law_at(), controller.sample_time, delay)
 
-    def loop(self, mass: float, point: OperatingPoint, factors: tuple[float, float] = (1.0, 1.0)) -> AxialLoop:
+    def loop(
+        self, mass: float, point: OperatingPoint, control: AxialControl, factors: tuple[float, float] = (1.0, 1.0)
+    ) -> AxialLoop:
         """Return the sampled loop of the rotor's axial motion at a static force.
 
         Parameters
@@ -201,13 +206,14 @@ class ThrustBearing(Table):
             Mass of the rotor (kg).
         point
             Operating point of the bearing under its static force.
+        control
+            Control of the axis.
         factors
             Factors on K_i and K_s (1).
         """
-        law, sample_time, delay = self.law
         k_i, k_s = factors[0] * point.k_i, factors[1] * point.k_s
         plant = AxialPlant(mass, k_i, k_s, self.amplifier_bandwidth, self.corner)
-        return AxialLoop(plant, law, sample_time, delay)
+        return AxialLoop(plant, *control)
 
     def moment_stiffness(self, load: float = 0.0) -> float:
         """Return the moment per tilt of the disc (N m/rad) under a static force (N); positive is destabilising."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from amb_analysis.linear.axial_loop import AxialControl
 from amb_analysis.machine.machine import Machine, air_gap
 from amb_assessment.assessment.format.machine_file import MachineFile
 from amb_cosim.cosim.choices import Flavour
@@ -76,6 +77,33 @@ class AssessedMachine(Machine):
     def fall(self) -> str:
         """The direction of a fall along the shaft: -z or +z."""
         return "-z" if self.file.axial_gravity < 0.0 else "+z"
+
+    @cached_property
+    def axial_control(self) -> AxialControl:
+        """The control of the thrust bearing: of its own file, or that of the machine's controller along the shaft.
+
+        Raises
+        ------
+        ValueError
+            If the machine file has no thrust bearing, none of both controls it, or both do and differ.
+        """
+        if self.file.thrust_bearing is None:
+            raise ValueError(f"machine {self.file.name} has no [thrust_bearing]")
+        named, channel = self.file.thrust_bearing.control, self.run_loop.axial_control
+        if named is None and channel is None:
+            axes = ", ".join(self.run_loop.axis_names)
+            raise ValueError(
+                f"the thrust bearing of {self.file.name} needs a controller: its own file, or an axis along the shaft "
+                f"of the machine's controller, which has {axes}"
+            )
+        if named is not None and channel is not None and named.differs_from(channel):
+            raise ValueError(
+                f"controller {self.file.thrust_bearing.controller} of the thrust bearing differs from the axis along "
+                "the shaft of the machine's controller; leave it out, so that the latter is assessed"
+            )
+        control = named or channel
+        assert control is not None
+        return control
 
     @cached_property
     def faults(self) -> tuple[str, ...]:

@@ -98,7 +98,7 @@ def load_case(subject: AssessedMachine, load: float, factors: tuple[float, float
     """Return the loop under a static force (N) with factors on K_i and K_s (1)."""
     bearing = thrust_bearing_of(subject)
     point = bearing.bearing.operating_point(load)
-    return LoadCase(load, point, bearing.loop(subject.rotor.mass, point, factors))
+    return LoadCase(load, point, bearing.loop(subject.rotor.mass, point, subject.axial_control, factors))
 
 
 def load_cases(subject: AssessedMachine) -> list[LoadCase]:
