@@ -135,3 +135,132 @@ def test_force_beyond_the_races_is_refused():
     with raises_naming(ValueError, "force", "1e+12 N"):
         SKF_6002.displacement_under(1e12)
     assert SKF_6002.pressure(5.0 * SKF_6002.static_rating / 9.0) == pytest.approx(PRESSURE_LIMIT, rel=1e-9)
+
+
+ANGULAR = BallBearing(13, 5.556e-3, 31e-3, rows=2, contact_angle=math.radians(25.0))
+LOADED = BallBearing(13, 5.556e-3, 31e-3, rows=2, contact_angle=math.radians(25.0), preload=40.0)
+
+
+def sum_of_balls(bearing, radial, axial):
+    """Radial and axial force that the balls carry in the displacement under these forces."""
+    return -bearing.force(bearing.displacement(radial, axial))
+
+
+@pytest.mark.parametrize("bearing", [SKF_6002, HARRIS_209, PAIR])
+def test_without_axial_force_nothing_changes_to_the_last_bit(bearing):
+    for force in (0.0, 3.0, 700.0):
+        x = bearing.displacement_under(force)
+        assert bearing.displacement(force).tolist() == [x, 0.0, 0.0]
+        assert bearing.largest_load(force) == float(np.max(bearing.ball_loads(np.array([x, 0.0, 0.0]))))
+
+
+@pytest.mark.parametrize("bearing", [SKF_6002, HARRIS_209, ANGULAR, LOADED])
+@pytest.mark.parametrize(("radial", "axial"), [(0.0, 110.0), (60.0, 110.0), (300.0, 110.0), (300.0, -5.0)])
+def test_the_balls_carry_both_forces(bearing, radial, axial):
+    np.testing.assert_allclose(sum_of_balls(bearing, radial, axial), [radial, 0.0, axial], rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("bearing", [SKF_6002, HARRIS_209, ANGULAR])
+def test_balls_share_an_axial_force_evenly(bearing):
+    """Q = F_a/(Z sin(alpha)) with the angle under load; the other row of a pair without preload carries nothing."""
+    Q, alpha = bearing.ball_loads(bearing.displacement(0.0, 250.0)), bearing.largest_contact_angle(0.0, 250.0)
+    assert np.ptp(Q[0]) < 1e-9 * Q[0, 0]
+    assert Q[0, 0] == pytest.approx(250.0 / (bearing.balls * math.sin(alpha)), rel=1e-9)
+    assert not Q[1:].any()
+
+
+def test_hand_calculation_of_the_weight_of_a_pump_on_13_balls():
+    """108 N on 25 degrees: 108/(13 sin 25 deg) = 19.66 N per ball; the angle under load is a little larger."""
+    assert ANGULAR.largest_load(0.0, 108.0) == pytest.approx(19.66, rel=0.04)
+    assert math.degrees(ANGULAR.largest_contact_angle(0.0, 108.0)) == pytest.approx(26.0, abs=0.05)
+
+
+def test_an_axial_force_takes_the_preload_of_the_other_row_over():
+    """Until the other row is free, at 2^1.5 = 2.83 times the preload, the loaded row carries force plus other row."""
+    light, heavy = (LOADED.ball_loads(LOADED.displacement(0.0, axial)) for axial in (40.0, 150.0))
+    assert light[1].max() > 0.0
+    assert not heavy[1].any()
+    assert light[0, 0] < LOADED.ball_loads(np.zeros(3))[0, 0] + 40.0 / (13.0 * math.sin(math.radians(25.0)))
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0, 1.5])
+def test_combined_loads_are_those_of_sjoevalls_integrals(share):
+    """F_r = Z Q cos(alpha) J_r(eps), F_a = Z Q sin(alpha) J_a(eps), with a constant angle, as for many small balls."""
+    alpha, Z = math.radians(40.0), 72
+    bearing = BallBearing(Z, 1e-3, 0.1, rows=2, contact_angle=alpha)
+    axial = 2.0
+    radial = share * axial / math.tan(alpha)
+
+    def integral(weight, eps):
+        half = math.acos(max(1.0 - 2.0 * eps, -1.0))
+
+        def load(psi):
+            return max(1.0 - (1.0 - math.cos(psi)) / (2.0 * eps), 0.0) ** 1.5 * weight(psi)
+
+        return quad(load, -half, half, limit=200)[0] / (2.0 * math.pi)
+
+    Q = bearing.ball_loads(bearing.displacement(radial, axial))
+    x, _, z = bearing.displacement(radial, axial)
+    largest = 0.0
+    forces = np.zeros(2)
+    for sign in (1.0, -1.0):  # of both rows: eps = (1 + d_a tan(alpha)/d_r)/2, of d_a sin + d_r cos at the first ball
+        top, spread = sign * z * math.sin(alpha) + x * math.cos(alpha), x * math.cos(alpha)
+        if top <= 0.0:
+            continue
+        eps = 0.5 * top / spread
+        q = bearing.stiffness * top**1.5
+        largest = max(largest, q)
+        forces += (
+            Z
+            * q
+            * np.array(
+                [math.cos(alpha) * integral(math.cos, eps), sign * math.sin(alpha) * integral(lambda psi: 1.0, eps)]
+            )
+        )
+    np.testing.assert_allclose(forces, [radial, axial], rtol=0.02)
+    assert np.max(Q) == pytest.approx(largest, rel=0.02)
+
+
+def test_turning_the_load_turns_its_pattern():
+    """By the angle between balls, the pattern moves by a ball; turned by half of it, it is another."""
+    bearing, step = ANGULAR, 2.0 * math.pi / 13.0
+    x, _, z = bearing.displacement(60.0, 110.0)
+    first = bearing.ball_loads(np.array([x, 0.0, z]))
+    turned = bearing.ball_loads(np.array([x * math.cos(step), x * math.sin(step), z]))
+    np.testing.assert_allclose(np.roll(first, 1, axis=1), turned, rtol=1e-9, atol=1e-12)
+    force = -bearing.force(np.array([x * math.cos(step), x * math.sin(step), z]))
+    np.testing.assert_allclose(force, [60.0 * math.cos(step), 60.0 * math.sin(step), 110.0], rtol=1e-6)
+
+
+def test_an_axial_force_of_the_other_sign_loads_the_other_row():
+    down, up = (ANGULAR.ball_loads(ANGULAR.displacement(60.0, sign * 110.0)) for sign in (-1.0, 1.0))
+    np.testing.assert_allclose(down[::-1], up, rtol=1e-9)
+    assert ANGULAR.displacement(60.0, -110.0)[2] < 0.0 < ANGULAR.displacement(60.0, 110.0)[2]
+
+
+def test_life_under_the_dynamic_rating_of_a_catalogue_is_a_million_turns():
+    """SKF: C = 5.85 kN of a 6002 bearing."""
+    assert SKF_6002.life(5850.0) == pytest.approx(1e6, rel=0.1)
+    assert SKF_6002.life(585.0) == pytest.approx(1e9, rel=0.1)  # L = (C/P)^3
+
+
+def test_life_under_an_axial_force_follows_from_the_load_of_a_ball():
+    """All balls of a row carry the same, so that both races have the life (Q_c/Q)^3, by hand from the formula."""
+    Q, D, Z, f = ANGULAR.largest_load(0.0, 500.0), 5.556, 13.0, 0.52
+    g = D * math.cos(math.radians(25.0)) / 31.0
+    lives = []
+    for sign in (1.0, -1.0):
+        race = (1.0 - sign * g) ** 1.39 / (1.0 + sign * g) ** (1.0 / 3.0)
+        rated = 1.3 * 98.1 * (2.0 * f / (2.0 * f - 1.0)) ** 0.41 * race * (D / 31.0) ** 0.3 * D**1.8 / Z ** (1.0 / 3.0)
+        lives.append((rated / Q) ** 3)
+    both = sum(life ** (-10.0 / 9.0) for life in lives) ** -0.9
+    assert ANGULAR.life(0.0, 500.0) == pytest.approx(1e6 * both, rel=1e-9)
+    assert ANGULAR.life(0.0, 500.0) == ANGULAR.life(0.0, -500.0)
+    assert math.isinf(ANGULAR.life(0.0))
+
+
+def test_an_axial_force_beyond_the_races_is_refused():
+    with raises_naming(ValueError, "axial force", "1e+12 N"):
+        ANGULAR.displacement(0.0, 1e12)
+    with raises_naming(ValueError, "force", "-1 N", ">= 0 N"):
+        ANGULAR.displacement(-1.0, 10.0)

@@ -1,12 +1,20 @@
 """Ball bearings of retainers in machine files: refused where they cannot be built, loaded by a landing's force."""
 
+import math
 from pathlib import Path
 
 import pytest
 
 from amb_assessment.assessment.engine.assess import check_machine
 from amb_assessment.assessment.format.machine_file import MachineFile, load_machine
-from amb_assessment.assessment.format.retainer_bearings import TITLE, RetainerBearing, check_sites, load_tables
+from amb_assessment.assessment.format.retainer_bearings import (
+    STANDING,
+    STANDING_HEADS,
+    TITLE,
+    RetainerBearing,
+    check_sites,
+    load_tables,
+)
 from amb_assessment.assessment.page.description import description
 from rotor_analysis.rigid_body import rigid_body
 from tests.support.messages import raises_naming
@@ -27,7 +35,7 @@ def bearing(**changes):
 
 
 def test_a_landing_loads_a_ball_by_stribecks_share():
-    (table,) = load_tables([(bearing(), 900.0)])
+    (table,) = load_tables([(bearing(), 900.0, 0.0)])
     (row,) = table.rows
     assert float(row[2]) == pytest.approx(4.37 * 900.0 / 9.0, rel=0.01)
     assert float(row[4]) == pytest.approx(2850.0 / 900.0, rel=0.01)
@@ -41,9 +49,56 @@ def test_pressure_at_the_static_rating_is_that_of_iso_76():
 
 
 def test_a_bearing_without_force_has_no_load():
-    (table,) = load_tables([(bearing(), 0.0)])
+    (table,) = load_tables([(bearing(), 0.0, 0.0)])
     assert table.rows[0][1:] == ("0", "0", "0", "", "0")
     assert bearing().pressure(0.0) == 0.0
+
+
+PAIR = {"at": "catch_lower", "balls": 13, "ball_diameter": "5.556 mm", "bore": "20 mm", "outside": "42 mm", "rows": 2}
+PAIR |= {"contact_angle": "25 deg"}
+
+
+def test_an_axial_force_of_a_landing_loads_the_balls_as_well():
+    """1.6 kN along the shaft on 13 balls: 291 N each at 25 degrees, and 247 N at the 29.9 degrees under load."""
+    item = RetainerBearing(**PAIR)
+    tables = load_tables([(item, 0.0, 1600.0), (bearing(), 900.0, 0.0)])
+    heads, rows = tables[0].heads, tables[0].rows
+    first = dict(zip(heads, rows[0], strict=True))
+    angle = math.radians(float(first["contact angle (deg)"]))
+    assert float(first["ball load (N)"]) == pytest.approx(1600.0 / 13.0 / math.sin(angle), rel=2e-3)
+    assert math.degrees(angle) == pytest.approx(29.9, abs=0.1)
+    assert float(first["axial force (N)"]) == 1600.0
+    assert item.pressure(0.0, 1600.0) > item.pressure(0.0, 800.0) > 0.0
+    assert rows[1][:6] == load_tables([(bearing(), 900.0, 0.0)])[0].rows[0]
+    # ISO 76: P_0 = 0.76 F_a for a pair of 25 degrees, of the angle without load
+    assert item.equivalent_load(0.0, 100.0) == pytest.approx(0.76 * 100.0, rel=0.15)
+    assert item.equivalent_load(70.0) == 70.0
+
+
+def test_the_life_of_balls_on_which_a_rotor_stands_is_in_turns_and_hours():
+    row = dict(zip(STANDING_HEADS, RetainerBearing(**PAIR).standing(500.0, 1000.0), strict=True))
+    turns = 1e6 * float(row["life (10^6 turns)"])
+    assert turns == pytest.approx(RetainerBearing(**PAIR).bearing.life(0.0, 500.0), rel=0.01)
+    assert float(row["at the largest speed (h)"]) == pytest.approx(turns * 2.0 * math.pi / 1000.0 / 3600.0, rel=0.01)
+
+
+def test_an_upright_pump_stands_on_the_retainer_of_its_lower_face():
+    """Its weight of 108 N is on 13 balls of 25 degrees, 19.7 N each; they carry 19.2 N at 25.9 degrees."""
+    pump = check_machine(load_machine("turbo_pump"))
+    assert pump.stands_on == "catch_lower"
+    assert pump.faces_at("catch_lower") == ("seat", "stop")
+    (table,) = [block for block in description(pump, ()) if getattr(block, "title", None) == STANDING]
+    cells = [next(iter(column.cells)) for column in table.columns]
+    assert cells[0] == "catch_lower"
+    axial, load, angle = map(float, cells[1:4])
+    assert axial == pytest.approx(rigid_body(pump.rotor).mass * 9.81, rel=1e-3)
+    assert load == pytest.approx(axial / 13.0 / math.sin(math.radians(angle)), rel=0.01)
+
+
+def test_a_lying_machine_stands_on_nothing():
+    blower = check_machine(load_machine(BLOWER))
+    assert blower.stands_on == ""
+    assert all(getattr(block, "title", None) != STANDING for block in description(blower, ()))
 
 
 @pytest.mark.parametrize(

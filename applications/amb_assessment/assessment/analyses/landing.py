@@ -26,6 +26,7 @@ from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 PHASES = 4  # of a turn, at which the power is lost
 FRICTIONS = (0.05, 0.15)
 FIRST, LONGEST, MOST_STEPS = 0.4, 2.0, 100_000  # s, s, and steps, over which a landing is simulated
+TOGETHER = "; the largest radial and the largest axial force act together"
 BALLS = "of the largest force averaged over 1 ms, slow motion, rigid rings"
 
 
@@ -128,7 +129,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     judged = [
         landing for landing in landings if not (by_chance and landing.whirls_backward)
     ]  # chance decides which whirl
-    bearings = [(item, max((landing.forces.get(item.at, 0.0) for landing in judged), default=0.0)) for item in balls]
+    bearings = [(item, _largest(judged, [item.at]), _largest(judged, subject.faces_at(item.at))) for item in balls]
     may_change, heat = by_chance or not_ended, max(landing.heat for landing in done)
     measured = (
         least,
@@ -149,12 +150,12 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
             Quantity(
                 "landing_ball_pressure",
                 item.at,
-                item.pressure(force),
+                item.pressure(force, axial),
                 "MPa",
-                note=BALLS,
+                note=f"{BALLS}{TOGETHER if axial else ''}",
                 may_worsen_because=by_chance or upright(subject),
             )
-            for item, force in bearings
+            for item, force, axial in bearings
         ),
     )
     curves = tuple(
@@ -178,6 +179,11 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     panel = Panel("Largest force of each landing", "phase of the power loss (deg)", "over the weight", curves, log="y")
     table = ResultTable("Landings", heads, tuple(landing.row for landing in landings))
     return AnalysisResult(measured, (panel, *load_panels(bearings)), (table, *load_tables(bearings)), notes)
+
+
+def _largest(landings: Sequence[Landing], places: Sequence[str]) -> float:
+    """Return the largest force (N) of landings at some places; 0 without any."""
+    return max((landing.forces.get(place, 0.0) for landing in landings for place in places), default=0.0)
 
 
 def _points(landings: list[Landing], weight: float) -> tuple[list[float], list[float]]:

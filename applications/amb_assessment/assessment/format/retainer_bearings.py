@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Literal
@@ -14,12 +15,23 @@ from amb_assessment.reporting.panels import Curve, Panel, curve
 from amb_cosim.cosim.system.tables import Table, Value
 from amb_cosim.cosim.system.values import quantity
 from amb_files.suggestions import suggest
-from ball_bearings.bearing import BallBearing
+from ball_bearings.bearing import STRIBECK, BallBearing
 from ball_bearings.hertz import SILICON_NITRIDE, STEEL
 
 MATERIALS = {"steel": STEEL, "silicon_nitride": SILICON_NITRIDE}
 TITLE = "Ball bearings of the retainers"
+STANDING = "Ball bearings on which the rotor stands without power, under its weight along the shaft"
 LOAD_HEADS = ("retainer", "force (N)", "ball load (N)", "pressure (MPa)", "C_0 over force", "displacement (µm)")
+AXIAL_HEADS = ("axial force (N)", "contact angle (deg)")
+STANDING_HEADS = (
+    "retainer",
+    "axial force (N)",
+    "ball load (N)",
+    "contact angle (deg)",
+    "pressure (MPa)",
+    "life (10^6 turns)",
+    "at the largest speed (h)",
+)
 DATA_HEADS = (
     "balls",
     "C_0 (kN)",
@@ -100,16 +112,36 @@ class RetainerBearing(Table):
             return self.bearing.static_rating
         return self._value("static_rating", "N")
 
-    def pressure(self, force: float) -> float:
-        """Return the largest Hertz pressure of a ball (MPa) under a radial force (N)."""
-        return 1e-6 * self.bearing.pressure(self.bearing.largest_load(force))
+    def pressure(self, force: float, axial: float = 0.0) -> float:
+        """Return the largest Hertz pressure of a ball (MPa) under a radial and an axial force (N)."""
+        return 1e-6 * self.bearing.pressure(self.bearing.largest_load(force, axial))
 
-    def under_load(self, force: float) -> tuple[str, ...]:
-        """Return texts of a row of `LOAD_HEADS` for a radial force (N)."""
-        bearing = self.bearing
-        safety = f"{self.rating / force:.3g}" if force > 0.0 else ""
-        numbers = (f"{force:.4g}", f"{bearing.largest_load(force):.4g}", f"{self.pressure(force):.0f}")
-        return (self.at, *numbers, safety, f"{1e6 * bearing.displacement_under(force):.3g}")
+    def equivalent_load(self, force: float, axial: float = 0.0) -> float:
+        """Return the radial force (N) of a bearing without clearance that loads the most loaded ball as much.
+
+        It is the equivalent static load of ISO 76, by its definition.
+        """
+        if axial == 0.0:
+            return force
+        of_ball = self.bearing.largest_load(force, axial) * math.cos(self.bearing.contact_angle)
+        return self.rows * self.balls * of_ball / STRIBECK
+
+    def under_load(self, force: float, axial: float = 0.0) -> tuple[str, ...]:
+        """Return texts of a row of `LOAD_HEADS` and `AXIAL_HEADS` for a radial and an axial force (N)."""
+        bearing, equivalent = self.bearing, self.equivalent_load(force, axial)
+        safety = f"{self.rating / equivalent:.3g}" if equivalent > 0.0 else ""
+        numbers = (f"{force:.4g}", f"{bearing.largest_load(force, axial):.4g}", f"{self.pressure(force, axial):.0f}")
+        displaced = f"{1e6 * float(bearing.displacement(force, axial)[0]):.3g}"
+        return (self.at, *numbers, safety, displaced, f"{axial:.4g}", self._angle(force, axial))
+
+    def standing(self, axial: float, Omega: float) -> tuple[str, ...]:
+        """Return texts of a row of `STANDING_HEADS` for an axial force (N), and the largest speed (rad/s)."""
+        life, largest = self.bearing.life(0.0, axial), self.bearing.largest_load(0.0, axial)
+        loads = (f"{axial:.4g}", f"{largest:.4g}", self._angle(0.0, axial), f"{self.pressure(0.0, axial):.0f}")
+        return (self.at, *loads, f"{1e-6 * life:.3g}", f"{life * 2.0 * math.pi / Omega / 3600.0:.3g}")
+
+    def _angle(self, force: float, axial: float) -> str:
+        return f"{math.degrees(self.bearing.largest_contact_angle(force, axial)):.1f}"
 
     def data(self, weight: float) -> tuple[str, ...]:
         """Return texts of a row of `DATA_HEADS`, with the stiffness under a radial force `weight` (N), none without."""
@@ -137,16 +169,17 @@ def check_sites(bearings: Iterable[RetainerBearing], sites: Iterable[str]) -> No
         used.append(item.at)
 
 
-def load_panels(loaded: Sequence[tuple[RetainerBearing, float]]) -> tuple[Panel, ...]:
+def load_panels(loaded: Sequence[tuple[RetainerBearing, float, float]]) -> tuple[Panel, ...]:
     """Return a plot of displacement over force of bearings, up to their ratings or the forces on them (N)."""
     if not loaded:
         return ()
-    most = max(max(force, item.rating) for item, force in loaded)
-    curves = tuple(item.curve(most) for item, _ in loaded)
+    most = max(max(force, item.rating) for item, force, _ in loaded)
+    curves = tuple(item.curve(most) for item, *_ in loaded)
     return (Panel(TITLE, "radial force (N)", "displacement (um)", curves),)
 
 
-def load_tables(loaded: Sequence[tuple[RetainerBearing, float]]) -> tuple[ResultTable, ...]:
-    """Return the loads of balls under the forces on their bearings (N)."""
-    rows = tuple(item.under_load(force) for item, force in loaded)
-    return (ResultTable(TITLE, LOAD_HEADS, rows),) if rows else ()
+def load_tables(loaded: Sequence[tuple[RetainerBearing, float, float]]) -> tuple[ResultTable, ...]:
+    """Return the loads of balls under the radial and the axial forces on their bearings (N)."""
+    rows = tuple(item.under_load(force, axial) for item, force, axial in loaded)
+    heads = (*LOAD_HEADS, *AXIAL_HEADS) if any(axial for *_, axial in loaded) else LOAD_HEADS
+    return (ResultTable(TITLE, heads, tuple(row[: len(heads)] for row in rows)),) if rows else ()

@@ -10,7 +10,13 @@ from scipy.constants import mu_0
 from amb_actuator.actuator import coil_currents
 from amb_actuator.force import static_pull
 from amb_assessment.assessment.format.criteria import Criterion, unread
-from amb_assessment.assessment.format.retainer_bearings import DATA_HEADS, TITLE, check_sites
+from amb_assessment.assessment.format.retainer_bearings import (
+    DATA_HEADS,
+    STANDING,
+    STANDING_HEADS,
+    TITLE,
+    check_sites,
+)
 from amb_assessment.assessment.format.thrust_bearing import DATA_HEADS as DATA_OF_THRUST
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.physics.lying_rotor import carried_masses as lain_on
@@ -77,6 +83,10 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
     loads = lain_on(subject) if subject.file.retainer_bearings and (across or not along) else {}
     for item in subject.file.retainer_bearings:
         balls.add_row(*item.data((across or STANDARD_GRAVITY) * loads.get(item.at, 0.0)))
+    standing = labelled_table(STANDING, *STANDING_HEADS)
+    for item in subject.file.retainer_bearings:
+        if item.at == subject.stands_on:
+            standing.add_row(*item.standing(abs(along) * rotor.mass, speed.highest))
     axial = labelled_table("Thrust bearing", "at", *DATA_OF_THRUST)
     if subject.file.thrust_bearing is not None:
         axial.add_row(subject.file.thrust_bearing.at, *subject.file.thrust_bearing.data(along * rotor.mass))
@@ -94,6 +104,7 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
     tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
     tables += [axial] if subject.file.thrust_bearing is not None else []
     tables += [balls] if subject.file.retainer_bearings else []
+    tables += [standing] if standing.row_count else []
     return [
         *tables,
         *([seals] if rotor.seals else []),

@@ -115,6 +115,16 @@ class AssessedMachine(Machine):
         """Contact sites that are retainers of bearings."""
         return tuple(site.name for site in self.rotor.sites if site.bearing and site.name in self.sites)
 
+    def faces_at(self, retainer: str) -> tuple[str, ...]:
+        """Return the faces whose force a retainer carries along the shaft."""
+        return tuple(face.name for face in self.rotor.faces if face.retainer == retainer)
+
+    @property
+    def stands_on(self) -> str:
+        """The retainer at which a rotor without power stands, at the nearest face that stops its fall; may be ""."""
+        stopping = [face for face in self.rotor.faces if self.file.axial_gravity and face.stops == self.fall]
+        return min(stopping, key=lambda face: face.clearance).retainer or "" if stopping else ""
+
     @property
     def lands_on(self) -> tuple[str, ...]:
         """The retainers, and the faces that stop a fall along the shaft."""
