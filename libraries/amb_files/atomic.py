@@ -15,7 +15,7 @@ from amb_files.temporary_folders import PREFIX, temporary_folder
 def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
     """Call `write` with a temporary path, then move the result to `path` atomically.
 
-    Links are followed. Devices and pipes receive the bytes directly.
+    A link is replaced, and its target stays as it is. Devices and pipes receive the bytes directly, through links, too.
 
     Parameters
     ----------
@@ -36,7 +36,6 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
                 with (folder / path.name).open("rb") as source, path.open("wb") as target:
                     shutil.copyfileobj(source, target)
             return
-        path = Path(os.path.realpath(path))
         with temporary_folder(path.parent) as folder:
             temporary = folder / path.name
             write(temporary)
@@ -46,7 +45,7 @@ def write_atomically(path: Path, write: Callable[[Path], object]) -> None:
 def plain_file(folder: Path, name: str) -> Path:
     """Return the path of a file that a program writes into a folder under a name of its own.
 
-    A link of this name is removed, so that its target, which the user has not named, stays as it is.
+    A link of this name is removed, so that a device behind it, which the user has not named, receives nothing.
     """
     path = folder / name
     if path.is_symlink():
@@ -118,8 +117,7 @@ def check_writable(path: Path, is_folder: bool, files: Iterable[str] = ()) -> No
         if not os.access(path, os.W_OK):
             raise ValueError(f"{path} cannot be written to: {os.strerror(errno.EACCES)}")
         return
-    target = Path(os.path.realpath(path)) if path.is_symlink() else path
-    parent = path if is_folder else target.parent
+    parent = path if is_folder else path.parent
     if not is_folder and not parent.is_dir():
         raise ValueError(f"{path} cannot be written to; there is no folder {parent}")
     existing = next(p for p in (parent, *parent.absolute().parents) if p.exists())

@@ -78,14 +78,23 @@ def test_bytes_are_written_to_a_pipe_and_a_device(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["null", "pipe"]
 
 
-def test_a_link_is_followed(tmp_path):
-    (tmp_path / "kept").mkdir()
-    target, link = tmp_path / "kept" / "target", tmp_path / "link"
+@pytest.mark.parametrize("target", ["target", "missing", "missing/target", "link", "folder"])
+def test_a_link_is_replaced_and_its_target_stays(tmp_path, target):
+    """It may have come with the folder of somebody else."""
+    (tmp_path / "target").write_text("mine")
+    (tmp_path / "folder").mkdir()
+    link = tmp_path / "link"
     link.symlink_to(target)
-    for text in ("new", "newer"):
-        write_atomically(link, lambda p, text=text: p.write_text(text))
-        assert target.read_text() == text
-        assert link.is_symlink()
+    write_file(link, "new")
+    assert not link.is_symlink()
+    assert link.read_text() == "new"
+    assert (tmp_path / "target").read_text() == "mine"
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["folder", "link", "target"]
+
+
+def test_a_link_is_writable_wherever_it_leads(tmp_path):
+    (tmp_path / "link").symlink_to("missing/file")
+    check_writable(tmp_path / "link", is_folder=False)
 
 
 def test_temporary_files_of_a_killed_process_are_removed_by_the_next(tmp_path, run_python):

@@ -13,15 +13,30 @@ from fmi_export.building.native import engines
 SHORT = ("run", "fig4_9", "--until", "0.02", "--no-plots")
 
 
-def test_a_summary_can_be_written_to_links_and_devices(runner, tmp_path):
+def test_a_summary_replaces_a_link_to_a_file_and_reaches_a_device_behind_one(runner, tmp_path):
     target, link, null = (tmp_path / name for name in ("target.json", "link.json", "null"))
+    target.write_text("mine")
     link.symlink_to(target)
     null.symlink_to(os.devnull)
     for path in (link, null):
         assert runner(*SHORT, "--summary-json", path.name).exit_code == 0
-        assert path.is_symlink()
-    assert json.loads(target.read_text())["scenario"] == "fig4_9"
+    assert json.loads(link.read_text())["scenario"] == "fig4_9"
+    assert target.read_text() == "mine"
     assert null.is_char_device()
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg", "csv", "mat"])
+def test_plot_writes_to_no_target_of_a_link(runner, tmp_path, suffix):
+    """Neither that of the file that the user names, nor that of its own name in the folder of the result."""
+    assert runner(*SHORT, "-o", "out").exit_code == 0
+    (tmp_path / "target").write_text("mine")
+    link, own = tmp_path / f"link.{suffix}", tmp_path / "out" / "traces.png"
+    for path in (link, own):
+        path.symlink_to(tmp_path / "target")
+    assert runner("plot", "out", "mb1.x", "-o", link.name).exit_code == 0
+    assert runner("plot", "out", "mb1.x").exit_code == 0
+    assert (tmp_path / "target").read_text() == "mine"
+    assert not any(path.is_symlink() for path in (link, own))
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ import click
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import UNITS, output
 from amb_cosim.commands.printing import check_picture
+from amb_files.atomic import plain_file
 
 TABLES = (".csv", ".mat")
 
@@ -32,7 +33,7 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
     name = variables[0] if len(variables) == 1 and variables[0] in MODULES else None
     with refusing():
         run = Result.load(result)
-        path = output or (result if result.is_dir() else result.parent) / f"{name or 'traces'}.png"
+        path = output or plain_file(result if result.is_dir() else result.parent, f"{name or 'traces'}.png")
         suffix = path.suffix.lower()
         check_picture(path, TABLES)
         if suffix in TABLES:
