@@ -14,7 +14,7 @@ from strange_machine import RUB
 
 import amb_cosim
 from amb_cosim.commands.cli import main
-from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.checkpoint import Checkpoint, _checksum
 from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system_file import load_system
 from rotor_analysis.rotor_file import load_rotor
@@ -112,7 +112,7 @@ def test_a_checkpoint_of_another_format_is_refused(file, monkeypatch):
     monkeypatch.setattr("amb_cosim.cosim.run.checkpoint.VERSION", 1)
     CHECKPOINT.save(file)
     monkeypatch.undo()
-    with raises_naming(ValueError, str(file), "format 1", "2"):
+    with raises_naming(ValueError, str(file), "format 1", "3"):
         Checkpoint.load(file)
 
 
@@ -180,6 +180,14 @@ def test_a_changed_fmu_is_named_by_its_file(fmu_from_c, tmp_path):
         run('tolerance="1e-4"', start=state)
 
 
+def test_a_signed_checkpoint_with_another_array_is_refused(file):
+    with np.load(file) as values:
+        arrays = {name: values[name] for name in values if name != "checksum"} | {"extra": np.zeros(1)}
+    np.savez(file, **arrays, checksum=_checksum(arrays))
+    with raises_naming(ValueError, str(file), *REFUSED):
+        Checkpoint.load(file)
+
+
 @pytest.mark.parametrize(
     "changed",
     [
@@ -191,7 +199,9 @@ def test_a_changed_fmu_is_named_by_its_file(fmu_from_c, tmp_path):
         {"table": np.zeros((2, 1))},
         {"table": np.zeros((3, 2))},
         {"scales": np.zeros((2, 2))},
-        *({"scales": np.array([1.0, value])} for value in (np.nan, np.inf)),
+        *({"scales": np.array([1.0, value])} for value in (np.nan, np.inf, -1.0)),
+        *({"scales": np.ones(2, kind)} for kind in (np.int64, np.float32, ">f8", bool)),
+        *({name: getattr(CHECKPOINT, name).astype(np.float16)} for name in ("table", "steps")),
         *({name: np.array(0.0)} for name in ("scales", "points", "table", "steps")),
         {"past": []},
         {"since": {"stop": "now"}},
@@ -206,6 +216,16 @@ def test_signed_checkpoints_of_another_form_are_refused(tmp_path, changed):
         Checkpoint.load(file)
 
 
+def coupled_run(fmu_from_c, folder, coupling="iterative"):
+    """A function that runs a motor that feeds a pump."""
+    parts = "".join(f'[[component]]\nname = "{name}"\nfmu = "Informed2.fmu"\n' for name in ("motor", "pump"))
+    joint = '[[connect]]\nfrom = "motor"\nto = "pump"\nvariables = { y = "u" }\n'
+    system = f'coupling = "{coupling}"\n{parts}{joint}[experiment]\ncommunication_step = "0.1 s"\n'
+    (folder / "system.toml").write_text(f'{system}stop_time = "1 s"\n', encoding="utf-8")
+    informed_fmu(fmu_from_c, folder, 2, "")
+    return partial(amb_cosim.simulate, folder / "system.toml", isolated=False)
+
+
 @pytest.mark.parametrize(
     ("changed", "facts"),
     [
@@ -213,22 +233,33 @@ def test_signed_checkpoints_of_another_form_are_refused(tmp_path, changed):
         ({"step_size": 0.2}, ("0.2 s", "0.1 s")),
         ({"states": {}}, ("states", "motor")),
         ({"warnings": {}}, ("warnings", "motor")),
-        ({"signals": {}}, ("no value", "motor.y")),
-        ({"scales": np.ones(3)}, ("scales of 3", "all 1")),
-        ({"steps": np.zeros((3, 1)), "recorded_each": ("motor.y",)}, ("another record", "all points")),
+        ({"signals": {}}, ("no value", "motor.instances")),  # which no component reads
+        (
+            {"steps": np.zeros((3, 1)), "rest": np.zeros((0, 1)), "recorded_each": ("motor.y",)},
+            ("another record", "all points"),
+        ),
         ({"points": ()}, ("another record", "all points")),
     ],
 )
 def test_a_run_refuses_a_checkpoint_that_contradicts_it(fmu_from_c, tmp_path, changed, facts):
-    parts = "".join(f'[[component]]\nname = "{name}"\nfmu = "Informed2.fmu"\n' for name in ("motor", "pump"))
-    joint = '[[connect]]\nfrom = "motor"\nto = "pump"\nvariables = { y = "u" }\n'
-    system = f'coupling = "iterative"\n{parts}{joint}[experiment]\ncommunication_step = "0.1 s"\n'
-    (tmp_path / "system.toml").write_text(f'{system}stop_time = "1 s"\n', encoding="utf-8")
-    informed_fmu(fmu_from_c, tmp_path, 2, "")
-    run = partial(amb_cosim.simulate, tmp_path / "system.toml", isolated=False)
+    run = coupled_run(fmu_from_c, tmp_path)
     state = run(save_at=["0.5 s"]).checkpoint("0.5 s")
     if {"point", "points"} & changed.keys():
         changed = {**changed, "points": state.points[:0], "table": state.table[:0]}
     file = replace(state, **changed).save(tmp_path / "state.npz")
     with raises_naming(ValueError, str(file), *facts):
+        run(start=file)
+
+
+@pytest.mark.parametrize(
+    ("coupling", "inputs", "wrong"),
+    [("iterative", 1, 3), ("iterative", 1, 0), ("gauss_seidel", 0, 1), ("gauss_seidel", 0, 3), ("jacobi", 0, 1)],
+)
+def test_only_iterative_coupling_has_scales_one_for_each_input(fmu_from_c, tmp_path, coupling, inputs, wrong):
+    run = coupled_run(fmu_from_c, tmp_path, coupling)
+    state = run(save_at=["0.5 s"]).checkpoint("0.5 s")
+    assert len(state.scales) == inputs
+    assert run(start=state.save(tmp_path / "right.npz")).outcome.status == "completed"
+    file = replace(state, scales=np.ones(wrong)).save(tmp_path / "wrong.npz")
+    with raises_naming(ValueError, str(file), f"scales of {wrong} inputs", coupling, f"of {inputs}"):
         run(start=file)

@@ -57,6 +57,11 @@ class Head(BaseModel):
         return past
 
 
+TYPES = {  # of the arrays in a file but the states, which are bytes as well
+    "head": np.uint8,
+    "points": np.int64,
+    **dict.fromkeys(("signals", "scales", "table", "steps", "rest"), np.float64),
+}
 OF_FILE = ("version", "names", "components")  # fields of the form alone
 
 
@@ -73,7 +78,7 @@ class Checkpoint:
     notice
         Reason why the motion before point 0 was simulated instead of solved for.
     signals, scales
-        Values of all signals by name, and the memory of iterative coupling.
+        Values of all signals by name, and the memory of iterative coupling, which is empty in any other.
     recorded, points, table
         Names of the recorded variables, communication points, and a row of values for each.
     recorded_each, steps
@@ -203,18 +208,22 @@ class Checkpoint:
 
     @classmethod
     def _read(cls, head: Head, arrays: Mapping[str, Any]) -> Checkpoint:
-        points = arrays["points"].astype(np.intp, casting="same_kind")
+        states = [f"state_{k}" for k in range(len(head.components))]
+        types = {**TYPES, **dict.fromkeys(states, np.uint8)}
+        if {name: array.dtype for name, array in arrays.items()} != types:
+            raise ValueError("types")
+        points = arrays["points"].astype(np.intp)
         n, shape = len(points), np.shape(arrays["steps"])
         n_each, rest = len(head.recorded_each), np.shape(arrays["rest"])
         sizes = {"table": (n, len(head.recorded)), "points": (n,)}
         sizes |= {"steps": (*shape[:1], n_each), "rest": (*rest[:1], n_each)}
         sizes |= {"signals": (len(head.names),), "scales": (np.size(arrays["scales"]),)}
         for name, size in sizes.items():
-            if arrays[name].shape != size or arrays[name].dtype.kind not in "fi":
+            if arrays[name].shape != size:
                 raise ValueError(name)
         if (np.diff(points) <= 0).any() or points.max(initial=head.point) > head.point:
             raise ValueError("points")
-        if not np.isfinite(arrays["scales"]).all():  # infinite ones would switch the iteration off
+        if not ((arrays["scales"] >= 0.0) & (arrays["scales"] < np.inf)).all():  # infinite ones switch iteration off
             raise ValueError("scales")
         return cls(
             **{name: value for name, value in head if name not in OF_FILE},
@@ -224,7 +233,7 @@ class Checkpoint:
             table=arrays["table"],
             steps=arrays["steps"],
             rest=arrays["rest"],
-            states={name: arrays[f"state_{k}"].tobytes() for k, name in enumerate(head.components)},
+            states={name: arrays[state].tobytes() for name, state in zip(head.components, states, strict=True)},
         )
 
 

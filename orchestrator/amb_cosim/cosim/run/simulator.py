@@ -214,7 +214,7 @@ class Simulator:
             sources={} if held else self.assembly.sources,
             notice=self.notice,
             signals=dict(zip(self._at, self.master.values.tolist(), strict=True)),
-            scales=self.master.scales,
+            scales=self.master.scales if self.master.coupling == "iterative" else np.zeros(0),
             recorded=plan.recorded,
             points=self.recorder.points.copy(),
             table=self.recorder.table.copy(),
@@ -258,7 +258,7 @@ class Simulator:
         for name, value in start.signals.items():
             if name in self._at:
                 self.master.values[self._at[name]] = value
-        if self.master.coupling == "iterative":  # without it they are zero, and new events may set more inputs
+        if self.master.coupling == "iterative":
             self.master.scales = start.scales
         for k, condition in enumerate(plan.stops):
             self._stops.conditions.since[k] = start.since.get(name_of(condition), condition.first)
@@ -296,17 +296,18 @@ def _check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) ->
     for part, names in (("states", start.states), ("warnings", start.warnings)):
         if missing := sorted({component.name for component in master.components} - names.keys()):
             raise ValueError(f"{start.title} has no {part} of {missing[0]}")
-    fed = {master.wiring.names[position] for sources in master.wiring.sources for position in sources}
-    if unknown := sorted(fed - start.signals.keys() - plan.inputs.keys()):
+    if unknown := sorted({*master.wiring.names} - start.signals.keys() - plan.inputs.keys()):
         raise ValueError(f"{start.title} has no value of {unknown[0]}")
     due = np.arange(plan.first_recorded, start.point)
     rows = complete_rows(plan.first_recorded, start.point, start.steps_in_row)
     has_steps = not start.recorded_each or (len(start.steps), len(start.rest)) == rows
     if not has_steps or not np.array_equal(start.points, due[due % plan.record_every == 0]):
         raise ValueError(f"{start.title} has another record; it must have all points before the checkpoint")
-    n, inputs = len(start.scales), len(master.scales)
-    if n != inputs and master.coupling == "iterative":
-        raise ValueError(f"{start.title} has scales of {n} inputs; iterative coupling requires those of all {inputs}")
+    n, inputs = len(start.scales), len(master.scales) if master.coupling == "iterative" else 0
+    if n != inputs:
+        raise ValueError(
+            f"{start.title} has scales of {n} inputs; the coupling {master.coupling} has those of {inputs}"
+        )
 
 
 def _step_rows(plan: Plan) -> StepRows:
