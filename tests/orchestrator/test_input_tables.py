@@ -12,8 +12,10 @@ from tests.support.messages import assert_names, raises_naming
 
 TWO = "time (s), rotor.d1.u (g.m), rotor.d2.u (g.m)"
 
+INPUT = "time (s), rotor.d2.u (g.m)"
 
-def table(tmp_path, rows, headings="time (s), rotor.d2.u (g.m)"):
+
+def table(tmp_path, rows, headings=INPUT):
     path = tmp_path / "table.csv"
     path.write_text("\n".join([headings, *(", ".join(map(str, row)) for row in rows)]) + "\n", encoding="utf-8")
     return path
@@ -59,6 +61,11 @@ def test_rows_closer_than_steps_lose_no_impulse(tmp_path, per_step):
         ("time (s), rotor.d2.u (g.m)", [(0, 1), (0, 2)], ("0 s", "rise")),
         ("time (s), rotor.d2.u (g.m)", [(0, 1), (1, "much")], ("row 3", "'much'", "number")),
         ("time (s), rotor.d2.u (g.m)", [(0, 1), (1, "nan")], ("row 3", "finite")),
+        *(
+            ("time (s), rotor.d2.u (g.m)", [(0, 1), (1, x)], ("row 3", f"{x!r}", "number"))
+            for x in ("1_0", "\u0663", "\uff11")
+        ),
+        *((f"time{' ' * 10**5}{rest}", [(0, 1), (1, 2)], ("time",)) for rest in ("x, rotor.d2.u", "(, rotor.d2.u")),
         ("time (s), rotor.d9.u (g.m)", [(0, 1), (1, 2)], ("d9.u",)),
         ("time (s), rotor.d2.u (m)", [(0, 1), (1, 2)], ("rotor.d2.u", "kg.m")),
         ("time (kg), rotor.d2.u (g.m)", [(0, 1), (1, 2)], ("time", "kg")),

@@ -10,7 +10,6 @@ linear. Rows closer than communication steps are averaged over each step, so tha
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
@@ -21,8 +20,6 @@ from amb_cosim.cosim.system.experiment import Profile
 from amb_cosim.cosim.system.values import quantity
 from amb_files.csv_files import read_csv
 from array_types import Array
-
-HEADING = re.compile(r"(?P<name>.*?)\s*(?:[(\[](?P<unit>[^()\[\]]*)[)\]])?")
 
 
 def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
@@ -55,8 +52,10 @@ def _columns(path: str, what: str) -> tuple[tuple[str, str, Array, Array], ...]:
 
 def _parted(heading: str) -> tuple[str, str]:
     """Return name and unit of a heading; the unit is empty if it is not stated."""
-    match = HEADING.fullmatch(heading)
-    return (match["name"], (match["unit"] or "").strip()) if match else (heading, "")
+    begin = max(heading.rfind("("), heading.rfind("["))
+    if begin < 0 or heading[-1] not in ")]":
+        return heading, ""
+    return heading[:begin].rstrip(), heading[begin + 1 : -1].strip()
 
 
 def _numbers(rows: list[list[str]], headings: list[str], what: str) -> Iterator[list[float]]:
@@ -64,6 +63,8 @@ def _numbers(rows: list[list[str]], headings: list[str], what: str) -> Iterator[
         values = []
         for heading, text in zip(headings, row, strict=True):
             try:
+                if "_" in text or not text.isascii():  # Python reads 1_0 and digits of any script as numbers
+                    raise ValueError(text)
                 values.append(float(text))
             except ValueError:
                 raise ValueError(f"row {k} of {what} has {heading} = {text.strip()!r}, which is no number") from None
