@@ -29,12 +29,14 @@ _KINDS = {
     "finite_number": "a finite number",
     "list_type": "a list",
     "tuple_type": "a list",
-    "too_short": "a longer list",
     "dict_type": "a table",
     "model_type": "a table",
     "dataclass_type": "a table",
 }
 _BOUNDS = {annotated_types.Gt: ">", annotated_types.Ge: ">=", annotated_types.Lt: "<", annotated_types.Le: "<="}
+_SIZE = re.compile(r"(\w+) should have (at (?:least|most) \d+ \w+)")  # what pydantic says of lengths
+_PATTERN = "String should match pattern "
+_WORDS = {"List": "list", "Tuple": "list", "Dictionary": "table"}
 _NO_NUMBER = ("float_type", "float_parsing")
 _LONGEST = 60  # characters of a value in a message
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
@@ -155,6 +157,9 @@ def _allowed(details: ErrorDetails, metadata: Sequence[Any]) -> str:
     if kind in _KINDS:
         return _KINDS[kind]
     message = str(details["msg"])
+    if size := _SIZE.match(message):
+        return f"a {_WORDS.get(size[1], size[1].lower())} with {size[2]}"
+    message = message.replace(_PATTERN, "a string of the pattern ")
     return message.replace("Input should be ", "").replace("a valid ", "a ").replace("tuple", "list")
 
 

@@ -76,7 +76,11 @@ class Reading(Table):
 class Statement(Table):
     """One number, list, outcome or picture of a source."""
 
-    key: str = Field(pattern=r"^[a-z0-9_]+\.[a-z0-9_]+$")
+    key: Annotated[
+        str,
+        Field(pattern=r"^[a-z0-9_]+\.[a-z0-9_]+$"),
+        Allowed("two names of lower-case letters, digits and underscores with a dot between them"),
+    ]
     """Name, whose first part is that of a figure, a table or another group of statements."""
     where: str = Field(min_length=1)
     """Place in the source, such as `Table 2`."""

@@ -1,10 +1,20 @@
 """TOML checked against a declared class: each error is one line with key, value and allowed range."""
 
+from dataclasses import field
 from typing import Annotated, Literal
 
 import pytest
-from annotated_types import Ge, Gt, Lt
-from pydantic import BaseModel, BeforeValidator, ConfigDict, StrictBool, StrictFloat, StrictInt, StrictStr
+from annotated_types import Ge, Gt, Lt, MaxLen, MinLen
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    StrictBool,
+    StrictFloat,
+    StrictInt,
+    StrictStr,
+    StringConstraints,
+)
 
 from amb_files.toml import parse_toml, read_toml, table, validate
 from amb_files.validation_errors import Allowed, Unit
@@ -34,6 +44,10 @@ class Pump:
     discs: tuple[Disc, ...] = ()
     theory: Literal["timoshenko", "rayleigh"] = "timoshenko"
     inputs: dict[str, dict[str, Value]] | None = None
+    key: Annotated[str, StringConstraints(pattern="^[a-z]+$"), Allowed("a name of lower-case letters")] = "key"
+    code: Annotated[str, StringConstraints(pattern="^[0-9]+$", max_length=3)] = "1"
+    limits: Annotated[dict[str, float], MinLen(1)] = field(default_factory=lambda: {"x": 1.0})
+    steps: Annotated[tuple[float, ...], MinLen(1), MaxLen(2)] = (1.0,)
 
     def __post_init__(self) -> None:
         if len({disc.node for disc in self.discs}) < len(self.discs):
@@ -89,6 +103,13 @@ def test_valid_file_becomes_an_instance_of_its_class():
         (ONE + DISC.replace("node = 2", "node = 1"), ("two discs", "node")),
         (ONE + DISC.replace('"d1"', "1"), ("discs[0].name", "1", "string")),
         (ONE + "depth = 2", ("key depth", "diameter, discs, theory, inputs")),
+        (ONE + "key = 'Wrong Key'", ("key = 'Wrong Key'", "it must be a name of lower-case letters")),
+        (ONE + "key = 3", ("key = 3", "it must be a name of lower-case letters")),
+        (ONE + "code = 'x'", ("code = 'x'", "it must be a string of the pattern '^[0-9]+$'")),
+        (ONE + "code = '1234'", ("code = '1234'", "it must be a string with at most 3 characters")),
+        (ONE + "limits = {}", ("limits", "it must be a table with at least 1 item")),
+        (ONE + "steps = []", ("steps = []", "it must be a list with at least 1 item")),
+        (ONE + "steps = [1.0, 2.0, 3.0]", ("steps = [1.0, 2.0, 3.0]", "it must be a list with at most 2 items")),
         (ONE + "inputs.a.b = [1, 2]", ("inputs.a.b", "[1, 2]", ANY)),
         (ONE + "inputs.float.str = {}", ("inputs.float.str", "table", ANY)),
     ],

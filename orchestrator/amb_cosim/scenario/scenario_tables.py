@@ -14,8 +14,13 @@ from amb_cosim.cosim.system.stopping import StopCondition
 from amb_cosim.cosim.system.system_tables import ProfileTable
 from amb_cosim.cosim.system.tables import Cycles, Table, Value, Values
 from amb_cosim.cosim.system.values import is_zero, quantity
+from amb_files.validation_errors import Allowed
 
-Label = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=40)]
+Label = Annotated[
+    str,
+    StringConstraints(pattern=r"^[a-z][a-z0-9_]*$", max_length=40),
+    Allowed("a name of at most 40 lower-case letters, digits and underscores, beginning with a letter"),
+]
 FigureName = Literal["orbits", "displacement", "contact", "whirl", "magnets", "energy", "touchdown", "turns"]
 
 
