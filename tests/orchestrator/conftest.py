@@ -14,6 +14,7 @@ from matplotlib.image import imread
 
 from amb_cosim.commands.cli import main
 from amb_cosim.results.places import RotorPlaces
+from amb_cosim.results.stored_attributes import UNITS
 
 PERIOD = 0.02
 SAMPLES = 100  # per cycle
@@ -60,7 +61,11 @@ def make_run(end: float = 20, **attributes) -> xr.Dataset:
     sites = {f"rb{i}.{name}": value for i in (1, 2) for name, value in _SITE.items()}
     return xr.Dataset(
         {
-            f"rotor_contact.{name}": ("time", values, {"units": "1", "description": name, "causality": "output"})
+            f"rotor_contact.{name}": (
+                "time",
+                values,
+                {"units": UNITS.get(name.rpartition(".")[2], "1"), "description": name, "causality": "output"},
+            )
             for name, values in variables.items()
         },
         {"time": ("time", cycle * PERIOD, {"units": "s"}), "cycle": ("time", cycle, {"units": "1"})},

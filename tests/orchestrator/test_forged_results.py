@@ -7,13 +7,14 @@ import h5py
 import numpy as np
 import pytest
 
-from amb_cosim.cosim.record.signals import Samples, SignalTable
+from amb_cosim.cosim.record.signals import EACH_STEP, Samples, SignalTable
 from amb_cosim.cosim.record.untrusted_netcdf import MOST_INFLATED
 from amb_cosim.cosim.run.dataset import save
 from amb_cosim.results.result import Result
 from tests.support.messages import raises_naming
 
 N = 100
+PERIOD = 0.02  # s, of the synthetic scenario
 SECRET = bytes(range(32, 132))
 
 
@@ -108,6 +109,14 @@ def changed(file, name, value):
             stored.attrs[name] = value
 
 
+@pytest.fixture
+def of_scenario(synthetic, tmp_path):
+    """The path of the result of a scenario, without its checksum."""
+    save(synthetic(outcome=json.dumps(["completed", 1.0, None, ""])), file := tmp_path / "result.nc")
+    file.write_bytes(file.read_bytes()[:-4])
+    return file
+
+
 DEEP = "[" * 50_000 + "]" * 50_000
 
 
@@ -128,12 +137,13 @@ def test_a_result_with_an_attribute_of_another_type_is_refused(result, value):
         ("communication_step_s", -1.0),
         ("plot_cycles", 3.0),
         ("warnings", '[{"component": "a"}]'),
+        ("settling", "1"),
+        ("settling_s", -0.5),
+        ("wall_s", -1.0),
     ],
 )
-def test_a_result_of_a_scenario_has_the_attributes_that_figures_use(synthetic, tmp_path, name, value):
-    dataset = synthetic(outcome=json.dumps(["completed", 1.0, None, ""]))
-    save(dataset, file := tmp_path / "result.nc")
-    file.write_bytes(file.read_bytes()[:-4])
+def test_a_result_of_a_scenario_has_the_attributes_that_figures_use(of_scenario, name, value):
+    file = of_scenario
     Result.load(file)
     changed(file, name, value)
     with raises_naming(ValueError, str(file), name):
@@ -148,10 +158,95 @@ def longer_than_time(file):
     array.dims[0].attach_scale(file["time"])
 
 
+def replaced(name, values):
+    """Write a variable of a file again with these values over time."""
+
+    def change(file):
+        attributes = {key: value for key, value in file[name].attrs.items() if key != "DIMENSION_LIST"}
+        del file[name]
+        array = file.create_dataset(name, data=values(file["time"][()]))
+        array.attrs.update(attributes)
+        array.dims[0].attach_scale(file["time"])
+
+    return change
+
+
+@pytest.mark.parametrize("n", [0, 1, N - 1, N + 1])
+def test_a_signal_has_as_many_samples_as_its_times(result, n):
+    """Readers fill a shorter one up with zeros."""
+    with h5py.File(result, "a") as file:
+        replaced("one.x", lambda _: np.ones(n))(file)
+    with raises_naming(ValueError, str(result), "one.x", f"{n} values", str(N)):
+        Result.load(result)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda file: file.pop("cycle"),
+        replaced("cycle", lambda time: time),
+        replaced("cycle", lambda time: np.where(time == 0.0, np.nan, time / PERIOD)),
+        replaced("cycle", lambda time: -time / PERIOD),
+        lambda file: file.attrs.update({"period_s": 2.0 * PERIOD}),
+    ],
+)
+def test_the_cycles_of_a_result_are_its_times_in_periods(of_scenario, change):
+    with h5py.File(of_scenario, "a") as file:
+        change(file)
+    with raises_naming(ValueError, str(of_scenario), "cycles"):
+        Result.load(of_scenario)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("rotor_contact.rb1.f_n", "kN"), ("rotor_contact.rb2.impulse", "N"), ("rotor_contact.rb1.whirl_speed", "rpm")],
+)
+def test_signals_at_sites_have_the_units_of_a_summary(of_scenario, name, unit):
+    with h5py.File(of_scenario, "a") as file:
+        file[name].attrs["units"] = unit
+    with raises_naming(ValueError, str(of_scenario), name, unit):
+        Result.load(of_scenario)
+
+
+@pytest.mark.parametrize("name", ["time", EACH_STEP])
+def test_times_of_a_result_are_in_seconds(result, name):
+    with h5py.File(result, "a") as file:
+        if name != "time":
+            file.create_dataset(name, data=np.arange(3.0)).make_scale(name)
+        file[name].attrs["units"] = "ms"
+    with raises_naming(ValueError, str(result), name, "ms"):
+        Result.load(result)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("bearings", {"mb1": "rb1", "mb2": "none"}),
+        ("second", {"rb2": "none"}),
+        ("stators", {"none": "mb1"}),
+        ("measured", {"none": ["x", "y"]}),
+        ("magnetic", ["none"]),
+        ("apart", ["none"]),
+        ("faces", {"face": "none"}),
+    ],
+)
+def test_places_of_a_result_name_its_own_sites_and_bearings(of_scenario, field, value):
+    with h5py.File(of_scenario, "a") as file:
+        file.attrs["places"] = json.dumps(json.loads(file.attrs["places"]) | {field: value})
+    with raises_naming(ValueError, str(of_scenario), "places", "none"):
+        Result.load(of_scenario)
+
+
+def test_a_result_without_scenario_has_no_summary(result):
+    with raises_naming(ValueError, "not of a scenario"):
+        _ = Result.load(result).summary
+
+
 FLAGS = np.array([0, 1, 2], np.int32)
 UNLABELLED = {
     "no time": lambda file: file.move("time", "clock"),
     "descending time": lambda file: file["time"].write_direct(file["time"][()][::-1].copy()),
+    "an original name that is no text": lambda file: file["one.x"].attrs.update({"original_name": np.arange(2)}),
     "a unit that is a number": lambda file: file["one.x"].attrs.update({"units": 3.0}),
     "longer than time": longer_than_time,
     "fewer names than values": lambda file: file["one.x"].attrs.update(

@@ -52,10 +52,10 @@ class Result(Run):
         if not file.is_file():
             raise ValueError(f"no result {file}; it must be a folder with {RESULT}, or that file")
         try:
-            from amb_cosim.results.stored_attributes import check_attributes
+            from amb_cosim.results.stored_attributes import check_signals
 
             dataset = load(file)
-            check_attributes(dataset.attrs)
+            check_signals(dataset)
             return cls(dataset, Outcome(*json.loads(dataset.attrs["outcome"])))
         except Exception as error:  # HDF5, its readers and JSON each raise their own
             raise ValueError(
@@ -81,9 +81,10 @@ class Result(Run):
 
     @cached_property
     def summary(self) -> Summary:
-        """Key values of the run, with units in the documentation of `Summary`."""
+        """Key values of the run, with units in the documentation of `Summary`; raises ValueError as `scenario` does."""
         from amb_cosim.results.summary import summarise
 
+        _ = self.scenario
         return summarise(self.signals)
 
     @property

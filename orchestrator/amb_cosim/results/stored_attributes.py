@@ -1,4 +1,4 @@
-"""The attributes of a result file: their types, and which of them the result of a scenario must have.
+"""Checks the attributes of a result file: their types, those that a scenario has, and what contradicts them.
 
 A file from elsewhere may lack an attribute, or have one of another type or with JSON nested without end. It is refused
 when it is read, so that summaries and figures can rely on the attributes.
@@ -13,11 +13,16 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, Json, ValidationError, with_config
 
+from amb_cosim.cosim.choices import Settling
+from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.cosim.record.warnings import WarningRecord
 from amb_cosim.cosim.run.recording import Status
-from amb_cosim.results.places import RotorPlaces
+from amb_cosim.results.component_names import PLANT
+from amb_cosim.results.places import RotorPlaces, places
 
 Positive = Annotated[FiniteFloat, Field(gt=0.0)]
+Duration = Annotated[FiniteFloat, Field(ge=0.0)]
+UNITS = {"x": "m", "y": "m", "f_n": "N", "f_n_peak": "N", "f_n_mean": "N", "impulse": "N.s", "whirl_speed": "rad/s"}
 Texts = Json[list[str]]
 Tables = Json[dict[str, dict[str, Any]]]
 
@@ -36,13 +41,13 @@ class RunAttributes(BaseModel):
     outcome: Json[tuple[Status, FiniteFloat, str | None, str]]
     system: str = ""
     flavour: str = ""
-    settling: str = ""
+    settling: Settling = "simulated"
     failure: str = ""
     stopped: str = ""
     communication_step_s: Positive = 1.0
-    settling_s: FiniteFloat = 0.0
-    simulated_s: FiniteFloat = 0.0
-    wall_s: FiniteFloat = 0.0
+    settling_s: Duration = 0.0
+    simulated_s: Duration = 0.0
+    wall_s: Duration = 0.0
     completed: int = 1
     notices: Texts = []
     warnings: Json[list[StoredWarning]] = []
@@ -68,12 +73,47 @@ class ScenarioAttributes(RunAttributes):
     scenario: str
     flavour: str
     places: Json[RotorPlaces]
-    settling_s: FiniteFloat
-    simulated_s: FiniteFloat
-    wall_s: FiniteFloat
+    settling_s: Duration
+    simulated_s: Duration
+    wall_s: Duration
     completed: int
     period_s: Positive
     speed_rad_s: FiniteFloat
+
+
+def check_signals(dataset: Signals) -> None:
+    """Raise ValueError if an attribute is missing or of another type, or contradicts others or the times.
+
+    Parameters
+    ----------
+    dataset
+        The record of a run; cycles, places and units are those of a scenario's.
+    """
+    check_attributes(dataset.attrs)
+    if "scenario" not in dataset.attrs:
+        return
+    time, period = dataset["time"].values, float(dataset.attrs["period_s"])
+    if "cycle" not in dataset or not np.allclose(dataset["cycle"].values * period, time, 1e-9, 1e-9 * period):
+        raise ValueError(f"its cycles are not those of its times; a cycle takes {period:g} s")
+    _check_places(places(dataset))
+    for site in places(dataset).sites:
+        for name, unit in UNITS.items():
+            label = f"{PLANT}.{site}.{name}"
+            stated = dataset[label].attrs.get("units", unit) if label in dataset else unit
+            if stated != unit:
+                raise ValueError(f"units of {label} = {stated!r} is not allowed; it must be {unit}")
+
+
+def _check_places(stated: RotorPlaces) -> None:
+    """Raise ValueError if places name sites or bearings that are not among them."""
+    named = {
+        "sites": [*filter(None, stated.bearings.values()), *stated.measured, *stated.apart, *stated.stators],
+        "bearings": [*stated.magnetic, *stated.stators.values(), *stated.second.values()],
+    }
+    named["sites"] += [*stated.second, *stated.z, *filter(None, stated.faces.values())]
+    for kind, names in named.items():
+        if unknown := sorted(set(names) - {*getattr(stated, kind)}):
+            raise ValueError(f"its attribute places is not allowed: {unknown[0]!r} is not among its {kind}")
 
 
 def check_attributes(attributes: Mapping[Any, Any]) -> None:

@@ -73,6 +73,8 @@ def _stored(array: Any) -> int:
     """Return the number of bytes that an array takes in the file; raises ValueError if it announces more than these."""
     if array.ndim != 1 or array.shape is None:
         raise ValueError(f"{array.name} has the shape {array.shape}, which is not allowed; it must have one dimension")
+    if other := [size for size in _sizes_of_dimension(array) if size != array.size]:  # readers fill up what is missing
+        raise ValueError(f"{array.name} has {array.size} values, which is not allowed; it must have {other[0]}")
     created = array.id.get_create_plist()
     if created.get_external_count() or created.get_layout() == h5py.h5d.VIRTUAL:
         raise ValueError(f"{array.name} lies in another file, which is not allowed")
@@ -89,6 +91,14 @@ def _stored(array: Any) -> int:
     if announced > stored * (MOST_INFLATED if array.chunks else 1):
         raise ValueError(f"{array.name} announces {announced} bytes, which its {stored} bytes in the file cannot hold")
     return stored
+
+
+def _sizes_of_dimension(array: Any) -> list[int]:
+    """Return the sizes of the arrays that an array has as its dimension; of none if the reference is broken."""
+    try:
+        return [scale.size for scale in array.dims[0].values() if scale.ndim == 1]
+    except (RuntimeError, ValueError, TypeError, KeyError):
+        return []
 
 
 def _described(item: Any) -> int:

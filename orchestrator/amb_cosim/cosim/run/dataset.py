@@ -218,11 +218,12 @@ def load(path: Path) -> xr.Dataset:
     plain: Any = {"decode_times": False, "decode_timedelta": False}
     try:
         with catch_warnings(action="ignore"), xr.open_dataset(path, engine="h5netcdf", **plain) as dataset:
-            result = with_own_names(dataset.load())
+            loaded = dataset.load()
     except OSError:
         raise
     except Exception as error:  # of xarray or h5netcdf, about their own variables
         raise ValueError("its arrays, dimensions or attributes are not those of a NetCDF file") from error
+    result = with_own_names(loaded)
     _check_form(result)
     return result
 
@@ -240,7 +241,9 @@ def _check_form(dataset: xr.Dataset) -> None:
             if not isinstance(variable.attrs[label], str):
                 raise ValueError(f"{label} of {name} is not allowed; it must be a text")
     for name in {"time", EACH_STEP} & set(dataset.sizes):
-        times = dataset[name].values
+        times, unit = dataset[name].values, dataset[name].attrs.get("units", "s")
+        if unit != "s":
+            raise ValueError(f"units of {name} = {unit!r} is not allowed; it must be s")
         if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():
             raise ValueError(f"{name} must be finite, and must not descend")
     if "time" not in dataset.sizes:
