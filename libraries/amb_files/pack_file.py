@@ -24,7 +24,8 @@ class PackFile:
     description
         A line about the pack.
     rotor, scenario, changing_speed
-        Defaults for rotor, scenario, and scenario with changing speed. At most one pack may define each.
+        Defaults for rotor, scenario, and scenario with changing speed. Scenarios of a pack have the rotor of their
+        pack; elsewhere a default is used if a single pack defines it.
     live
         Scenarios that the live rig offers in addition to the requested one, in order.
     """
@@ -61,10 +62,16 @@ def default(key: Default) -> str:
     """
     values = {pack: name for pack, file in pack_files().items() if (name := getattr(file, key)) is not None}
     if len(values) != 1:
-        which = f"packs {' and '.join(values)} both define" if values else "no pack defines"
-        raise ValueError(f"{which} a default {key}; exactly one pack must")
+        which = f"packs {' and '.join(values)} define" if values else "no pack defines"
+        raise ValueError(f"{which} a default {key}; name the one to use")
     (name,) = values.values()
     return str(name)
+
+
+def default_of_pack(key: Default, file: Path) -> str | None:
+    """Return the default that the pack with a file in one of its folders defines, if it is one and does."""
+    pack = next((pack for pack, folder in packs().items() if folder == file.parent.parent), None)
+    return getattr(pack_files().get(pack or ""), key, None)
 
 
 def rotor_path(rotor: str | Path | None = None) -> Path:

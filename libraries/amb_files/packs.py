@@ -24,7 +24,7 @@ from importlib import import_module
 from importlib.metadata import Distribution, EntryPoint, distributions, entry_points
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 
 GROUP = "amb_cosim.packs"
 APPLICATIONS = "amb_cosim.applications"
@@ -102,8 +102,8 @@ def applications() -> dict[str, Path]:
 class PackFiles(Mapping[str, Path]):
     """TOML files in folders of packs, by their names without suffix, pack after pack.
 
-    A name that two packs have is not listed, and refused with ValueError when it is used. To find one file, no folder
-    is listed, because some have thousands.
+    A name that two packs have is not listed, and refused with ValueError when it is used; the name of a file of a
+    `general` package means that file. To find one file, no folder is listed, because some have thousands.
 
     Parameters
     ----------
@@ -111,30 +111,43 @@ class PackFiles(Mapping[str, Path]):
         Folder of the packs, such as `rotors`.
     homes
         Folders of the packs, by name.
+    general
+        Folders of other packages to search before the packs, by name.
     """
 
-    def __init__(self, kind: str, homes: Mapping[str, Path]) -> None:
-        self._kind = kind
-        self._folders = {pack: folder / kind for pack, folder in homes.items()}
+    def __init__(
+        self, kind: str, homes: Mapping[str, Path], general: Mapping[str, Path] = MappingProxyType({})
+    ) -> None:
+        self._kind, self._general = kind, general.keys()
+        self._folders = {pack: folder / kind for pack, folder in {**general, **homes}.items()}
 
     def __getitem__(self, name: str) -> Path:
-        file = f"{name}{SUFFIX}"
-        owners = [pack for pack, folder in self._folders.items() if os.path.lexists(folder / file)]
-        if not owners or Path(file).name != file:
+        owners = self._having(name)
+        if not owners:
             raise KeyError(name)
-        if len(owners) > 1:
+        if self._is_ambiguous(owners):
             raise ValueError(self._clash(name, owners))
-        return self._folders[owners[0]] / file
+        return self._folders[owners[0]] / f"{name}{SUFFIX}"
 
     def __iter__(self) -> Iterator[str]:
-        return (name for name, owners in self._owners().items() if len(owners) == 1)
+        return (name for name, owners in self._owners().items() if not self._is_ambiguous(owners))
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
+    def in_pack_of(self, user: Path, name: str) -> Path | None:
+        """Return the file of a name that several packs have in that of them which has the file `user`, if it does.
+
+        Files of a pack mean those of the same pack, whatever names others use.
+        """
+        owners = self._having(name)
+        folders = (self._folders[owner] for owner in owners if self._folders[owner].parent == user.parent.parent)
+        folder = next(folders, None) if len(owners) > 1 else None
+        return None if folder is None else folder / f"{name}{SUFFIX}"
+
     def clashes(self) -> list[str]:
-        """Return the sentence about each name that several packs have."""
-        return [self._clash(name, owners) for name, owners in self._owners().items() if len(owners) > 1]
+        """Return the sentence about each name that is refused, because several packs have it."""
+        return [self._clash(name, owners) for name, owners in self._owners().items() if self._is_ambiguous(owners)]
 
     def _owners(self) -> dict[str, list[str]]:
         result: dict[str, list[str]] = {}
@@ -142,6 +155,15 @@ class PackFiles(Mapping[str, Path]):
             for file in sorted(folder.glob(f"*{SUFFIX}")):
                 result.setdefault(file.name.removesuffix(SUFFIX), []).append(pack)
         return result
+
+    def _having(self, name: str) -> list[str]:
+        """Return the packs that have a name."""
+        file = f"{name}{SUFFIX}"
+        is_name = Path(file).name == file
+        return [pack for pack, folder in self._folders.items() if is_name and os.path.lexists(folder / file)]
+
+    def _is_ambiguous(self, owners: Sequence[str]) -> bool:
+        return len(owners) > 1 and owners[0] not in self._general
 
     def _clash(self, name: str, owners: Sequence[str]) -> str:
         return f"packs {' and '.join(owners)} have {self._kind}/{name}{SUFFIX}; only one may have this name"
@@ -155,10 +177,10 @@ def files_of(kind: str, **general: Path) -> PackFiles:
     kind
         Folder of the packs, such as `rotors`.
     general
-        Folders of other packages to search like packs, by name.
+        Folders of other packages to search before the packs, by name.
     """
-    own = set(general.values())
-    return PackFiles(kind, general | {pack: folder for pack, folder in packs().items() if folder not in own})
+    others = {pack: folder for pack, folder in packs().items() if folder not in general.values()}
+    return PackFiles(kind, {f"{pack} (pack)" if pack in general else pack: others[pack] for pack in others}, general)
 
 
 @cache

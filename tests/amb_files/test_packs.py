@@ -7,7 +7,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from amb_assessment.assessment.format.criteria import load_criteria
+from amb_assessment.assessment.format.machine_file import load_machine
 from amb_cosim.commands.cli import main
+from amb_cosim.cosim.system.system_file import load_system, packaged_systems
+from amb_cosim.scenario.file import read_scenario
 from amb_files import pack_file, packs
 from tests.support.messages import assert_names, raises_naming
 
@@ -133,3 +137,73 @@ def test_an_invalid_pack_file_is_skipped_with_a_warning(text, installed, monkeyp
     assert pack_file.default("rotor") == "mine"
     (warning,) = capsys.readouterr().err.splitlines()
     assert_names(warning, "pack.toml", "bad")
+
+
+@pytest.fixture
+def two_packs(installed, monkeypatch, tmp_path):
+    """`two_packs({file: content})`: the folders of two installed packs that both have these files."""
+
+    def make(files):
+        for package in ("pack_a", "pack_b"):
+            for name, text in {"__init__.py": "", **files}.items():
+                (tmp_path / package / name).parent.mkdir(parents=True, exist_ok=True)
+                (tmp_path / package / name).write_text(text)
+            monkeypatch.delitem(sys.modules, package, raising=False)
+        monkeypatch.syspath_prepend(tmp_path)
+        installed({"a": "pack_a", "b": "pack_b"})
+        return tmp_path / "pack_a", tmp_path / "pack_b"
+
+    return make
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_a_scenario_has_the_default_rotor_of_its_own_pack(two_packs, named):
+    """Another pack that defines a default stops no scenario of this one."""
+    text = 'Omega = "9 rpm"\n' + 'rotor = "other"\n' * named
+    files = {"pack.toml": 'rotor = "mine"', "rotors/mine.toml": "", "rotors/other.toml": ""}
+    of_pack = {f"scenarios/{name}.toml": content for name, content in {"_base": text, "run": 'base = "_base"'}.items()}
+    for folder in two_packs(files | of_pack):
+        rotor = read_scenario(str(folder / "scenarios" / "run.toml"))["rotor"]
+        assert rotor == str(folder / "rotors" / ("other.toml" if named else "mine.toml"))
+    with raises_naming(ValueError, "a and b", "rotor"):
+        pack_file.rotor_path()
+
+
+def test_files_of_a_pack_mean_its_own_whatever_names_others_have(two_packs):
+    files = {
+        "systems/mine.toml": 'base = "levitated"\n',
+        "systems/levitated.toml": '[[component]]\nname = "{0}"\nfmu = "x.fmu"\n',
+        "scenarios/_base.toml": 'Omega = "9 rpm"\nsystem = "mine"\n',
+        "scenarios/run.toml": 'base = "_base"\n',
+        "machines/it.toml": 'scenario = "run"\nspeed = { minimum = "1 rpm", maximum = "9 rpm" }\n',
+    }
+    for folder in two_packs(files):
+        scenario = folder / "scenarios" / "run.toml"
+        assert load_machine(folder / "machines" / "it.toml").scenario == str(scenario)
+        system = read_scenario(str(scenario))["system"]
+        assert system == str(folder / "systems" / "mine.toml")
+        (component,) = load_system(system).components
+        assert component.fmu == str(folder / "systems" / "x.fmu")
+
+
+@pytest.mark.parametrize("packages", [{}, {"amb_cosim": "pack_a"}, {"a": "pack_a", "b": "pack_b"}])
+def test_a_name_of_amb_cosim_means_its_own_file(two_packs, installed, packages):
+    """Whatever packs have a file of that name: each scenario runs in the system `levitated` by default."""
+    two_packs({"systems/levitated.toml": "", "systems/mine.toml": "", "criteria/api_617.toml": ""})
+    installed(packages)
+    assert len(load_system("levitated").components) == 3
+    assert "levitated" in [*packaged_systems()]
+    assert (
+        packaged_systems().clashes() == []
+        if len(packages) < 2
+        else ["packs a and b have systems/mine.toml; only one may have this name"]
+    )
+    assert load_criteria() == load_criteria(["api_617", "iso_14839", "physics"])
+
+
+def test_an_assessment_by_criteria_of_two_packs_with_one_name_is_refused(two_packs):
+    """By default it uses all criteria, and would leave out both."""
+    two_packs({"criteria/plant.toml": ""})
+    with raises_naming(ValueError, "a and b", "criteria/plant.toml"):
+        load_criteria()
+    assert load_criteria(["api_617"])

@@ -18,7 +18,8 @@ from amb_cosim.cosim.system.system_file import packaged_systems
 from amb_cosim.cosim.system.tables import check_bases
 from amb_cosim.cosim.system.values import plain_number
 from amb_files.checks import errors_in
-from amb_files.packs import files_of
+from amb_files.pack_file import default_of_pack
+from amb_files.packs import PackFiles, files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml
 from amb_files.wildcards import matches
@@ -65,7 +66,9 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     data = read_toml(source, f"scenario {name}")
     with errors_in(f"scenario {name}"):
         check_speed_units(data)
-    data = with_paths(data, lambda path: str(source.parent / path))
+    if "base" not in data and (rotor := default_of_pack("rotor", source)):
+        data = {"rotor": rotor} | data
+    data = with_paths(data, lambda path: str(source.parent / path), source)
     base, remove = data.pop("base", None), data.pop("remove", [])
     if not isinstance(remove, list) or not all(isinstance(entry, str) for entry in remove):
         raise ValueError(f"scenario {name}: remove = {remove!r} is not allowed; it must be a list of names")
@@ -75,7 +78,9 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         return data
     if not isinstance(base, str):
         raise ValueError(f"scenario {name}: base = {base!r} is not allowed; it must be the name or path of a scenario")
-    if base not in packaged:
+    if file_of_pack := packaged.in_pack_of(source, base):
+        base = str(file_of_pack)
+    elif base not in packaged:
         file = source.parent / base
         if not (file.exists() or file.is_symlink()):
             hint = suggest(base, packaged_scenarios())
@@ -118,11 +123,19 @@ def with_speed_units(data: dict[str, Any]) -> dict[str, Any]:
     return stated(data) | ({"speed": [stated(point) for point in data["speed"]]} if "speed" in data else {})
 
 
-def with_paths(data: dict[str, Any], place: Callable[[str], str]) -> dict[str, Any]:
-    """Return a scenario's data with `place` applied to every path; names from packs and models are unchanged."""
+def with_paths(data: dict[str, Any], place: Callable[[str], str], source: Path | None = None) -> dict[str, Any]:
+    """Return a scenario's data with `place` applied to every path; names from packs and models are unchanged.
+
+    A name that several packs have becomes the path of its file in that pack which has the file `source` of the data.
+    """
 
     def placed(key: str, value: Any) -> Any:
-        return value if not isinstance(value, str) or _is_packaged(key, value) else place(value)
+        if not isinstance(value, str):
+            return value
+        names = _packaged(key)
+        if source is not None and isinstance(names, PackFiles) and (beside := names.in_pack_of(source, value)):
+            return str(beside)
+        return value if value in names else place(value)
 
     changed = {key: placed(key, data[key]) for key in PATHS if key in data}
     if isinstance(data.get("fmu"), dict):

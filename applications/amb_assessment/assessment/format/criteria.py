@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from string import Formatter
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, FiniteFloat, model_validator
 
@@ -13,9 +13,10 @@ from amb_assessment.assessment.format.expressions import evaluate, names_in
 from amb_assessment.assessment.format.quantities import QUANTITIES
 from amb_cosim.cosim.system.tables import Table
 from amb_files.checks import repeated
-from amb_files.packs import files_of
+from amb_files.packs import PackFiles, files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
+from amb_files.validation_errors import Allowed
 
 Reliability = Literal["read", "secondary", "recalled", "own", "missing"]
 WORDS = ("value", "limit", "where", "zone")  # of a sentence on a failure
@@ -56,7 +57,7 @@ class Criterion(Table):
         Advice if it fails.
     """
 
-    key: str = Field(pattern=r"^[a-z0-9_]+$")
+    key: Annotated[str, Field(pattern=r"^[a-z0-9_]+$"), Allowed("a name of lower-case letters, digits and underscores")]
     clause: str = ""
     what: str
     failure: str = ""
@@ -171,7 +172,7 @@ def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) ->
             raise ValueError(f"criterion {criterion.key}: failure has no {unknown[0]!r}; {hint}")
 
 
-def packaged_criteria() -> Mapping[str, Path]:
+def packaged_criteria() -> PackFiles:
     """Return the files of criteria of this package and of packs, by name."""
     return files_of("criteria", amb_cosim=Path(__file__).parents[1])
 
@@ -187,9 +188,13 @@ def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
     Raises
     ------
     ValueError
-        If there is no such file, or it is invalid; the message has a line for each mistake.
+        If there is no such file, or it is invalid; the message has a line for each mistake. Also if those of packs are
+        meant and two packs have a file of one name.
     """
-    return tuple(item for source in (sources or packaged_criteria()) for item in _criteria_in(source))
+    packaged = packaged_criteria()
+    if not sources and (clashes := packaged.clashes()):
+        raise ValueError(clashes[0])
+    return tuple(item for source in (sources or packaged) for item in _criteria_in(source))
 
 
 def _criteria_in(source: str | Path) -> list[Criterion]:

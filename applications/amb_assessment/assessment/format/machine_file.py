@@ -337,10 +337,12 @@ def load_machine(source: str | Path) -> MachineFile:
     read = read_toml(path, name)
     with errors_in(name):
         _check_speed_units(read)
-    data = with_paths(read, lambda file: str(path.parent / file))
-    for key in ("controller", "scenario"):
-        if isinstance(data.get(key), str) and data[key] not in (files_of("scenarios") if key == "scenario" else ()):
-            data[key] = str(path.parent / data[key])
+    data, scenarios = with_paths(read, lambda file: str(path.parent / file), path), files_of("scenarios")
+    if isinstance(scenario := data.get("scenario"), str):
+        beside = scenarios.in_pack_of(path, scenario)
+        data["scenario"] = str(beside or path.parent / scenario) if beside or scenario not in scenarios else scenario
+    if isinstance(data.get("controller"), str):
+        data["controller"] = str(path.parent / data["controller"])
     axial = data.get("thrust_bearing")
     if isinstance(axial, dict) and isinstance(axial.get("controller"), str):
         data["thrust_bearing"] = axial | {"controller": str(path.parent / axial["controller"])}

@@ -44,13 +44,13 @@ from amb_cosim.cosim.system.experiment import Experiment
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
 from amb_cosim.cosim.system.system_tables import ExperimentTable, OverlayTable, SystemTable
 from amb_cosim.cosim.system.tables import check_bases
-from amb_files.packs import files_of
+from amb_files.packs import PackFiles, files_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 from amb_files.wildcards import is_pattern, matches
 
 
-def packaged_systems() -> Mapping[str, Path]:
+def packaged_systems() -> PackFiles:
     """Return the files of the systems that come with amb-cosim and with packs, by name."""
     return files_of("systems", amb_cosim=Path(__file__).parents[2])
 
@@ -127,7 +127,8 @@ def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentT
     below, experiment, states = System(source.stem, "", (), ()), None, name not in packaged
     try:
         if isinstance(table, OverlayTable):
-            base = table.base if table.base in packaged else str(source.parent / table.base)
+            beside = packaged.in_pack_of(source, table.base)
+            base = str(beside or source.parent / table.base) if beside or table.base not in packaged else table.base
             below, experiment = _read(base, (*derived, name))
             below, states = _reduced(below, table.remove), True
         system = _overlaid(below, table, source.parent, states)
