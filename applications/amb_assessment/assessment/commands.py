@@ -42,7 +42,8 @@ def assess(
 
     The page has a verdict for each criterion, and what to change. FILE may be the name of a packaged machine.
 
-    Of the 30 criteria, 15 were written without access to the text of their standard; the page cites each source.
+    Some criteria were written without access to the text of their standard: --check counts them, and the page cites
+    each source.
 
     The exit code is 0 if all parts and criteria could be assessed and no loop is unstable, regardless of other
     verdicts, else 1.
@@ -98,7 +99,7 @@ def assess(
 def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -> None:
     """Check a machine file, its criteria and their formulas, and print its content."""
     from amb_assessment.assessment.engine.assess import check_machine
-    from amb_assessment.assessment.format.criteria import check_formulas, load_criteria
+    from amb_assessment.assessment.format.criteria import check_criteria, load_criteria
     from amb_assessment.assessment.format.machine_file import load_machine
     from amb_assessment.assessment.page.description import description
     from amb_cosim.presentation.text_tables import print_parts
@@ -107,7 +108,7 @@ def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -
         machine = load_machine(file)
         chosen = load_criteria(criteria or machine.criteria)
         subject = check_machine(machine, flavour)
-        check_formulas(chosen, subject.facts)
+        check_criteria(chosen, subject.facts)
         parts = description(subject, chosen)
     print_parts(parts)
 

@@ -6,22 +6,21 @@ from itertools import cycle
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
+from amb_assessment.assessment.engine import assess
 from amb_assessment.assessment.engine.assess import Assessment, PartResult
 from amb_assessment.assessment.engine.conclusion import by_criterion, conclusion_of, failures
 from amb_assessment.assessment.engine.findings import Finding, Judgement, judge
 from amb_assessment.assessment.format.criteria import (
     RELIABILITIES,
     Criterion,
-    check_formulas,
+    check_criteria,
     load_criteria,
     packaged_criteria,
     unread,
 )
 from amb_assessment.assessment.format.expressions import evaluate, names_in
-from amb_assessment.assessment.format.quantities import QUANTITIES, AnalysisResult, Quantity, check_declared
-from amb_cosim.commands.cli import main
+from amb_assessment.assessment.format.quantities import QUANTITIES, AnalysisResult, Quantity, check_declared, declare
 from tests.support.messages import assert_names, raises_naming
 
 ABOUT = {"key": "own", "what": "w", "quantity": "overload", "source": "me", "known": "own"}
@@ -112,11 +111,11 @@ def test_an_amplification_below_2_5_requires_no_margin():
 
 def test_formulas_of_the_machine_alone_are_evaluated_by_a_check():
     margin = ABOUT | {"quantity": "separation_margin", "unit": "%"}
-    check_formulas(load_criteria(), MACHINE)
+    check_criteria(load_criteria(), MACHINE)
     for formula in ({"limit": "sqrt(0 - N_mc)"}, {"limit": "1", "when": "N_mc / 0 > 1"}):
         with raises_naming(ValueError, "criterion own", "formula"):
-            check_formulas([Criterion(**margin, **formula)], MACHINE)
-    check_formulas([Criterion(**margin, limit="1 / AF")], MACHINE)  # AF is that of a mode
+            check_criteria([Criterion(**margin, **formula)], MACHINE)
+    check_criteria([Criterion(**margin, limit="1 / AF")], MACHINE)  # AF is that of a mode
 
 
 @pytest.mark.parametrize(
@@ -129,7 +128,7 @@ def test_formulas_of_the_machine_alone_are_evaluated_by_a_check():
 )
 def test_a_check_finds_unknown_variables(changed, facts):
     with raises_naming(ValueError, "criterion own", *facts):
-        check_formulas([Criterion(**ABOUT | {"quantity": "separation_margin", "unit": "%"} | changed)], MACHINE)
+        check_criteria([Criterion(**ABOUT | {"quantity": "separation_margin", "unit": "%"} | changed)], MACHINE)
 
 
 def test_a_zone_ends_below_its_limit():
@@ -195,14 +194,32 @@ def test_a_criterion_without_a_source_judges_nothing():
         ({"zones": {"A": 3.0, "B": 2.0}, "accepted": "B", "beyond": "D"}, ("ascend",)),
         ({"limit": "1 +"}, ("formula",)),
         ({"zones": {"A": math.nan}, "accepted": "A", "beyond": "D"}, ("zones.A", "finite")),
-        ({"limit": "1", "quantity": "mode_reech"}, ("'mode_reech'", "mode_reach")),
-        ({"limit": "1", "quantity": "mode_reach"}, ("unit = '1'", "mode_reach", "%")),
-        ({"limit": "1", "quantity": "probe_displacement", "unit": "mm"}, ("'mm'", "um")),
     ],
 )
-def test_an_incomplete_or_unknown_criterion_is_refused(changes, facts):
+def test_an_incomplete_criterion_is_refused(changes, facts):
     with raises_naming(ValueError, *facts):
         Criterion(**ABOUT | changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "facts"),
+    [
+        ({"quantity": "mode_reech"}, ("'mode_reech'", "mode_reach")),
+        ({"quantity": "mode_reach"}, ("unit = '1'", "mode_reach", "%")),
+        ({"quantity": "probe_displacement", "unit": "mm"}, ("'mm'", "um")),
+    ],
+)
+def test_a_criterion_of_an_unknown_quantity_or_unit_is_refused(changes, facts):
+    with raises_naming(ValueError, "criterion own", *facts):
+        check_criteria([Criterion(**ABOUT | {"limit": "1"} | changes)], MACHINE)
+
+
+def test_a_quantity_is_declared_once_and_computed():
+    """In the module that declares it or in another analysis: it has its name twice there at least."""
+    with raises_naming(ValueError, "mode_reach", "twice"):
+        declare("mode_reach", "%")
+    sources = "".join(path.read_text(encoding="utf-8") for path in Path(assess.__file__).parents[1].rglob("*.py"))
+    assert not [name for name in QUANTITIES if sources.count(f'"{name}"') < 2]
 
 
 def test_a_dimensionless_criterion_needs_no_unit():
@@ -299,7 +316,7 @@ def test_cases_of_a_criterion_count_once():
 @pytest.mark.parametrize("failure", ["{valeu}", "{value.__class__}", "{value", "{}"])
 def test_a_sentence_with_other_names_is_refused(failure):
     with raises_naming(ValueError, "criterion own", "failure"):
-        check_formulas([Criterion(**ABOUT, limit="1", failure=failure)], MACHINE)
+        check_criteria([Criterion(**ABOUT, limit="1", failure=failure)], MACHINE)
 
 
 def test_a_limit_that_nobody_checked_says_so():
@@ -320,7 +337,7 @@ def test_the_page_lists_all_quantities_with_units_and_variables():
     assert listed == {name: (declared.unit, set(declared.variables)) for name, declared in QUANTITIES.items()}
 
 
-def test_readme_help_and_page_state_how_many_criteria_nobody_could_check():
+def test_readme_and_page_state_how_many_criteria_nobody_could_check():
     """As `assess --check` prints it; a criterion of our own has no standard."""
     criteria, root = load_criteria(), Path(__file__).parents[3]
     counts = str(len(criteria)), str(unread(criteria))
@@ -328,7 +345,6 @@ def test_readme_help_and_page_state_how_many_criteria_nobody_could_check():
     texts = {
         "README": (root / "README.md").read_text(encoding="utf-8"),
         "assess.md": (root / "docs" / "how-to" / "assess.md").read_text(encoding="utf-8"),
-        "help": CliRunner().invoke(main, ["assess", "--help"]).output,
     }
     for text in texts.values():
         words = " ".join(text.split()).replace("*", "")

@@ -8,7 +8,7 @@ from amb_actuator.eddy_currents import LAG
 from amb_analysis.studies.damping_zones import damping_ratio
 from amb_assessment.assessment.analyses.robustness import NO_SENSITIVITY, UNSTABLE_CORNER, variations
 from amb_assessment.assessment.analyses.sensitivity import PEAKS, zone_limits
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.physics.axial_cases import (
@@ -22,6 +22,9 @@ from amb_assessment.assessment.physics.axial_cases import (
     weight_along_z,
 )
 from amb_assessment.reporting.panels import Panel, curve
+
+declare("axial_load", "%", ("capacity",))
+declare("axial_frequency", "Hz", ("frequency", "N"), "Natural frequency of the axial axis")
 
 HEADS = ("bearing force (N)", "control current (A)", "K_s (MN/m)", "Hz", "damping ratio", "decrement", "peak of |S|")
 

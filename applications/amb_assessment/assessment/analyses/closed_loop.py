@@ -11,13 +11,17 @@ from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.closed_loop_poles import whirl_of
 from amb_analysis.studies.damping_zones import REQUIRED, ZONES
 from amb_analysis.studies.loop_vibrations import Vibrations, begun_later, followed, vibrations
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.physics.stability import least_stable, motion_and_speed, spectral_radius
 from amb_assessment.assessment.physics.stages import real_coefficients, table_notes, with_tables
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
+
+declare("spectral_radius", "1", ("growth_rate", "frequency", "N"))
+declare("decrement", "1", ("frequency", "N"))
+declare("decrement_anywhere", "1", ("frequency", "N"), "Least logarithmic decrement at all frequencies")
 
 POINTS = 41  # speeds
 MIN_DECREMENT, MAX_DECREMENT = 1e-3, 3.0  # logarithmic decrements in the figure, whose axis is logarithmic

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from amb_analysis.machine.feedback import directional_stiffness, springs
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array, Complex
 from rotor_analysis.critical_speeds import critical_speeds
 from rotor_analysis.damping import free_modes
+
+declare("undamped_critical_speed", "rpm", title="Undamped critical speed")
 
 COUNT = 5  # critical speeds
 POINTS = 41  # stiffnesses, and speeds

@@ -9,12 +9,15 @@ from scipy.optimize import brentq
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
 from amb_assessment.assessment.analyses.closed_loop import least_decrement
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.physics.stages import anticipated
 from amb_assessment.reporting.panels import Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
+
+declare("cross_coupling_ratio", "1", ("Q_a",))
+declare("decrement_anticipated", "1", ("frequency", "N"))
 
 MOST = 30.0  # largest searched cross coupling, over the anticipated
 POINTS = 25  # of the sweep, before refinement about maxima of the growth rate

@@ -9,7 +9,7 @@ from amb_analysis.machine.demand_limits import control_amplitude
 from amb_analysis.machine.feedback import bearing_forces, demanded_currents
 from amb_analysis.machine.machine import AXES
 from amb_analysis.machine.response import stiffness_of, synchronous_response
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz, rpm
 from amb_assessment.assessment.physics.stages import real_coefficients, with_tables
 from amb_assessment.assessment.physics.unbalance_cases import response_speeds, unbalance_cases
@@ -17,6 +17,9 @@ from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array, Complex
 from rotor_analysis.refinement import about_resonances, refined
 from rotor_analysis.resonances import resonances
+
+declare("current_demand", "%")
+declare("slew_demand", "%")
 
 POINTS = 90  # speeds, before refinement about critical speeds and maxima
 

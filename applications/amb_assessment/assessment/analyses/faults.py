@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.physics.runs import (
     WorstResponse,
@@ -22,6 +22,9 @@ from amb_assessment.reporting.panels import Curve, Panel, curve
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from array_types import Array
+
+declare("clearance_used_running", "%")
+declare("clearance_used_fault", "%", title="Largest displacement over the clearance after a fault")
 
 SLOW = 0.1  # speed at which a run-up begins, over the largest speed
 LONGEST = 5.0  # s of a run-up or run-down that is simulated; a slower one passes its critical speeds in steady motion

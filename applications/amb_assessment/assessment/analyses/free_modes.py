@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, hertz
 from amb_assessment.reporting.panels import Panel, curve
 from rotor_analysis.mode_reach import BearingReach, ModeReach, mode_reaches
+
+declare("mode_reach", "%", ("frequency",))
 
 LEAST, MOST = 3, 6  # listed modes
 

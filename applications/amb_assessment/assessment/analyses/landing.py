@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.format.retainer_bearings import check_sites, load_panels, load_tables
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.physics.runs import (
@@ -22,6 +22,13 @@ from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
+
+declare("landing_failed", "%", ("whirl_friction", "friction"))
+declare("landing_backward_whirl", "%", ("whirl_friction", "friction"), "Landings that whirl backward")
+declare("landing_contact_elsewhere", "%", ("whirl_friction", "friction"))
+declare("landing_force", "1", ("weight",), "Largest contact force of a landing")
+declare("landing_heat", "J", ("weight",), "Heat of a landing in the retainers")
+declare("landing_ball_pressure", "MPa")
 
 PHASES = 4  # of a turn, at which the power is lost
 FRICTIONS = (0.05, 0.15)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine
 from amb_assessment.assessment.physics.axial_cases import weight_along_z
 from amb_assessment.assessment.physics.runs import (
@@ -24,6 +24,10 @@ from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from array_types import Array
+
+declare("relevitation", "%")
+declare("overload", "1", title="Acceleration that the rotor carries without contact, over g")
+declare("axial_capacity", "N", ("capacity",), "Force along the shaft that the rotor carries without contact")
 
 WITHOUT_POWER = 0.3  # s
 BACK = 0.3  # s, with power again

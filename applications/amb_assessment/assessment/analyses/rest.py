@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, assessed_machine_of, rpm
 from amb_assessment.assessment.physics.runs import (
     FRICTION,
@@ -31,6 +31,14 @@ from amb_cosim.results.result import Result
 from amb_cosim.results.touchdown import SLOW, Retainer, Touchdown
 from array_types import Array
 from rotor_analysis.reduced_rotor import elastic_shapes
+
+declare("rest_time", "s", title="Time until the rotor lies at rest")
+declare("retainer_heat", "J", title="Heat in the retainers")
+declare("retainer_temperature", "K", title="Largest temperature of a retainer")
+declare("standstill_time", "s", title="Time until the rotor stands still")
+declare("heat_to_standstill", "J", title="Heat in the retainers until the rotor stands still")
+declare("temperature_to_standstill", "K", title="Temperature of a retainer until the rotor stands still")
+declare("landing_force_change", "%")
 
 FIRST, LONGEST, MOST_STEPS = 5.0, 40.0, 1_000_000  # s, s, and steps, over which a landing is simulated
 RECORDS = 50_000  # samples, at most

@@ -13,7 +13,7 @@ from amb_analysis.studies.loop_vibrations import Vibrations, vibrations
 from amb_assessment.assessment.analyses.closed_loop import least_decrement_over
 from amb_assessment.assessment.analyses.sensitivity import AxisPeaks, sensitivities, sensitivities_over
 from amb_assessment.assessment.format.machine_file import Tolerances
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.physics.stability import (
     least_stable,
@@ -22,6 +22,10 @@ from amb_assessment.assessment.physics.stability import (
     speeds_of_run_up,
 )
 from amb_assessment.assessment.physics.stages import real_coefficients
+
+declare("spectral_radius_varied", "1", ("growth_rate", "frequency", "N"))
+declare("decrement_varied", "1", ("frequency", "N"), "Least logarithmic decrement within the tolerances")
+declare("sensitivity_varied", "1")
 
 SPEEDS = 9  # of a corner from zero to the trip speed, before refinement about the least stable one and least decrement
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop

@@ -10,12 +10,16 @@ from amb_analysis.linear.loop import Loop
 from amb_analysis.machine.coupled import coupled_loop
 from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
 from amb_analysis.studies.stability_margin import ZONES, StabilityMargin, sensitivity
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.physics.stages import co_simulated, real_coefficients, with_tables
 from amb_assessment.reporting.panels import Curve, Panel, curve
 from array_types import Array
 from rotor_analysis.refinement import refined
+
+declare("sensitivity_peak", "1", ("frequency",))
+declare("sensitivity_peak_beyond", "1", ("frequency",))
+declare("sensitivity_measured", "1", ("frequency",))
 
 PEAKS = "sensitivity_peak", "sensitivity_peak_beyond"  # quantities: up to the 2 kHz of the standard, and above
 WITHOUT_EDDY_CURRENTS = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from amb_analysis.machine.response import refined_response
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.physics.assessed_machine import NEARER, AssessedMachine, rpm
 from amb_assessment.assessment.physics.stages import real_coefficients, table_notes, with_tables
 from amb_assessment.assessment.physics.unbalance_cases import UnbalanceCase, response_speeds, unbalance_cases
@@ -14,6 +14,10 @@ from amb_cosim.presentation.digits import significant
 from array_types import Array
 from rotor_analysis.peaks import Peak, highest_peaks, separation_margin
 from rotor_analysis.response import orbit
+
+declare("probe_displacement", "um")
+declare("clearance_share", "%", ("S_cc",))
+declare("separation_margin", "%", ("AF", "N_c"), "Separation margin of a critical speed")
 
 FACTOR = 2.0  # unbalance over the residual unbalance U_r
 LEAST_SCALE, LARGEST_SCALE = 1.0, 6.0  # S_cc

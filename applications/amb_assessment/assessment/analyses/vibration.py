@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity
+from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, declare
 from amb_assessment.assessment.physics.assessed_machine import NEARER, AssessedMachine, rpm
 from amb_assessment.assessment.physics.runs import CYCLES, steady_vibration, worst_response
 from amb_assessment.reporting.panels import Panel, curve
+
+declare("clearance_used", "%")
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:

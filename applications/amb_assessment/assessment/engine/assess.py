@@ -29,7 +29,7 @@ from amb_assessment.assessment.analyses import (
 )
 from amb_assessment.assessment.engine.conclusion import conclusion_of, failures
 from amb_assessment.assessment.engine.findings import Finding, Judgement, judge
-from amb_assessment.assessment.format.criteria import Criterion, check_formulas, load_criteria
+from amb_assessment.assessment.format.criteria import Criterion, check_criteria, load_criteria
 from amb_assessment.assessment.format.machine_file import MachineFile, load_machine
 from amb_assessment.assessment.format.quantities import AnalysisResult, ResultTable, check_declared
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, assessed_machine_of
@@ -217,7 +217,7 @@ def assess(
     if unknown:
         raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
     subject = check_machine(file, flavour)
-    check_formulas(requested, subject.facts)
+    check_criteria(requested, subject.facts)
     chosen = chosen_parts(file, only)
     why_unstable = cache(lambda: instability(subject))
     parts = []

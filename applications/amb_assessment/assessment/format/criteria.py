@@ -77,11 +77,6 @@ class Criterion(Table):
 
     @model_validator(mode="after")
     def _is_complete(self) -> Criterion:
-        if self.quantity not in QUANTITIES:
-            hint = suggest(self.quantity, QUANTITIES)
-            raise ValueError(f"criterion {self.key}: there is no quantity {self.quantity!r}; {hint}")
-        if self.unit != (unit := QUANTITIES[self.quantity].unit):
-            raise ValueError(f"criterion {self.key}: unit = {self.unit!r} is not allowed; {self.quantity} is in {unit}")
         if self.known == "missing":
             if self.limit or self.zones:
                 raise ValueError(f"criterion {self.key} is missing but has limits; state their source")
@@ -148,15 +143,22 @@ class CriteriaFile(Table):
         return self
 
 
-def check_formulas(criteria: Sequence[Criterion], facts: Mapping[str, float]) -> None:
-    """Check names in formulas, and evaluate each formula that depends only on the machine's variables.
+def check_criteria(criteria: Sequence[Criterion], facts: Mapping[str, float]) -> None:
+    """Check quantities, units and names in formulas; evaluate formulas that depend only on the machine's variables.
 
     Raises
     ------
     ValueError
-        If there is no such variable, or a formula has no value; the message names the criterion.
+        If there is no such quantity or variable, the unit is not that of the quantity, or a formula has no value; the
+        message names the criterion.
     """
     for criterion in criteria:
+        if criterion.quantity not in QUANTITIES:
+            hint = suggest(criterion.quantity, QUANTITIES)
+            raise ValueError(f"criterion {criterion.key}: there is no quantity {criterion.quantity!r}; {hint}")
+        if criterion.unit != (unit := QUANTITIES[criterion.quantity].unit):
+            wrong = f"unit = {criterion.unit!r} is not allowed; {criterion.quantity} is in {unit}"
+            raise ValueError(f"criterion {criterion.key}: {wrong}")
         known = [*facts, *QUANTITIES[criterion.quantity].variables]
         for formula in filter(None, (criterion.limit, criterion.when)):
             if unknown := sorted(names_in(formula) - set(known)):

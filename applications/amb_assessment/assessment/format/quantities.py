@@ -20,48 +20,22 @@ class Declaration(NamedTuple):
     title: str = ""
 
 
-QUANTITIES: Mapping[str, Declaration] = {
-    "axial_capacity": Declaration("N", ("capacity",), "Force along the shaft that the rotor carries without contact"),
-    "axial_frequency": Declaration("Hz", ("frequency", "N"), "Natural frequency of the axial axis"),
-    "axial_load": Declaration("%", ("capacity",)),
-    "clearance_share": Declaration("%", ("S_cc",)),
-    "clearance_used": Declaration("%"),
-    "clearance_used_fault": Declaration("%", title="Largest displacement over the clearance after a fault"),
-    "clearance_used_running": Declaration("%"),
-    "cross_coupling_ratio": Declaration("1", ("Q_a",)),
-    "current_demand": Declaration("%"),
-    "decrement": Declaration("1", ("frequency", "N")),
-    "decrement_anticipated": Declaration("1", ("frequency", "N")),
-    "decrement_anywhere": Declaration("1", ("frequency", "N"), "Least logarithmic decrement at all frequencies"),
-    "decrement_varied": Declaration("1", ("frequency", "N"), "Least logarithmic decrement within the tolerances"),
-    "heat_to_standstill": Declaration("J", title="Heat in the retainers until the rotor stands still"),
-    "landing_backward_whirl": Declaration("%", ("whirl_friction", "friction"), "Landings that whirl backward"),
-    "landing_ball_pressure": Declaration("MPa"),
-    "landing_contact_elsewhere": Declaration("%", ("whirl_friction", "friction")),
-    "landing_failed": Declaration("%", ("whirl_friction", "friction")),
-    "landing_force": Declaration("1", ("weight",), "Largest contact force of a landing"),
-    "landing_force_change": Declaration("%"),
-    "landing_heat": Declaration("J", ("weight",), "Heat of a landing in the retainers"),
-    "mode_reach": Declaration("%", ("frequency",)),
-    "overload": Declaration("1", title="Acceleration that the rotor carries without contact, over g"),
-    "probe_displacement": Declaration("um"),
-    "relevitation": Declaration("%"),
-    "rest_time": Declaration("s", title="Time until the rotor lies at rest"),
-    "retainer_heat": Declaration("J", title="Heat in the retainers"),
-    "retainer_temperature": Declaration("K", title="Largest temperature of a retainer"),
-    "sensitivity_measured": Declaration("1", ("frequency",)),
-    "sensitivity_peak": Declaration("1", ("frequency",)),
-    "sensitivity_peak_beyond": Declaration("1", ("frequency",)),
-    "sensitivity_varied": Declaration("1"),
-    "separation_margin": Declaration("%", ("AF", "N_c"), "Separation margin of a critical speed"),
-    "slew_demand": Declaration("%"),
-    "spectral_radius": Declaration("1", ("growth_rate", "frequency", "N")),
-    "spectral_radius_varied": Declaration("1", ("growth_rate", "frequency", "N")),
-    "standstill_time": Declaration("s", title="Time until the rotor stands still"),
-    "temperature_to_standstill": Declaration("K", title="Temperature of a retainer until the rotor stands still"),
-    "undamped_critical_speed": Declaration("rpm", title="Undamped critical speed"),
-    "whirl_friction": Declaration("1", ("friction",)),
-}
+_DECLARED: dict[str, Declaration] = {}
+QUANTITIES: Mapping[str, Declaration] = _DECLARED
+"""All quantities, by name; complete when the analyses are imported, as `engine` does."""
+
+
+def declare(name: str, unit: str, variables: tuple[str, ...] = (), title: str = "") -> None:
+    """Declare a quantity, in the module that computes it.
+
+    Raises
+    ------
+    ValueError
+        If there is another quantity of this name.
+    """
+    if name in QUANTITIES:
+        raise ValueError(f"the quantity {name} is declared twice")
+    _DECLARED[name] = Declaration(unit, variables, title)
 
 
 @dataclass(frozen=True)
@@ -120,8 +94,8 @@ class AnalysisResult:
 
 
 def check_declared(quantity: str, unit: str, variables: Mapping[str, float]) -> None:
-    """Raise LookupError if an analysis computes a quantity, its unit or a variable that `QUANTITIES` does not have."""
+    """Raise LookupError if an analysis computes a quantity, its unit or a variable that is not declared."""
     declared = QUANTITIES.get(quantity)
     if declared is None or unit != declared.unit or not variables.keys() <= set(declared.variables):
         given = f"{quantity} in {unit or '1'} with {', '.join(variables) or 'no variables'}"
-        raise LookupError(f"{given} is not declared in QUANTITIES")
+        raise LookupError(f"{given} is not declared; see `declare`")

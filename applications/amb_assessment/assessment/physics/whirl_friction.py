@@ -14,7 +14,7 @@ from amb_analysis.linear.linear_source import source_of_run
 from amb_analysis.steady_contact.face_whirl import standing_rotor
 from amb_analysis.steady_contact.swing import MOST, least_swinging_friction, whirl_forces
 from amb_analysis.steady_contact.unpowered import relative_receptances
-from amb_assessment.assessment.format.quantities import Quantity
+from amb_assessment.assessment.format.quantities import Quantity, declare
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, rpm
 from amb_assessment.assessment.physics.lying_rotor import clearances, lying_on
 from amb_assessment.assessment.physics.stages import co_simulated
@@ -22,6 +22,8 @@ from amb_cosim.scenario.gravity import STANDARD_GRAVITY
 from amb_cosim.scenario.prepare_run import prepare_run
 from rotor_analysis.refinement import refined
 from rotor_analysis.rotor_file import load_rotor
+
+declare("whirl_friction", "1", ("friction",))
 
 SPEEDS = 5  # from standstill to the trip speed, before refinement about minima
 UNKNOWN = 3.0  # factor by which the stiffness of a face may differ, since nobody has measured it
