@@ -26,7 +26,7 @@ from amb_cosim.presentation.text_tables import labelled_table
 from array_types import Array
 from fmi_export.model import Instance
 from rotor_contact.shaft.structure import structure_of
-from rotor_contact.variables.enumerations import LAWS
+from rotor_contact.variables.contact_laws import LAWS
 
 SPEED, STEP, TURNS = 260.0, 250e-6, 5.0
 CLEARANCE = 0.75e-3

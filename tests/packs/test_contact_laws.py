@@ -9,7 +9,7 @@ from slow import slow_but_first
 
 from amb_cosim import studies
 from bath_thesis.studies.contact_hysteresis import AS_PRINTED, ContactLaws
-from rotor_contact.variables.enumerations import LAWS
+from rotor_contact.variables.contact_laws import LAWS
 
 MASS, SPEED, K = 10.0, 0.2, 1e8
 

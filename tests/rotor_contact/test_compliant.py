@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from rotor_cases import H, bearing_positions, both, masters, place, plant, rigid_rotor, run
 
+from rotor_contact.contact.compliant import normal_force
 from rotor_contact.contact.friction import SLIP_SCALE, compliant_friction, compliant_friction_damping
 from rotor_contact.contact.site import SITE
-from rotor_contact.variables.enumerations import LAWS
+from rotor_contact.variables.contact_laws import COMPLIANT, LAWS, compliant_response
 
 RING, MASS, SPEED = 0.05, 10.0, 0.2
 K = 1e8
@@ -48,6 +49,46 @@ def restitution(law, speed=SPEED, **values):
     _, record, velocity = blow(law, speed, **values)
     assert record[-1, 0] > 0.0  # it has left
     return -velocity[-1] / speed
+
+
+def site_under(law, **values):
+    site = np.zeros(1, SITE).view(np.recarray)[0]
+    for name, value in ({"k_c": K, "delta_c": 2e-5, "law": LAWS.index(law)} | DAMPING.get(law, {}) | values).items():
+        setattr(site, name, value)
+    return site
+
+
+def test_each_number_selects_the_formula_of_its_law():
+    formulas, depth, rate = dict(zip(LAWS[1:], COMPLIANT, strict=True)), 3e-5, 0.004
+    responses = {}
+    for law, (formula, _) in formulas.items():
+        site = site_under(law, c_c=1e4, alpha_c=1.0, eta=0.3)
+        responses[law] = normal_force(site, depth, rate)
+        assert formula.__name__ == law
+        assert compliant_response(site, depth, rate) == formula(site, depth, rate)
+    assert len(set(responses.values())) == len(LAWS) - 1
+
+
+@pytest.mark.parametrize("law", LAWS[1:])
+def test_stored_energy_is_the_integral_of_the_elastic_force(law):
+    site, depths = site_under(law), np.linspace(0.0, 6e-5, 4001)
+    elastic = np.array([compliant_response(site, depth, 0.0).elastic for depth in depths])
+    stored = [compliant_response(site, depth, 0.0).stored for depth in depths]
+    work = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(depths) * (elastic[1:] + elastic[:-1]))])
+    np.testing.assert_allclose(stored, work, rtol=1e-5, atol=1e-6 * work[-1])
+
+
+@pytest.mark.parametrize("law", LAWS[1:])
+def test_normal_force_is_at_most_twice_as_steep_as_its_bounds(law):
+    """The length of substeps rests on them."""
+    site, h = site_under(law), 1e-6
+    for depth in np.linspace(1e-6, 6e-5, 40):
+        for rate in np.linspace(-0.1, 0.1, 21):
+            at = compliant_response(site, depth * (1 + h), abs(rate))
+            deeper, faster = normal_force(site, depth * (1 + h), rate), normal_force(site, depth, rate + h)
+            now = normal_force(site, depth, rate)
+            assert (deeper - now) / (depth * h) <= 2.0 * at.stiffness
+            assert (faster - now) / h <= 2.0 * at.damping + 1e-3
 
 
 @pytest.mark.parametrize("law", LOSSLESS)

@@ -8,7 +8,8 @@ from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, ru
 
 from fmi_export.model import Fault
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.variables.enumerations import LAWS, NEWTON, NODAL
+from rotor_contact.variables.contact_laws import LAWS
+from rotor_contact.variables.enumerations import NEWTON, NODAL
 from tests.support.messages import raises_naming
 
 ROTOR = load_rotor()

@@ -26,7 +26,8 @@ from rotor_contact.forces.dynamics import accelerations
 from rotor_contact.substeps.event_time import EVENT_OFFSET, TOLERANCE, indicator, locate_event
 from rotor_contact.substeps.integration import derivative, substep
 from rotor_contact.substeps.substeps import largest_penetration, may_touch_between
-from rotor_contact.variables.enumerations import FREE, HERTZ, SLIDING
+from rotor_contact.variables.contact_laws import LAWS
+from rotor_contact.variables.enumerations import FREE, SLIDING
 from tests.support.messages import raises_naming
 
 DT = 250e-6
@@ -93,7 +94,7 @@ def test_penetration_is_the_deepest_of_free_journals_at_rigid_retainers(seed):
     rng = np.random.default_rng(seed)
     r = CLEARANCE * rng.uniform(0.9, 1.3, 2) * np.exp(2j * np.pi * rng.uniform(size=2))
     w = flying(r, [0j, 0j])
-    w.sites["law"][rng.integers(2)] = rng.choice([0, HERTZ])
+    w.sites["law"][rng.integers(2)] = rng.choice([0, LAWS.index("hertz")])
     w.sites["mode"][rng.integers(2)] = rng.choice([FREE, SLIDING])
     counted = [abs(r[k]) / CLEARANCE - 1.0 for k in range(2) if w.sites[k].law == 0 and w.sites[k].mode == FREE]
     assert largest_penetration(w.sites, stages_of(w.stages).z) == pytest.approx(max(0.0, *counted, 0.0), abs=1e-12)

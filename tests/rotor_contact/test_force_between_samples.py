@@ -8,7 +8,7 @@ from rotor_cases import H, both, memory, place, plant, rigid_rotor, run, scratch
 
 from rotor_contact.shaft.lobatto import LOBATTO_POINTS, greatest_of_cubic, greatest_of_parabola
 from rotor_contact.shaft.structure import structure_of
-from rotor_contact.variables.enumerations import LAWS
+from rotor_contact.variables.contact_laws import LAWS
 
 RING, MASS, SPEED, K = 0.05, 10.0, 0.2, 1e8
 G = 9.81

@@ -16,7 +16,8 @@ from rotor_contact.contact.site import (
     square_of_velocity,
     tangential_component,
 )
-from rotor_contact.variables.enumerations import CONSTRAINT, FREE, HERTZ, ROLLING, SLIDING
+from rotor_contact.variables.contact_laws import CONSTRAINT, LAWS
+from rotor_contact.variables.enumerations import FREE, ROLLING, SLIDING
 
 SIZE, JOURNAL = 12, 4
 HOUSINGS = {"fixed": -1, "first": 0, "last": SIZE - 2}
@@ -96,7 +97,7 @@ def test_a_journal_at_the_centre_has_a_defined_direction():
 
 
 @pytest.mark.parametrize("enabled", [0.0, 1.0])
-@pytest.mark.parametrize("law", [CONSTRAINT, HERTZ])
+@pytest.mark.parametrize("law", [CONSTRAINT, LAWS.index("hertz")])
 @pytest.mark.parametrize("mode", [FREE, SLIDING, ROLLING])
 def test_a_free_site_can_touch_and_a_rigid_one_is_held_or_struck(mode, law, enabled):
     site = random_site(np.random.default_rng(0))

@@ -6,7 +6,7 @@ import pytest
 from amb_cosim.model_constants.plant_data import plant
 from rotor_contact.shaft.structure import structure_of
 from rotor_contact.variables import enumerations
-from rotor_contact.variables.enumerations import CONTACT_LAW, CONTACT_MODE, IMPACT_LAW
+from rotor_contact.variables.enumerations import CONTACT_MODE, IMPACT_LAW
 from rotor_contact.variables.signals import SITE_PARAMETERS, inputs_of, outputs_of, parameters_of
 
 MODEL, CONSTANTS = plant()
@@ -63,6 +63,6 @@ def test_every_field_of_a_record_is_the_variable_of_that_name(causality, views_o
     assert claimed == {name: i for i, name in enumerate(names) if name != "fault_code"}
 
 
-@pytest.mark.parametrize("kind", [CONTACT_MODE, CONTACT_LAW, IMPACT_LAW])
+@pytest.mark.parametrize("kind", [CONTACT_MODE, IMPACT_LAW])
 def test_the_names_of_values_are_those_of_the_constants_in_the_code(kind):
     assert [getattr(enumerations, name.upper()) for name in kind.names] == list(range(len(kind.names)))

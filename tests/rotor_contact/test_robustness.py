@@ -12,7 +12,8 @@ from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, place, plant, ru
 from amb_cosim.model_constants import plant_data
 from fmi_export.model import Fault, Instance
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.variables.enumerations import CONSTRAINT, NEWTON
+from rotor_contact.variables.contact_laws import CONSTRAINT
+from rotor_contact.variables.enumerations import NEWTON
 from tests.support.messages import raises_naming
 
 ROTOR = load_rotor()

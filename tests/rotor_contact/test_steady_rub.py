@@ -23,7 +23,7 @@ from rotor_cases import both, place, plant, rigid_rotor
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from rotor_contact.variables.enumerations import LAWS
+from rotor_contact.variables.contact_laws import LAWS
 
 pytestmark = pytest.mark.gate
 

@@ -8,7 +8,7 @@ import pytest
 from rotor_cases import CLEARANCE, H, both, plant, run
 
 from rotor_analysis.rotor_file import load_rotor
-from rotor_contact.variables.enumerations import LAWS
+from rotor_contact.variables.contact_laws import LAWS
 
 ELASTIC = load_rotor("bath_rig")
 # One blow of each end, or three of rigid ones. Each multiplies the error of matrices between speeds, 1e-8 clearances.

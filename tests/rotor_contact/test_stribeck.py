@@ -8,7 +8,7 @@ from rotor_cases import UNWATCHED, H, both, masters, place, plant, rigid_rotor, 
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from rotor_contact.variables.enumerations import LAWS
+from rotor_contact.variables.contact_laws import LAWS
 
 RING, JOURNAL, MASS = 0.05, 0.025, 10.0  # clearance and journal radius (m), mass at each of two sites (kg)
 MU, MU_STATIC, V_S = 0.1, 0.3, 0.1

@@ -17,7 +17,7 @@ from amb_cosim.scenario.prepare_run import PreparedRun
 from array_types import Array
 from rotor_contact.contact.friction import kinetic_coefficient
 from rotor_contact.contact.site import SITE, Site
-from rotor_contact.variables.enumerations import CONSTRAINT, LAWS
+from rotor_contact.variables.contact_laws import CONSTRAINT, LAWS
 from rotor_contact.variables.signals import SITE_PARAMETERS
 
 ISOTROPIC = 0.01  # ratio of backward to forward motion above which a loop is reported as anisotropic

@@ -20,7 +20,8 @@ from fmi_export.jit import kernel
 from fmi_export.model import Array
 from fmi_export.records import record
 from rotor_contact.contact.site_totals import COLLECTED
-from rotor_contact.variables.enumerations import CONSTRAINT, FREE
+from rotor_contact.variables.contact_laws import CONSTRAINT
+from rotor_contact.variables.enumerations import FREE
 from rotor_contact.variables.signals import SITE_PARAMETERS
 
 # A site during a step: its parameters, in the order of the interface, and what changes.

@@ -27,7 +27,8 @@ from rotor_contact.contact.site import (
 )
 from rotor_contact.contact.workspace import Workspace, stages_of
 from rotor_contact.substeps.integration import derivative, spin_speed
-from rotor_contact.variables.enumerations import CONSTRAINT, FREE, ROLLING, SLIDING
+from rotor_contact.variables.contact_laws import CONSTRAINT
+from rotor_contact.variables.enumerations import FREE, ROLLING, SLIDING
 
 FAULT_SINGULAR, FAULT_MODES = 2, 10
 

@@ -14,21 +14,6 @@ IMPACT_LAW = Enumeration(
 NODAL, NEWTON = range(2)
 CONTACT_MODE = Enumeration("ContactMode", (("free", ""), ("sliding", ""), ("rolling", "")))
 FREE, SLIDING, ROLLING = range(3)
-CONTACT_LAW = Enumeration(  # the constraint, and the classical laws of 4.2 in the order of the thesis
-    "ContactLaw",
-    (
-        ("constraint", "rigid"),
-        ("linear", "spring"),
-        ("hertz", "power 3/2 of the penetration"),
-        ("kelvin_voigt", "spring and damper"),
-        ("kirk", "spring and damper that engage with the penetration"),
-        ("hunt_crossley", "Hertz with damping"),
-        ("ulbrich", "Hertz with loss"),
-        ("switched_kelvin_voigt", "spring and damper without pull"),
-    ),
-)
-LAWS = CONTACT_LAW.names
-CONSTRAINT, LINEAR, HERTZ, KELVIN_VOIGT, KIRK, HUNT_CROSSLEY, ULBRICH, SWITCHED_KELVIN_VOIGT = range(len(LAWS))
 METHOD = Enumeration(  # how a step was computed
     "Method",
     (

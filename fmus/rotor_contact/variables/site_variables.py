@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from fmi_export.variables import Variable, enumerated, output, parameter
 from rotor_contact.variables import start_values
-from rotor_contact.variables.enumerations import CONSTRAINT, CONTACT_LAW, CONTACT_MODE
+from rotor_contact.variables.contact_laws import CONSTRAINT, CONTACT_LAW, law_parameters
+from rotor_contact.variables.enumerations import CONTACT_MODE
 from rotor_contact.variables.planes import ContactSite, Planes
 
 
@@ -46,25 +47,7 @@ def site_parameters(contact: ContactSite) -> list[Variable]:
         ),
         parameter(f"{site}.offset_x", "m", f"Centre of the clearance in x {at}", 0.0),
         parameter(f"{site}.offset_y", "m", f"Centre of the clearance in y {at}", 0.0),
-        parameter(
-            f"{site}.k_c",
-            "N/m",
-            f"Contact stiffness {at}, at delta_c in laws 2, 5 and 6",
-            1e8,
-            minimum=1.0,
-            maximum=1e12,
-        ),
-        parameter(f"{site}.c_c", "N.s/m", f"Contact damping {at}, of laws 3, 4 and 7", 0.0, minimum=0.0, maximum=1e9),
-        parameter(
-            f"{site}.delta_c",
-            "m",
-            f"Penetration {at} at which laws 2, 5 and 6 have stiffness k_c, law 4 is fully engaged, and law 7 switches",
-            1e-5,
-            minimum=1e-9,
-            maximum=1e-2,
-        ),
-        parameter(f"{site}.alpha_c", "s/m", f"Damping {at}, of law 5", 0.0, minimum=0.0, maximum=1e3),
-        parameter(f"{site}.eta", "1", f"Loss {at}, of law 6", 0.0, minimum=0.0, maximum=0.66),
+        *law_parameters(site),
         *_retainer_parameters(site, at),
     ]
 

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from array_types import Array
 from rotor_contact.contact.compliant import normal_force
 from rotor_contact.contact.site import SITE, Site
-from rotor_contact.variables.enumerations import LAWS
+from rotor_contact.variables.contact_laws import LAWS
 
 ForceLaw = Callable[[float, float], float]
 """Normal force (N) at a penetration (m) and its rate (m/s)."""
@@ -28,7 +28,7 @@ def law_of_plant(law: str, k_c: float, delta_c: float, c_c: float, alpha_c: floa
     Parameters
     ----------
     law
-        Name of the law, one of `rotor_contact.variables.enumerations.LAWS`.
+        Name of the law, one of `rotor_contact.variables.contact_laws.LAWS`.
     k_c, delta_c, c_c, alpha_c, eta
         Parameters of the site: stiffness (N/m), penetration (m), damping (N s/m), damping (s/m) and loss (1).
     """
