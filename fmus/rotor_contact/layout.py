@@ -14,14 +14,17 @@ from fmi_export.records import record, size_of
 from rotor_contact.contact.bodies import SPIN, place_bodies
 from rotor_contact.contact.constraints import MAX_UNKNOWNS
 from rotor_contact.contact.faces import (
+    FACE_COLLECTED_FROM,
+    FACE_COLLECTED_TO,
     FACE_STATE,
+    N_FACE,
     N_FACE_INTEGRALS,
     N_FACE_STATE,
     faces_of,
     faces_size,
     place_faces,
 )
-from rotor_contact.contact.site import SITE, Sites
+from rotor_contact.contact.site import COLLECTED_FROM, COLLECTED_TO, SITE, Sites
 from rotor_contact.contact.site_totals import SITE_STATE, begin_step, end_step
 from rotor_contact.contact.workspace import (
     N_INTEGRALS,
@@ -298,10 +301,12 @@ def hold_spin(z: Array, n: int) -> None:
 
 
 @kernel
-def load_sites(states: Records, sites: Sites) -> None:
+def load_sites(states: Records, scratch: Scratch) -> None:
     """Set the modes of the sites from their states, and reset everything that a step collects."""
-    for k in range(sites.shape[0]):
-        begin_step(sites[k], states[k])
+    for k in range(states.shape[0]):
+        for i in range(COLLECTED_FROM, COLLECTED_TO):
+            scratch.site_rows[k, i] = 0.0
+        begin_step(scratch.sites[k], states[k])
 
 
 @kernel
@@ -322,11 +327,11 @@ def store_sites(sites: Sites, states: Records, z: Array, n: int) -> None:
 def load_faces(states: Records, w: Workspace) -> None:
     """Set from their states whether seats push, and reset everything that a step collects."""
     records = faces_of(w.faces, w.Minv.shape[0]).records
+    numbers = part(w.faces, 0, REAL, (records.shape[0], N_FACE))
     for k in range(records.shape[0]):
-        face = records[k]
-        face.is_pressed = states[k].is_pressed
-        face.f_n = face.f_n_peak = face.impulse = face.angular_impulse = 0.0
-        face.force = face.share = face.torque = face.loss = face.sliding_power = face.rocking_power = 0.0
+        for i in range(FACE_COLLECTED_FROM, FACE_COLLECTED_TO):
+            numbers[k, i] = 0.0
+        records[k].is_pressed = states[k].is_pressed
 
 
 @kernel

@@ -12,6 +12,7 @@ from rotor_contact.contact.face_forces import stored_at_face, write_face
 from rotor_contact.contact.faces import faces_of
 from rotor_contact.contact.friction import is_below_slip_scale
 from rotor_contact.contact.site import Site, locate_journal, slip_velocity, tangential_component
+from rotor_contact.contact.site_totals import write_totals
 from rotor_contact.contact.workspace import Workspace, energy_integrals
 from rotor_contact.forces.passive_bearings import stored_in_bearing
 from rotor_contact.layout import State
@@ -111,9 +112,7 @@ def _write_site(site: Site, v: Array, Omega: float, y: np.record) -> None:
         y.gap = 0.0
     y.f_n = site.f_n if closed else 0.0
     y.f_t = site.f_t if closed else 0.0
-    y.f_n_peak = max(site.f_n_peak, y.f_n)
-    y.f_n_mean = site.f_n_mean
-    y.impulse = site.impulse
+    write_totals(site, y)
     y.slip_velocity = slip
     y.friction_power = -site.f_t * slip if site.mode == SLIDING else 0.0
     y.whirl_speed = tangential_component(site, v) / site.radius if site.radius > 0.0 else 0.0

@@ -93,7 +93,7 @@ def initialise(constants: Array, parameters: Array, inputs: Array, state: Array,
     x, scratch = state_of(state, structure), scratch_of(work, structure)
     z, sites, spin, head = x.z, scratch.sites, scratch.spin[0], x.head[0]
     n = _prepare(structure, parameters, inputs, scratch)
-    load_sites(x.sites, sites)
+    load_sites(x.sites, scratch)
     for k in range(sites.shape[0]):
         off_centre = math.hypot(sites[k].offset_x, sites[k].offset_y)
         if sites[k].enabled != 0.0 and off_centre >= sites[k].clearance:
@@ -170,7 +170,7 @@ def step(
     x, scratch = state_of(state, structure), scratch_of(work, structure)
     head, spin = x.head[0], scratch.spin[0]
     n = _prepare(structure, parameters, inputs, scratch)
-    load_sites(x.sites, scratch.sites)
+    load_sites(x.sites, scratch)
     Omega, Omega_dot = u.scalars[0].Omega, u.scalars[0].Omega_dot
     is_held = p.scalars[0].spin.free != 0.0 and spin.row < 0
     if head.is_held != 0.0 and not is_held:

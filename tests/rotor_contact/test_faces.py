@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, H, memory, plant, run
+from rotor_cases import BEARINGS, H, check_collected, memory, plant, run
 from upright_pump import START, P, landing, pump, set_lateral, upright
 
 from rotor_analysis.parts import Face, ThrustDisc
@@ -329,3 +329,7 @@ def test_heat_of_a_face_warms_the_retainer_on_which_it_lands():
     assert x["seat.heat"] > 5.0
     assert x["lower.heat"] == pytest.approx(x["seat.heat"], rel=0.01)
     assert x["lower.temperature"] - 293.15 == pytest.approx(x["lower.heat"] / 20.0, rel=1e-9)
+
+
+def test_a_step_collects_each_such_output_of_a_face_and_a_new_start_forgets_it():
+    check_collected(upright({"seat.mu": 0.1}), "seat", 200)

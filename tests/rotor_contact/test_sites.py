@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, masters, plant, run
+from rotor_cases import BEARINGS, CLEARANCE, H, OnePlane, both, check_collected, masters, plant, run
 
 from fmi_export.model import Fault
 from rotor_analysis.rotor import ReductionOptions
@@ -110,3 +110,9 @@ def test_orbit_beyond_the_clearance_starts_in_contact_there():
 def test_orbit_without_bearings_is_refused():
     with raises_naming(Fault, "initial.orbit = 1", "mb1.k_b = 0 N/m", "mb2.k_b = 0 N/m"):
         plant({"initial.orbit": 1.0, "Omega": 50.0, "gravity": 9.81})
+
+
+def test_a_step_collects_each_such_output_of_a_site_and_a_new_start_forgets_it():
+    """A rotor that its unbalance drives into a rub with friction: impacts, then substeps, then pieces."""
+    x = plant(BEARINGS | both("rb.mu", 0.2) | both("rb.restitution", 0.3) | {"Omega": 110.0, "d1.u": 0.08})
+    check_collected(x, "rb1", 1200)

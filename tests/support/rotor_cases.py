@@ -106,6 +106,18 @@ def run(instance, steps, names=(), h=H, start=0.0):
     return record
 
 
+def check_collected(instance, part, steps):
+    """Check that each output that a step collects at a part is collected in these steps, and begins anew at a start."""
+    outputs = instance.model.interface.of("output")
+    names = [v.name for v in outputs if v.name.startswith(f"{part}.") and v.over_step != "end"]
+    record = run(instance, steps, names)
+    assert len(names) >= 3
+    assert np.all(np.any(record != 0.0, axis=0)), names
+    instance.initialise()
+    assert [instance[name] for name in names] == [0.0] * len(names)
+    np.testing.assert_array_equal(run(instance, steps, names), record)
+
+
 def size_of(instance):
     return int(instance.constants[0])
 
@@ -135,7 +147,7 @@ def workspace(instance, Omega=0.0):
     s, local = structure_of(instance.constants), scratch(instance)
     p, u = parameters_of(instance.parameters, s), inputs_of(instance.inputs, s)
     n = place_sites(s, p, u, local)
-    load_sites(memory(instance).sites, local.sites)
+    load_sites(memory(instance).sites, local)
     motion = motion_of(s, local.motion, local.bearings, 0.0, Omega, 0.0)
     collect_amplitudes(p, u, local.matrices.amplitudes)
     collect_forces(s, local.matrices.amplitudes, motion)

@@ -35,12 +35,25 @@ from fmi_export.jit import kernel, noinline_kernel, views
 from fmi_export.model import Array
 from fmi_export.parts import part
 from fmi_export.records import record, size_of
+from rotor_contact.contact.site_totals import places_of
 from rotor_contact.shaft.products import dot
 from rotor_contact.shaft.structure import FACE_PLACE, N_FACE_PLACE, REAL, ROWS_OF_FACE, Structure
 from rotor_contact.variables.signals import FACE_PARAMETERS
 
 LEAST_SLIP = 1e-3  # m/s
 
+COLLECTED = (  # fields of `FACE` that are zero when a step begins
+    ("share", np.float64),  # of a part in which the seat pushes
+    ("force", np.float64),  # N (N), a mean of that time
+    ("torque", np.float64),  # T (N m) on the rotor, a mean over the part
+    ("f_n", np.float64),  # N (N) at the end of the part
+    ("f_n_peak", np.float64),  # largest in the step (N)
+    ("impulse", np.float64),  # of N (N s), in the step
+    ("angular_impulse", np.float64),  # of T (N m s)
+    ("loss", np.float64),  # heat of compression along the shaft (J), in a part
+    ("sliding_power", np.float64),  # heat flow (W) of friction and
+    ("rocking_power", np.float64),  # of compression by lean
+)
 # A face during a step: its parameters, in the order of the interface, its place, and what changes.
 FACE = record(
     *((name, np.float64) for name in FACE_PARAMETERS.names or ()),
@@ -58,24 +71,16 @@ FACE = record(
     ("slope", np.float64),
     ("drag", np.float64),
     ("rocking", np.float64),  # and the force (N) of its lean's rate
-    ("share", np.float64),  # of a part in which the seat pushes
-    ("force", np.float64),  # means of that time: N (N),
-    ("depth", np.float64),  # delta (m) and
+    *COLLECTED,
+    ("depth", np.float64),  # means of the time of a part in which the seat pushes: delta (m) and
     ("closing", np.float64),  # its rate (m/s)
-    ("torque", np.float64),  # T (N m) on the rotor, a mean over the part
-    ("f_n", np.float64),  # N (N) at the end of the part
-    ("f_n_peak", np.float64),  # largest in the step (N)
-    ("impulse", np.float64),  # of N (N s), in the step
-    ("angular_impulse", np.float64),  # of T (N m s)
     ("part_impulse", np.float64),  # integrals over a part while the seat pushes: of N (N s),
     ("part_depth", np.float64),  # of delta (m s),
     ("part_way", np.float64),  # of its rate (m), and
     ("part_time", np.float64),  # of time (s)
-    ("loss", np.float64),  # heat of compression along the shaft (J), in a part
-    ("sliding_power", np.float64),  # heat flow (W) of friction and
-    ("rocking_power", np.float64),  # of compression by lean
     ("slopes", np.float64, 24),  # of forces x, y (N) and moments x, y (N m), each by x and y of lean, its rate and slip
 )
+FACE_COLLECTED_FROM, FACE_COLLECTED_TO = places_of(COLLECTED, FACE)
 FACE_STATE = record(("is_pressed", np.float64), ("heat", np.float64))  # 1 or 0; J, so far
 FACE_INTEGRALS = record(("heat", np.float64))  # J, over a step, of friction and of compression by lean
 N_FACE, N_FACE_STATE, N_FACE_INTEGRALS = size_of(FACE), size_of(FACE_STATE), size_of(FACE_INTEGRALS)

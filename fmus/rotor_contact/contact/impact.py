@@ -72,8 +72,9 @@ def nodal_impact(w: Workspace, v: Array, Omega: float) -> None:
         if site.touching:
             kinetic = quadratic_form(w.forms, v)
             remove_radial_velocity(site, v)
-            impulse = site.p_n if consistent else 0.0
-            collect_impact(site, impulse, 0.5 * (kinetic - quadratic_form(w.forms, v)))
+            if not consistent:
+                site.p_n = site.p_t = 0.0
+            collect_impact(site, 0.5 * (kinetic - quadratic_form(w.forms, v)))
 
 
 @kernel
@@ -117,7 +118,7 @@ def newton_impact(w: Workspace, v: Array, Omega: float) -> bool:
         if total < -1e-12 * (1.0 + quadratic_form(w.forms, before)):
             continue
         for site in w.sites:
-            collect_impact(site, site.p_n, _heat(site, v, before, Omega))
+            collect_impact(site, _heat(site, v, before, Omega))
             if site.spin < 0:
                 site.drive_work -= site.p_t * site.journal_radius * Omega
             if site.touching and radial_component(site, v) < -1e-12:

@@ -19,7 +19,7 @@ import numpy as np
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 from fmi_export.records import record
-from rotor_contact.contact.site_totals import COLLECTED
+from rotor_contact.contact.site_totals import COLLECTED, places_of
 from rotor_contact.variables.contact_laws import CONSTRAINT
 from rotor_contact.variables.enumerations import FREE
 from rotor_contact.variables.signals import SITE_PARAMETERS
@@ -44,8 +44,6 @@ SITE = record(
     ("radius", np.float64),  # distance (m) of the journal from the centre
     ("n_x", np.float64),  # outward normal
     ("n_y", np.float64),
-    ("f_n", np.float64),  # normal and friction force (N) of the last solution
-    ("f_t", np.float64),
     *COLLECTED,
     ("before", np.float64, 2),  # indicators at the ends of the time in which an event is located, see `event_time`
     ("after", np.float64, 2),
@@ -57,6 +55,8 @@ SITE = record(
     ("p_n", np.float64),  # normal and friction impulse (N s) of the present impact
     ("p_t", np.float64),
 )
+
+COLLECTED_FROM, COLLECTED_TO = places_of(COLLECTED, SITE)
 
 Sites = np.ndarray[tuple[int], np.dtype[np.record]]
 Site = np.record

@@ -1,9 +1,10 @@
 """A contact site over a communication step: peaks, impulses, heat and means, from substeps, pieces and impacts.
 
-A quantity that a step collects is a field of `COLLECTED` or `SITE_INTEGRALS`, or of `SITE_STATE` if it grows from step
-to step, and a line in the functions below that know it; `site_variables` declares its output, `outputs` writes it.
+An output that a step collects is declared in `site_variables`. Here it has a field of `COLLECTED` or `SITE_INTEGRALS`,
+both of which start each step at zero, or of `SITE_STATE` if it grows from step to step, and lines in the functions of
+this way, where a piece, a substep and an impact each have their share:
 
-    begin_step -> (collect_substep | collect_piece | collect_impact)* -> end_step
+    begin_step -> (set_rates, collect_substep | collect_piece | collect_impact)* -> end_step -> average -> write_totals
 """
 
 from __future__ import annotations
@@ -11,32 +12,39 @@ from __future__ import annotations
 import numpy as np
 
 from fmi_export.jit import kernel
-from fmi_export.records import record
+from fmi_export.records import record, size_of
 from rotor_contact.shaft.lobatto import LOBATTO_WEIGHTS, N_LOBATTO, greatest_of_cubic, greatest_of_parabola
 from rotor_contact.variables.enumerations import FREE, SLIDING
 
-COLLECTED = (  # fields of `site.SITE`
+COLLECTED = (  # fields of `site.SITE` that are zero when a step begins
+    ("f_n", np.float64),  # normal and friction force (N) of the last solution
+    ("f_t", np.float64),
     ("f_n_peak", np.float64),  # largest normal force (N) in this step
     ("f_n_mean", np.float64),  # mean normal force (N) over this step, the impulses of impacts in it included
     ("impulse", np.float64),  # normal impulse (N s) of the impacts in this step
     ("impact_heat", np.float64),  # heat (J) of these impacts
     ("drive_work", np.float64),  # work (J) of the drive against their friction
 )
-# Integrals over the step: heat of friction, drag and compression (J); normal force (N s, without impulses of impacts).
+# Integrals over the step, from zero: heat of friction, drag and compression (J); normal force (N s, without impacts).
 SITE_INTEGRALS = record(("heat", np.float64), ("f_n", np.float64))
 # Mode and direction of slip; temperature (K); heat so far (J).
 SITE_STATE = record(("mode", np.float64), ("slip_sign", np.float64), ("temperature", np.float64), ("heat", np.float64))
 
+Fields = tuple[tuple[str, object], ...]
 Nodes = np.ndarray[tuple[int], np.dtype[np.record]]  # of type `matrix_sizes.NODE`, those of a site
+
+
+def places_of(fields: Fields, dtype: np.dtype[np.record]) -> tuple[int, int]:
+    """Return the places, first and end, of adjacent fields among the numbers of a record."""
+    first = dict(dtype.fields or {})[fields[0][0]][1] // 8
+    return first, first + size_of(record(*fields))
 
 
 @kernel
 def begin_step(site: np.record, state: np.record) -> None:
-    """Set the mode of a site from its state, and reset everything that a step collects."""
+    """Set the mode of a site from its state."""
     site.mode = int(state.mode)
     site.slip_sign = state.slip_sign
-    site.f_n = site.f_t = site.f_n_peak = site.f_n_mean = 0.0
-    site.impulse = site.impact_heat = site.drive_work = 0.0
 
 
 @kernel
@@ -70,9 +78,9 @@ def collect_piece(site: np.record, nodes: Nodes, h: float, of_site: np.record) -
 
 
 @kernel
-def collect_impact(site: np.record, impulse: float, heat: float) -> None:
-    """Collect an impact: its normal impulse (N s) and its heat (J)."""
-    site.impulse += impulse
+def collect_impact(site: np.record, heat: float) -> None:
+    """Collect an impact: its impulses `p_n` and `p_t` (N s), and its heat (J)."""
+    site.impulse += site.p_n
     site.impact_heat += heat
 
 
@@ -89,3 +97,11 @@ def end_step(site: np.record, state: np.record, of_site: np.record) -> None:
 def average(site: np.record, of_site: np.record, step_size: float) -> None:
     """Set the means over a step of `step_size` (s)."""
     site.f_n_mean = (of_site.f_n + site.impulse) / step_size
+
+
+@kernel
+def write_totals(site: np.record, y: np.record) -> None:
+    """Write the outputs that a step collects; the largest force includes that at its end, already in `y`."""
+    y.f_n_peak = max(site.f_n_peak, y.f_n)
+    y.f_n_mean = site.f_n_mean
+    y.impulse = site.impulse
