@@ -1,6 +1,7 @@
 """One instance in plain Python: checks, faults, repeatability."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -57,6 +58,16 @@ def test_bad_values_are_refused_at_initialisation_too(lag):
     made["offset"] = 6
     with raises_naming(Fault, "offset", "6", ">= -5", "<= 5"):
         made.initialise()
+
+
+def test_an_output_that_the_kernel_does_not_write_is_an_error(lag, instance):
+    """Not even at a second initialisation does it keep the value of the run before."""
+    instance.step(0.0, H)
+    forgetful = Instance(replace(lag, initialise=lambda *_: 0), np.zeros(1))
+    forgetful.outputs[:] = instance.outputs
+    for _ in range(2):
+        with raises_naming(Fault, lag.interface.of("output")[0].name, "finite"):
+            forgetful.initialise()
 
 
 def test_a_nan_from_a_kernel_does_not_reach_the_outputs(instance):
