@@ -7,7 +7,7 @@ import pytest
 
 from amb_cosim.cosim.fmu.fmu_interface import Port
 from amb_cosim.cosim.system.values import convert
-from amb_cosim.scenario.file import check_speed_units
+from amb_cosim.scenario.file import check_speed_units, read_scenario
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario, packaged_scenarios
 from tests.support.messages import assert_names, raises_naming
@@ -309,3 +309,14 @@ def test_a_speed_that_is_set_as_a_text_needs_a_unit(name):
         prepare_run(load_scenario("fig4_9"), {name: "200"})
     assert prepare_run(load_scenario("fig4_9"), {name: 200.0}).speed == 200.0
     assert prepare_run(load_scenario("fig4_9"), {name: "0"}).speed == 0.0
+
+
+@pytest.mark.parametrize(
+    "text", ["inputs = 0.5", "parameters = []", "inputs.rotor_contact = 1", "parameters.rotor_contact = 'x'"]
+)
+@pytest.mark.parametrize("derived", ["base = 'mine.toml'", "base = 'mine.toml'\nremove = ['rotor_contact.x']"])
+def test_inputs_and_parameters_are_tables_whatever_a_derived_file_changes(tmp_path, text, derived):
+    (tmp_path / "mine.toml").write_text(MINIMAL + text, encoding="utf-8")
+    (tmp_path / "derived.toml").write_text(derived, encoding="utf-8")
+    with raises_naming(ValueError, "mine.toml", text, "table"):
+        read_scenario(str(tmp_path / "derived.toml"))

@@ -66,6 +66,7 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
     data = read_toml(source, f"scenario {name}")
     with errors_in(f"scenario {name}"):
         check_speed_units(data)
+        _check_tables_of_components(data)
     if "base" not in data and (rotor := default_of_pack("rotor", source)):
         data = {"rotor": rotor} | data
     data = with_paths(data, lambda path: str(source.parent / path), source)
@@ -91,6 +92,16 @@ def read_scenario(name: str, derived: tuple[str, ...] = ()) -> dict[str, Any]:
         with errors_in(f"scenario {name}"):
             below = _without(below, entry)
     return overlaid(below, data)
+
+
+def _check_tables_of_components(data: dict[str, Any]) -> None:
+    """Raise a ValueError unless parameters and inputs, which a derived file may change or remove, have tables alone."""
+    for key in OF_COMPONENTS:
+        if not isinstance(components := data.get(key, {}), dict):
+            raise ValueError(f"{key} = {components!r} is not allowed; it must be a table")
+        for component, values in components.items():
+            if not isinstance(values, dict):
+                raise ValueError(f"{key}.{component} = {values!r} is not allowed; it must be a table")
 
 
 def check_speed_units(data: dict[str, Any]) -> None:
