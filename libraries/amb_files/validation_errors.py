@@ -6,6 +6,7 @@ import re
 import types
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 import annotated_types
@@ -40,6 +41,7 @@ _WORDS = {"List": "list", "Tuple": "list", "Dictionary": "table"}
 _NO_NUMBER = ("float_type", "float_parsing")
 _LONGEST = 60  # characters of a value in a message
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
+MOST_SENTENCES, MOST_KEYS = 50, 20  # of a message
 _MANY = 3  # unknown keys of a table from which on a single sentence lists them
 
 
@@ -94,9 +96,13 @@ def sentences(error: ValidationError, form: type[Any], data: object) -> list[str
     for unknown in unknown_keys.values():
         if len(unknown) >= _MANY:  # not a typo but a file of another kind
             errors = [by_place.pop(keys)[0] for keys in unknown]
-            names = ", ".join(_place(keys, data) for keys in unknown)
+            names = ", ".join(_place(keys, data) for keys in unknown[:MOST_KEYS])
+            names += f" and {len(unknown) - MOST_KEYS} more" if len(unknown) > MOST_KEYS else ""
             summaries.append(f"unknown keys {names}; {suggest(names, _options(form, errors[0]))}")
-    return [*summaries, *(line for errors in by_place.values() for line in _sentence(errors, form, data).splitlines())]
+    some = islice(by_place.values(), MOST_SENTENCES)
+    lines = [*summaries, *(line for errors in some for line in _sentence(errors, form, data).splitlines())]
+    more = len(by_place) - MOST_SENTENCES
+    return [*lines, f"{more} more mistakes"] if more > 0 else lines
 
 
 def _sentence(errors: list[ErrorDetails], form: type[Any], data: object) -> str:

@@ -17,7 +17,7 @@ from pydantic import (
 )
 
 from amb_files.toml import parse_toml, read_toml, table, validate
-from amb_files.validation_errors import Allowed, Unit
+from amb_files.validation_errors import MOST_KEYS, MOST_SENTENCES, Allowed, Unit
 from tests.support.messages import assert_names, raises_naming
 
 ONE = "diameter = 1\n"
@@ -125,6 +125,14 @@ def test_every_mistake_is_one_line():
     assert_names(disc, "discs[0]", "1", "table")
     assert_names(theory, "theory", "3", "'timoshenko'", "'rayleigh'")
     assert_names(key, "key depth", "diameter, discs, theory, inputs")
+
+
+def test_a_message_is_no_longer_than_a_page():
+    *lines, last = refused(ONE + "discs = [" + "1, " * 1000 + "]")
+    assert len(lines) == MOST_SENTENCES
+    assert last == f"{1000 - MOST_SENTENCES} more mistakes"
+    (line,) = refused(ONE + "".join(f"k{n} = 1\n" for n in range(1000)))
+    assert_names(line, "k0", f"k{MOST_KEYS - 1} and {1000 - MOST_KEYS} more", "theory")
 
 
 def test_messages_of_a_validator_name_their_table():

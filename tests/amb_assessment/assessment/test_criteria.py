@@ -188,6 +188,7 @@ def test_a_criterion_without_a_source_judges_nothing():
     ("changes", "facts"),
     [
         ({"known": "missing", "limit": "1"}, ("source",)),
+        ({"key": "Wrong Key", "limit": "1"}, ("key", "Wrong Key")),
         ({}, ("limit", "zones")),
         ({"limit": "1", "zones": {"A": 1.0}}, ("limit", "zones")),
         ({"zones": {"A": 1.0}, "accepted": "B", "beyond": "D"}, ("accepted",)),
