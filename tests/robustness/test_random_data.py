@@ -1,15 +1,32 @@
 """Results, checkpoints, criteria and packs from elsewhere, with random mistakes; `campaign` says what is allowed."""
 
+import random
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
-from commands import many
-from forged_data import changed_checkpoint, changed_result
+from commands import OF_LIBRARIES, many
+from forged_data import changed_checkpoint, changed_result, every_checkpoint
 from forged_packs import forged_pack
 from mutations import changed_text, changed_toml
 
+import amb_cosim
+from amb_cosim.cosim.errors import FmuError
 from amb_files.packs import files_of, packs
+
+FORGED = 150  # of some thousand forged parts, in a short campaign
+ITERATIVE = """
+base = "levitated"
+coupling = "iterative"
+[experiment]
+communication_step = "0.25 ms"
+stop_time = "2 ms"
+record.variables = ["*"]
+[[experiment.event]]
+time = "0.5 ms"
+set = { "rotor_contact.d1.u" = "5 g.m" }
+"""
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +67,27 @@ def test_checkpoint_with_mistakes(campaign, stored, tmp_path):
         return ["run", "fig4_9", "--until", "0.002", "--no-plots", "--from", "mine.npz"], {"mine.npz": changed}
 
     campaign(case)
+
+
+@pytest.mark.slow
+def test_every_forged_part_of_a_checkpoint_is_refused_or_has_no_effect(loaded, tmp_path, first_seed, is_long):
+    """With a checksum that holds; a run must not continue to other signals than those of the run that wrote it."""
+    (tmp_path / "system.toml").write_text(ITERATIVE, encoding="utf-8")
+    run = partial(amb_cosim.simulate, tmp_path / "system.toml")
+    whole = run(save_at=["1 ms"])
+    data = whole.checkpoint("1 ms").save(tmp_path / "state.npz").read_bytes()
+    cases, mistakes = [*every_checkpoint(data, random.Random(first_seed))], []
+    for title, forged in cases if is_long else cases[:: len(cases) // FORGED]:
+        (tmp_path / "state.npz").write_bytes(forged)
+        try:
+            result = run(start=tmp_path / "state.npz")
+        except (ValueError, FmuError) as error:
+            if OF_LIBRARIES.search(str(error)) or (isinstance(error, ValueError) and "state.npz" not in str(error)):
+                mistakes.append(f"{title}: {error}")
+            continue
+        if not result.dataset.identical(whole.dataset.assign_attrs(result.dataset.attrs)):
+            mistakes.append(f"{title}: other signals")
+    assert mistakes == []
 
 
 @many

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import random
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -127,8 +129,51 @@ def changed_checkpoint(data: bytes, chance: random.Random, folder: Path) -> byte
             arrays[name] = np.frombuffer(changed_bytes(arrays[name].astype(np.uint8).tobytes(), chance), np.uint8)
         else:
             arrays[name] = changed_array(arrays[name], chance)
-    with zipfile.ZipFile(path, "w") as archive:
+    return signed(arrays)
+
+
+def signed(arrays: dict[str, Any]) -> bytes:
+    """The file of a checkpoint with these arrays, and their checksum."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
         for name, array in {**arrays, "checksum": _checksum(arrays)}.items():
             with archive.open(f"{name}.npy", "w") as entry:
                 np.lib.format.write_array(entry, np.asanyarray(array))
-    return path.read_bytes()
+    return stream.getvalue()
+
+
+VALUES = ("", "x", "\x1b[2J", 3, -1, 0, 1e300, float("nan"), float("inf"), None, True, [], {}, [[]], 2**70, "1", 0.5)
+TYPES = ("f2", "f4", ">f8", "i8", "u1", "c16", "S8", "U8", "bool", "M8[s]", "O8")
+
+
+def every_checkpoint(data: bytes, chance: random.Random) -> Iterator[tuple[str, bytes]]:
+    """Each part of a checkpoint forged in turn, with a title: what differs is no number that a run could have had."""
+    with np.load(io.BytesIO(data)) as file:
+        arrays = {name: file[name] for name in file.files if name != "checksum"}
+    head = json.loads(arrays["head"].tobytes())
+    for k in range(len(list(_places(head)))):
+        for value in ("missing", *chance.sample(VALUES, 2)):
+            changed = json.loads(json.dumps(head))
+            container, key = list(_places(changed))[k]
+            if value == "missing":
+                del container[key]
+            else:
+                container[key] = value
+            yield f"{key} of place {k}: {value!r}", signed({**arrays, "head": _bytes(json.dumps(changed))})
+    for name, array in arrays.items():
+        yield f"{name} is missing", signed({other: arrays[other] for other in arrays if other != name})
+        for kind in TYPES:
+            if array.dtype != (other := np.dtype(kind) if kind != "O8" else np.dtype("V8")):
+                yield f"{name} of {kind}", signed({**arrays, name: np.zeros(array.shape, other)})
+        for title, shape in {
+            "scalar": (),
+            "none": (0, *array.shape[1:]),
+            "rows": (len(array) + 1, *array.shape[1:]),
+        }.items():
+            if array.shape != shape:
+                yield f"{name}, {title}", signed({**arrays, name: np.zeros(shape, array.dtype)})
+    yield "another array", signed({**arrays, "extra": np.zeros(1)})
+
+
+def _bytes(text: str) -> Any:
+    return np.frombuffer(text.encode(), np.uint8)
