@@ -94,7 +94,8 @@ def test_a_long_run_has_rows_of_steps_with_the_same_largest_forces(long, touchdo
         assert rows.summary.averaged_contact_force[site] == pytest.approx(force, rel=0.25)
         impulse, all_steps = (received_impulse(run.signals, site)[-1] for run in (rows, touchdown))
         assert impulse == pytest.approx(all_steps, rel=1e-9)
-    assert rows.summary.energy == full.energy
+    balance = full.energy["balance"]  # the largest, here of the ends of rows
+    assert rows.summary.energy == {**full.energy, "balance": pytest.approx(balance, rel=0.1)}
     period = touchdown.signals.attrs["period_s"]
     assert rows.summary.first_contact == pytest.approx(full.first_contact, abs=0.5e-3 / period)
     assert rows.summary.recovery == full.recovery

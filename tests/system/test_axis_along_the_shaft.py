@@ -25,6 +25,7 @@ from amb_cosim.scenario.scenario import load_scenario
 LEVITATION = Path(__file__).parent / "upright_pump" / "levitation.toml"
 T = 50e-6  # s
 KP, KI, KD, ROLL_OFF = 1.2e4, 1e5, 25.0, 2.0 * np.pi * 2000.0  # of the axial PID in its controller file
+CORNER = 2.0 * np.pi * 300.0  # of the lag of eddy currents (rad/s)
 HERTZ = np.geomspace(1.0, 9e3, 60)
 ACROSS = ("lower.x", "lower.y", "upper.x", "upper.y")
 
@@ -85,6 +86,20 @@ def test_axial_sensitivity_is_that_of_the_assessment_without_eddy_currents():
     assert set(axial.whirl) == {"axial"}  # at every speed, and never paired with a vibration across
     np.testing.assert_allclose(axial.frequencies, s.imag, rtol=1e-8)
     np.testing.assert_allclose(axial.damping_ratios, -s.real / abs(s), rtol=1e-8)
+
+
+def test_eddy_currents_of_the_loop_are_those_of_the_assessment():
+    """Poles and sensitivity with the same lag, which the loop takes from the actuator's parameter."""
+    K, (m, k_i, k_s, bandwidth) = control.ss(pid()), constants()
+    law = Law(K.A, K.B, K.C, K.D)
+    with_lag, without = (AxialLoop(AxialPlant(m, k_i, k_s, bandwidth, omega), law, T) for omega in (CORNER, None))
+    loop = machine(amb_actuator__thrust__eddy_current_corner=f"{CORNER} rad/s").loop
+    np.testing.assert_allclose(diagonal_response(loop.sensitivity(), HERTZ)[4], with_lag.sensitivity(HERTZ), rtol=1e-6)
+    found = loop.poles(0.0)
+    for s in with_lag.vibrations[np.abs(with_lag.vibrations) < np.pi / T]:
+        assert np.abs(found.s[found.is_axial] - s).min() < 1e-6 * abs(s)
+    damping = [(-of.vibrations.real / np.abs(of.vibrations)).min() for of in (with_lag, without)]
+    assert damping[0] < damping[1]
 
 
 def test_the_axis_is_coupled_into_no_other():

@@ -22,9 +22,8 @@ declare("sensitivity_peak_beyond", "1", ("frequency",))
 declare("sensitivity_measured", "1", ("frequency",))
 
 PEAKS = "sensitivity_peak", "sensitivity_peak_beyond"  # quantities: up to the 2 kHz of the standard, and above
-WITHOUT_EDDY_CURRENTS = (
-    "The magnet along the shaft has no eddy currents in co-simulation, and so none here. The part `axial_margins` has "
-    "those of its iron, and all static forces."
+ALONG_THE_SHAFT = (
+    "The axis along the shaft carries the weight alone here. The part `axial_margins` has all static forces."
 )
 SPEEDS = 4  # from the smallest to the largest, before refinement about maxima
 
@@ -57,7 +56,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         "are judged up to 2 kHz, or half the sample rate; the peak above 2 kHz by a criterion of the package."
     )
     has_axial = len(loop.axes) > len(loop.lateral_axes)
-    notes = (note, WITHOUT_EDDY_CURRENTS) if has_axial else (note,)
+    notes = (note, ALONG_THE_SHAFT) if has_axial else (note,)
     return AnalysisResult(tuple(measured), (_panel(subject, curves, study),), (_table(study),), notes)
 
 
