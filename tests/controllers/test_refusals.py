@@ -178,6 +178,16 @@ def test_an_array_of_python_objects_is_refused_without_advice_to_unpickle(tmp_pa
         linear_controller(tmp_path / "law.npz")
 
 
+@pytest.mark.parametrize("kind", ["M8[s]", "m8[s]", "bool", "S1", "U1", [("value", "f8")]])
+@pytest.mark.parametrize("name", ["A", "D"])
+def test_matrices_of_a_file_are_numbers(tmp_path, name, kind):
+    """NumPy converts dates, truth values and records of one field to numbers without a word."""
+    changed = {name: np.zeros(content()[name].shape, kind)}
+    np.savez(tmp_path / "law.npz", **content() | changed)
+    with raises_naming(ValueError, str(tmp_path / "law.npz"), name, "numbers"):
+        linear_controller(tmp_path / "law.npz")
+
+
 @pytest.mark.parametrize("suffix", ["mat", "npz"])
 def test_a_small_file_with_huge_arrays_is_refused_before_they_are_read(tmp_path, suffix):
     path, matrices = tmp_path / f"law.{suffix}", {"A": np.zeros((6000, 6000)), "B": 0.0, "C": 0.0, "D": 0.0}

@@ -80,6 +80,9 @@ def read_arrays(path: Path) -> dict[str, Any]:
 
 def _laws(content: Mapping[str, Any], step: float | None) -> Law | dict[float, Law]:
     matrices = {name: np.asarray(content[name]) for name in MATRICES}
+    for name, matrix in matrices.items():
+        if matrix.dtype.kind not in "fiuc":  # NumPy also converts dates, truth values and records of one field
+            raise ValueError(f"{name} of type {matrix.dtype} is not allowed; it must be numbers")
     if "speeds" not in content:
         return Law(**matrices, sample_time=step)
     speeds = np.ravel(content["speeds"])
