@@ -76,6 +76,12 @@ def test_mistakes_in_a_table_are_named(tmp_path, headings, rows, facts):
         ramps(table(tmp_path, rows, headings))
 
 
+@pytest.mark.parametrize("name", ["true", "3", "[]", "{}", '["a.csv"]'])
+def test_the_file_of_a_profile_is_a_name(name):
+    with raises_naming(ValueError, "profile[0].file", "string"):
+        plan(scenario=f"{NO_EVENTS}[[profile]]\nfile = {name}\n")
+
+
 @pytest.mark.parametrize("text", ["", 'variable = "rotor.d2.u"', 'file = "a.csv"\nvariable = "rotor.d2.u"'])
 def test_a_profile_has_points_or_a_file(text):
     with raises_naming(ValueError, "profile", "points", "file"):

@@ -153,7 +153,9 @@ def with_paths(data: dict[str, Any], place: Callable[[str], str], source: Path |
         changed["fmu"] = {component: placed("fmu", fmu) for component, fmu in data["fmu"].items()}
     if isinstance(data.get("profile"), list):
         changed["profile"] = [
-            table | {"file": place(table["file"])} if isinstance(table, dict) and table.get("file") else table
+            table | {"file": place(file)}
+            if isinstance(table, dict) and isinstance(file := table.get("file"), str) and file
+            else table
             for table in data["profile"]
         ]
     return data | changed

@@ -42,7 +42,10 @@ def _columns(path: str, what: str) -> tuple[tuple[str, str, Array, Array], ...]:
     (time, unit), *inputs = (_parted(heading) for heading in headings)
     if time != "time" or not inputs:
         raise ValueError(f"{what} has the columns {', '.join(headings)}; it must have time first, and inputs after it")
-    times, *columns = np.array(list(_numbers(rows, headings, what))).T
+    numbers = np.array(list(_numbers(rows, headings, what)))
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"row {2 + np.argmin(np.isfinite(numbers).all(1))} of {what} has a value that is not finite")
+    times, *columns = numbers.T
     times = times * quantity(f"1 {unit or 's'}", "s", f"time of {what}")
     if not np.all(np.diff(times) > 0.0):
         k = int(np.argmin(np.diff(times)))
@@ -68,6 +71,4 @@ def _numbers(rows: list[list[str]], headings: list[str], what: str) -> Iterator[
                 values.append(float(text))
             except ValueError:
                 raise ValueError(f"row {k} of {what} has {heading} = {text.strip()!r}, which is no number") from None
-        if not np.all(np.isfinite(values)):
-            raise ValueError(f"row {k} of {what} has a value that is not finite")
         yield values
