@@ -13,9 +13,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import eig
 
 from amb_actuator.interface import DYNAMIC
+from amb_analysis.linear.components import StateSpace
 from amb_analysis.linear.loop import Loop
+from amb_analysis.linear.stability import stability_of
 from amb_analysis.machine.machine import HIGHEST as MODES_TO
 from amb_analysis.machine.machine import Machine
 from amb_cosim.cosim.fmu.fmus import model_of
@@ -171,15 +174,15 @@ def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, I
     return signals / np.abs(signals).max(axis=1, keepdims=True), lines
 
 
-def settling_samples(decay: float, sample_time: float) -> int:
-    """Return the number of samples in which a transient dies out that decays by the factor `decay` per sample.
+def settling_samples(decay: float, sample_time: float, remainder: float = REMAINDER) -> int:
+    """Return the number of samples in which a transient that decays by the factor `decay` per sample falls to a share.
 
     Raises
     ------
     ValueError
         If it takes longer than `LONGEST`.
     """
-    samples = math.ceil(math.log(REMAINDER) / math.log(decay))
+    samples = math.ceil(math.log(remainder) / math.log(decay))
     if samples * sample_time > LONGEST:
         raise ValueError(
             f"transients decay by the factor {decay:.6f} per sample and would take "
@@ -188,15 +191,49 @@ def settling_samples(decay: float, sample_time: float) -> int:
     return samples
 
 
-def measure(prepared: PreparedRun, decay: float) -> MeasuredSensitivity:
+def waiting_samples(loop: StateSpace, sample_time: float) -> int:
+    """Return the number of samples after which no transient of a loop disturbs a measurement.
+
+    A drift z slower than the lowest line begins with at most the amplitude a (1) under sines of amplitude 1, and adds
+    the share (2) to a line of the spectrum of N samples until it has died out. The slowest lags of eddy currents take
+    minutes, but are hardly seen. All other transients have to die out.
+
+        a = |C x| |y^H B|/|y^H x| sum 1/|exp(j omega) - z|                                  (1)
+        share = 2 a (1 - z^N)/(N |exp(j omega_1) - z|)                                      (2)
+
+    with the right and left eigenvectors x and y, all lines omega, and the lowest one omega_1 (rad per sample).
+
+    Raises
+    ------
+    ValueError
+        If it takes longer than `LONGEST`.
+    """
+    A, B, C = (np.asarray(matrix, np.float64) for matrix in (loop.A, loop.B, loop.C))
+    z, left, right = eig(A, left=True, right=True)
+    count, highest = PERIOD / sample_time, min(HIGHEST, 0.5 / sample_time)
+    omega = 2.0 * np.pi * sample_time * np.arange(LOWEST, highest, 1.0 / PERIOD)
+    is_drift = (z.imag == 0.0) & (z.real > math.exp(-omega[0])) & (z.real < 1.0)
+    stability = stability_of(A, sample_time)
+    others = np.abs(z[~is_drift & (np.abs(z) <= stability.radius)])
+    samples = settling_samples(float(others.max(initial=0.0)), sample_time) if (others > 0.0).any() else 0
+    for k in np.flatnonzero(is_drift):
+        drift, x, y = float(z[k].real), right[:, k].real, left[:, k].real
+        a = np.abs(C @ x).max() * np.abs(y @ B).max() / abs(y @ x) * np.sum(1.0 / np.abs(np.exp(1j * omega) - drift))
+        share = 2.0 * a * (1.0 - drift**count) / (count * abs(np.exp(1j * omega[0]) - drift))
+        if share > REMAINDER and drift <= stability.radius:
+            samples = max(samples, settling_samples(drift, sample_time, REMAINDER / min(share, 1.0)))
+    return samples
+
+
+def measure(prepared: PreparedRun, waiting: int) -> MeasuredSensitivity:
     """Return the sensitivities over a period of a co-simulation with the multi-sines, after the transient.
 
     Parameters
     ----------
     prepared
         Run from `plan_measurement`.
-    decay
-        Magnitude of the loop's slowest decaying pole.
+    waiting
+        Samples before the measurement, see `waiting_samples`.
 
     Raises
     ------
@@ -207,7 +244,6 @@ def measure(prepared: PreparedRun, decay: float) -> MeasuredSensitivity:
     loop, parameters = machine.loop, machine.parameters[ACTUATOR]
     steps = round(in_steps(loop.sample_time, plan.step_size))
     samples = 2 * round(in_steps(0.5 * PERIOD, loop.sample_time))
-    settling = settling_samples(decay, loop.sample_time)
     sines, lines = multi_sines(len(loop.axes), samples, loop.sample_time)
     gains, biases = (
         np.array([parameters[f"{b}.{name}_{a}"] for b, a in loop.axes]) for name in ("amplifier_gain", "bias_current")
@@ -216,7 +252,7 @@ def measure(prepared: PreparedRun, decay: float) -> MeasuredSensitivity:
         what = "bias_current = 0 A" if gains.all() else "amplifier_gain = 0 A/V"
         raise ValueError(f"{what} is not allowed; it must not be 0, since a share of the bias is injected as a voltage")
     injected = INJECTED * biases[:, None] * sines
-    last = settling + samples + 1
+    last = waiting + samples + 1
     volts = injected / gains[:, None]
     inputs = [f"{ACTUATOR}.{b}.command_voltage_{a}" for b, a in loop.axes]
     shares = share_of_new(loop.late, steps)
@@ -226,7 +262,7 @@ def measure(prepared: PreparedRun, decay: float) -> MeasuredSensitivity:
         for j, share in shares.items()
         for k, name in enumerate(inputs)
     )
-    first = settling * steps + max(shares) + 1  # the record has a step's demand at its end
+    first = waiting * steps + max(shares) + 1  # the record has a step's demand at its end
 
     def demanded(events: tuple[tuple[int, str, float], ...]) -> tuple[Array, bool]:
         """Return the demands of a run with injected currents, and whether another component excites the rotor, too."""
@@ -240,7 +276,7 @@ def measure(prepared: PreparedRun, decay: float) -> MeasuredSensitivity:
     currents, excited = demanded(events)
     if excited:
         currents = currents - demanded(())[0]
-    recorded = np.arange(settling, settling + samples) % samples
+    recorded = np.arange(waiting, waiting + samples) % samples
     ratio = _spectrum(currents, lines) / _spectrum(injected[:, recorded], lines)
     return MeasuredSensitivity(lines / (samples * loop.sample_time), 1.0 + ratio)
 

@@ -16,9 +16,8 @@ from amb_analysis.linear.loop import (
     disk_margin,
     response,
 )
-from amb_analysis.linear.stability import stability_of
 from amb_analysis.machine.machine import Machine
-from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, plan_measurement
+from amb_analysis.studies.injection import HIGHEST, LOWEST, measure, plan_measurement, waiting_samples
 from amb_analysis.studies.inputs import Number, controlled, spin_speed
 from amb_analysis.studies.result import MachineResult
 from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
@@ -295,7 +294,7 @@ def sensitivity(
     loop, parameters = machine.loop, machine.parameters
     system = loop.sensitivity()
     of_run = Loop(machine.run_components).sensitivity()
-    measured = measure(prepared, stability_of(of_run.A, float(of_run.dt)).radius)
+    measured = measure(prepared, waiting_samples(of_run, float(of_run.dt)))
     (below, up_to_the_limit), *above = sensitivity_bands(system)
     beyond = [PeakBeyond(*peak) for band in above for peak in peaks_of(*band)]
     frequencies = np.concatenate([below, *(hertz[1:] for hertz, _ in above)])

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from rig import AXES
 
-from amb_analysis.studies.injection import multi_sines, schroeder_phases, settling_samples, share_of_new
+from amb_analysis.studies.injection import (
+    multi_sines,
+    schroeder_phases,
+    settling_samples,
+    share_of_new,
+    waiting_samples,
+)
+from amb_cosim.controllers.laws import Law
 from tests.support.messages import raises_naming
 
 
@@ -27,6 +34,23 @@ def test_measurement_waits_until_the_transient_is_gone():
     assert 0.999 ** settling_samples(0.999, 250e-6) == pytest.approx(1e-6, rel=1e-3)
     with raises_naming(ValueError, "0.999990", "<= 60 s"):
         settling_samples(0.99999, 250e-6)
+
+
+@pytest.mark.parametrize(("seen", "seconds"), [(0.0, 0.0), (1e-9, 0.0), (0.1, 14.0)])
+def test_a_slow_drift_is_waited_for_if_the_lines_see_it(seen, seconds):
+    """A vibration of 50 Hz that decays in 0.14 s by 1e-6, and a drift by exp(-t/s), which the outputs see or do not."""
+    T = 250e-6
+    s = -100.0 + 2j * np.pi * 50.0
+    vibration, drift = np.exp(s * T), np.exp(-1.0 * T)
+    A = np.zeros((3, 3))
+    A[:2, :2] = [[vibration.real, vibration.imag], [-vibration.imag, vibration.real]]
+    A[2, 2] = drift
+    law = Law(A, np.array([[1.0], [0.0], [1.0 - drift]]), np.array([[1.0, 0.0, seen]]), np.zeros((1, 1)))
+    waited = waiting_samples(law, T) * T
+    if seconds:
+        assert 1.0 < waited < seconds
+    else:
+        assert waited == pytest.approx(np.log(1e6) / 100.0, rel=1e-2)
 
 
 def test_injected_current_is_as_late_as_the_demand():
