@@ -90,15 +90,14 @@ def check(axes: Axes) -> int:
     dynamic, n_axes = axes.common[0].amplifier == DYNAMIC, axes.parameters.shape[0]
     for k in range(n_axes):
         axis = axes.parameters[k]
-        upper_current, lower_current = axis.static_current + axis.bias_current, axis.bias_current
-        larger_current, permanent = max(upper_current, lower_current), axis.permanent_bias
-        least, most = least_and_most(axis.current_limit, permanent)
-        coil_current = max(abs(upper_current - permanent), abs(lower_current - permanent))
+        with_magnets, bias = axis.static_current + axis.bias_current, axis.bias_current
+        least, most = least_and_most(axis.current_limit, axis.permanent_bias)
+        upper, lower = coil_currents(axis)
         if is_beyond_gap(axis, axes.inputs[k]):
             return fault_code(GAP, k, n_axes)
-        if min(upper_current, lower_current) < least or larger_current > most:
+        if min(with_magnets, bias) < least or max(with_magnets, bias) > most:
             return fault_code(BIAS, k, n_axes)
-        if dynamic and axis.resistance * coil_current > axis.voltage_limit:
+        if dynamic and axis.resistance * max(abs(upper), abs(lower)) > axis.voltage_limit:
             return fault_code(VOLTAGE, k, n_axes)
     return 0
 
@@ -295,8 +294,8 @@ def _fault_sentences(axes: Sequence[tuple[str, str]]) -> dict[int, str]:
             f"|{b}.{a}| < {{{b}.gap_{a}}} m"
         )
         sentences[bias] = (
-            f"{operating} is not allowed; the first and the sum must be >= 0 A and <= {{{b}.current_limit_{a}}} A, "
-            f"both less {b}.permanent_bias_{a} = {{{b}.permanent_bias_{a}}} A with permanent magnets"
+            f"{operating} is not allowed; the first and the sum must be >= 0 A and <= {{{b}.current_limit_{a}}} A plus "
+            f"the {{{b}.permanent_bias_{a}}} A of permanent magnets"
         )
         sentences[voltage] = (
             f"{b}.voltage_limit_{a} = {{{b}.voltage_limit_{a}}} V is not allowed; it must drive {operating} "

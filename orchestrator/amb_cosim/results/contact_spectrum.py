@@ -52,9 +52,9 @@ def _share(dataset: Signals, site: str) -> float | None:
     dataset = at_every_step(dataset)
     force, limit = signal(dataset, f"{site}.f_n"), places(dataset).valid_to
     after = cycles(dataset) >= 0.0
-    if force is None or limit is None or np.count_nonzero(after) < 2 or not force[after].any():
+    if force is None or limit is None or thinning(dataset) > 1:
         return None
-    if thinning(dataset) > 1:
+    if np.count_nonzero(after) < 2 or not force[after].any():
         return None
     steps = np.diff(dataset["time"].values[after])
     if not np.allclose(steps, steps[0], rtol=1e-6):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -53,6 +54,32 @@ def current_limits(dataset: Signals, axis: str) -> Limits | None:
     return float(low), float(high)
 
 
+def coil_limits(p: Mapping[str, float]) -> Limits:
+    """Return the smallest and largest control current i (A) that the coils of an axis allow.
+
+        max(0, I_m - I_max) <= I_s + I_b + i, I_b - i <= I_m + I_max
+
+    Parameters
+    ----------
+    p
+        Parameters of an axis as of `magnet_parameters`; I_m, the part of permanent magnets, may be missing.
+    """
+    bias, limit, permanent = p["bias_current"], p["current_limit"], p.get("permanent_bias", 0.0)
+    operating, least, most = p["static_current"] + bias, max(0.0, permanent - limit), permanent + limit
+    return max(least - operating, bias - most), min(most - operating, bias - least)
+
+
+def magnet_parameters(dataset: Signals, axis: str) -> dict[str, float]:
+    """Return the parameters of an axis of the actuator, `BEARING.x`, by their names without bearing and axis."""
+    bearing, _, direction = axis.rpartition(".")
+    prefix, suffix = f"{bearing}.", f"_{direction}"
+    return {
+        name[len(prefix) : -len(suffix)]: float(value)
+        for name, value in parameters(dataset, ACTUATOR).items()
+        if name.startswith(prefix) and name.endswith(suffix) and not isinstance(value, str)
+    }
+
+
 def force_limits(dataset: Signals, axis: str) -> Limits | None:
     """Return the smallest and largest force (N) of an axis at its centre; None if unknown.
 
@@ -61,10 +88,7 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     One coil pair pulls with the largest force that iron, amplifier and permanent magnets (I_m) allow, and the
     other does not pull. F_0 is the static load, which a force without its static part excludes.
     """
-    bearing, _, direction = axis.rpartition(".")
-    values, prefix, suffix = parameters(dataset, ACTUATOR), f"{bearing}.", f"_{direction}"
-    of_axis = [name for name in values if name.startswith(prefix) and name.endswith(suffix)]
-    p = {name[len(prefix) : -len(suffix)]: float(values[name]) for name in of_axis if not isinstance(values[name], str)}
+    p = magnet_parameters(dataset, axis)
     if not {"turns", "pole_area", "gap", "half_angle", "bias_current", "static_current", "current_limit"} <= p.keys():
         return None
     per_ampere = MU_0 * p["turns"] / p["gap"]
@@ -73,7 +97,7 @@ def force_limits(dataset: Signals, axis: str) -> Limits | None:
     pull_of_square = p["pole_area"] * math.cos(p["half_angle"]) / MU_0
     operating = p["static_current"] + p["bias_current"]
     static = 0.0
-    if not values.get("total_force"):
+    if not parameters(dataset, ACTUATOR).get("total_force"):
         static = pull_of_square * per_ampere**2 * (operating**2 - p["bias_current"] ** 2)
     return -pull_of_square * flux**2 - static, pull_of_square * flux**2 - static
 

@@ -10,17 +10,18 @@ import numpy as np
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.units import force_unit
-from amb_cosim.results.component_names import ACTUATOR
 from amb_cosim.results.magnet_limits import (
     Limits,
     amplifier_off,
+    coil_limits,
     current_limits,
     flowing_current,
     force_limits,
     magnet_force,
+    magnet_parameters,
 )
 from amb_cosim.results.places import places
-from amb_cosim.results.signal_arrays import cycles, parameters
+from amb_cosim.results.signal_arrays import cycles
 from array_types import Array
 
 
@@ -69,22 +70,11 @@ def largest_use(
 
 
 def allowed_currents(dataset: Signals, axis: str) -> Limits | None:
-    """Return the smallest and largest control current (A) that the controller and the coils allow; None if unknown.
-
-        max(0, I_m - I_max) <= I_0 + i, i_b - i <= I_m + I_max
-
-    I_0 is the current of the loaded coil pair, i_b the bias of the other one, I_m the part of permanent magnets.
-    """
-    bearing, _, direction = axis.rpartition(".")
-    values = parameters(dataset, ACTUATOR)
-    names = (f"{bearing}.{name}_{direction}" for name in ("bias_current", "static_current", "current_limit"))
-    bias, static, most = (values.get(name) for name in names)
-    of_controller = current_limits(dataset, axis)
-    if bias is None or static is None or most is None:
+    """Return the smallest and largest control current (A) that the controller and the coils allow; None if unknown."""
+    p, of_controller = magnet_parameters(dataset, axis), current_limits(dataset, axis)
+    if not {"bias_current", "static_current", "current_limit"} <= p.keys():
         return of_controller
-    permanent = values.get(f"{bearing}.permanent_bias_{direction}", 0.0)
-    least, most = max(0.0, permanent - most), permanent + most
-    low, high = -min(bias + static - least, most - bias), min(most - bias - static, bias - least)
+    low, high = coil_limits(p)
     if of_controller is not None:
         low, high = max(low, of_controller[0]), min(high, of_controller[1])
     return (float(low), float(high)) if low < 0.0 < high else None

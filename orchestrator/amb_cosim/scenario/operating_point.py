@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
+from amb_cosim.results.magnet_limits import coil_limits
 
 LARGEST_RATIO = 1.5  # between an assumed constant and the magnet's, or its inverse, without a warning or a change
 MOST_NAMED = 4  # in a warning
@@ -40,8 +41,7 @@ def stated_constants(values: Assignments, component: str = CONTROLLER) -> set[st
 def set_operating_points(missing: MissingParameters) -> list[str]:
     """Set the controller's assumptions on each magnet: K_s, K_i, i_min and i_max; return warnings.
 
-    The currents are those with which both coil currents, I_s + I_b + i and I_b - i, are between 0 and the limit of the
-    coils, or with permanent magnets between both signs of it; the integral of a PID would wind up beyond what the
+    The currents are those that the coils allow (`coil_limits`); the integral of a PID would wind up beyond what the
     actuator cuts off. K_s and K_i are the slopes of the magnet's force law at its centre. A warning names settings that
     differ from these by more than `LARGEST_RATIO`, and measured constants that differ as much from a geometry set
     without them.
@@ -54,18 +54,13 @@ def set_operating_points(missing: MissingParameters) -> list[str]:
     values, differences = missing.values, list[str]()
     for bearing, axis in magnet_axes(values):
         p, law = parameters_of(values, bearing, axis), values.parameter(f"{ACTUATOR}.force_law")
-        bias, static, limit = (p[name] for name in ("bias_current", "static_current", "current_limit"))
-        permanent = p.get("permanent_bias", 0.0)
-        least, most = max(0.0, permanent - limit), permanent + limit
-        if not least <= bias + static <= most or not least <= bias <= most:
+        low, high = coil_limits(p)
+        if not low <= 0.0 <= high:
             continue  # the actuator refuses to start with it
         measured = is_measured(values)
         slopes = tuple(p[name] for name in MEASURED) if measured else _slopes(bearing, axis, p, int(law))
         assumed = {f"{CONTROLLER}.{bearing}.{name}_{axis}": k for name, k in zip(("k_s", "k_i"), slopes, strict=True)}
-        currents = {
-            "i_min": max(least - (static + bias), bias - most),
-            "i_max": min(most - (static + bias), bias - least),
-        }
+        currents = {"i_min": low, "i_max": high}
         for name, value in (assumed | {f"{CONTROLLER}.{bearing}.{n}_{axis}": i for n, i in currents.items()}).items():
             _set_if_allowed(missing, name, value)
         geometry = {f"{ACTUATOR}.{bearing}.{name}_{axis}" for name in GEOMETRY}

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
 from amb_cosim.cosim.processes.memory import physical_memory
-from amb_cosim.cosim.record.step_rows import StepRows
+from amb_cosim.cosim.record.step_rows import StepRows, grown
 from array_types import Array, Indices
 
 COPIES = 2.0  # of a record at most in memory at a time: itself, and the signals of its result
@@ -27,18 +27,6 @@ class RecordBuffer(NamedTuple):
     steps_size: int
     steps_first: int
     steps_table: Array
-
-
-A = TypeVar("A", Array, Indices)
-
-
-def grown(items: A, used: int, rows: int) -> A:
-    """Return an array with room for that many rows, which begins with the used ones; it may be the same array."""
-    if rows <= len(items):
-        return items
-    result = np.zeros((rows, *items.shape[1:]), items.dtype)
-    result[:used] = items[:used]
-    return result
 
 
 class Recorder:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TypeVar
 
 import numpy as np
 
 from array_types import Array, Indices
 from fmi_export.variables import OverStep
 
-MOST_ROWS = 2_000_000  # in a run, unless rows would be longer than
+MOST_ROWS = 2_000_000  # in a run whose rows can be shorter than `LONGEST_ROW`
 LONGEST_ROW = 0.5e-3  # s, half of the window over which contact forces are averaged
 
 
@@ -41,6 +42,18 @@ def complete_rows(first: int, end: int, steps: int) -> tuple[int, int]:
         return 0, 0
     rows = (end - 1) // steps - (first - 1) // steps
     return rows, (end - 1) % steps if rows else end - first
+
+
+A = TypeVar("A", Array, Indices)
+
+
+def grown(items: A, used: int, rows: int) -> A:
+    """Return an array with room for that many rows, which begins with the used ones; it may be the same array."""
+    if rows <= len(items):
+        return items
+    result = np.zeros((rows, *items.shape[1:]), items.dtype)
+    result[:used] = items[:used]
+    return result
 
 
 class StepRows:
@@ -70,7 +83,7 @@ class StepRows:
         With a step in each row, values may be written to the table; call `wrote` then. Memory pages are allocated when
         they are written to.
         """
-        self._grow(self.rows_until(end))
+        self._table = grown(self._table, self._n, self.rows_until(end))
         return self._first, self._table
 
     def rows_until(self, end: int) -> int:
@@ -89,7 +102,7 @@ class StepRows:
         values = np.concatenate([self._rest, values])
         rows, left = complete_rows(begin, self._next, self.steps)
         if self._n + rows > len(self._table):
-            self._grow(max(self._n + rows, 1024, 2 * self._n))
+            self._table = grown(self._table, self._n, max(self._n + rows, 1024, 2 * self._n))
         complete = len(values) - left
         if rows:
             self._table[self._n : self._n + rows] = self._combined(begin, values[:complete])
@@ -136,12 +149,6 @@ class StepRows:
             elif rule != "end":
                 result[:, k] = np.add.reduceat(values[:, k], begins) / (sizes if rule == "mean" else 1)
         return result
-
-    def _grow(self, rows: int) -> None:
-        if rows > len(self._table):
-            larger = np.zeros((rows, self._table.shape[1]))
-            larger[: self._n] = self.complete
-            self._table = larger
 
     def __getstate__(self) -> dict[str, object]:
         """Return the rows in use, which are all that another process needs."""
