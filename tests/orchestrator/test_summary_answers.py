@@ -10,6 +10,9 @@ from amb_cosim.presentation.units import units
 from amb_cosim.results.landing_rows import landing_rows
 from amb_cosim.results.magnet_use import allowed_currents, largest_use, magnet_use_rows
 from amb_cosim.results.places import RotorPlaces
+from amb_cosim.results.plots.magnets import magnets
+from amb_cosim.results.power import without_power
+from amb_cosim.results.stability import is_limited
 from amb_cosim.results.touchdown import Retainer, Touchdown
 from amb_cosim.results.warning_sentences import warning_sentences
 from tests.support.messages import assert_names
@@ -57,6 +60,40 @@ def test_coils_limit_a_current_more_than_the_controller(synthetic):
     )
     assert allowed_currents(dataset, "mb1.x") == (-2.0, 1.0)
     assert allowed_currents(with_parameters(dataset, rolac_controller={"mb1.i_max_x": 0.8}), "mb1.x") == (-2.0, 0.8)
+
+
+UPRIGHT = RotorPlaces({"mb1": "rb1", "mb2": "rb2"}, ("rb1", "rb2"), magnetic=("mb1", "mb2", "thrust"), thrust="thrust")
+
+
+def test_magnets_along_the_shaft_count_as_those_across_it_do(synthetic):
+    """3 A of 4 A along the shaft are more than 4 A of 8 A across it, until the axial amplifier is off."""
+    dataset = synthetic(places=UPRIGHT.to_json())
+    n = dataset.sizes["time"]
+    dataset = with_current(with_current(dataset, "mb1.x", np.full(n, 4.0)), "thrust.z", np.full(n, 3.0))
+    dataset = with_parameters(dataset, rolac_controller={"thrust.i_max_z": 4.0})
+    (row,) = magnet_use_rows(dataset)
+    assert_names(row[1], "75 %", "thrust.z", "3 A of 4 A")
+    assert magnets(dataset).axes[2].get_lines()[0].get_ydata()[-1] == 3.0
+    dataset["amb_actuator.thrust.amplifier_off_z"] = ("time", np.ones(n, bool))
+    assert_names(next(iter(magnet_use_rows(dataset)))[1], "50 %", "MB1.X")
+
+
+def test_rotor_has_lost_power_when_its_axial_magnet_has_too(synthetic):
+    dataset = synthetic(places=UPRIGHT.to_json())
+    off = np.ones(dataset.sizes["time"], bool)
+    for axis in ("mb1.{}_x", "mb1.{}_y", "mb2.{}_x", "mb2.{}_y"):
+        dataset[f"amb_actuator.{axis.format('amplifier_off')}"] = ("time", off)
+    assert not without_power(dataset).any()
+    dataset["amb_actuator.thrust.amplifier_off_z"] = ("time", off)
+    assert without_power(dataset).all()
+
+
+def test_a_demand_along_the_shaft_that_stays_at_its_limit_is_limited(synthetic):
+    dataset = synthetic(places=UPRIGHT.to_json())
+    n = dataset.sizes["time"]
+    assert not is_limited(dataset, slice(0, n))
+    dataset["amb_actuator.thrust.voltage_limited_z"] = ("time", np.ones(n, bool))
+    assert is_limited(dataset, slice(0, n))
 
 
 def test_without_limits_there_is_no_use(synthetic):

@@ -7,7 +7,9 @@ from strange_machine import TOUCHDOWN
 
 import amb_cosim
 from amb_cosim.cosim.record import step_rows
-from amb_cosim.results.contact_forces import received_impulse
+from amb_cosim.results import plots
+from amb_cosim.results.contact_forces import averaged_force, peaks, received_impulse
+from amb_cosim.results.plots.contact import touched_sites
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names
 
@@ -109,10 +111,23 @@ def test_a_long_run_is_the_same_in_the_plain_loop_and_from_a_checkpoint(long, tm
     assert thinned(100, start=checkpoint).dataset.equals(whole.dataset)
 
 
-def test_forces_at_thinned_samples_are_those_of_all_steps(thin, touchdown):
-    from amb_cosim.results.contact_forces import averaged_force, peaks
-
+def test_forces_at_thinned_samples_are_the_largest_of_all_steps(thin, touchdown):
     for site in touchdown.summary.averaged_contact_force:
         full = averaged_force(touchdown.signals, site)
-        assert averaged_force(thin.signals, site) == pytest.approx(full[::100])
+        largest = [full[0], *(max(full[end - 99 : end + 1]) for end in range(100, len(full), 100))]
+        assert averaged_force(thin.signals, site) == pytest.approx(largest)
         assert peaks(thin.signals, site).max() == peaks(touchdown.signals, site).max()
+
+
+def test_figures_of_a_thinned_run_mark_the_forces_of_its_summary(thin, touchdown):
+    """The first impacts are enlarged with the values of every step, and not where straight lines would join samples."""
+    (site, force), *_ = touched_sites(thin.signals).items()
+    assert force.marked[1] == pytest.approx(touchdown.summary.averaged_contact_force[site])
+    of_thin, of_full = (plots.figure(run.signals, "contact").axes for run in (thin, touchdown))
+    assert of_thin[-1].get_xlim() == pytest.approx(of_full[-1].get_xlim())
+    column = len(of_full) // 2
+    curves = [axes[column].get_lines()[1].get_xydata() for axes in (of_thin, of_full)]
+    begin, end = of_full[-1].get_xlim()
+    drawn = [curve[(begin <= curve[:, 0]) & (curve[:, 0] <= end)] for curve in curves]
+    assert drawn[0] == pytest.approx(drawn[1], rel=1e-6, abs=1e-9)
+    assert not [inset for axes in plots.figure(thin.signals, "touchdown").axes for inset in axes.child_axes]

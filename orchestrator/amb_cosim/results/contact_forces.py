@@ -30,12 +30,7 @@ def is_sampled(dataset: Signals, site: str) -> bool:
 
 def peaks(dataset: Signals, site: str) -> Array | None:
     """Return the largest normal force (N) between samples, or its samples; None if neither was recorded."""
-    steps = at_every_step(dataset)
-    forces = _peaks(steps, site)
-    if forces is None or steps is dataset or not dataset.sizes["time"]:
-        return forces
-    begins = np.searchsorted(steps["time"].values, dataset["time"].values[:-1], side="right")
-    return np.maximum.reduceat(forces, [0, *begins])
+    return _largest_between(dataset, _peaks(at_every_step(dataset), site))
 
 
 def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.inf) -> float | None:
@@ -45,8 +40,8 @@ def peak_force(dataset: Signals, site: str, begin: float = 0.0, end: float = np.
 
 
 def averaged_force(dataset: Signals, site: str) -> Array | None:
-    """Return the normal force (N) averaged over the `WINDOW` before each sample, impacts included."""
-    return _at_samples(dataset, _averaged(at_every_step(dataset), site))
+    """Return the normal force (N) averaged over `WINDOW`, impacts included: the largest mean between samples."""
+    return _largest_between(dataset, _averaged(at_every_step(dataset), site))
 
 
 def largest_averaged_force(dataset: Signals, site: str) -> float | None:
@@ -96,6 +91,15 @@ def _accumulated_impulse(dataset: Signals, site: str) -> Array | None:
     else:
         return None
     return np.asarray(np.cumsum(np.append(0.0, impulses))[: dataset.sizes["time"]], np.float64)
+
+
+def _largest_between(dataset: Signals, values: Array | None) -> Array | None:
+    """Return the largest of values of every step between the samples of a record, which are among the steps."""
+    steps = at_every_step(dataset)
+    if values is None or steps is dataset or not dataset.sizes["time"]:
+        return values
+    begins = np.searchsorted(steps["time"].values, dataset["time"].values[:-1], side="right")
+    return np.maximum.reduceat(values, [0, *begins])
 
 
 def _at_samples(dataset: Signals, values: Array | None) -> Array | None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER
+from amb_cosim.results.places import places
 from amb_cosim.results.signal_arrays import parameters
 from array_types import Array, Bools
 
@@ -40,7 +41,8 @@ def magnet_force(dataset: Signals, axis: str) -> Array | None:
 
 def is_magnetic(dataset: Signals, bearing: str) -> bool:
     """Return whether a current or a force of a bearing was recorded that is not zero all the time."""
-    signals = (of(dataset, f"{bearing}.{axis}") for of in (control_current, magnet_force) for axis in "xy")
+    axes = places(dataset).directions(bearing)
+    signals = (of(dataset, f"{bearing}.{axis}") for of in (control_current, magnet_force) for axis in axes)
     return any(values is not None and bool(values.any()) for values in signals)
 
 

@@ -57,7 +57,7 @@ def largest_use(
     share = max(max(v)/high, min(v)/low),   low < 0 < high
     """
     after, uses = cycles(dataset) >= 0.0, list[Use]()
-    for axis in (f"{bearing}.{direction}" for bearing in places(dataset).magnetic for direction in "xy"):
+    for axis in places(dataset).magnetic_axes:
         values, limits = values_of(dataset, axis), limits_of(dataset, axis)
         if values is None or limits is None or not np.isfinite(values[after]).any():
             continue

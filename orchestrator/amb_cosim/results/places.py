@@ -33,7 +33,7 @@ class RotorPlaces:
     valid_to
         Frequency up to which the reduced rotor is accurate (rad/s); None if not stated.
     magnetic
-        The bearings that exert a force: controller and actuator variables of others have no effect.
+        The bearings that exert a force, axial one included: controller and actuator variables of others have no effect.
     stators
         Each contact site in a stator bore, with the bearing of that stator.
     second
@@ -57,6 +57,20 @@ class RotorPlaces:
     z: Mapping[str, float] = field(default_factory=dict)
     faces: Mapping[str, str] = field(default_factory=dict)
     thrust: str = ""
+
+    @property
+    def magnets(self) -> tuple[str, ...]:
+        """All bearings that may have magnets: those across the shaft, then the axial one, if any."""
+        return *self.bearings, *([self.thrust] if self.thrust else [])
+
+    @property
+    def magnetic_axes(self) -> tuple[str, ...]:
+        """The axes of the magnetic bearings, `BEARING.x`."""
+        return tuple(f"{bearing}.{axis}" for bearing in self.magnetic for axis in self.directions(bearing))
+
+    def directions(self, bearing: str) -> str:
+        """Return the directions in which a bearing acts: z for the axial one."""
+        return "z" if bearing == self.thrust else "xy"
 
     @property
     def retainers(self) -> dict[str, str]:
@@ -121,7 +135,8 @@ def places_of(assembly: Assembly) -> RotorPlaces:
     if PLANT not in assembly.interfaces:
         return RotorPlaces({}, ())
     result, fed = _named_places(assembly), assembly.system.fed()
-    return replace(result, magnetic=tuple(name for name in result.bearings if f"{PLANT}.{name}.f_x" in fed))
+    powered = (name for name in result.magnets if f"{PLANT}.{name}.f_{result.directions(name)[0]}" in fed)
+    return replace(result, magnetic=tuple(powered))
 
 
 def _named_places(assembly: Assembly) -> RotorPlaces:

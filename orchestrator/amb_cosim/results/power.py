@@ -17,15 +17,15 @@ from array_types import Bools
 
 def amplifiers_off(dataset: Signals) -> list[Bools]:
     """Return the samples in which the amplifier is off, for each axis of a magnet with a switched amplifier."""
-    magnets = places(dataset).magnetic
-    labels = [f"{ACTUATOR}.{magnet}.amplifier_off_{axis}" for magnet in magnets for axis in "xy"]
+    axes = (axis.rsplit(".", 1) for axis in places(dataset).magnetic_axes)
+    labels = [f"{ACTUATOR}.{magnet}.amplifier_off_{axis}" for magnet, axis in axes]
     return [np.asarray(dataset[label].values, bool) for label in labels if label in dataset]
 
 
 def without_power(dataset: Signals) -> Bools:
     """Return the samples in which the amplifiers of all magnets are off; none without magnets."""
     off = amplifiers_off(dataset)
-    if not off or len(off) < 2 * len(places(dataset).magnetic):
+    if not off or len(off) < len(places(dataset).magnetic_axes):
         return np.zeros(dataset.sizes["time"], bool)
     return np.all(off, axis=0)
 

@@ -194,7 +194,8 @@ def _limits(dataset: Signals, within: slice) -> list[Bools]:
     def samples(label: str) -> Bools:
         return np.asarray(dataset[label].values)[within] != 0
 
-    axes = [f"{ACTUATOR}.{bearing}.{{}}_{axis}" for bearing in places(dataset).bearings for axis in "xy"]
+    at = places(dataset)
+    axes = [f"{ACTUATOR}.{bearing}.{{}}_{axis}" for bearing in at.magnets for axis in at.directions(bearing)]
     faults = [axis.format(fault) for axis in axes for fault in ("amplifier_off", "stuck")]
     never = np.zeros(within.stop - within.start, dtype=bool)
     if any(samples(label).any() for label in faults if label in dataset):

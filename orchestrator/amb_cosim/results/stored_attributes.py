@@ -111,8 +111,9 @@ def _check_places(stated: RotorPlaces) -> None:
         "bearings": [*stated.magnetic, *stated.stators.values(), *stated.second.values()],
     }
     named["sites"] += [*stated.second, *stated.z, *filter(None, stated.faces.values())]
+    allowed = {"sites": stated.sites, "bearings": stated.magnets}
     for kind, names in named.items():
-        if unknown := sorted(set(names) - {*getattr(stated, kind)}):
+        if unknown := sorted(set(names) - {*allowed[kind]}):
             raise ValueError(f"its attribute places is not allowed: {unknown[0]!r} is not among its {kind}")
 
 

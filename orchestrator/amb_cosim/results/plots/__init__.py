@@ -190,7 +190,7 @@ def _is_touched(dataset: Signals) -> bool:
 
 def _has_magnets(dataset: Signals) -> bool:
     """Return whether a current or a force of a magnetic bearing was recorded that is not zero all the time."""
-    return any(map(partial(is_magnetic, dataset), places(dataset).bearings))
+    return any(map(partial(is_magnetic, dataset), places(dataset).magnets))
 
 
 def has_motion(dataset: Signals) -> bool:

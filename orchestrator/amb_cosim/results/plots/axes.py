@@ -27,6 +27,7 @@ from array_types import Array
 EVENT_SIZE = 8.0  # points, of the names of events
 CONSTANT = 0.002  # relative change of a spin speed too small to draw
 WHOLE = 0.9  # of the run; a part that is longer is not enlarged
+FEW = 20  # samples; a part with fewer is not enlarged, since straight lines would join them
 FIRST_TEXT = f"first impacts, {1e3 * FIRST:g} ms"
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY_BLUE, YELLOW)
 
@@ -136,16 +137,18 @@ def at_time(dataset: Signals, time: float) -> float:
     return time / float(dataset.attrs["period_s"]) * _cycle_length(dataset)
 
 
-def fall_interval(dataset: Signals) -> tuple[float, float] | None:
+def fall_interval(dataset: Signals, times: Array | None = None) -> tuple[float, float] | None:
     """Return the limits of the time axis between which the first impacts of a fall are enlarged.
 
-    None of a run without a fall, or of which this part is nearly the whole.
+    None of a run without a fall, or of which this part is nearly the whole or has too few samples for a curve. The
+    samples are those of the data set, unless the curves have others.
     """
-    first, times = first_impacts(dataset), time_values(dataset)
+    first, times = first_impacts(dataset), time_values(dataset) if times is None else times
     if first is None:
         return None
     begin, end = (at_time(dataset, time) for time in first)
-    return (begin, end) if end - begin < WHOLE * (times[-1] - times[0]) else None
+    few = np.count_nonzero((begin <= times) & (times <= end)) < FEW
+    return (begin, end) if not few and end - begin < WHOLE * (times[-1] - times[0]) else None
 
 
 def enlarge(panel: Axes, interval: tuple[float, float]) -> None:

@@ -33,7 +33,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import large_forces
 from amb_cosim.results.plots.forces import PALE, THICK, THIN, SiteForce, draw_forces, mark_forces, site_force
-from amb_cosim.results.signal_arrays import parameters, signal, speed
+from amb_cosim.results.signal_arrays import at_every_step, parameters, signal, speed
 from amb_cosim.results.touchdown import touchdown
 from array_types import Array, Bools
 
@@ -44,28 +44,31 @@ MODES = ("free", "sliding", "rolling")
 def contact(dataset: Signals) -> Figure:
     """Draw the normal contact force at each site touched, each on its own scale, and when the rotor is in contact.
 
-    The first impacts of a fall, or large forces that last shortly, are enlarged beside.
+    The first impacts of a fall, or large forces that last shortly, are enlarged beside, with the values of every step.
     """
-    forces = touched_sites(dataset)
+    forces, steps = touched_sites(dataset), at_every_step(dataset)
     ratios = (*[3.0] * len(forces), 0.4 * (len(touchable(dataset)) + 1))
-    zoom = _zoom(dataset, forces)
+    zoom = _zoom(dataset, forces, time_values(steps))
     size = (7.0 if zoom is None else 10.0, max(4.6 * sum(ratios) / 7.6, 3.2))
     figure = StyledFigure(figsize=size, layout="constrained")
     n_columns = 1 if zoom is None else 2
     columns = figure.subplots(len(ratios), n_columns, sharex="col", height_ratios=ratios, squeeze=False).T
-    for column in columns:
-        _draw_column(column, dataset, forces)
+    shown = [(time_values(dataset), forces)]
+    _draw_column(columns[0], dataset, dataset, forces)
     if zoom is not None:
+        forces = forces if steps is dataset else touched_sites(steps)
+        shown += [(time_values(steps), forces)]
+        _draw_column(columns[1], dataset, steps, forces, _around(time_values(steps), zoom))
         for panel in columns[1]:
             panel.set_title("", loc="left")
         title = "enlarged" if touchdown(dataset) is None else FIRST_TEXT
         columns[1][0].set_title(title, loc="left", pad=title_padding(dataset, highest=True))
         columns[1][-1].set_xlim(zoom)
         columns[1][-1].xaxis.set_major_locator(MaxNLocator(6))
-    for column in columns:
+    for column, (times, of_column) in zip(columns, shown, strict=True):
         name_events(column[0], dataset)
-        for panel, (site, force) in zip(column, forces.items(), strict=False):
-            mark_forces(panel, [(time_values(dataset), force, colour_of(dataset, site))])
+        for panel, (site, force) in zip(column, of_column.items(), strict=False):
+            mark_forces(panel, [(times, force, colour_of(dataset, site))])
     add_force_legend(figure, [colour_of(dataset, site) for site in forces], [dataset], list(forces))
     add_title(figure, dataset)
     return figure
@@ -88,24 +91,38 @@ def add_force_legend(figure: Figure, colours: list[str], runs: list[Signals], si
     figure.legend(list(entries.values()), list(entries), handler_map=OF_SAMPLES, loc="outside lower center", ncols=3)
 
 
-def _zoom(dataset: Signals, forces: dict[str, SiteForce]) -> tuple[float, float] | None:
+def _around(times: Array, interval: tuple[float, float]) -> slice:
+    """Return the samples within an interval, and one on either side."""
+    first, stop = np.searchsorted(times, interval)
+    return slice(max(int(first) - 1, 0), int(stop) + 1)
+
+
+def _zoom(dataset: Signals, forces: dict[str, SiteForce], steps: Array) -> tuple[float, float] | None:
     """Return the limits of the time axis of what is enlarged: the first impacts of a fall, or large forces."""
     if touchdown(dataset) is not None:
-        return fall_interval(dataset)
+        return fall_interval(dataset, steps)
     return large_forces(
         time_values(dataset), [values for force in forces.values() for values in (force.peak, force.mean)]
     )
 
 
-def _draw_column(column: NDArray[np.object_], dataset: Signals, forces: dict[str, SiteForce]) -> None:
-    """Draw the force at each site and, in the lowest panel, the contact."""
+def _draw_column(
+    column: NDArray[np.object_],
+    dataset: Signals,
+    steps: Signals,
+    forces: dict[str, SiteForce],
+    within: slice = slice(None),
+) -> None:
+    """Draw the force at each site and, in the lowest panel, the contact, `within` the samples of `steps`."""
     *panels, state_panel = column
+    times = time_values(steps)[within]
     for panel, (site, force) in zip(panels, forces.items(), strict=True):
-        draw_forces(panel, [(time_values(dataset), force, colour_of(dataset, site))])
+        draw_forces(panel, [(times, force.within(within), colour_of(dataset, site))])
         panel.set_title(site_title(dataset, site), loc="left", pad=title_padding(dataset, panel is panels[0]))
         mark_events(panel, dataset)
     state_panel.set_title("In contact", loc="left")
-    _draw_contact_times(state_panel, dataset, touchable(dataset))
+    touching = {site: _in_contact(steps, site)[within] for site in touchable(dataset)}
+    _draw_contact_times(state_panel, times, touching, [colour_of(dataset, site) for site in touching])
     mark_events(state_panel, dataset)
     label_time_axis(state_panel, dataset)
 
@@ -171,18 +188,17 @@ def _whirl_limits(Omega: Array, whirling: Array) -> tuple[float, float]:
     return low - 0.12 * (high - low), high + 0.12 * (high - low)
 
 
-def _draw_contact_times(panel: Axes, dataset: Signals, sites: list[str]) -> None:
+def _draw_contact_times(panel: Axes, times: Array, touching: dict[str, Bools], colours: list[str]) -> None:
     """Draw a bar for each site while the rotor is in contact; the first site is the highest."""
-    times, rows = time_values(dataset), range(len(sites))
-    for row, site in zip(reversed(rows), sites, strict=True):
-        touching, colour = _in_contact(dataset, site), colour_of(dataset, site)
-        if touching.any():
-            panel.fill_between(times, row - 0.3, row + 0.3, where=touching, step="pre", color=colour, lw=0.3)
+    rows = range(len(touching))
+    for row, of_site, colour in zip(reversed(rows), touching.values(), colours, strict=True):
+        if of_site.any():
+            panel.fill_between(times, row - 0.3, row + 0.3, where=of_site, step="pre", color=colour, lw=0.3)
         else:
             place: dict[str, Any] = {"transform": panel.get_yaxis_transform(), "ha": "left", "va": "center"}
             panel.text(0.01, row, "no contact", fontsize=7, color="0.3", **place)
-    panel.set_ylim(-0.6, len(sites) - 0.4)
-    panel.set_yticks(list(reversed(rows)), [name_label(site) for site in sites])
+    panel.set_ylim(-0.6, len(touching) - 0.4)
+    panel.set_yticks(list(reversed(rows)), [name_label(site) for site in touching])
 
 
 def _in_contact(dataset: Signals, site: str) -> Bools:

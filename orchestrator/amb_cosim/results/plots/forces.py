@@ -34,6 +34,10 @@ class SiteForce:
     mean: Array
     marked: tuple[int, float]
 
+    def within(self, samples: slice) -> SiteForce:
+        """Return the curves of these samples, with the same mark."""
+        return SiteForce(self.peak[samples], self.mean[samples], self.marked)
+
     @property
     def highest(self) -> float:
         """The end of an axis for this force (N), which holds the marked number; peaks may be higher."""

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
-from amb_cosim.presentation.style import BLUE, DASHED, ORANGE, StyledFigure, write_in_corner
+from amb_cosim.presentation.style import BLUE, DASHED, GREEN, ORANGE, StyledFigure, write_in_corner
 from amb_cosim.presentation.units import force_unit
 from amb_cosim.results.magnet_limits import (
     Limits,
@@ -35,55 +35,58 @@ from amb_cosim.results.plots.axes import (
 )
 from array_types import Array
 
-AXES = {"x": BLUE, "y": ORANGE}
+AXES = {"x": BLUE, "y": ORANGE, "z": GREEN}
 LIMIT = "limit (force: rotor centred)"
 UNPOWERED = "0.9"
 NEAR = 0.4  # fraction of a limit above which it is drawn; otherwise it is written
 
 
 def magnets(dataset: Signals) -> Figure:
-    """Draw control current and force of both axes of each magnetic bearing, and their limits.
+    """Draw control current and force of each axis of each magnetic bearing, and their limits.
 
     While the amplifier of an axis is off, no current flows, and none is drawn, whatever the controller demands. Times
     at which no amplifier of a bearing has power are shaded.
     """
-    bearings = [bearing for bearing in places(dataset).bearings if is_magnetic(dataset, bearing)]
-    figure = StyledFigure(figsize=(9.0, 1.9 * len(bearings) + 0.9), layout="constrained")
-    panels = figure.subplots(len(bearings), 2, sharex=True, squeeze=False)
-    forces = [magnet_force(dataset, f"{bearing}.{axis}") for bearing in bearings for axis in AXES]
+    at = places(dataset)
+    axes = {bearing: at.directions(bearing) for bearing in at.magnets if is_magnetic(dataset, bearing)}
+    figure = StyledFigure(figsize=(9.0, 1.9 * len(axes) + 0.9), layout="constrained")
+    panels = figure.subplots(len(axes), 2, sharex=True, squeeze=False)
+    forces = [magnet_force(dataset, f"{bearing}.{axis}") for bearing, of in axes.items() for axis in of]
     unit = force_unit(max((float(np.nanmax(np.abs(f), initial=0.0)) for f in forces if f is not None), default=0.0))
-    for row, bearing in zip(panels, bearings, strict=True):
+    for row, bearing in zip(panels, axes, strict=True):
         for panel, what, of, limits, size, label in (
             (row[0], "control current", flowing_current, current_limits, 1.0, "A"),
             (row[1], "force", magnet_force, force_limits, unit.size, unit.label),
         ):
-            values = {axis: of(dataset, f"{bearing}.{axis}") for axis in AXES}
+            values = {axis: of(dataset, f"{bearing}.{axis}") for axis in axes[bearing]}
             for axis, series in values.items():
                 if series is not None:
                     panel.plot(time_values(dataset), series / size, color=AXES[axis], lw=0.7)
-            bounds = [limits(dataset, f"{bearing}.{axis}") for axis in AXES]
+            bounds = [limits(dataset, f"{bearing}.{axis}") for axis in axes[bearing]]
             _draw_limits(panel, [b for b in bounds if b is not None], values.values(), size, label)
             panel.set_ylabel(f"{what} ({label})")
             if of is flowing_current:
-                _shade(panel, dataset, bearing)
-            panel.set_title(name_label(bearing), loc="left", pad=title_padding(dataset, bearing == bearings[0]))
+                _shade(panel, dataset, bearing, axes[bearing])
+            panel.set_title(name_label(bearing), loc="left", pad=title_padding(dataset, bearing == next(iter(axes))))
             mark_events(panel, dataset)
     for panel in panels[-1]:
         label_time_axis(panel, dataset)
     for panel in panels[0]:
         name_events(panel, dataset)
-    handles: list[Artist] = [Line2D([], [], color=colour, label=axis) for axis, colour in AXES.items()]
+    drawn = dict.fromkeys("".join(axes.values()))
+    handles: list[Artist] = [Line2D([], [], color=AXES[axis], label=axis) for axis in drawn]
     handles.append(Line2D([], [], color="black", ls=DASHED, label=LIMIT))
-    if any(amplifier_off(dataset, f"{bearing}.{axis}").any() for bearing in bearings for axis in AXES):
+    if any(amplifier_off(dataset, f"{bearing}.{axis}").any() for bearing, of in axes.items() for axis in of):
         handles.append(Patch(color=UNPOWERED, label="amplifiers off"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    figure.align_ylabels(panels)
     add_title(figure, dataset)
     return figure
 
 
-def _shade(panel: Axes, dataset: Signals, bearing: str) -> None:
+def _shade(panel: Axes, dataset: Signals, bearing: str, axes: str) -> None:
     """Shade the times at which no amplifier of a bearing has power."""
-    off = np.all([amplifier_off(dataset, f"{bearing}.{axis}") for axis in AXES], axis=0)
+    off = np.all([amplifier_off(dataset, f"{bearing}.{axis}") for axis in axes], axis=0)
     to_axes = panel.get_xaxis_transform()
     panel.fill_between(time_values(dataset), 0.0, 1.0, where=off, transform=to_axes, color=UNPOWERED, lw=0.0, zorder=-2)
 
