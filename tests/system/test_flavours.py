@@ -27,7 +27,12 @@ def both_flavours(name: str, until: float | None, settings: dict[str, Any]) -> d
 
 
 RIG = dict.fromkeys(("fig4_9", "fig4_18", "fig5_6"))
-SHORT = {"nelson_mcvaugh_rub": 0.024, "compressor_touchdown": 0.04, "compressor_levitated_touchdown": 0.04}  # s
+SHORT = {  # s
+    "nelson_mcvaugh_rub": 0.024,
+    "compressor_touchdown": 0.04,
+    "compressor_levitated_touchdown": 0.04,
+    "turbo_pump_air_inrush": 0.02,
+}
 
 
 CASES = [pytest.param(name, until, {}, None, id=name) for name, until in (RIG | SHORT).items()]
