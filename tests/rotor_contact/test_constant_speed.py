@@ -42,13 +42,13 @@ MACHINES = {
 }
 
 
-def steps(x, count, first=0, mean=MEAN, swing=0.02):
+def steps(x, count, first=0, mean=MEAN, swing=0.02, force=40.0):
     """Step under forces and gradients that vary around their mean, as those of nonlinear magnets; return a record."""
     record = np.empty((count, len(WATCHED)))
     for n in range(first, first + count):
         of_step = np.random.default_rng(n).uniform(-1.0, 1.0, 8)
         for axis, name in enumerate(("mb1.{}_x", "mb1.{}_y", "mb2.{}_x", "mb2.{}_y")):
-            x[name.format("f")] = 40.0 * of_step[axis]
+            x[name.format("f")] = force * of_step[axis]
             x[name.format("k") + name[-1]] = mean[axis] * (1.0 + swing * of_step[4 + axis])
         record[n - first] = run(x, 1, WATCHED, start=n * H)[0]
     return record
@@ -119,6 +119,19 @@ def test_magnets_that_change_are_not_integrated():
     assert np.all(methods(record) == EXACT)
     assert_same_motion(record, other, 1e-6)
     assert_same_motion(*(steps(x, 20, first=400, mean=FAR) for x in (ours, expected)), 1e-6)
+
+
+@pytest.mark.parametrize(("machine", "strength"), [*((name, 1.0) for name in MACHINES), ("mounts and races", 30.0)])
+def test_magnets_that_lost_their_power_exert_no_force(machine, strength):
+    """The gradients in the matrices are still those of before; if they are strong, a step needs a piece."""
+    values, rotor = MACHINES[machine]
+    mean = strength * MEAN
+    ours, expected = plant(values, rotor), plant(values | {"Omega_dot": 1e-9}, rotor)
+    steps(ours, 20, mean=mean), steps(expected, 20, mean=mean)
+    record, other = (steps(x, 40, first=20, mean=np.zeros(4), force=0.0) for x in (ours, expected))
+    assert np.max(np.abs(gradients(ours) - mean)) < 0.02 * np.max(np.abs(mean))
+    assert np.all(methods(record) <= PIECES)
+    assert_same_motion(record, other, 5e-6)
 
 
 def test_gradients_of_similar_axes_keep_an_isotropic_rotor_isotropic():

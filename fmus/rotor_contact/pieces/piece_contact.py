@@ -79,13 +79,16 @@ def gradients_change(motion: Motion, matrices: StepMatrices) -> bool:
 
 
 @kernel
-def magnets_act(w: Workspace) -> bool:
-    """Return whether any bearing has a magnetic force, be its gradient in the matrices or not."""
+def magnets_act(w: Workspace, matrices: StepMatrices) -> bool:
+    """Return whether any bearing has a magnetic force, or had one whose gradient is still in the matrices."""
     excitation = forces(w.motion)
-    for bearing in w.motion.bearings:
+    for b in range(w.motion.bearings.shape[0]):
+        bearing = w.motion.bearings[b]
         for axis in range(2):
-            row = bearing.row + axis
-            if bearing.gradient[axis] != 0.0 or excitation.steady[row] != excitation.without_magnets[row]:
+            row, known = bearing.row + axis, matrices.gradients[2 * b + axis]
+            if bearing.gradient[axis] != 0.0 or known != 0.0:
+                return True
+            if excitation.steady[row] != excitation.without_magnets[row]:
                 return True
     return False
 

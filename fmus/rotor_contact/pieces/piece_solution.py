@@ -187,7 +187,7 @@ def begin_piece(w: Workspace, matrices: StepMatrices, level: int, index: float) 
                 _observe_units(matrices, around, port_of_housing(matrices, k), first, columns)
     if is_any_pressing(w):
         _observe_faces(w, matrices, around, first, columns)
-    if magnets_act(w):
+    if magnets_act(w, matrices):
         for b in range(w.motion.bearings.shape[0]):
             _observe_units(matrices, around, port_of_bearing(matrices, b), first, columns)
 
@@ -251,7 +251,7 @@ def solve_piece(
     with_magnets, axes = gradients_change(w.motion, matrices), 2 * int(matrices.sizes[0].n_ports)
     responds = in_contact or _has_rotations(w)  # otherwise only the forces of magnets and faces change
     piece.magnets[:] = 0.0
-    are_magnets, are_faces = magnets_act(w), is_any_pressing(w)
+    are_magnets, are_faces = magnets_act(w, matrices), is_any_pressing(w)
     if are_magnets:
         set_magnet_forces(w, matrices, 0)
         for unit in range(axes):
