@@ -90,3 +90,18 @@ def test_tables_write_micrometres_and_microseconds_with_their_sign():
     table = text_table("Stiffness (N/um)", ("step (us)", "maximum", "displacement (um)"))
     assert table.title == "Stiffness (N/µm)"
     assert [column.header for column in table.columns] == ["step (µs)", "maximum", "displacement (µm)"]
+
+
+def test_columns_of_a_table_have_the_chosen_units_but_places_keep_theirs():
+    headings = ("forces (N)", "orbit (mm)", "at (Hz)", "z (mm)", "node at (m)", "force (N), at (rpm)")
+    with amb_cosim.units("kN", "um", "rpm"):
+        table = text_table("Runs", headings, [("1481, 785.3", "0.12", "-", "60", "0.06", "9 at 600")])
+    assert [column.header for column in table.columns] == ["forces (kN)", "orbit (µm)", "at (rpm)", *headings[3:]]
+    assert [next(column.cells) for column in table.columns] == [
+        "1.481, 0.7853",
+        "120",
+        "-",
+        "60",
+        "0.06",
+        "9 at 600",
+    ]

@@ -1,5 +1,6 @@
 """Traps of an expander whose loop is unstable: the study names the instability first."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -77,3 +78,22 @@ def test_figure_shows_where_the_loop_is_not_stable(unstable: contact_traps.Traps
     assert all(np.isnan(y[inside]).all() for y in thick)
     for axes in drawn.axes[:: len(drawn.axes) - 1]:
         assert any(patch.get_hatch() for patch in axes.patches)
+
+
+def test_table_and_sentences_have_the_chosen_units(unstable: contact_traps.Traps) -> None:
+    """Default: rpm, and forces by their size."""
+
+    def shown(*chosen: str) -> tuple[list[str], str]:
+        with amb_cosim.units(*chosen):
+            parts = unstable.text()
+            table = next(part for part in parts if not isinstance(part, str))
+            return [str(column.header) for column in table.columns], "\n".join(map(str, parts))
+
+    heads, lines = shown()
+    assert "whirl (rpm)" in heads
+    assert "rad/s" not in lines
+    heads, lines = shown("rad/s", "kN")
+    assert {"whirl (rad/s)", "normal forces (kN)"} <= {*heads}
+    assert f"{unstable.speed:.4g} rad/s" in lines
+    assert " rpm" not in lines
+    assert not re.search(r"\d N\b", lines)

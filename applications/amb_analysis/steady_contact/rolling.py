@@ -24,7 +24,7 @@ from amb_analysis.steady_contact.receptances import receptances
 from amb_analysis.steady_contact.rubbing_rotor import RubbingRotor
 from amb_analysis.steady_contact.synchronous_states import all_sets
 from amb_cosim.presentation.json_data import JsonKey
-from amb_cosim.presentation.units import speed_unit
+from amb_cosim.presentation.units import force_unit, speed_unit
 from rotor_contact.contact.friction import friction_excess
 
 SAME = 1e-9  # largest relative difference of R_s/c of sites that roll together
@@ -53,7 +53,7 @@ class Rolling:
     accurate: bool
 
     def __str__(self) -> str:
-        forces = ", ".join(f"{site} {force:.4g} N" for site, force in self.N.items())
+        forces = ", ".join(f"{site} {force_unit(force).text(force)}" for site, force in self.N.items())
         beyond = "" if self.accurate else "; the reduced rotor is not accurate there"
         at = speed_unit().text(self.frequency)
         return (

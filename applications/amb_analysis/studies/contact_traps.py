@@ -46,7 +46,7 @@ from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.presentation.units import speed_unit
+from amb_cosim.presentation.units import force_unit, speed_unit
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_files.checks import require
 from array_types import Array
@@ -137,11 +137,12 @@ class Traps(MachineResult):
     def text(self) -> list[TextBlock]:
         """Return the states of the machine, what frees it, and the approximations."""
         unit = speed_unit()
+        force = force_unit(max((N for state in self.states for N in state.normal_forces.values()), default=0.0))
         table = text_table(
             f"{self.rotor}: states at {unit.text(self.speed, 5)} with {_grams(self.unbalance)}",
             (
                 "contact",
-                "normal forces (N)",
+                f"normal forces ({force.label})",
                 "current (A)",
                 "allowed (A)",
                 "growth (1/s)",
@@ -151,7 +152,7 @@ class Traps(MachineResult):
             left=("contact", "outcome"),
         )
         for state in self.states:
-            forces = ", ".join(map(number, state.normal_forces.values())) or "-"
+            forces = ", ".join(map(force.number, state.normal_forces.values())) or "-"
             worst = max(state.currents.values(), key=lambda i: i.amplitude / max(i.allowed, 1e-12), default=None)
             currents = ("-", "-") if worst is None else (number(worst.amplitude), number(worst.allowed))
             place = "+".join(state.contact) or "free"
@@ -162,13 +163,13 @@ class Traps(MachineResult):
         for state in (state for state in self.states if state.contact):
             whirling = [v for v in state.vibrations if abs(v.frequency - self.speed) > 1e-6 * self.speed][:MOST_LISTED]
             frequencies = [f"{unit.text(v.frequency)} ({100.0 * v.damping_ratio:.2g} %)" for v in whirling]
-            where = " and ".join(f"{site} ({force:.4g} N)" for site, force in state.normal_forces.items())
+            where = " and ".join(f"{site} ({force.text(N)})" for site, N in state.normal_forces.items())
             if frequencies:
                 lines.append(
                     f"in contact at {where} the rotor vibrates at {', '.join(frequencies)}; in brackets the damping"
                 )
         for lasting in self.own:
-            slow, fast = (", ".join(f"{site} {_newtons(N[k])}" for site, N in lasting.N.items()) for k in (0, 1))
+            slow, fast = (", ".join(f"{site} {_force_text(N[k])}" for site, N in lasting.N.items()) for k in (0, 1))
             opposite = " on opposite sides" if -1 in lasting.signs else ""
             where = "+".join(lasting.contact) + opposite
             low, high = map(unit.text, lasting.frequencies)
@@ -178,7 +179,7 @@ class Traps(MachineResult):
             )
         stable = [whirl for whirl in self.sustained if whirl.stable and whirl.accurate]
         for whirl in sorted(stable, key=lambda whirl: abs(whirl.frequency))[:MOST_LISTED]:
-            forces = ", ".join(f"{name} {force:.4g} N" for name, force in whirl.N.items())
+            forces = ", ".join(f"{name} {_force_text(N)}" for name, N in whirl.N.items())
             rolls = "" if whirl.slips else "; it rolls before"
             lines.append(f"a whirl at {unit.text(whirl.frequency)} needs no unbalance, and lasts ({forces}{rolls})")
         for contact in {whirl.frequency: whirl for whirl in self.rolling if whirl.possible}.values():  # the most sites
@@ -357,8 +358,8 @@ def _factors(largest: float) -> Array:
     return np.geomspace(0.5, largest, AMOUNTS)
 
 
-def _newtons(force: float | None) -> str:
-    return "without limit" if force is None else f"{force:.4g} N"
+def _force_text(force: float | None) -> str:
+    return "without limit" if force is None else force_unit(force).text(force)
 
 
 def _grams(unbalance: float) -> str:

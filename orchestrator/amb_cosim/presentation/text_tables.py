@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from io import StringIO
+from typing import Literal
 
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
@@ -11,6 +12,7 @@ from rich.text import Text
 
 from amb_cosim.presentation.digits import significant, with_micro_signs
 from amb_cosim.presentation.plain_console import plain_console
+from amb_cosim.presentation.units import column_in_chosen_units
 
 TextBlock = Table | str
 
@@ -19,7 +21,20 @@ WIDEST = 10_000  # of a table in a file
 
 
 class TitledTable(Table):
-    """A table whose title is as wide as the console; rich breaks it at the width of the table."""
+    """A table in the chosen units whose title is as wide as the console; rich breaks it at the width of the table."""
+
+    def __init__(self, title: str, headings: Sequence[str], left: Collection[str], gap: int) -> None:
+        super().__init__(title=with_micro_signs(title), box=None, padding=(0, gap, 0, 0))
+        self._converters = []
+        for heading in headings:
+            label, convert = column_in_chosen_units(heading)
+            self._converters.append(convert)
+            justify: Literal["left", "right"] = "left" if heading in left else "right"
+            self.add_column(with_micro_signs(label), justify=justify, no_wrap=True)
+
+    def add_row(self, *cells: str) -> None:  # type: ignore[override]  # cells are texts
+        """Add a row with its cells in the chosen units."""
+        super().add_row(*(convert(cell) for convert, cell in zip(self._converters, cells, strict=True)))
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         if self.title:
@@ -52,9 +67,7 @@ def text_table(
     gap
         Spaces between two columns.
     """
-    table = TitledTable(title=with_micro_signs(title), box=None, padding=(0, gap, 0, 0))
-    for heading in headings:
-        table.add_column(with_micro_signs(heading), justify="left" if heading in left else "right", no_wrap=True)
+    table = TitledTable(title, headings, left, gap)
     for row in rows:
         table.add_row(*row)
     return table

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
 
@@ -31,6 +32,7 @@ _LABEL = re.compile(r"^(.*\()?([^()]*)(\))?$")
 _NAMES = "|".join(map(re.escape, [*_OTHER_NAMES, *QUANTITIES]))
 _NUMBER = r"(-?\d[\d.]*(?:e[-+]?\d+)?)"
 _SPEEDS = re.compile(rf"(?<![\w.]){_NUMBER}(?: to {_NUMBER})? rad/s(?![\w/^])")
+_CELL = re.compile(r"(?<![\w.])-?\d[\d.]*(?:e[-+]?\d+)?(?![\w.])")  # a number in a cell of a table
 _VALUE = re.compile(rf"(?<![\w.])(-?\d[\d.]*(?:e[-+]?\d+)?) ({_NAMES})(?![\w/])")
 
 
@@ -148,6 +150,25 @@ def relabelled(label: str, *quantities: str) -> tuple[str, float]:
     if unit is None or QUANTITIES[unit.name] not in quantities:
         return label, 1.0
     return f"{head}{unit.label}{tail}", _size(name) / unit.size
+
+
+def column_in_chosen_units(heading: str) -> tuple[str, Callable[[str], str]]:
+    """Return the heading of a table's column with the chosen unit, and the function that converts its cells.
+
+    Places along the shaft keep their unit, and so does a column with two quantities.
+
+    Examples
+    --------
+    >>> with units("kN"):
+    ...     heading, convert = column_in_chosen_units("forces (N)")
+    >>> heading, convert("1481, 785.3")
+    ('forces (kN)', '1.481, 0.7853')
+    """
+    stays = heading.startswith("z ") or heading.endswith("(m)") or heading.count("(") > 1
+    label, factor = (heading, 1.0) if stays else relabelled(heading, *SIZES)
+    if factor == 1.0:
+        return label, lambda cell: cell
+    return label, lambda cell: _CELL.sub(lambda found: significant(float(found[0]) * factor, 4), cell)
 
 
 def convert_units_in_text(text: str) -> str:

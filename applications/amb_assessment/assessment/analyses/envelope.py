@@ -54,7 +54,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         rows.append(
             (
                 name,
-                f"{force[top]:.4g} at {rpm(speeds[top]):.0f}",
+                f"{force[top]:.4g}",
+                f"{rpm(speeds[top]):.0f}",
                 f"{current[most_used]:.3g} of {allowed[most_used]:.3g}",
                 f"{voltages[:, k].max():.4g} of {p.voltage_limit:.4g}",
                 f"{(speeds * force).max():.4g} of {available:.4g}",
@@ -63,7 +64,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         force_curves.append(curve(name, rpm(speeds), force))
         current_curves.append(curve(f"{name} needs", rpm(speeds), current))
         current_curves += _limit(subject, bearing, axis, speeds)
-    heads = ("axis", "force (N), at (rpm)", "current (A)", "voltage (V)", "slew rate (N/s)")
+    heads = ("axis", "force (N)", "at (rpm)", "current (A)", "voltage (V)", "slew rate (N/s)")
     panels = (
         Panel("Amplitude of the bearing forces", "speed (rpm)", "N", tuple(force_curves)),
         Panel("Amplitude of the control currents", "speed (rpm)", "A", tuple(current_curves)),

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from amb_assessment.reporting.panels import Panel
+from amb_cosim.presentation.units import column_in_chosen_units
 
 
 class Declaration(NamedTuple):
@@ -81,6 +82,12 @@ class ResultTable:
     title: str
     heads: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
+
+    def in_chosen_units(self) -> ResultTable:
+        """Return the table with speeds, lengths and forces in the units that were chosen (`presentation.units`)."""
+        heads, converters = zip(*map(column_in_chosen_units, self.heads), strict=True)
+        rows = (tuple(convert(cell) for convert, cell in zip(converters, row, strict=True)) for row in self.rows)
+        return replace(self, heads=heads, rows=tuple(rows))
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from markupsafe import Markup, escape
 from amb_assessment.assessment.engine.assess import Assessment
 from amb_assessment.assessment.engine.findings import Judgement
 from amb_assessment.assessment.format.criteria import RELIABILITIES, unread
+from amb_assessment.assessment.format.quantities import ResultTable
 from amb_assessment.reporting.page_parts import asset, in_script, number_text, picture_url, plotly_script
 from amb_assessment.reporting.panels import Panel
 from amb_assessment.reporting.pictures import picture_of
@@ -37,7 +38,7 @@ def page(assessment: Assessment) -> str:
     environment = templates_of("amb_assessment.assessment.page", "template")
     environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=RELIABILITIES)
     environment.globals.update(sentences=_sentences)
-    environment.filters.update(code=_with_code)
+    environment.filters.update(code=_with_code, in_chosen_units=ResultTable.in_chosen_units)
     panels = {part.key: [panel.in_chosen_units() for panel in part.result.panels] for part in assessment.parts}
     return environment.get_template("assessment.html.j2").render(
         assessment=assessment,
