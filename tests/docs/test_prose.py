@@ -157,6 +157,14 @@ def test_each_entry_of_the_changelog_is_complete_and_occurs_once():
     assert [entry for entry in entries if not entry.endswith((".", ":", ")"))] == []
 
 
+def test_each_change_of_the_next_release_is_one_line_and_highlights_are_few():
+    page = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = re.split(r"^## ", page, flags=re.MULTILINE)[1]
+    shown = re.sub(r"\]\([^)]*\)", "", newest).splitlines()
+    assert [line for line in shown if line.startswith("  ") or (line.startswith("- ") and len(line) > 150)] == []
+    assert len(re.findall(r"^- ", newest.partition("###")[0], re.MULTILINE)) <= 10
+
+
 def translated(passage: Passage) -> list[str]:
     """Return the sentences of a docstring or message that have a pattern of translated prose."""
     return [
