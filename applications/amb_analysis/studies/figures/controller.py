@@ -34,8 +34,8 @@ def draw(result: ControllerDescription) -> Figure:
     below.set(xlabel="frequency (Hz)", ylabel="phase (deg)")
     figure.legend(loc="outside lower center")
     has_continuous = any(path.continuous is not None for path in result.connections)
-    lines = "sampled" + (", dashed: continuous" if has_continuous else "")
-    modes = "; grey: modes of the rotor" if result.modes else ""
+    lines = "solid: sampled" + (", dashed: continuous" if has_continuous else "")
+    modes = ", grey: modes of the rotor" if result.modes else ""
     write_title(
         figure, f"Controller, sampled every {1e6 * result.controller.sample_time:g} \N{MICRO SIGN}s\n{lines}{modes}"
     )

@@ -98,8 +98,11 @@ def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: fl
         marker = "^" if y > high else "v" if y < low else "D"
         axes.plot(min(max(x, left), right), min(max(y, low), high), marker, **style)
         is_beyond |= marker != "D"
-    of_least = f"{frequency_unit().text(least.frequency)}, decrement {decrement:.2g}"
-    text = f"least damped: {of_least}" + (" (triangle: beyond the axis)" if is_beyond else "")
+    drawn, usual = unit.text(least.frequency), frequency_unit().text(least.frequency)
+    frequency = drawn if usual == drawn else f"{drawn} ({usual})"
+    text = f"least damped: {frequency}, decrement {decrement:.2g}" + (
+        " (triangle: beyond the axis)" if is_beyond else ""
+    )
     return Line2D([], [], marker="D", color="black", mfc="none", ls="", ms=7.0, label=text)
 
 

@@ -24,6 +24,7 @@ ZONE_SHADES = {"A": "1.0", "B": "0.95", "C": "0.89", "D": "0.82"}
 CURVES, PLANE = 8.0, 5.0  # inches, widths of the curves over frequency and of the Nyquist plot
 ROOM = 1.3  # end of the axis of |S| over the largest peak of all axes
 LETTER_HEIGHT = 0.1  # of a zone's letter over the axis
+STANDARD_ENDS: dict[str, Any] = {"color": "0.45", "lw": 0.7, "ls": DASHED}
 AROUND = (1.3, 2.5)  # least and largest half width of the Nyquist plot, about -1
 
 
@@ -48,7 +49,9 @@ def draw(result: StabilityMargin) -> Figure:
         Line2D([], [], color=BLUE, label="computed from the sampled linear loop"),
         Line2D([], [], color=ORANGE, ls="", marker="o", ms=3, label="measured in the co-simulation"),
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    if result.frequencies[-1] > HIGHEST:
+        handles.append(Line2D([], [], **STANDARD_ENDS, label=f"{HIGHEST:g} Hz, the end of ISO 14839-3"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     _draw_nyquist(right.subplots(), result)
     write_title(
         whole,
@@ -137,7 +140,7 @@ def _draw_sensitivity(axes: Axes, result: StabilityMargin, name: str) -> None:
     axes.semilogx(frequencies, axis.computed, color=BLUE, lw=0.8)
     top = ROOM * max(float(max(o.computed.max(), o.measured.max())) for o in result.axes.values())
     if frequencies[-1] > HIGHEST:
-        axes.axvline(HIGHEST, color="0.45", lw=0.7, ls=DASHED)  # where the standard ends
+        axes.axvline(HIGHEST, **STANDARD_ENDS)
     axes.set(xlim=(frequencies[0], frequencies[-1]), ylim=(0.0, top))
     peak = f"{axis.peak:.2f} at {axis.peak_frequency:.1f} Hz, zone {axis.zone}"
     bearing, _, direction = name.rpartition(".")

@@ -126,14 +126,14 @@ def _draw_polar(axes: Any, result: UnbalanceResponse, unit: ShownUnit) -> None:
         if result.operating_speed is not None:
             at = int(np.argmin(np.abs(result.speeds - result.operating_speed)))
             axes.plot(place.phase[at], place.amplitude[at] / unit.size, "s", ms=3.5, color=colour)
-    axes.set_title(f"amplitude ({unit.label}) over phase", loc="left", pad=16)
     axes.set_rmin(0.0)
     axes.yaxis.set_major_locator(MaxNLocator(4))
     axes.grid(color="0.88", lw=0.6)
     handles = [Line2D([], [], color="0.2", ls="", marker="o", ms=2.5, label="critical speed")]
     if result.operating_speed is not None:
         handles.append(Line2D([], [], color="0.4", ls="", marker="s", ms=3.5, label="operating speed"))
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2)
+    title = f"amplitude ({unit.label}) over phase"
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=2, title=title)
 
 
 def _clearances(result: UnbalanceResponse) -> dict[float, list[str]]:

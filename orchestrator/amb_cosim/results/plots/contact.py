@@ -140,7 +140,7 @@ def whirl(dataset: Signals) -> Figure:
     for whirl_panel, mode_panel, site in zip(panels[::2], panels[1::2], sites, strict=True):
         rolling, is_fixed = _rolling_whirl(dataset, site)
         touching = plant_signal(dataset, f"{site}.mode") > 0.0
-        whirl_panel.plot(times, Omega, color="black", lw=0.8, ls=":", label=r"$+\Omega$")
+        whirl_panel.plot(times, Omega, color="black", lw=0.8, ls=":", label="spin speed")
         whirl_panel.plot(times, unit.of(rolling), color="black", lw=0.8, ls=DASHED, label="whirl of rolling")
         whirling = np.where(touching, unit.of(plant_signal(dataset, f"{site}.whirl_speed")), np.nan)
         whirl_panel.plot(times, whirling, ".-", ms=1.5, color=colour_of(dataset, site), label="in contact")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.style import BLUE, GREEN, ORANGE, PURPLE, StyledFigure
 from amb_cosim.results.energies import energies, spin_energy
 from amb_cosim.results.plots.axes import (
@@ -52,8 +53,9 @@ def energy(dataset: Signals) -> Figure:
     labels = LABELS | ({"impact": NODAL_IMPACTS} if nodal else {})
     for name, values in (energies(dataset) or {}).items():
         if name in TRANSFERRED:
-            transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=labels.get(name, name))
-    transferred.set_title("Since cycle 0", loc="left")
+            at_end = f"{labels.get(name, name)}: {significant(float(values[-1]), 3)} J"
+            transferred.plot(time_values(dataset), values, color=TRANSFERRED[name], label=at_end)
+    transferred.set_title("Since cycle 0; the legend has the values at the end", loc="left")
     for panel in (lateral, transferred):
         panel.set_ylabel("energy (J)")
         panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
