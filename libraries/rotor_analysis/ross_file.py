@@ -212,7 +212,7 @@ def _frozen(bearing: SavedBearing, frequency: float) -> SavedBearing:
     table = bearing.frequency or []
     if not table[0] <= frequency <= table[-1]:
         span = f"{table[0]:.6g} to {table[-1]:.6g} rad/s"
-        raise ValueError(f"frequency = {frequency:.6g} rad/s is not allowed; {bearing.tag} has those from {span}")
+        raise ValueError(f"frequency = {frequency:.6g} rad/s is not allowed; {bearing.tag} has values from {span}")
     names = [f"{letter}{axes}" for letter in "kcm" for axes in AXES]
     curves = {name: values for name in names if (values := getattr(bearing, name))}
     if len(table) > 1:

@@ -135,7 +135,7 @@ class Statement(Table):
         if self.quantity and (self.value is None or not self.source):
             raise ValueError("a statement with a quantity needs value and source")
         if self.relation != "equal" and not _is_number(self.value):
-            raise ValueError(f"relation {self.relation} needs a number as value")
+            raise ValueError(f"relation {self.relation} needs a number as its value")
         if self.floor is not None and self.relation != "below":
             raise ValueError(f"floor = {self.floor:g} needs the relation below")
         return self

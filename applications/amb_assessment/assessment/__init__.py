@@ -1,4 +1,4 @@
-"""Assesses a machine file by criteria that are data, on one page.
+"""Assessment of a machine file against criteria from files, on one page.
 
 format     machine files, criteria files, and the quantities that criteria limit
 physics    the machine of a file, its runs and its stability

@@ -306,7 +306,7 @@ def _check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) ->
     n, inputs = len(start.scales), len(master.scales) if master.coupling == "iterative" else 0
     if n != inputs:
         raise ValueError(
-            f"{start.title} has scales of {n} inputs; the coupling {master.coupling} has those of {inputs}"
+            f"{start.title} has scales of {n} inputs; the coupling {master.coupling} has scales of {inputs}"
         )
 
 

@@ -88,7 +88,7 @@ class Assignments:
         return names
 
     def set_or_drop(self, name: str, raw: Raw, only: str | None = None) -> list[str]:
-        """Set a value like `set`, but drop it if the component replaces one that has such a variable."""
+        """Set a value, or drop it if only the component that was replaced has the variable."""
         return [] if self.drops(name, only) else self.set(name, raw, only)
 
     def set_parameters(self, tables: Mapping[str, Mapping[str, Raw]]) -> list[str]:
