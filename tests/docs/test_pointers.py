@@ -16,6 +16,9 @@ PATH = re.compile(r"`([\w.-]+(?:/[\w.-]+)+\.\w+)`")
 NAME = re.compile(
     r"`((?:amb_\w+|fmi_export|rotor_analysis|signal_chain|source_check|benchmarks|tools)(?:\.\w+)+)(?<!\.py)`"
 )
+LINK = re.compile(r"\]\((?!\w+:)([^)\s#]*)(?:#([^)\s]+))?\)")
+HEADING = re.compile(r"^#+ +(.*)$", re.MULTILINE)
+CODE_BLOCK = re.compile(r"```.*?```", re.DOTALL)
 FORMS = ("amb_cosim.studies.NAME", "amb_cosim.applications", "amb_cosim.models", "amb_cosim.packs")  # entry points
 
 
@@ -64,3 +67,22 @@ def test_dotted_names_in_texts_exist():
     assert len(pointers) > 50
     exists = {name: _exists(name) for name in {name for _, name in pointers}}
     assert sorted((file, name) for file, name in pointers if not exists[name]) == []
+
+
+def _anchors(page: Path) -> set[str]:
+    """Return the anchors of the headings of a page."""
+    headings = HEADING.findall(CODE_BLOCK.sub("", page.read_text(encoding="utf-8")))
+    shown = (re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading) for heading in headings)
+    return {re.sub(r"[-\s]+", "-", re.sub(r"[^\w\s-]", "", heading).strip().lower()) for heading in shown}
+
+
+def test_links_between_pages_lead_to_files_and_headings():
+    pages = [file for file in _files() if file.suffix == ".md"]
+    links = [(page, *link) for page in pages for link in LINK.findall(CODE_BLOCK.sub("", page.read_text("utf-8")))]
+    missing = []
+    for page, target, anchor in links:
+        aim = (page.parent / target).resolve() if target else page
+        if not aim.exists() or (anchor and aim.suffix == ".md" and re.sub(r"_\d+$", "", anchor) not in _anchors(aim)):
+            missing.append((page.relative_to(ROOT).as_posix(), target, anchor))
+    assert len(links) > 500
+    assert missing == []
