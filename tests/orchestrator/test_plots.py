@@ -9,9 +9,10 @@ from matplotlib.text import Text
 from slow import slow_but_first
 
 import amb_cosim
+from amb_cosim.comparison.plots import overlays
 from amb_cosim.results import plots
-from amb_cosim.results.plots import motion
-from amb_cosim.results.plots.joined import joined
+from amb_cosim.results.plots import fall, motion
+from amb_cosim.results.plots.joined import between, joined
 from tests.support.messages import assert_names, raises_naming
 
 RPM = 30.0 / np.pi  # 1/min per rad/s
@@ -178,7 +179,16 @@ def test_samples_without_contact_are_joined_unless_they_are_far_apart():
         assert np.array_equal(joined(near, np.zeros(2, bool), 1.0)[0], near)
 
 
-def test_orbit_is_drawn_along_the_clearance_in_contact(synthetic):
+@pytest.mark.parametrize(
+    "draw",
+    [
+        motion.orbits,
+        fall.touchdown,
+        lambda dataset: overlays({"a": dataset, "b": dataset})["orbits"],
+    ],
+    ids=["orbits", "touchdown", "compare"],
+)
+def test_orbit_is_drawn_along_the_clearance_in_contact(synthetic, draw):
     """Thinned to 30 samples a turn of the rotor, which whirls 3 times as fast in contact."""
     dataset = synthetic()
     cycle = dataset["cycle"].values
@@ -186,11 +196,16 @@ def test_orbit_is_drawn_along_the_clearance_in_contact(synthetic):
     dataset["rotor_contact.mb1.y"] = ("time", 0.75e-3 * np.sin(6.0 * np.pi * cycle))
     dataset["rotor_contact.rb1.mode"] = ("time", np.ones(len(cycle), np.int32))
     dataset["rotor_contact.rb1.whirl_speed"] = ("time", np.full(len(cycle), 6.0 * np.pi / 0.02))
-    drawn_orbit = motion.orbits(dataset.isel(time=slice(None, None, 9))).axes[0]
-    for line in drawn_orbit.lines:
-        r = np.hypot(*np.asarray(line.get_data(), float))
-        if len(r) > 100:
-            assert r[np.isfinite(r)] == pytest.approx(0.75, rel=1e-6)
+    drawn_orbit = draw(dataset.isel(time=slice(None, None, 9))).axes[0]
+    radii = [np.hypot(*np.asarray(line.get_data(), float)) for line in drawn_orbit.lines]
+    paths = [r[np.isfinite(r)] for r in radii if len(r) > 100]
+    assert paths
+    assert np.concatenate(paths) == pytest.approx(0.75, rel=1e-6)
+
+
+def test_line_of_an_orbit_moves_with_the_housing_between_samples():
+    moved = between(np.array([[0.0, 3.0, 9.0], [0.0, 0.0, 0.0]]), np.array([0, 0, 0, 1, 2]))
+    assert moved[0].tolist() == [0.0, 1.0, 2.0, 3.0, 9.0]
 
 
 def test_no_current_is_drawn_while_the_amplifier_is_off(synthetic):

@@ -40,6 +40,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import SiteForce, draw_forces, mark_forces, site_force
+from amb_cosim.results.plots.joined import orbit_line
 from amb_cosim.results.signal_arrays import cycles, speed_changes
 from array_types import Array
 
@@ -80,8 +81,9 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
         for colour, run in zip(COLOURS * 2, runs.values(), strict=False):
             motion, c = path(run, support(run, bearing)), _clearance(run, bearing)
             if motion is not None:
-                orbit = unit.of(turned_upright(first, motion))
-                end = cycles(run) >= cycles(run).max(initial=0.0) - LAST_TURNS
+                site = places(run).bearings.get(bearing) or ""
+                line, sample = orbit_line(run, site, turned_upright(first, motion), c or 0.0)
+                orbit, end = unit.of(line), (cycles(run) >= cycles(run).max(initial=0.0) - LAST_TURNS)[sample]
                 panel.plot(*orbit, color=colour, lw=0.6, alpha=OPACITY)
                 panel.plot(*orbit[:, end], color=colour, lw=1.8, zorder=3)
             if c is not None:

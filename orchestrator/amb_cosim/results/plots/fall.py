@@ -45,11 +45,13 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import PALE, site_force
+from amb_cosim.results.plots.joined import between, orbit_line
 from amb_cosim.results.signal_arrays import cycles, parameters, speed
 from amb_cosim.results.touchdown import height
 from amb_cosim.results.touchdown import touchdown as describe
 from array_types import Array
 
+NO_BREAK = "\N{NO-BREAK SPACE}"
 ZERO_CELSIUS = 273.15  # K
 LEAST_RISE = 1.0  # K, of an axis
 BELOW = 0.45  # part of the panel of heights below its inset
@@ -107,7 +109,8 @@ def _facts(dataset: Signals, site: str) -> list[str]:
         return ["no contact"]
     item = fall.retainers[site]
     whirl = {None: "", "none": "no whirl"}.get(item.whirl, f"{item.whirl} whirl")
-    speeds = "" if item.whirl_speed is None else f", mean {speed_unit().text(abs(item.whirl_speed), 3)}"
+    mean = None if item.whirl_speed is None else f"mean {speed_unit().text(abs(item.whirl_speed), 3)}"
+    speeds = "" if mean is None else f", {mean.replace(' ', NO_BREAK)}"
     largest = force_unit(force.marked[1]).text(force.marked[1], 3)
     meaning = "1 ms mean" if np.any(force.mean > 0.0) else "samples"
     return [*([f"{whirl}{speeds}"] if whirl else []), f"up to {largest} ({meaning})"]
@@ -170,11 +173,13 @@ def _seen(dataset: Signals, station: Station) -> Array:
 def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> None:
     """Draw the path of the journal, that of a moving housing, and the clearance about its position at rest."""
     unit = length_unit(limit)
-    x, y = unit.of(_seen(dataset, station))
+    gap = clearance(dataset, station.site)
+    line, sample = orbit_line(dataset, station.site, station.seen(dataset), gap)
+    x, y = unit.of(line + between(turned_upright(dataset, centre(dataset, station.place)), sample))
     x_0, y_0 = unit.of(_offset(dataset, station.site))
-    draw_retainer(panel, clearance(dataset, station.site) / unit.size, (float(x_0), float(y_0)))
+    draw_retainer(panel, gap / unit.size, (float(x_0), float(y_0)))
     colour, first = colour_of(dataset, station.site), first_impacts(dataset)
-    early = dataset["time"].values <= (np.inf if first is None else first[1])
+    early = (dataset["time"].values <= (np.inf if first is None else first[1]))[sample]
     panel.plot(x, y, color=colour, lw=0.5, alpha=PALE)
     panel.plot(x[early], y[early], color=colour, lw=0.9)
     if _has_housing(dataset, station):

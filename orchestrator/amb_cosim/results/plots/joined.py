@@ -7,11 +7,31 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from amb_cosim.cosim.record.signals import Signals
+from amb_cosim.results.contact_history import FREE
+from amb_cosim.results.signal_arrays import signal
 from array_types import Array, Bools
 
 ARC = math.radians(5.0)  # between the points of an arc
 APART = math.radians(45.0)  # between samples without contact, from which on nothing joins them
 OUTSIDE = 0.5  # of the clearance; within it a path may pass the centre, so that angles mean nothing
+
+
+def orbit_line(dataset: Signals, site: str, path: Array, clearance: float) -> tuple[Array, NDArray[np.int64]]:
+    """Return the `joined` line of a path about the centre of a site, in any orientation; no site: the path itself."""
+    if not site:
+        return path, np.arange(path.shape[1])
+    touching = signal(dataset, f"{site}.mode")
+    whirl = signal(dataset, f"{site}.whirl_speed")
+    turned = None if whirl is None else 0.5 * (whirl[1:] + whirl[:-1]) * np.diff(dataset["time"].values)
+    closed = np.zeros(path.shape[1], bool) if touching is None else touching != FREE
+    return joined(path, closed, clearance, turned)
+
+
+def between(values: Array, sample: NDArray[np.int64]) -> Array:
+    """Return values at samples, shape (k, n), at the points of a `joined` line, linear between samples."""
+    first = np.searchsorted(sample, np.arange(values.shape[1]))
+    return np.array([np.interp(np.arange(len(sample)), first, row) for row in values])
 
 
 def joined(
@@ -52,7 +72,6 @@ def joined(
     finite = np.nan_to_num(np.minimum(np.abs(step), 2.0 * np.pi))  # a whole turn covers its circle
     parts = np.where(in_contact, np.maximum(np.ceil(finite / ARC), 1.0), np.where(is_gap, 2.0, 1.0)).astype(np.int64)
     sample = np.append(np.repeat(np.arange(len(parts)), parts), len(parts))
-    number = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
     number = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
     share = np.append(number / np.repeat(parts, parts), 0.0)
     following = np.minimum(sample + 1, len(parts))

@@ -23,7 +23,6 @@ from amb_cosim.presentation.style import (
     write_in_corner,
 )
 from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
-from amb_cosim.results.contact_history import FREE
 from amb_cosim.results.plots.axes import (
     FIRST_TEXT,
     Station,
@@ -43,10 +42,10 @@ from amb_cosim.results.plots.axes import (
     title_padding,
 )
 from amb_cosim.results.plots.fall import draw_fall
-from amb_cosim.results.plots.joined import joined
-from amb_cosim.results.signal_arrays import cycles, event_name, signal, speed, switched_on
+from amb_cosim.results.plots.joined import orbit_line
+from amb_cosim.results.signal_arrays import cycles, event_name, speed, switched_on
 from amb_cosim.results.touchdown import touchdown
-from array_types import Array, Bools
+from array_types import Bools
 
 SMALL_MOTION = 0.25  # fraction of the clearance; smaller motion is drawn with its own scale
 MOST_COLUMNS = 4  # of orbits side by side
@@ -70,7 +69,7 @@ def orbits(dataset: Signals) -> Figure:
     figure = StyledFigure(figsize=(max(3.5 * columns, 4.5), 3.4 * rows + 0.5), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for panel, station, c in zip(panels.flat, drawn, gaps, strict=False):
-        line, sample = _line(dataset, station, c)
+        line, sample = orbit_line(dataset, station.site, station.seen(dataset), c)
         x, y = unit.of(line)
         if station.site and small:
             write_in_corner(panel, f"clearance {unit.text(c)}")
@@ -91,18 +90,6 @@ def orbits(dataset: Signals) -> Figure:
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     add_title(figure, dataset)
     return figure
-
-
-def _line(dataset: Signals, station: Station, clearance: float) -> tuple[Array, NDArray[np.int64]]:
-    """Return the line that joins the samples of an orbit, as `Station.seen`, and the sample that each point follows."""
-    path = station.seen(dataset)
-    if not station.site:
-        return path, np.arange(path.shape[1])
-    touching = signal(dataset, f"{station.site}.mode")
-    whirl = signal(dataset, f"{station.site}.whirl_speed")
-    turned = None if whirl is None else 0.5 * (whirl[1:] + whirl[:-1]) * np.diff(dataset["time"].values)
-    closed = np.zeros(path.shape[1], bool) if touching is None else touching != FREE
-    return joined(path, closed, clearance, turned)
 
 
 def displacement(dataset: Signals) -> Figure:
