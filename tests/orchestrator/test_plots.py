@@ -11,7 +11,8 @@ from slow import slow_but_first
 import amb_cosim
 from amb_cosim.comparison.plots import overlays
 from amb_cosim.results import plots
-from amb_cosim.results.plots import fall, motion
+from amb_cosim.results.plots import motion
+from amb_cosim.results.plots.fall import touchdown
 from amb_cosim.results.plots.joined import between, joined
 from tests.support.messages import assert_names, raises_naming
 
@@ -183,7 +184,7 @@ def test_samples_without_contact_are_joined_unless_they_are_far_apart():
     "draw",
     [
         motion.orbits,
-        fall.touchdown,
+        touchdown,
         lambda dataset: overlays({"a": dataset, "b": dataset})["orbits"],
     ],
     ids=["orbits", "touchdown", "compare"],

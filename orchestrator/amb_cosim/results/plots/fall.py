@@ -79,7 +79,7 @@ def touchdown(dataset: Signals) -> Figure:
     width = max(2.5 * len(drawn), 7.0)
     orbit = width / max(len(drawn), 2)
     ratios = (2.9 if zoom else 1.7, *[1.7] * (len(over_time) - 1))
-    heights = (orbit + 0.4, sum(ratios))
+    heights = (orbit + 0.7, sum(ratios))
     figure = StyledFigure(figsize=(width, sum(heights) + 0.5), layout="constrained")
     figure.get_layout_engine().set(h_pad=0.08)  # type: ignore[call-arg, union-attr]
     above, below = np.ravel(np.asarray(figure.subfigures(2, 1, height_ratios=heights)))
