@@ -4,6 +4,7 @@ import control
 import numpy as np
 import pytest
 
+import amb_cosim
 from amb_cosim import studies
 
 NAMES = ("lead with two sections", "cross-feedback", "LQG", "H-infinity")
@@ -87,3 +88,22 @@ def test_cross_feedback_reduces_the_gyroscopic_splitting(compare):
     assert bare[1] > 3.0  # Hz
     assert coupled[1] < 0.1
     assert max(bare[0], coupled[0]) < 0.01
+
+
+def test_search_writes_the_law_that_it_judged(examples, tmp_path):
+    """The cost of an unstable loop is above `UNSTABLE`; the law of the file has the searched poles and zeros."""
+    import search
+    from scipy.signal import bilinear
+
+    machine = search.Search("compressor_levitated", ["9000 rpm"], {"mb1": "at_mb1", "mb2": "at_mb2"}, None)
+    coefficients, cost = machine.best(1)
+    file = tmp_path / "found.toml"
+    file.write_text(machine.text(coefficients), encoding="utf-8")
+    (law,) = amb_cosim.linear_controller(file).laws.values()
+    z = machine.z[::40]
+    response = np.array([law.C @ np.linalg.solve(w * np.eye(len(law.A)) - law.A, law.B) + law.D for w in z])
+    for k, of in enumerate(coefficients):
+        top, bottom = bilinear(*search._ratio(*of), 1.0 / machine.step)
+        np.testing.assert_allclose(response[:, 2 * k, 2 * k], np.polyval(top, z) / np.polyval(bottom, z), rtol=1e-3)
+    loop = studies.poles("compressor_levitated", controller=file, up_to="9000 rpm")
+    assert (cost > search.UNSTABLE) == bool(loop.unstable)
