@@ -255,6 +255,14 @@ def test_a_critical_speed_in_the_range_is_a_sentence_with_speed_range_and_amplif
     assert_names(sentence, "11,604 rpm", "9600 to 12,000 rpm", "3.2", "2.5")
 
 
+def test_a_failure_without_a_number_has_its_words_in_place_of_it():
+    unstable = Quantity("sensitivity_varied", "K_i 0.9", 1e3, "1", shown="without bound")
+    findings = judge([unstable], load_criteria(["physics"]), MACHINE)
+    ((case, sentence),) = failures(findings)
+    assert_names(sentence, "without bound", "5 allowed", "K_i 0.9")
+    assert "1000" not in sentence + case.value_text
+
+
 def test_the_sentence_of_every_packaged_criterion_has_its_number_and_its_limit():
     """A limit of 0.15 and a value of 0.17 differ from all other numbers in these sentences."""
     for criterion in load_criteria():

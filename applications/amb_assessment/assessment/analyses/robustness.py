@@ -29,7 +29,8 @@ declare("sensitivity_varied", "1")
 
 SPEEDS = 9  # of a corner from zero to the trip speed, before refinement about the least stable one and least decrement
 NO_SENSITIVITY = 1e3  # peak that stands for an unstable loop
-UNSTABLE_CORNER = "not stable, so without a sensitivity; the value stands for that"
+UNSTABLE_CORNER = f"the loop is not stable, so that its sensitivity has no bound; the data have {NO_SENSITIVITY:g}"
+NO_BOUND = "without bound"
 
 
 def result_of(subject: AssessedMachine) -> AnalysisResult:
@@ -59,8 +60,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
             if stability.is_stable
             else (NO_SENSITIVITY, motion_and_speed(stability))
         )
-        note = "" if stability.is_stable else UNSTABLE_CORNER
-        peaks.append(Quantity("sensitivity_varied", f"{name}: {where}", peak, "1", {}, note))
+        note, shown = ("", "") if stability.is_stable else (UNSTABLE_CORNER, NO_BOUND)
+        peaks.append(Quantity("sensitivity_varied", f"{name}: {where}", peak, "1", {}, note, shown=shown))
         peak_text = f"{peak:.2f}" if stability.is_stable else "not stable"
         rows.append((name, f"{stability.radius:.7f}", motion_and_speed(stability), f"{least.value:.3g}", peak_text))
     worst = int(np.argmax([item.value for item in peaks]))

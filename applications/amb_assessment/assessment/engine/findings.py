@@ -85,6 +85,8 @@ class Finding:
     def _number_with_unit(self) -> str:
         """The value with its unit, with enough digits to distinguish it from a limit that it fails."""
         value, unit, limit = self.measured.value, self.measured.unit, self.limit
+        if self.measured.shown:
+            return self.measured.shown
         number = number_text(value)
         if self.verdict is Judgement.FAILED and limit is not None and number == number_text(limit):
             number = next(text for n in range(5, 18) if (text := f"{value:.{n}g}") != f"{limit:.{n}g}")

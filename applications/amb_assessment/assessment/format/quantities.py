@@ -57,6 +57,8 @@ class Quantity:
         Reason why the value is chance, so that a criterion can neither be met nor fail; otherwise empty.
     needs_stable_loop
         Whether it describes a levitated rotor: if the loop is unstable, its criteria are unanswered.
+    shown
+        Text in place of a value that only stands for it, as without a stable loop; otherwise empty.
     """
 
     quantity: str
@@ -68,6 +70,7 @@ class Quantity:
     may_worsen_because: str = ""
     chaotic: str = ""
     needs_stable_loop: bool = False
+    shown: str = ""
 
     @property
     def title(self) -> str:
