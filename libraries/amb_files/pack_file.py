@@ -69,7 +69,7 @@ def default(key: Default) -> str:
 
 
 def default_of_pack(key: Default, file: Path) -> str | None:
-    """Return the default that the pack with a file in one of its folders defines, if it is one and does."""
+    """Return the default of the pack that contains a file; None if no pack does, or if it has no default."""
     pack = next((pack for pack, folder in packs().items() if folder == file.parent.parent), None)
     return getattr(pack_files().get(pack or ""), key, None)
 

@@ -139,7 +139,7 @@ def test_pages_are_connected_prose_for_a_reader(measure):
 
 
 def test_compressed_prose_is_refused():
-    compressed = ["Three numbers suffice: mass 60 kg, length 1.2 m, speed 12000 rpm; a drawing begins with its file."]
+    compressed = ["Three numbers suffice: mass 60 kg, length 1.2 m, speed 12000 rpm; those of a drawing, in its file."]
     connected = ["You can start from mass, length and speed. However, if you have a drawing, start from its file."]
     for name, limits in RULES["rhythm"].items():
         if name != "left_out":
