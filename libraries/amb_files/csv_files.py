@@ -72,7 +72,7 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
             is_longer = len(row) > len(headings)
             advice = "; with decimal commas, columns must be separated by semicolons" if is_longer else ""
             if len(headings) == 1:
-                advice += f"; the first line that is no comment, {headings[0][:SHOWN]!r}, must be the row of headings"
+                advice += f"; the first line without a comment, {headings[0][:SHOWN]!r}, must be the row of headings"
             expected = f"{len(headings)} values as the headings, separated by {SEPARATORS.get(separator, separator)}"
             raise ValueError(f"row {k} of {name} must have {expected}; it has {len(row)}{advice}")
     if duplicates := repeated(headings):
@@ -81,7 +81,7 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
 
 
 def _without_comments(text: str) -> str:
-    """Return the lines that are no comments; the last comment above numbers has their headings."""
+    """Return the lines that are not comments; the last comment above numbers has their headings."""
     lines = re.split(r"(?<=\n)", text)
     if not any(COMMENT.match(line) for line in lines):
         return text

@@ -40,10 +40,10 @@ class Interface:
         for v in self.variables:
             unknown = set(v.depends_on) - inputs
             if unknown:
-                raise ValueError(f"{v.name} depends on {', '.join(sorted(unknown))}, which are no inputs")
+                raise ValueError(f"{v.name} depends on {', '.join(sorted(unknown))}, which are not inputs")
             unknown = set(named_in(v.warning)) - set(names)
             if unknown:
-                raise ValueError(f"the warning of {v.name} names {', '.join(sorted(unknown))}, which are no variables")
+                raise ValueError(f"the warning of {v.name} names {', '.join(sorted(unknown))}, which are not variables")
         for kind in {v.enumeration for v in self.variables if v.enumeration}:
             if kind != self.enumerations[kind.name]:
                 raise ValueError(f"there are two enumerations called {kind.name}")
@@ -77,7 +77,7 @@ class Interface:
                 unknown = [name for name in declared if name not in positions and not self._lacks(name)]
                 if unknown:
                     raise ValueError(
-                        f"{v.name} initially depends on {', '.join(unknown)}, which are no parameters or inputs"
+                        f"{v.name} initially depends on {', '.join(unknown)}, which are neither parameters nor inputs"
                     )
                 indices = {i for name in declared for i in positions.get(name, ())}
                 names[declared] = tuple(self.variables[i].name for i in sorted(indices))

@@ -129,7 +129,7 @@ RESULTS = {
     "study waterfall run --set a.b=1": "run is a saved result; its settings cannot be changed",
     "plot run orbit": "did you mean orbits",
     "new pump --mass '60 kg' --length '1.2 m'": "--speed is missing",
-    "compare fig4_9": "1 run is not allowed; the number must be from 2 to 8",
+    "compare fig4_9": "compare needs 2 to 8 runs, not 1",
     "compare fig4_9 fig4_99": "fig4_99",
     "compare fig4_9 empty": "no result empty/result.nc",
     "compare fig4_9 run --set 2:a.b=1": "run is a saved result; {'a.b': '1'} cannot be set for it",

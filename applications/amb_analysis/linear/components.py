@@ -102,7 +102,7 @@ def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
 
 
 def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
-    """Return parts connected by (1); outputs are those of the parts, then the sums w at inputs that are no outputs.
+    """Return parts connected by (1); outputs are those of the parts, then the sums w at inputs that are not outputs.
 
     Parameters
     ----------

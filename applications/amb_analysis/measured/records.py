@@ -15,7 +15,7 @@ ROUNDED = 1e-3  # of a coherence that a file rounds
 
 
 def check_sizes(values: Array | Complex, name: str) -> None:
-    """Raise ValueError if the square or product of a number that is not 0 is no number."""
+    """Raise ValueError if the square or product of a number other than 0 is not a number."""
     sizes = np.abs(values)
     beyond = (sizes > MOST) | ((sizes < LEAST) & (sizes > 0.0))
     if beyond.any():

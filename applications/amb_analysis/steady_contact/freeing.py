@@ -12,7 +12,7 @@ maximum are the solution of a convex problem:
     minimise t,  |I_b| <= t,  |r_k + S_k I| <= s b_k                                                  (2)
 
 It excludes more than it must: a state of one site does not exist, either, where another site would be passed, and the
-orbits need not shrink alike. The currents that leave no state are no convex set. From the solution of (2), which is
+orbits need not shrink alike. The currents that leave no state are not a convex set. From the solution of (2), which is
 one of them, all directions I/t in which such currents may be smaller are searched, first everywhere and then closer
 and closer about the best. The result leaves no state in contact, and is the smallest that the search finds.
 """

@@ -74,7 +74,7 @@ def inner_response(machine: Machine, order: int = 1) -> Complex | None:
 
 
 def _combination(source: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> Array | None:
-    """Return T with readings = T sensors, both outputs of the plant; None if the readings are no such combinations."""
+    """Return T with readings = T sensors, both outputs of the plant; None if the readings are not such combinations."""
     (plant,) = source.parts([PLANT])
     rows, values = (plant.selected(plant.inputs, names).law.C for names in (readings, sensors))
     T = rows @ np.linalg.pinv(values)

@@ -171,8 +171,7 @@ def compare(
         If there are too few or too many sources, one is invalid, or a value is set for a saved result.
     """
     if not 2 <= len(sources) <= MOST:
-        runs = "1 run is" if len(sources) == 1 else f"{len(sources)} runs are"
-        raise ValueError(f"{runs} not allowed; the number must be from 2 to {MOST}")
+        raise ValueError(f"compare needs 2 to {MOST} runs, not {len(sources)}")
     settings, rotors, flavours = (
         _for_each(value, len(sources), name) for value, name in ((set, "set"), (rotor, "rotor"), (flavour, "flavour"))
     )

@@ -71,7 +71,7 @@ class Summary:
     contact_states
         Names of these states: for two bearings none, the first, the second, both.
     cycle_duration, speed_changes
-        Duration of a cycle, a turn at the first speed (s), and whether the speed changes, so that cycles are no turns.
+        Duration of a cycle, a turn at the first speed (s), and whether the speed changes, so that cycles are not turns.
     first_contact, last_contact
         Cycles of the first and last sample in contact.
     recovered

@@ -27,7 +27,7 @@ SPUN_UP = 0.95  # of a race's largest speed
 AT_REST = 0.05  # of the clearance; smaller motion counts as rest
 SLOW = 0.01  # of the speed at release
 LAST_PART = 0.1  # of the time from release on, in which the rotor must be at rest
-WHIRLS = 1.0  # turns net of going to and fro, and turns in contact, below which a motion is no whirl
+WHIRLS = 1.0  # turns net of going to and fro, and turns in contact, below which a motion is not a whirl
 LEAST_IMPACT = 1e-6  # of the sum of all impacts; less is rounding where a contact lasts
 
 Direction = Literal["forward", "backward", "none"]

@@ -149,7 +149,7 @@ function trap({ rig, variables }) {
     title: "Trap and free", suits: false,
     steps: [
       {
-        instruction: (now) => (isOff(now) ? `No magnet has power: ${isWeightless(now) ? "nothing centres the rotor, so contact that lasts is no trap" : "a rotor on its retainers is landed, not trapped"}. Choose Controller, ${plainLaw(now)} first. ` : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
+        instruction: (now) => (isOff(now) ? `No magnet has power: ${isWeightless(now) ? "nothing centres the rotor, so contact that lasts is not a trap" : "a rotor on its retainers is landed, not trapped"}. Choose Controller, ${plainLaw(now)} first. ` : "") + `With a plain controller, increase an unbalance (Controls, Unbalance) until the rotor touches and stays in contact.${byItself}`,
         isMet: isTrapped, hold: 0,
         remark: (session, notes) => `It is trapped in contact at ${places(touched(session)) || "its retainers"}, with a peak force of up to ${quantityText(notes.force, "N")}: the rub sustains itself.`,
       },

@@ -1,4 +1,4 @@
-"""Watches outputs for values that are no finite numbers, at every communication point, recorded or not."""
+"""Watches outputs for values that are not finite, at every communication point, recorded or not."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def _sizes_of_dimension(array: Any) -> list[int]:
 
 
 def _described(item: Any) -> int:
-    """Return the number of bytes of an object's attributes; raises ValueError for one that is no number or text."""
+    """Return the number of bytes of an object's attributes; raises ValueError unless they are numbers or texts."""
     described = 0
     for name in item.attrs:
         if name in CODED:

@@ -105,7 +105,7 @@ def simulate(
     taken = {name for component in system.components for name in options_of(component.fmu)}
     for name, value in options.items():
         if value is not None and name not in taken:  # the command line passes those that are not given as None
-            raise ValueError(f"{name} is no option of a model of system {system.name}; {suggest(name, sorted(taken))}")
+            raise ValueError(f"{name} is not an option of any model in {system.name}; {suggest(name, sorted(taken))}")
     assembly = assemble(system, flavour, **options)
     recording = execute_plan(assembly, experiment_plan(experiment, assembly.assignments(), set), run_options)
     return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)

@@ -28,7 +28,7 @@ def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
     Raises
     ------
     ValueError
-        If it cannot be read, has no inputs, its first column is no time or does not rise, or a value is no number.
+        If it cannot be read, has no inputs, its first column is not a rising time, or a value is not a number.
     """
     return tuple(
         Profile(name, tuple(zip((begin + times).tolist(), values.tolist(), strict=True)), unit=unit)
@@ -70,5 +70,5 @@ def _numbers(rows: list[list[str]], headings: list[str], what: str) -> Iterator[
                     raise ValueError(text)
                 values.append(float(text))
             except ValueError:
-                raise ValueError(f"row {k} of {what} has {heading} = {text.strip()!r}, which is no number") from None
+                raise ValueError(f"row {k} of {what} has {heading} = {text.strip()!r}, which is not a number") from None
         yield values
