@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any, cast
 
-from pydantic import BaseModel, ConfigDict, Field, StrictBool, StrictFloat, StrictInt, StrictStr
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, StrictBool, StrictFloat, StrictInt, StrictStr
+from pydantic_core import CoreSchema, PydanticKnownError
+from pydantic_core.core_schema import no_info_before_validator_function
 
 from amb_cosim.cosim.system.values import Raw, quantity, stated
 from amb_files.validation_errors import Allowed
@@ -22,10 +24,44 @@ Count = Annotated[int, Field(ge=1, le=10**12)]
 MOST_BASES = 20  # files of which each is the base of the next
 
 
+def _number(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise PydanticKnownError("float_type")
+    return value
+
+
+def _whole_number(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise PydanticKnownError("int_type")
+    return value
+
+
+_CHECKS = {"float": _number, "int": _whole_number}
+_NO_SCHEMAS = ("metadata", "default", "serialization", "expected")  # keys of a schema whose values are none
+
+
+def _without_truth_values(part: Any) -> Any:
+    """Return a part of a schema that refuses `true` and `false` as numbers: pydantic reads them as 1 and 0."""
+    if isinstance(part, list | tuple):
+        return type(part)(_without_truth_values(each) for each in part)
+    if not isinstance(part, dict):
+        return part
+    kind = part.get("type")
+    skipped = _NO_SCHEMAS if isinstance(kind, str) else ()  # otherwise these are fields, by their names
+    schema = {key: value if key in skipped else _without_truth_values(value) for key, value in part.items()}
+    check = _CHECKS.get(kind) if isinstance(kind, str) else None
+    return schema if check is None else no_info_before_validator_function(check, cast(CoreSchema, schema))
+
+
 class Table(BaseModel):
-    """An immutable TOML table that refuses unknown keys."""
+    """An immutable TOML table that refuses unknown keys, and `true` and `false` in place of numbers."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_by_name=True, validate_by_alias=True)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema: CoreSchema = _without_truth_values(handler(source))
+        return schema
 
 
 def check_bases(name: str, derived: tuple[str, ...]) -> None:
