@@ -10,6 +10,7 @@ import pytest
 from amb_cosim.cosim.record.signals import EACH_STEP, Samples, SignalTable
 from amb_cosim.cosim.record.untrusted_netcdf import MOST_INFLATED
 from amb_cosim.cosim.run.dataset import save
+from amb_cosim.cosim.system.profile_file import profiles_of
 from amb_cosim.results.result import Result
 from tests.support.messages import raises_naming
 
@@ -206,6 +207,19 @@ def test_signals_at_sites_have_the_units_of_a_summary(of_scenario, name, unit):
         file[name].attrs["units"] = unit
     with raises_naming(ValueError, str(of_scenario), name, unit):
         Result.load(of_scenario)
+    with h5py.File(of_scenario, "a") as file:
+        del file[name].attrs["units"]  # which a table would export as [1]
+    with raises_naming(ValueError, str(of_scenario), name):
+        Result.load(of_scenario)
+
+
+def test_times_of_a_result_without_a_unit_are_exported_in_seconds(result, tmp_path):
+    with h5py.File(result, "a") as file:
+        del file["time"].attrs["units"]
+    table = Result.load(result).to_csv(tmp_path / "run.csv", "one.x")
+    assert table.read_text(encoding="utf-8").startswith('"time [s]","one.x [m]"\n')
+    (profile,) = profiles_of(str(table), 0.0)
+    assert profile.points[1] == (0.1, np.sin(1.0))
 
 
 @pytest.mark.parametrize("name", ["time", EACH_STEP])

@@ -40,6 +40,12 @@ def test_units_of_headings_and_the_begin_of_a_table_apply(tmp_path):
     assert points == ((round(0.2 / H), pytest.approx(1e-4)), (round(0.25 / H), pytest.approx(3e-4)))
 
 
+@pytest.mark.parametrize("heading", ["time", "time []", "time ()", "time [s]", "time[s]"])
+def test_a_column_of_times_without_a_unit_is_in_seconds(tmp_path, heading):
+    path = table(tmp_path, [(0.0, 1.0), (0.1, 3.0)], f"{heading}, rotor.d2.u (g.m)")
+    assert ramps(path)["rotor.d2.u"][1] == (round(0.1 / H), pytest.approx(3e-3))
+
+
 @pytest.mark.parametrize("per_step", [2.0, 3.7, 25.0])
 def test_rows_closer_than_steps_lose_no_impulse(tmp_path, per_step):
     times = np.arange(0.0, 0.02, H / per_step)
@@ -68,7 +74,7 @@ def test_rows_closer_than_steps_lose_no_impulse(tmp_path, per_step):
         *((f"time{' ' * 10**5}{rest}", [(0, 1), (1, 2)], ("time",)) for rest in ("x, rotor.d2.u", "(, rotor.d2.u")),
         ("time (s), rotor.d9.u (g.m)", [(0, 1), (1, 2)], ("d9.u",)),
         ("time (s), rotor.d2.u (m)", [(0, 1), (1, 2)], ("rotor.d2.u", "kg.m")),
-        ("time (kg), rotor.d2.u (g.m)", [(0, 1), (1, 2)], ("time", "kg")),
+        *((f"time ({unit}), rotor.d2.u (g.m)", [(0, 1), (1, 2)], ("time", unit)) for unit in ("kg", "1", "-")),
     ],
 )
 def test_mistakes_in_a_table_are_named(tmp_path, headings, rows, facts):

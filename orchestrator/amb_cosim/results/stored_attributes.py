@@ -99,7 +99,7 @@ def check_signals(dataset: Signals) -> None:
     for site in places(dataset).sites:
         for name, unit in UNITS.items():
             label = f"{PLANT}.{site}.{name}"
-            stated = dataset[label].attrs.get("units", unit) if label in dataset else unit
+            stated = dataset[label].attrs.get("units", "") if label in dataset else unit
             if stated != unit:
                 raise ValueError(f"units of {label} = {stated!r} is not allowed; it must be {unit}")
 

@@ -229,7 +229,10 @@ def load(path: Path) -> xr.Dataset:
 
 
 def _check_form(dataset: xr.Dataset) -> None:
-    """Raise ValueError unless a data set has variables over its ascending times alone, with texts as labels."""
+    """Raise ValueError unless a data set has variables over its ascending times alone, with texts as labels.
+
+    Times that state no unit are in s, and state it from here on.
+    """
     for name, variable in dataset.variables.items():
         if variable.dims not in (("time",), (EACH_STEP,)) or variable.dims[0] not in dataset.coords:
             raise ValueError(f"{name} must be over time or {EACH_STEP}, which must be there")
@@ -241,7 +244,7 @@ def _check_form(dataset: xr.Dataset) -> None:
             if not isinstance(variable.attrs[label], str):
                 raise ValueError(f"{label} of {name} is not allowed; it must be a text")
     for name in {"time", EACH_STEP} & set(dataset.sizes):
-        times, unit = dataset[name].values, dataset[name].attrs.get("units", "s")
+        times, unit = dataset[name].values, dataset[name].attrs.setdefault("units", "s")
         if unit != "s":
             raise ValueError(f"units of {name} = {unit!r} is not allowed; it must be s")
         if not np.isfinite(times).all() or (np.diff(times) < 0.0).any():

@@ -76,7 +76,8 @@ class ProfileTable(Table):
     """Input for the slope (per s), if a component needs it."""
     file: str = ""
     """Instead of these, a CSV file: a column `time (s)`, and one for each input with its unit, such as
-    `rotor_contact.base.a_x (m/s2)`. Rows closer than communication steps are averaged over each step."""
+    `rotor_contact.base.a_x (m/s2)`. A column `time` is in seconds. Rows closer than communication steps
+    are averaged over each step."""
     begin: Value = 0.0
     """Time at which the file's time 0 is."""
 
