@@ -46,6 +46,12 @@ def test_a_column_of_times_without_a_unit_is_in_seconds(tmp_path, heading):
     assert ramps(path)["rotor.d2.u"][1] == (round(0.1 / H), pytest.approx(3e-3))
 
 
+def test_a_table_that_has_changed_is_read_again(tmp_path):
+    path = table(tmp_path, [(0.0, 1.0), (0.1, 3.0)])
+    before = ramps(path)["rotor.d2.u"][1]
+    assert ramps(table(tmp_path, [(0.0, 1.0), (0.1, 4.0)]))["rotor.d2.u"][1] != before
+
+
 @pytest.mark.parametrize("per_step", [2.0, 3.7, 25.0])
 def test_rows_closer_than_steps_lose_no_impulse(tmp_path, per_step):
     times = np.arange(0.0, 0.02, H / per_step)

@@ -30,15 +30,25 @@ def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
     ValueError
         If it cannot be read, has no inputs, its first column is not a rising time, or a value is not a number.
     """
+    path = Path(file).resolve()
     return tuple(
         Profile(name, tuple(zip((begin + times).tolist(), values.tolist(), strict=True)), unit=unit)
-        for name, unit, times, values in _columns(str(Path(file).resolve()), f"profile {file}")
+        for name, unit, times, values in _columns(path, f"profile {file}", _state(path))
     )
 
 
+def _state(path: Path) -> tuple[int, int] | None:
+    """Return time (ns) and size of a file, which change with its content; None if there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
 @lru_cache(maxsize=8)
-def _columns(path: str, what: str) -> tuple[tuple[str, str, Array, Array], ...]:
-    headings, rows = read_csv(Path(path), what)
+def _columns(path: Path, what: str, _state: object) -> tuple[tuple[str, str, Array, Array], ...]:
+    headings, rows = read_csv(path, what)
     (time, unit), *inputs = (_parted(heading) for heading in headings)
     if time != "time" or not inputs:
         raise ValueError(f"{what} has the columns {', '.join(headings)}; it must have time first, and inputs after it")
