@@ -29,6 +29,7 @@ from types import MappingProxyType, ModuleType
 GROUP = "amb_cosim.packs"
 APPLICATIONS = "amb_cosim.applications"
 SUFFIX = ".toml"
+LONGEST = 200  # characters of a name or reason in a message
 
 
 def unreadable_distributions() -> dict[str, str]:
@@ -190,8 +191,10 @@ def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
     Applications come first. A module that cannot be imported, or lacks one of the `needed` names because it has another
     purpose, is skipped with a warning.
     """
-    homes = {package: (f"application {package!r}", package, folder) for package, folder in applications().items()}
-    homes |= {pack: (f"pack {pack!r}", folder.name, folder) for pack, folder in packs().items()}
+    homes = {
+        package: (f"application {_quoted(package)}", package, folder) for package, folder in applications().items()
+    }
+    homes |= {pack: (f"pack {_quoted(pack)}", folder.name, folder) for pack, folder in packs().items()}
     result: dict[str, ModuleType] = {}
     for home, (what, package, folder) in homes.items():
         if (folder / f"{name}.py").is_file() or (folder / name / "__init__.py").is_file():
@@ -200,10 +203,25 @@ def modules_of(name: str, *needed: str) -> dict[str, ModuleType]:
                 if missing := [each for each in needed if not hasattr(module, each)]:
                     raise ImportError(f"cannot import name {missing[0]!r}")
                 result[home] = module
-            except (Exception, SystemExit) as error:  # whatever its code raises
-                why = f"{type(error).__name__}: {error}"
-                print(f"warning: {what} has no {name}, because the import fails: {why!r}", file=sys.stderr)
+            except KeyboardInterrupt:
+                raise
+            except BaseException as error:  # whatever its code raises, such as SystemExit
+                print(f"warning: {what} has no {name}, because the import fails: {reason(error)}", file=sys.stderr)
     return result
+
+
+def reason(error: BaseException) -> str:
+    """Return type and message of an error of other people's code, quoted and shortened, if it has a message."""
+    try:
+        text = f"{type(error).__name__}: {error}"
+    except Exception:  # of its own method __str__
+        text = type(error).__name__
+    return _quoted(text)
+
+
+def _quoted(text: str) -> str:
+    """Return a text of an installed distribution for a message."""
+    return repr(text if len(text) <= LONGEST else f"{text[:LONGEST]}...")
 
 
 def _folders(group: str) -> Iterator[tuple[EntryPoint, Path]]:
@@ -212,19 +230,19 @@ def _folders(group: str) -> Iterator[tuple[EntryPoint, Path]]:
     A distribution has one warning about all that are skipped, with the first of them.
     """
     kind = group.rpartition(".")[2].removesuffix("s")
-    skipped: dict[str, list[EntryPoint]] = {}
+    skipped: dict[int, list[EntryPoint]] = {}  # by distribution, whose name takes longer to read than all its points
     for point in entry_points_of(group):
         try:
             folder = _folder(point.value)
         except Exception:  # whatever the import of a parent package raises
-            skipped.setdefault(_name_of(point.dist), []).append(point)
+            skipped.setdefault(id(point.dist), []).append(point)
         else:
             yield point, folder
-    for distribution, (first, *others) in skipped.items():
-        which = f"{first.name!r} is"
+    for first, *others in skipped.values():
+        which = f"{_quoted(first.name)} is"
         if others:
-            which = f"{first.name!r} and {len(others)} more of the installed {distribution} are"
-        print(f"warning: {kind} {which} skipped; there is no package {first.value!r}", file=sys.stderr)
+            which = f"{_quoted(first.name)} and {len(others)} more of the installed {_name_of(first.dist)} are"
+        print(f"warning: {kind} {which} skipped; there is no package {_quoted(first.value)}", file=sys.stderr)
 
 
 def _folder(package: str) -> Path:

@@ -44,6 +44,12 @@ def test_a_broken_pack_is_skipped_with_a_warning(package, installed, capsys):
     assert_names(capsys.readouterr().err, "pack 'broken'", f"{package!r}")
 
 
+def test_names_of_entry_points_are_shortened_in_warnings(installed, capsys):
+    installed({"a" * 10**5: "no_such", "broken": "a." * 10**5})
+    assert packs.packs() == {}
+    assert len(capsys.readouterr().err) < 1000
+
+
 @pytest.mark.parametrize("named", [True, False, None])
 def test_broken_packs_of_one_distribution_have_one_warning(named, installed, capsys, tmp_path):
     folder = tmp_path / "flood-1.0.dist-info"
@@ -60,7 +66,12 @@ def test_broken_packs_of_one_distribution_have_one_warning(named, installed, cap
 
 
 @pytest.mark.parametrize(
-    "code", ["1 / 0", "raise SystemExit(3)", "import no_such_module", "raise ValueError('a\\nb')", "x ="]
+    "code",
+    [
+        *("1 / 0", "raise SystemExit(3)", "import no_such_module", "raise ValueError('a\\nb')", "x ="),
+        *("raise BaseException", "raise GeneratorExit", "raise ValueError('a' * 10**6)"),
+        "class Odd(Exception):\n    __str__ = None\nraise Odd",
+    ],
 )
 def test_a_module_that_fails_stops_only_its_own_commands(code, installed, monkeypatch, tmp_path):
     for package, text in (("good_pack", "COMMANDS = ()"), ("bad_pack", code)):
@@ -75,6 +86,7 @@ def test_a_module_that_fails_stops_only_its_own_commands(code, installed, monkey
     assert done.exit_code == 0
     (warning,) = (line for line in done.output.splitlines() if line.startswith("warning"))
     assert_names(warning, "pack 'bad'", "commands", "import")
+    assert len(warning) < 400
     assert [*packs.modules_of("commands")] == ["good"]
 
 

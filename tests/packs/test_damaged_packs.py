@@ -88,3 +88,21 @@ def test_a_module_of_another_purpose_is_skipped_naming_its_pack(site, group, lin
     assert "fig4_9" in printed or "campbell" in printed
     warning = next(text for text in warned.splitlines() if module in text)
     assert_names(warning, "import", "broken" if group == "packs" else package)
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        *("return 1 / 0", "return None", "return 3", "raise SystemError", "return [3]", "return {'fig4_9': 3}"),
+        "return {3: 'recovered'}",
+    ],
+)
+def test_a_listing_that_fails_or_returns_something_else_is_skipped(site, code):
+    good = ("def entries(): return ()", "def outcomes(): return {}")
+    for bad, name in enumerate(("entries", "outcomes")):
+        text = "\n".join([good[1 - bad], f"def {name}(): {code}", ""])
+        (site / "broken" / "listing.py").write_text(text, encoding="utf-8")
+        listed, warned = command(site, "list")
+        assert "fig4_9" in listed
+        assert_names(warned, "'broken'", name, "code")
+        assert len(warned.splitlines()) == 1

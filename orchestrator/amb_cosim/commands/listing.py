@@ -6,9 +6,10 @@ An application adds entries in its module `listing`: `entries()` returns them, `
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
 
@@ -88,17 +89,42 @@ def _entries() -> Iterator[ListedItem]:
     from amb_cosim.scenario.scenario import load_scenario
     from amb_files.packs import files_of, modules_of
 
-    applications, files = modules_of("listing", "entries", "outcomes").values(), files_of("scenarios")
+    applications, files = modules_of("listing", "entries", "outcomes"), files_of("scenarios")
     for sentence in files.clashes():
         click.echo(f"warning: {sentence}", err=True)
-    outcomes = {name: text for listing in applications for name, text in listing.outcomes().items()}
+    outcomes = dict(_of_applications(applications, "outcomes", _outcomes))
     for name in packaged_scenarios():
         if (read := readable(files[name], load_scenario, name)) is not None:
             outcome = outcomes.get(name, "")
             description = with_speeds_in(read.description, speed_unit())
             yield ListedItem(name, files[name], read.theme or OTHERS, description, outcome, read.source)
-    for listing in applications:
-        yield from listing.entries()
+    yield from _of_applications(applications, "entries", _items)
+
+
+def _of_applications(
+    modules: Mapping[str, ModuleType], name: str, checked: Callable[[Any], Iterable[T]]
+) -> Iterator[T]:
+    """Yield what a function of the modules `listing` returns; of one that fails, nothing but a warning."""
+    from amb_files.packs import reason
+
+    for home, module in modules.items():
+        try:
+            yield from checked(getattr(module, name)())
+        except Exception as error:  # whatever the code of an application or pack raises
+            click.echo(f"warning: {home!r} lists no {name}, because its code fails: {reason(error)}", err=True)
+
+
+def _outcomes(found: Mapping[str, str]) -> list[tuple[str, str]]:
+    if not isinstance(found, Mapping) or not all(isinstance(text, str) for pair in found.items() for text in pair):
+        raise TypeError("outcomes() must return texts by the names of scenarios")
+    return list(found.items())
+
+
+def _items(found: Iterable[ListedItem]) -> list[ListedItem]:
+    items = list(found)
+    if not all(isinstance(item, ListedItem) for item in items):
+        raise TypeError("entries() must return items of the type ListedItem")
+    return items
 
 
 def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None:
