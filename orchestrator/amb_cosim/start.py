@@ -16,6 +16,7 @@ def main() -> None:
     """Import and run the command line."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the matrices are small: threads would wait for each other
     os.environ["MPLBACKEND"] = "agg"  # commands draw files; that of a notebook may not be installed here
+    os.environ["MATPLOTLIBRC"] = os.devnull  # no setting of it applies, and matplotlib ends if it cannot be read
     for number in CODES:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _end)

@@ -13,6 +13,9 @@ SETTINGS = {
     "tex": "text.usetex : True\n",
     "sketch": "path.sketch : 2, 100, 3\nfigure.facecolor : black\n",
     "font": "font.family : NoSuchFont\nsavefig.bbox : tight\n",
+    "numbers": "figure.dpi : inf\nsavefig.dpi : 1e9\nfont.size : nan\n",
+    "texts": "text.parse_math : False\naxes.unicode_minus : False\naxes.formatter.use_locale : True\n",
+    "cycle": "axes.prop_cycle : cycler('linestyle', ['-', '--'])\n",
 }
 
 
@@ -22,15 +25,18 @@ def drawn(synthetic, tmp_path):
     save(synthetic(outcome=json.dumps(["completed", 1.0, None, ""])), tmp_path / "result.nc")
 
     def draw(settings, **environment):
-        (tmp_path / "matplotlibrc").write_text(settings)
-        environment = {**os.environ, "MATPLOTLIBRC": str(tmp_path / "matplotlibrc")} | environment
-        run_command("plot", "result.nc", "orbits", "-o", "a.png", cwd=tmp_path, env=environment)
+        (tmp_path / "matplotlibrc").unlink(missing_ok=True)
+        if settings:  # matplotlib reads that of the working folder first
+            (tmp_path / "matplotlibrc").write_text(settings, encoding="utf-8")
+        environment = {**os.environ} | environment
+        done = run_command("plot", "result.nc", "orbits", "-o", "a.png", cwd=tmp_path, env=environment)
+        assert done.stderr == ""
         return (tmp_path / "a.png").read_bytes()
 
     return draw
 
 
-@pytest.mark.parametrize("name", ["tex", "sketch", "font"])
+@pytest.mark.parametrize("name", list(SETTINGS)[1:])
 def test_a_matplotlibrc_of_the_user_changes_no_figure(drawn, name):
     assert drawn(SETTINGS[name]) == drawn(SETTINGS["none"])
 
@@ -40,3 +46,11 @@ def test_a_matplotlibrc_of_the_user_changes_no_figure(drawn, name):
 )
 def test_a_command_draws_whatever_backend_its_environment_names(drawn, backend):
     assert drawn("", MPLBACKEND=backend).startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("content", [b"backend : nonsense\nno colon\nunknown : 3\n", b"font.family : \xe9\n"])
+def test_a_command_draws_whatever_settings_of_matplotlib_its_user_has(drawn, tmp_path, content):
+    """Matplotlib warns of the first ones, and raises UnicodeDecodeError for the second when it is imported."""
+    (tmp_path / "settings").mkdir()
+    (tmp_path / "settings" / "matplotlibrc").write_bytes(content)
+    assert drawn("", MPLCONFIGDIR=str(tmp_path / "settings")).startswith(b"\x89PNG")
