@@ -11,10 +11,13 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterator, Sequence
-from io import StringIO
+from collections.abc import Callable, Iterator, Sequence
+from io import BytesIO, StringIO, TextIOWrapper
 from itertools import islice
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from amb_files.checks import repeated
 from amb_files.toml import LARGEST, read_text
@@ -23,17 +26,22 @@ SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 SEPARATOR_LINE = re.compile(r"sep=(.)\r?\n")  # the first line of some files for spreadsheets
 SHOWN = 40  # characters of a line
 SAMPLED_ROWS = 50  # rows whose number of cells shows the separator
+SAMPLED = 2**20  # characters that have them
+MOST_CELLS = 2**24  # characters of a table that is read cell by cell, in seconds and less than 1 GB
 POWER = r"(?:[eE][+-]?\d+)?"
 COMMA = re.compile(rf"[+-]?(?:\d+,\d*|,\d+){POWER}")
 POINT = re.compile(rf"[+-]?(?:\d+\.\d*|\.\d+){POWER}")
 COMMENT = re.compile(
     r"[ \t]*(?!#(?:REF!|N/A|VALUE!|DIV/0!|NAME\?|NUM!|NULL!))[#%]+"
 )  # which are errors of a spreadsheet
+HAS_COMMENT = re.compile(r"^[ \t]*[#%]", re.MULTILINE)
+NEWLINE = re.compile(r"\r\n?|\n")
 NUMBER = re.compile(rf"\s*[\"']?[+-]?(?:\d+[.,]?\d*|[.,]\d+){POWER}(?![^\s,;\"'])")
 GROUP = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}")  # a group of three digits, or three decimals
 GROUPED = re.compile(r"[+-]?\d[\d.,'’]*")  # with any separators
 
 Rows = list[list[str]]
+Numbers = NDArray[np.float64]
 
 
 def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], Rows]:
@@ -53,19 +61,17 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
     ValueError
         If it cannot be read, two headings are equal, rows differ in length, or a number is ambiguous.
     """
-    text = read_text(path, name, largest)
-    separator_line = SEPARATOR_LINE.match(text)
-    text = _without_comments(text[separator_line.end() :] if separator_line else text)
     try:
-        separator = separator_line[1] if separator_line else _separator(text)
+        text, separator = _text_and_separator(path, name, largest)
         rows = list(_rows(text, separator))
     except csv.Error as error:
         raise ValueError(f"{name} cannot be read as a table: {error}") from error
     if len(rows) < 2:
         raise ValueError(f"{name} must have a row of headings and a row of values")
     width = len(rows[0])
-    used = max((_used(row) for row in rows if len(row) == width), default=width)
-    rows = [row[: max(used, 1)] if len(row) == width else row for row in rows]  # each row ends with separators
+    if not rows[0][-1].strip():  # each row may end with separators
+        used = max(_used(row) for row in rows if len(row) == width)
+        rows = [row[: max(used, 1)] if len(row) == width else row for row in rows]
     headings = [heading.strip() for heading in rows[0]]
     for k, row in enumerate(rows[1:], 2):
         if len(row) != len(headings):
@@ -80,11 +86,72 @@ def read_csv(path: Path, name: str, largest: int = LARGEST) -> tuple[list[str], 
     return headings, _with_points(rows[1:], name) if separator != "," or '"' in text else rows[1:]
 
 
+def read_numbers(
+    path: Path, name: str, parse: Callable[[list[str], Rows], Numbers], largest: int = LARGEST
+) -> tuple[list[str], Numbers]:
+    """Return the headings of a table and its numbers, shape (rows, columns); other arguments and errors as `read_csv`.
+
+    A table of nothing but numbers with decimal points is read at once, in a tenth of the time and memory of its cells.
+
+    Parameters
+    ----------
+    parse
+        Returns the numbers of any other table, from its headings and its rows, or refuses it.
+    """
+    try:
+        text, separator = _text_and_separator(path, name, largest)
+    except csv.Error as error:
+        raise ValueError(f"{name} cannot be read as a table: {error}") from error
+    if (numbers := _plain_numbers(text, separator)) is not None:
+        return numbers
+    if len(text) > MOST_CELLS:
+        raise ValueError(
+            f"{name} has {len(text) >> 20} MB; beyond {MOST_CELLS >> 20} MB each cell must be a decimal number without "
+            f"quotes, and each column must have its own heading"
+        )
+    del text
+    headings, rows = read_csv(path, name, largest)
+    return headings, parse(headings, rows)
+
+
+def _plain_numbers(text: str, separator: str) -> tuple[list[str], Numbers] | None:
+    """Return headings and numbers; None of a table that has other cells, or other headings than one for each."""
+    text = text.lstrip("\r\n")
+    begin = NEWLINE.search(text)
+    if begin is None or '"' in text:
+        return None
+    headings = [heading.strip() for heading in text[: begin.start()].split(separator)]
+    text = text[begin.end() :]
+    if not text.isascii() or not text.strip():
+        return None
+    if separator != "," and "," in text:
+        items = re.finditer(rf"[^\s{re.escape(separator)}]*,[^\s{re.escape(separator)}]*", text)
+        if "." in text or all(GROUP.fullmatch(item[0]) for item in items):
+            return None  # two kinds of decimal signs, or numbers that may mean two
+        text = text.replace(",", ".")
+    content = BytesIO(text.encode())
+    del text
+    try:
+        numbers = np.loadtxt(TextIOWrapper(content, "ascii"), np.float64, None, separator, ndmin=2)
+    except (ValueError, TypeError):  # a cell that is no number, or rows of different lengths
+        return None
+    is_table = all(headings) and not repeated(headings) and numbers.shape[1] == len(headings)
+    return (headings, numbers) if is_table else None
+
+
+def _text_and_separator(path: Path, name: str, largest: int) -> tuple[str, str]:
+    """Return the text of a table without comments, and what separates its columns."""
+    text = read_text(path, name, largest)
+    separator_line = SEPARATOR_LINE.match(text)
+    text = _without_comments(text[separator_line.end() :] if separator_line else text)
+    return text, separator_line[1] if separator_line else _separator(text)
+
+
 def _without_comments(text: str) -> str:
     """Return the lines that are not comments; the last comment above numbers has their headings."""
-    lines = re.split(r"(?<=\n)", text)
-    if not any(COMMENT.match(line) for line in lines):
+    if not HAS_COMMENT.search(text):
         return text
+    lines = re.split(r"(?<=\n)", text)
     first = next((k for k, line in enumerate(lines) if line.strip() and not COMMENT.match(line)), len(lines))
     above = [line for line in lines[:first] if COMMENT.match(line)]
     kept = [line for line in lines if not COMMENT.match(line)]
@@ -107,7 +174,9 @@ def _used(row: list[str]) -> int:
 
 def _separator(text: str) -> str:
     """Return the separator that divides all first rows into the same number of cells, or else most of the headings."""
-    lengths = {sep: [len(row) for row in islice(_rows(text, sep), SAMPLED_ROWS)] for sep in SEPARATORS}
+    end = text.rfind("\n", 0, SAMPLED)
+    sample = text if len(text) <= SAMPLED or end < 0 else text[: end + 1]
+    lengths = {sep: [len(row) for row in islice(_rows(sample, sep), SAMPLED_ROWS)] for sep in SEPARATORS}
     for separator, of_rows in lengths.items():
         if of_rows and of_rows[0] > 1 and len(set(of_rows)) == 1:
             return separator

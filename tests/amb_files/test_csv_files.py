@@ -1,8 +1,10 @@
 """Tables that tools and spreadsheets of other countries write."""
 
+import numpy as np
 import pytest
 
-from amb_files.csv_files import read_csv
+from amb_files import csv_files
+from amb_files.csv_files import read_csv, read_numbers
 from tests.support.messages import raises_naming
 
 TABLE = (["time", "y"], [["0", "-1.5e-3"], ["0.25", "20"]])
@@ -80,3 +82,53 @@ def test_an_ambiguous_table_is_refused_with_its_cause(read, text, facts):
 def test_another_encoding_is_refused_with_advice(read, encoding):
     with raises_naming(ValueError, "table a.csv", "save", "UTF-8"):
         read("time;\u00b5m\n0;1\n", encoding)
+
+
+def by_cells(headings, rows):
+    return np.array(rows, np.float64)
+
+
+def not_by_cells(headings, rows):
+    pytest.fail("a table of plain numbers is read cell by cell, which takes ten times as long")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "time,y\n0,-1.5e-3\n0.25,20\n",
+        "time;y\r\n0;-1,5e-3\r\n0,25;20\r\n",
+        "time\ty\n0\t-1.5e-3\n\n0.25\t20",
+        "# a\n# time, y\n0,-1.5e-3\n0.25, 20\n",
+        "sep=|\ntime|y\n0|-1,5e-3\n0,25|20\n",
+    ],
+)
+def test_numbers_of_a_table_are_read_at_once_as_cell_by_cell(read, tmp_path, text):
+    (tmp_path / "n.csv").write_text(text, newline="")
+    headings, numbers = read_numbers(tmp_path / "n.csv", "table", not_by_cells)
+    assert (headings, numbers.tolist()) == (["time", "y"], [[0.0, -1.5e-3], [0.25, 20.0]])
+    assert by_cells(*read(text)).tolist() == numbers.tolist()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("time;y\n0;1,500\n1;2,250\n", "time;y\n0,5;1.5\n", "time,y\n0,5,1,5\n", "time;y\n0;1\n1\n"),
+        *("time,y,y\n0,1,2\n", "time,y\n", "time;y\n0,5;1,234,5\n"),
+    ],
+)
+def test_numbers_of_an_ambiguous_table_are_refused_as_its_cells(read, tmp_path, text):
+    with pytest.raises(ValueError, match=r"table a\.csv") as expected:
+        read(text)
+    with pytest.raises(ValueError, match=r"table a\.csv") as found:
+        read_numbers(tmp_path / "a.csv", "table a.csv", by_cells)
+    assert str(found.value) == str(expected.value)
+
+
+@pytest.mark.parametrize("cell", ['"1"', "1_0", "\u0663", "0x1F", "", "1d0", "x"])
+def test_cells_that_are_no_plain_numbers_are_left_to_their_reader(tmp_path, cell, monkeypatch):
+    (tmp_path / "n.csv").write_text(f"time,y\n0,1\n1,{cell}\n", encoding="utf-8")
+    _, numbers = read_numbers(tmp_path / "n.csv", "table", lambda _, rows: np.array([[len(rows)]]))
+    assert numbers.tolist() == [[2]]
+    monkeypatch.setattr(csv_files, "MOST_CELLS", 10)
+    with raises_naming(ValueError, "table", "number", "quotes", "MB"):
+        read_numbers(tmp_path / "n.csv", "table", by_cells)

@@ -20,7 +20,7 @@ import numpy as np
 
 from amb_analysis.measured.records import FrequencyResponse, Measurement, Modes, TimeRecord, response_above_zero
 from amb_analysis.measured.units import StatedUnits, even_step, factor_to, si_channel, split_quotient
-from amb_files.csv_files import read_csv
+from amb_files.csv_files import Rows, read_numbers
 from array_types import Array
 
 HEADING = re.compile(  # without blanks around it
@@ -67,13 +67,19 @@ def read_table(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
 
 
 def _columns(path: Path, stated: StatedUnits) -> dict[str, Column]:
-    names_and_units, rows = read_csv(path, "it", MOST_BYTES)
+    names_and_units, numbers = read_numbers(path, "it", _numbers, MOST_BYTES)
     heads = [HEADING.fullmatch(cell.strip()) for cell in names_and_units]
     if None in heads:
         raise ValueError(f"heading {names_and_units[heads.index(None)]!r} is not allowed; it must be 'name [unit]'")
     names = [head["name"] for head in heads if head]
     if len(set(names)) < len(names):
         raise ValueError("two columns have the same name")
+    units = [stated.of(head["name"], (head["unit"] or head["round"] or "").strip()) for head in heads if head]
+    return {name: (unit, numbers[:, k]) for k, (name, unit) in enumerate(zip(names, units, strict=True))}
+
+
+def _numbers(_: list[str], rows: Rows) -> Array:
+    """Return the numbers of rows with blank or quoted cells; NaN for a blank one."""
     try:
         numbers = np.array([[float(cell) if cell.strip() else np.nan for cell in row] for row in rows])
     except ValueError as error:
@@ -84,8 +90,7 @@ def _columns(path: Path, stated: StatedUnits) -> dict[str, Column]:
             raise ValueError(
                 f"row {k + 1} below the headings, {', '.join(row)[:SHOWN]!r}, may contain only decimal numbers"
             )
-    units = [stated.of(head["name"], (head["unit"] or head["round"] or "").strip()) for head in heads if head]
-    return {name: (unit, numbers[:, k]) for k, (name, unit) in enumerate(zip(names, units, strict=True))}
+    return numbers
 
 
 def _record(step: float, columns: Mapping[str, Column]) -> TimeRecord:

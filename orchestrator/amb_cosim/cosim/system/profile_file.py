@@ -18,7 +18,7 @@ import numpy as np
 
 from amb_cosim.cosim.system.experiment import Profile
 from amb_cosim.cosim.system.values import quantity
-from amb_files.csv_files import read_csv
+from amb_files.csv_files import Rows, read_numbers
 from array_types import Array
 
 
@@ -48,11 +48,13 @@ def _state(path: Path) -> tuple[int, int] | None:
 
 @lru_cache(maxsize=8)
 def _columns(path: Path, what: str, _state: object) -> tuple[tuple[str, str, Array, Array], ...]:
-    headings, rows = read_csv(path, what)
+    def parse(headings: list[str], rows: Rows) -> Array:
+        return np.array(list(_numbers(rows, headings, what)))
+
+    headings, numbers = read_numbers(path, what, parse)
     (time, unit), *inputs = (_parted(heading) for heading in headings)
     if time != "time" or not inputs:
         raise ValueError(f"{what} has the columns {', '.join(headings)}; it must have time first, and inputs after it")
-    numbers = np.array(list(_numbers(rows, headings, what)))
     if not np.isfinite(numbers).all():
         raise ValueError(f"row {2 + np.argmin(np.isfinite(numbers).all(1))} of {what} has a value that is not finite")
     times, *columns = numbers.T
