@@ -106,3 +106,13 @@ def test_a_listing_that_fails_or_returns_something_else_is_skipped(site, code):
         assert "fig4_9" in listed
         assert_names(warned, "'broken'", name, "code")
         assert len(warned.splitlines()) == 1
+
+
+def test_warnings_of_a_pack_of_invalid_files_are_limited(site):
+    for k in range(300):
+        (site / "broken" / "scenarios" / f"odd{k}.toml").write_text("x = 1\n", encoding="utf-8")
+        (site / "broken" / "sweeps" / f"odd{k}.toml").write_text("x = 1\n", encoding="utf-8")
+    listed, warned = command(site, "list")
+    assert "fig4_9" in listed
+    assert len(warned.splitlines()) < 100
+    assert_names(warned.splitlines()[-1], "broken", "more")

@@ -6,6 +6,7 @@ An application adds entries in its module `listing`: `entries()` returns them, `
 from __future__ import annotations
 
 import textwrap
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 T = TypeVar("T")
+MOST_FILES = 20  # of a pack, with warnings
 OTHERS = "others"  # theme of scenarios without one
 
 
@@ -128,14 +130,23 @@ def _items(found: Iterable[ListedItem]) -> list[ListedItem]:
 
 
 def readable(file: Path, read: Callable[..., T], *arguments: object) -> T | None:
-    """Return what a function reads from a file of a pack, or None with a warning if that is invalid."""
+    """Return what a function reads from a file of a pack, or None with a warning if that is invalid.
+
+    A command warns of the first files of each pack, and says that there are more.
+    """
     from amb_files.packs import pack_of
 
     try:
         return read(*arguments)
     except ValueError as error:
-        for line in str(error).splitlines():
-            click.echo(f"warning: pack {pack_of(file)}: {line}", err=True)
+        pack, context = pack_of(file), click.get_current_context()
+        warned = context.meta.setdefault(__name__, Counter())
+        warned[pack] += 1
+        if warned[pack] <= MOST_FILES:
+            for line in str(error).splitlines():
+                click.echo(f"warning: pack {pack}: {line}", err=True)
+        elif warned[pack] == MOST_FILES + 1:
+            click.echo(f"warning: pack {pack}: more of its files are invalid", err=True)
         return None
 
 
