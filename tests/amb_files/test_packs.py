@@ -219,3 +219,12 @@ def test_an_assessment_by_criteria_of_two_packs_with_one_name_is_refused(two_pac
     with raises_naming(ValueError, "a and b", "criteria/plant.toml"):
         load_criteria()
     assert load_criteria(["api_617"])
+
+
+def test_a_criteria_file_that_cannot_be_read_is_refused_with_its_pack(two_packs):
+    """An assessment without it would be of other criteria than those that are installed."""
+    for folder in two_packs({"criteria/plant_a.toml": "x = 1"})[1:]:
+        (folder / "criteria" / "plant_a.toml").unlink()
+    with raises_naming(ValueError, "criteria plant_a.toml", "pack a", "x"):
+        load_criteria()
+    assert load_criteria(["api_617"])

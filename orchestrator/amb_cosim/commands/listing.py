@@ -106,7 +106,7 @@ def _entries() -> Iterator[ListedItem]:
 def _of_applications(
     modules: Mapping[str, ModuleType], name: str, checked: Callable[[Any], Iterable[T]]
 ) -> Iterator[T]:
-    """Yield what a function of the modules `listing` returns; of one that fails, nothing but a warning."""
+    """Yield what a function of the modules `listing` returns; if it fails, nothing but a warning."""
     from amb_files.packs import reason
 
     for home, module in modules.items():
@@ -116,14 +116,16 @@ def _of_applications(
             click.echo(f"warning: {home!r} lists no {name}, because its code fails: {reason(error)}", err=True)
 
 
-def _outcomes(found: Mapping[str, str]) -> list[tuple[str, str]]:
-    if not isinstance(found, Mapping) or not all(isinstance(text, str) for pair in found.items() for text in pair):
+def _outcomes(outcomes: Mapping[str, str]) -> list[tuple[str, str]]:
+    if not isinstance(outcomes, Mapping) or not all(
+        isinstance(text, str) for pair in outcomes.items() for text in pair
+    ):
         raise TypeError("outcomes() must return texts by the names of scenarios")
-    return list(found.items())
+    return list(outcomes.items())
 
 
-def _items(found: Iterable[ListedItem]) -> list[ListedItem]:
-    items = list(found)
+def _items(entries: Iterable[ListedItem]) -> list[ListedItem]:
+    items = list(entries)
     if not all(isinstance(item, ListedItem) for item in items):
         raise TypeError("entries() must return items of the type ListedItem")
     return items

@@ -13,7 +13,7 @@ from amb_assessment.assessment.format.expressions import evaluate, names_in
 from amb_assessment.assessment.format.quantities import QUANTITIES
 from amb_cosim.cosim.system.tables import Table
 from amb_files.checks import repeated
-from amb_files.packs import PackFiles, files_of
+from amb_files.packs import PackFiles, files_of, pack_of
 from amb_files.suggestions import suggest
 from amb_files.toml import read_toml, validate
 from amb_files.validation_errors import Allowed
@@ -204,7 +204,7 @@ def _criteria_in(source: str | Path) -> list[Criterion]:
     path = packaged.get(str(source), Path(source))
     if not path.exists():
         raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), packaged)}")
-    name = f"criteria {path.name}"
+    name = f"criteria {path.name}" + (f" of pack {pack_of(path)}" if str(source) in packaged else "")
     file = validate(read_toml(path, name), CriteriaFile, name)
     common = {"standard": file.standard, "edition": file.edition}
     return [

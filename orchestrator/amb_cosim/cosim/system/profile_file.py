@@ -38,12 +38,12 @@ def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
 
 
 def _state(path: Path) -> tuple[int, int] | None:
-    """Return time (ns) and size of a file, which change with its content; None if there is none."""
+    """Return time (ns) and size of a file, which change with its content; None if it cannot be read."""
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:
         return None
-    return found.st_mtime_ns, found.st_size
+    return status.st_mtime_ns, status.st_size
 
 
 @lru_cache(maxsize=8)
