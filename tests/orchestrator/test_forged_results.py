@@ -91,6 +91,16 @@ def test_a_result_that_announces_more_than_it_holds_is_refused(result, kind):
     assert "big" in str(error.value)
 
 
+@pytest.mark.parametrize("values", [[], [0.0, 0.1]])
+def test_a_result_of_many_arrays_without_a_fixed_length_is_refused(result, values):
+    """The time to read it grows with the square of their number: 400 of them take a minute."""
+    with h5py.File(result, "a") as file:
+        for k in range(101):
+            file.create_dataset(f"one.y{k}", data=np.array(values), maxshape=(None,), chunks=(2,))
+    with raises_naming(ValueError, str(result), "100 other", "length"):
+        Result.load(result)
+
+
 def test_a_constant_signal_of_any_length_is_read(tmp_path):
     """Its compression is the strongest that a record can have, and does not reach the limit."""
     n = 2_000_000

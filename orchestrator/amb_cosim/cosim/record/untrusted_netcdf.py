@@ -26,6 +26,7 @@ FILTERS = {  # those of `netcdf`, each at most once
     h5py.h5z.FILTER_SHUFFLE: "shuffle",
     h5py.h5z.FILTER_FLETCHER32: "fletcher32",
 }
+MOST_UNLIMITED = 100  # arrays; NetCDF knows no others without values, and their readers search all of them for each
 NUMBERS = "fiu"  # kinds of the types of arrays
 PLAIN = (h5py.h5t.INTEGER, h5py.h5t.FLOAT, h5py.h5t.ENUM, h5py.h5t.STRING)  # classes of attributes
 TEXTS = ("CLASS", "NAME", "coordinates")  # attributes that readers take for texts without a check
@@ -39,11 +40,14 @@ def check_content(path: Path) -> None:
     The file must have only what `netcdf` writes: arrays of numbers with one dimension, contiguous or in chunks with the
     filters of `FILTERS`, and attributes that are numbers or single texts, none of which codes the numbers (`CODED`).
     """
-    size, stored, described = path.stat().st_size, 0, 0
+    size, stored, described, unlimited = path.stat().st_size, 0, 0, 0
     with h5py.File(path) as file:
         for item in _objects(file):
             if isinstance(item, h5py.Dataset):
                 stored += _stored(item)
+                unlimited += item.maxshape == (None,)
+            if unlimited > MOST_UNLIMITED:
+                raise ValueError(f"{item.name} and {MOST_UNLIMITED} other arrays have no fixed length, or no values")
             described += _described(item)
             if stored + described > size:
                 raise ValueError(f"{item.name} and what precedes it take more bytes than the file has ({size})")
