@@ -20,7 +20,7 @@ from numba.extending import intrinsic
 
 from amb_cosim.cosim.fmu.fmus import model_source
 from amb_cosim.cosim.grid.schedules import Changes, PiecewiseConstant
-from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.plan import ScenarioPlan
 from array_types import Array, Indices
 from benchmarks.kernels import step_kernel
 from fmi_export.model import UNCHANGED, Instance
@@ -70,15 +70,13 @@ class Baseline:
         If the run is of another kind, or the C compiler of native FMUs is missing.
     """
 
-    def __init__(self, prepared: PreparedRun) -> None:
-        plan, system = prepared.plan, prepared.plan.system
+    def __init__(self, plan: ScenarioPlan) -> None:
+        system = plan.system
         order = system.coupling
-        if order != "gauss_seidel" or prepared.profile:
-            raise ValueError(
-                f"{prepared.name} has no baseline; it must run this project's models in Gauss-Seidel order"
-            )
-        outputs = [f"{c}.{port.name}" for c, i in prepared.interfaces.items() for port in i.of("output")]
-        wiring = prepared.assembly.wiring(plan.inputs, outputs)
+        if order != "gauss_seidel" or plan.profile:
+            raise ValueError(f"{plan.name} has no baseline; it must run this project's models in Gauss-Seidel order")
+        outputs = [f"{c}.{port.name}" for c, i in plan.interfaces.items() for port in i.of("output")]
+        wiring = plan.assembly.wiring(plan.inputs, outputs)
         names = [*plan.inputs, *outputs]  # each model's outputs in the order in which its kernel writes them
         positions = np.array([names.index(name) for name in wiring.names], np.intp)
         self._plan = plan
@@ -92,7 +90,7 @@ class Baseline:
         self._calls: list[KernelCall] = []
         first = wiring.n_exogenous
         for component, source in zip(system.components, wiring.sources, strict=True):
-            instance = Instance(*model_source(component.fmu, **prepared.assembly.options))
+            instance = Instance(*model_source(component.fmu, **plan.assembly.options))
             for name, value in plan.parameters[component.name].items():
                 instance[name] = value
             table, outputs_of_model = instance.model.interface, self._values[first : first + len(instance.outputs)]

@@ -15,7 +15,7 @@ from typing import Any
 
 from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.run.options import RunOptions
-from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.simulation import execute
 from benchmarks import cases, peers
 from benchmarks.baseline import Baseline
@@ -33,24 +33,24 @@ def native_possible() -> bool:
     return importlib.util.find_spec("ziglang") is not None
 
 
-def master_candidate(prepared: PreparedRun, loop: Loop) -> Candidate:
+def master_candidate(prepared: ScenarioPlan, loop: Loop) -> Candidate:
     """Run with this project's master."""
 
     def step_time() -> float:
         result = execute(prepared, RunOptions(loop=loop))
         if result.outcome.failure is not None:
             raise CandidateFailed(result.outcome.failure)
-        return float(result.dataset.attrs["wall_s"]) / prepared.plan.last
+        return float(result.dataset.attrs["wall_s"]) / prepared.last
 
     return step_time
 
 
-def baseline_candidate(prepared: PreparedRun) -> Candidate:
+def baseline_candidate(prepared: ScenarioPlan) -> Candidate:
     """Run in one loop without FMI."""
-    return lambda: Baseline(prepared).run().seconds / prepared.plan.last
+    return lambda: Baseline(prepared).run().seconds / prepared.last
 
 
-def profiled_baseline_candidate(prepared: PreparedRun, parts: dict[str, list[float]]) -> Candidate:
+def profiled_baseline_candidate(prepared: ScenarioPlan, parts: dict[str, list[float]]) -> Candidate:
     """Run in one loop without FMI and append the time (s) of each part of a step to `parts`.
 
     Reading the clock takes time too, so this run is slower than that of `baseline_candidate`.
@@ -59,8 +59,8 @@ def profiled_baseline_candidate(prepared: PreparedRun, parts: dict[str, list[flo
     def step_time() -> float:
         result = Baseline(prepared).run(profile=True)
         for part, seconds in result.parts.items():
-            parts.setdefault(part, []).append(seconds / prepared.plan.last)
-        return result.seconds / prepared.plan.last
+            parts.setdefault(part, []).append(seconds / prepared.last)
+        return result.seconds / prepared.last
 
     return step_time
 
@@ -97,7 +97,7 @@ def retainer_candidates(seconds: float, missing: Missing) -> dict[str, Candidate
     """Return candidates for the retainer case: the native plant under this master, ROSS, Siconos."""
     prepared = cases.retainer_case(seconds)
     result = {"ring_native": master_candidate(prepared, "compiled")}
-    steps = prepared.plan.last
+    steps = prepared.last
     others: list[tuple[str, str, str, Callable[[], dict[str, Any]]]] = [
         (
             "ross",

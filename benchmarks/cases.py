@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario, make_scenario
 from array_types import Array
 from rotor_analysis.assembly import Matrices, assemble
@@ -45,12 +46,12 @@ _FROM_REST: dict[str, Any] = {
 }
 
 
-def fig4_9(options: RunOptions) -> PreparedRun:
+def fig4_9(options: RunOptions) -> ScenarioPlan:
     """Plan the scenario `fig4_9`, controlled at 4 kHz."""
     return prepare_run(load_scenario("fig4_9").changed(settling="simulated"), options=options)
 
 
-def rubbing_case(seconds: float, options: RunOptions = DEFAULTS, **changes: Any) -> PreparedRun:
+def rubbing_case(seconds: float, options: RunOptions = DEFAULTS, **changes: Any) -> ScenarioPlan:
     """Plan the rubbing case for a time (s); `changes` replace keys of its scenario."""
     return prepare_run(make_scenario(_rubbing_scenario(seconds) | changes, "rubbing"), options=options)
 
@@ -66,7 +67,7 @@ def _rubbing_scenario(seconds: float) -> dict[str, Any]:
     }
 
 
-def retainer_case(seconds: float) -> PreparedRun:
+def retainer_case(seconds: float) -> ScenarioPlan:
     """Plan the retainer case for a time (s)."""
     return prepare_run(retainer_scenario(seconds))
 

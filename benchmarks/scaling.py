@@ -12,7 +12,8 @@ import numpy as np
 
 from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, make_scenario
 from amb_cosim.scenario.simulation import execute
 from benchmarks import cases
@@ -63,7 +64,7 @@ def cost_over_time(options: RunOptions, durations: Sequence[float], rounds: int)
 def cost_over_sites(options: RunOptions, seconds: float, rounds: int) -> dict[str, Any]:
     """Measure the time (s) of a step of the plant over the number of sites that loads press it onto."""
     runs = [prepare_run(pressed_rotor(count, seconds), options=options) for count in range(len(SITES) + 1)]
-    steps = runs[0].plan.last
+    steps = runs[0].last
     return LinearFit(_mean_sites_in_contact(runs), [t / steps for t in _median_times(runs, rounds)]).as_data(
         "sites_in_contact", "step_s"
     )
@@ -72,7 +73,7 @@ def cost_over_sites(options: RunOptions, seconds: float, rounds: int) -> dict[st
 def cost_over_variables(options: RunOptions, seconds: float, rounds: int) -> dict[str, Any]:
     """Measure the time (s) of a step of the rubbing case over the number of recorded variables."""
     runs = [cases.rubbing_case(seconds, options, record={"variables": patterns}) for patterns in RECORDED]
-    counts, steps = [float(len(prepared.plan.recorded)) for prepared in runs], runs[0].plan.last
+    counts, steps = [float(len(prepared.recorded)) for prepared in runs], runs[0].last
     return LinearFit(counts, [t / steps for t in _median_times(runs, rounds)]).as_data("variables", "step_s")
 
 
@@ -106,7 +107,7 @@ def peak_memory(flavour: Flavour, seconds: float) -> dict[str, float]:
     execute(prepared)
     unit = 1 if sys.platform == "darwin" else 1024
     peak = unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return {"peak": peak, "recorder": 8.0 * (prepared.plan.last + 1) * (len(prepared.plan.recorded) + 1)}
+    return {"peak": peak, "recorder": 8.0 * (prepared.last + 1) * (len(prepared.recorded) + 1)}
 
 
 def pressed_rotor(count: int, seconds: float) -> Scenario:
@@ -130,13 +131,13 @@ def pressed_rotor(count: int, seconds: float) -> Scenario:
     )
 
 
-def _mean_sites_in_contact(runs: Sequence[PreparedRun]) -> list[float]:
+def _mean_sites_in_contact(runs: Sequence[ScenarioPlan]) -> list[float]:
     """Return the number of sites in contact, averaged over each run."""
     datasets = [execute(prepared).dataset for prepared in runs]
     return [sum(float((d[f"rotor_contact.{site}.mode"] > 0).mean()) for site in SITES) for d in datasets]
 
 
-def _median_times(runs: Sequence[PreparedRun], rounds: int) -> list[float]:
+def _median_times(runs: Sequence[ScenarioPlan], rounds: int) -> list[float]:
     """Return the median stepping time (s) of each run over rounds in which each runs once."""
     times = [[float(execute(prepared).dataset.attrs["wall_s"]) for prepared in runs] for _ in range(rounds + 1)]
     return [median(column) for column in zip(*times[1:], strict=True)]

@@ -44,9 +44,9 @@ def _step_times(name: str, rounds: int) -> dict[str, Any]:
     prepared = prepare_run(load_scenario(name), options=RunOptions(flavour="native"))
     runs = [Baseline(prepared).run(profile=True) for _ in range(rounds)]
     shortest = 1e6 * np.min([run.steps for run in runs], axis=0)
-    sample = 1e6 * prepared.plan.step_size
+    sample = 1e6 * prepared.step_size
     return {
-        "longest": _describe(prepared.plan, runs[0].table, int(shortest.argmax())),
+        "longest": _describe(prepared, runs[0].table, int(shortest.argmax())),
         "median": float(np.median(shortest)),
         "percentile_99_9": float(np.percentile(shortest, 99.9)),
         "maximum": float(shortest.max()),

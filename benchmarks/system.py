@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.plan import ScenarioPlan
 
 _KINDS: dict[str, type] = {"Real": float, "Integer": int, "Boolean": bool}
 
 
-def plain_system(prepared: PreparedRun, recorded: Sequence[str]) -> dict[str, Any]:
+def plain_system(plan: ScenarioPlan, recorded: Sequence[str]) -> dict[str, Any]:
     """Return the arguments of the functions in `peers`, for a run from point 0 without events."""
-    plan, system = prepared.plan, prepared.plan.system
+    system = plan.system
     start: dict[str, dict[str, Any]] = {
-        component: {v: _KINDS[prepared.interfaces[component].ports[v].type](value) for v, value in values.items()}
+        component: {v: _KINDS[plan.interfaces[component].ports[v].type](value) for v, value in values.items()}
         for component, values in plan.start_values().items()
     }
     return {
-        "fmus": {c.name: str(prepared.fmus[c.name].path) for c in system.components},
+        "fmus": {c.name: str(plan.fmus[c.name].path) for c in system.components},
         "start": start,
         "connections": [[link.source, link.target] for link in system.connections],
         "recorded": list(recorded),

@@ -16,8 +16,8 @@ from amb_cosim.export.planned import made_for
 from amb_cosim.presentation.units import speed_unit, with_speeds_in
 from amb_cosim.results.component_names import ACTUATOR, PLANT
 from amb_cosim.results.places import places_of
-from amb_cosim.scenario.plan import scenario_plan
-from amb_cosim.scenario.prepare_run import PreparedRun, assemble_scenario
+from amb_cosim.scenario.plan import ScenarioPlan, scenario_plan
+from amb_cosim.scenario.prepare_run import assemble_scenario
 from amb_cosim.scenario.rotors import named
 from amb_cosim.scenario.scenario import Scenario
 from amb_live.geometry import geometry
@@ -58,18 +58,18 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
         If the scenario is invalid, or requires features that a browser lacks: an FMU file, iterative coupling.
     """
     assembly = assemble_scenario(scenario, POWER_LOSS)
-    prepared = PreparedRun(scenario, scenario_plan(scenario, assembly), assembly)
-    _check(prepared)
-    model, parts = _fmu(prepared, source)
-    plan, system = prepared.plan, prepared.plan.system
+    plan = scenario_plan(scenario, assembly)
+    _check(plan)
+    model, parts = _fmu(plan, source)
+    system = plan.system
     module, guid = parts
     names = [v.name for v in model.interface.variables if v.name != FAULT_CODE]  # the last one
     components = [
         {
             "name": c.name,
             "model": fmu_name(c.fmu),
-            "guid": prepared.interfaces[c.name].guid,
-            "variables": [_variable(port) for port in prepared.interfaces[c.name].ports.values()],
+            "guid": plan.interfaces[c.name].guid,
+            "variables": [_variable(port) for port in plan.interfaces[c.name].ports.values()],
             "parameters": dict(plan.parameters[c.name]),
         }
         for c in system.components
@@ -96,29 +96,27 @@ def rig(scenario: Scenario, source: Callable[..., Made] = model_source) -> Rig:
         "components": components,
         "signals": [{"name": signal.name, "targets": list(signal.targets)} for signal in system.signals],
         "inputs": dict(plan.inputs),
-        "events": _events(prepared),
+        "events": _events(plan),
         "ramps": [{"variable": r.variable, "points": list(map(list, r.points)), "slope": r.slope} for r in plan.ramps],
         "stops": [condition._asdict() for condition in plan.stops],
         "recorded": [name for name in plan.recorded if name in names],
         "geometry": geometry(
             scenario.rotor,
-            prepared.fmus[PLANT].layout or {},
-            _gravity_angle(prepared),
-            places_of(prepared.assembly).magnetic,
+            plan.fmus[PLANT].layout or {},
+            _gravity_angle(plan),
+            places_of(plan.assembly).magnetic,
         ),
     }
     return Rig(data, parts)
 
 
-def _check(prepared: PreparedRun) -> None:
-    if prepared.assembly.from_elsewhere:
-        name = prepared.assembly.from_elsewhere[0]
-        path = prepared.fmus[name].path
+def _check(plan: ScenarioPlan) -> None:
+    if plan.assembly.from_elsewhere:
+        name = plan.assembly.from_elsewhere[0]
+        path = plan.fmus[name].path
         raise ValueError(f"{name} is the FMU file {path}; the live rig runs only this project's models")
-    if PLANT not in prepared.interfaces:
-        raise ValueError(
-            f"system {prepared.assembly.system.name} has no component {PLANT}, which the live rig requires"
-        )
+    if PLANT not in plan.interfaces:
+        raise ValueError(f"system {plan.assembly.system.name} has no component {PLANT}, which the live rig requires")
 
 
 def _variable(port: Port) -> dict[str, Any]:
@@ -137,9 +135,9 @@ def _variable(port: Port) -> dict[str, Any]:
     return variable | ({"items": dict(port.items)} if port.items else {})
 
 
-def _events(prepared: PreparedRun) -> list[dict[str, Any]]:
-    named = [event for event in prepared.scenario.event if event.name]
-    labels = {prepared.plan.marks[event.name]: event.name for event in named}
+def _events(plan: ScenarioPlan) -> list[dict[str, Any]]:
+    named = [event for event in plan.scenario.event if event.name]
+    labels = {plan.marks[event.name]: event.name for event in named}
     roles = {event.name: event.role for event in named if event.role}
     return [
         {
@@ -149,18 +147,18 @@ def _events(prepared: PreparedRun) -> list[dict[str, Any]]:
             "label": (label := labels.get(point, "")),
             "role": roles.get(label, ""),
         }
-        for point, variable, value in prepared.plan.events
+        for point, variable, value in plan.events
     ]
 
 
-def _gravity_angle(prepared: PreparedRun) -> float:
+def _gravity_angle(plan: ScenarioPlan) -> float:
     """Return the direction of gravity (rad), from x towards y."""
-    interface: FmuInterface = prepared.interfaces[PLANT]
+    interface: FmuInterface = plan.interfaces[PLANT]
     start = interface.ports["gravity_angle"].start or 0.0
-    return prepared.plan.parameters[PLANT].get("gravity_angle", start)
+    return plan.parameters[PLANT].get("gravity_angle", start)
 
 
-def _fmu(prepared: PreparedRun, source: Callable[..., Made]) -> tuple[Model, dict[str, bytes]]:
+def _fmu(plan: ScenarioPlan, source: Callable[..., Made]) -> tuple[Model, dict[str, bytes]]:
     """Return the components in a single model, and the bytes of its FMU: the module, and the constants by its guid.
 
     Start values are those of the models, so that scenarios of a system and rotor share it.
@@ -169,8 +167,8 @@ def _fmu(prepared: PreparedRun, source: Callable[..., Made]) -> tuple[Model, dic
     from fmi_export.building.native.engines import engine, engine_key
     from fmi_export.building.native.package import native_guid
 
-    models = made_for(prepared.plan.system, source, **prepared.assembly.options)
-    model, constants = assembled(prepared.plan, models)
+    models = made_for(plan.system, source, **plan.assembly.options)
+    model, constants = assembled(plan, models)
     key, guid = engine_key(model.compiled), native_guid(model, constants)
     module = engine(model.compiled, WEBASSEMBLY).library
     return model, {key: module, guid: model_data(model, constants, guid, key)}

@@ -33,7 +33,7 @@ class Branches:
     """
 
     def __init__(self, assembly: Assembly, instances: InstancePool, labels: Sequence[str]) -> None:
-        self._assembly, self._instances = assembly, instances
+        self._instances = instances
         can_save = all(interface.saves_state for interface in assembly.interfaces.values())
         self._labels = tuple(labels) if can_save else ()
         self._plans: dict[str, tuple[Plan, Checkpoint]] = {}
@@ -70,7 +70,7 @@ class Branches:
             and earlier.recorded == plan.recorded
             and earlier.system.components == plan.system.components
             and earlier.system.coupling == plan.system.coupling
-            and plan_past(self._assembly, earlier, n) == plan_past(self._assembly, plan, n)
+            and plan_past(earlier, n) == plan_past(plan, n)
         )
 
 

@@ -21,7 +21,7 @@ from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 from amb_files.checks import require
@@ -183,11 +183,11 @@ def robustness(
     if rows[0].reason:
         raise ValueError(f"scenario {scenario.name}: {rows[0].reason}")
     left_out = dict(varied.left_out)
-    return Robustness(scenario.name, change, tuple(rows), left_out, warnings=prepared.plan.warnings)
+    return Robustness(scenario.name, change, tuple(rows), left_out, warnings=prepared.warnings)
 
 
 def _identified(
-    scenario: Scenario, settings: Mapping[str, Raw], prepared: PreparedRun, flavour: Flavour
+    scenario: Scenario, settings: Mapping[str, Raw], prepared: ScenarioPlan, flavour: Flavour
 ) -> ReceptanceTable:
     """Return the receptances identified in a scenario's sampled loop at the speeds of its adaptation."""
     speeds = identification_speeds(prepared)

@@ -10,7 +10,7 @@ import numpy as np
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.results.component_names import CONTROLLER, PLANT
-from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import UNBALANCE
 from amb_files.wildcards import matches
 
@@ -43,7 +43,7 @@ class Variations:
 
 
 def variations(
-    prepared: PreparedRun, settings: Mapping[str, Raw], change: float, identified: Callable[[], ReceptanceTable]
+    plan: ScenarioPlan, settings: Mapping[str, Raw], change: float, identified: Callable[[], ReceptanceTable]
 ) -> Variations:
     """Return variations of the scenario: H identified in its sampled loop, and each quantity increased and decreased.
 
@@ -51,7 +51,7 @@ def variations(
 
     Parameters
     ----------
-    prepared
+    plan
         The unchanged scenario.
     settings
         Values that replaced those of the scenario.
@@ -61,14 +61,14 @@ def variations(
         Identifies H and returns its table; called only if the controller uses one.
     """
     made, left_out = [], {}
-    if reason := _without_h(prepared):
+    if reason := _without_h(plan):
         left_out["identified H"] = reason
     else:
         try:
             made.append(Variation("identified H", {"receptances": identified()}))
         except ValueError as error:
             left_out["identified H"] = f"its identification failed: {error}"
-    for name, scaled in _quantities(prepared, settings):
+    for name, scaled in _quantities(plan, settings):
         if isinstance(scaled, str):
             left_out[name] = scaled
             continue
@@ -77,10 +77,10 @@ def variations(
     return Variations(tuple(made), left_out)
 
 
-def identification_speeds(prepared: PreparedRun) -> list[float]:
+def identification_speeds(plan: ScenarioPlan) -> list[float]:
     """Return the speeds (rad/s) at which H is identified: that of the run, or a grid over its range."""
-    speeds = [prepared.speed, *(speed for _, speed in prepared.profile)]
-    lowest = prepared.plan.all_parameters(prepared.interfaces)[CONTROLLER]["rolac.min_speed"] or 0.0
+    speeds = [plan.speed, *(speed for _, speed in plan.profile)]
+    lowest = plan.all_parameters()[CONTROLLER]["rolac.min_speed"] or 0.0
     low, high = max(min(speeds), lowest), max(speeds)
     return [high] if high - low < STEP else [float(v) for v in np.linspace(low, high, 1 + round((high - low) / STEP))]
 
@@ -88,9 +88,9 @@ def identification_speeds(prepared: PreparedRun) -> list[float]:
 Scaled = Callable[[float], dict[str, Raw]]
 
 
-def _quantities(prepared: PreparedRun, settings: Mapping[str, Raw]) -> Iterator[tuple[str, Scaled | str]]:
+def _quantities(plan: ScenarioPlan, settings: Mapping[str, Raw]) -> Iterator[tuple[str, Scaled | str]]:
     """Yield names of quantities with settings scaled by a factor, or the reason why there is nothing to vary."""
-    values = {k: dict(v) for k, v in prepared.plan.all_parameters(prepared.interfaces).items()}
+    values = {k: dict(v) for k, v in plan.all_parameters().items()}
     controller, plant = values.get(CONTROLLER, {}), values.get(PLANT, {})
     gains = DIRECT if controller.get("pid.direct") else ASSUMED
     nominal: dict[str, dict[str, float]] = {}
@@ -98,44 +98,44 @@ def _quantities(prepared: PreparedRun, settings: Mapping[str, Raw]) -> Iterator[
         for quantity, pattern in patterns.items():
             matching = {f"{component}.{n}": v for n, v in parameters.items() if v and matches(n, pattern)}
             nominal[quantity] = nominal.get(quantity, {}) | matching
-    if _is_on(prepared, "rolac_enable"):
+    if _is_on(plan, "rolac_enable"):
         nominal["alpha"] = {f"{CONTROLLER}.rolac.alpha": controller["rolac.alpha"] or 0.0}
     else:
         yield "alpha", "the synchronous control is off"
     for quantity, values_of_quantity in nominal.items():
         yield quantity, _times(values_of_quantity) if any(values_of_quantity.values()) else "it is zero everywhere"
-    yield "unbalance", _unbalance(prepared, settings)
+    yield "unbalance", _unbalance(plan, settings)
 
 
 def _times(values: Mapping[str, float]) -> Scaled:
     return lambda factor: {name: factor * value for name, value in values.items()}
 
 
-def _unbalance(prepared: PreparedRun, settings: Mapping[str, Raw]) -> Scaled | str:
+def _unbalance(plan: ScenarioPlan, settings: Mapping[str, Raw]) -> Scaled | str:
     """Return settings that scale all unbalances, including those set instead of the scenario's."""
-    assignments = prepared.assembly.assignments()
-    first = {n: v for n, v in prepared.plan.inputs.items() if v and assignments.port(n).unit == UNBALANCE}
-    later = [n for _, n, value in prepared.plan.events if value and assignments.port(n).unit == UNBALANCE]
+    assignments = plan.assembly.assignments()
+    first = {n: v for n, v in plan.inputs.items() if v and assignments.port(n).unit == UNBALANCE}
+    later = [n for _, n, value in plan.events if value and assignments.port(n).unit == UNBALANCE]
     if not first and not later:
         return "there is none"
     replaced = {name for values in settings if "." in values for name in assignments.matching(values)} & first.keys()
-    unbalance_factor = prepared.scenario.unbalance_factor
+    unbalance_factor = plan.scenario.unbalance_factor
     return lambda factor: {
         "unbalance_factor": unbalance_factor * factor,
         **{name: factor * first[name] for name in replaced},
     }
 
 
-def _is_on(prepared: PreparedRun, switch: str) -> bool:
+def _is_on(plan: ScenarioPlan, switch: str) -> bool:
     """Return whether an input of the controller is on at any time of the run."""
-    name, plan = SWITCHES[switch], prepared.plan
+    name = SWITCHES[switch]
     return bool(plan.inputs.get(name)) or any(value for _, changed, value in plan.events if changed == name)
 
 
-def _without_h(prepared: PreparedRun) -> str:
+def _without_h(plan: ScenarioPlan) -> str:
     """Return why identified H is not a variation of a run; empty if the outcome depends on H."""
-    if not _is_on(prepared, "rolac_enable"):
+    if not _is_on(plan, "rolac_enable"):
         return "the synchronous control is off"
-    if _is_on(prepared, "identify"):
+    if _is_on(plan, "identify"):
         return "the run identifies H itself"
-    return "the scenario has a table" if prepared.scenario.receptances is not None else ""
+    return "the scenario has a table" if plan.scenario.receptances is not None else ""

@@ -18,8 +18,8 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import bare_signals, make_result
-from amb_cosim.scenario.plan import ScenarioStart, scenario_plan, start_of
-from amb_cosim.scenario.prepare_run import PreparedRun, assemble_scenario
+from amb_cosim.scenario.plan import ScenarioPlan, ScenarioStart, scenario_plan, start_of
+from amb_cosim.scenario.prepare_run import assemble_scenario
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.scenario_tables import Event
 from amb_cosim.scenario.stators import reasons_for_stators
@@ -93,8 +93,8 @@ class Runner:
         self._machines: dict[str, _Machine] = {}
         self._first: tuple[tuple[str, str], ScenarioStart | None] = ("", ""), None
 
-    def plan(self, settings: Mapping[str, Setting]) -> PreparedRun:
-        """Return the prepared run of a point.
+    def plan(self, settings: Mapping[str, Setting]) -> ScenarioPlan:
+        """Return the plan of a point.
 
         Raises
         ------
@@ -107,31 +107,31 @@ class Runner:
         """Run a point; any failure is its result."""
         began = time.perf_counter()
         try:
-            machine, prepared = self._prepared(settings)
-            plan, branches = prepared.plan, machine.branches
+            machine, plan = self._prepared(settings)
+            branches = machine.branches
             start = branches.start_of(plan)
             saves = branches.saves_of(plan, start)
             in_process = replace(self.task.options, isolated=False)  # a crash of this process is handled
             options = replace(in_process, instances=machine.instances, start=start, saves=saves)
-            recording = execute_plan(prepared.assembly, plan, options)
+            recording = execute_plan(plan, options)
         except ValueError as error:
             return PointResult(point, "invalid", str(error), seconds=time.perf_counter() - began)
         except (StartFailed, FmuError, ProcessFailed) as error:
             return PointResult(point, "failed", str(error), seconds=time.perf_counter() - began)
         if recording.outcome.failure is None:
             branches.keep(plan, recording.checkpoints)
-        recovery, values = evaluate(bare_signals(prepared, recording, machine.places))
+        recovery, values = evaluate(bare_signals(plan, recording, machine.places))
         outcome, reason = outcome_of(recording.outcome, recovery)
         if outcome == "failed":
             values = {}  # those of an aborted run have no meaning
         elif self.task.metrics:
-            numbers, error_text = self._user_metrics(make_result(prepared, recording))
+            numbers, error_text = self._user_metrics(make_result(plan, recording))
             values |= numbers
             outcome, reason = ("failed", error_text) if error_text else (outcome, reason)
         if self.task.labels and values:
             values["shared"] = 0.0 if start is None else (start.point - plan.begin) / (plan.last - plan.begin)
         is_recorded = "all" in self.task.keep or outcome in self.task.keep
-        record = _netcdf(make_result(prepared, recording)) if is_recorded else None
+        record = _netcdf(make_result(plan, recording)) if is_recorded else None
         return PointResult(point, outcome, reason, values, time.perf_counter() - began, record)
 
     def _user_metrics(self, result: Result) -> tuple[dict[str, float], str]:
@@ -152,7 +152,7 @@ class Runner:
             machine.instances.close()
         self._machines.clear()
 
-    def _prepared(self, settings: Mapping[str, Setting]) -> tuple[_Machine, PreparedRun]:
+    def _prepared(self, settings: Mapping[str, Setting]) -> tuple[_Machine, ScenarioPlan]:
         scenario, of_point = varied(self.task.scenario, settings)
         values = {**self.task.settings, **of_point}
         key = repr([reasons_for_stators(scenario, values), *(getattr(scenario, name) for name in _ASSEMBLED_FROM)])
@@ -168,7 +168,7 @@ class Runner:
         if self._first[0] != first_key:
             self._first = first_key, start_of(scenario, assembly, values)
         plan = scenario_plan(scenario, assembly, values, self.task.until, machine.recorded, self._first[1])
-        return machine, PreparedRun(scenario, plan, assembly)
+        return machine, plan
 
 
 def varied(scenario: Scenario, values: Mapping[str, Setting]) -> tuple[Scenario, dict[str, Raw]]:

@@ -88,7 +88,7 @@ def _native(scenarios: Ends, rounds: int) -> dict[str, list[float]]:
     result: dict[str, list[float]] = {}
     for name, until in scenarios.items():
         prepared = prepare_run(load_scenario(name).changed(settling="simulated"), until=until)
-        simulated = (prepared.plan.last - prepared.plan.first) * prepared.plan.step_size
+        simulated = (prepared.last - prepared.first) * prepared.step_size
         result[name] = []
         for _ in range(rounds + 1):
             begin = time.perf_counter()

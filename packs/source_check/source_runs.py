@@ -7,13 +7,14 @@ from collections.abc import Iterable
 from typing import Any
 
 from amb_cosim.cosim.system.system_file import load_system
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from rotor_analysis.rotor_file import load_rotor
 from source_check.statements import Source
 
 
-def prepare_source(source: Source) -> PreparedRun:
+def prepare_source(source: Source) -> ScenarioPlan:
     """Return the prepared run of a source.
 
     Raises

@@ -32,7 +32,7 @@ BY_RUNS = ("waterfall", "coupling", "robustness")  # half a revolution is enough
 def test_studies_show_the_warnings_of_a_run(name):
     machine = load_scenario(MACHINE).changed(settle_cycles=0, end_cycle=0.5)
     source = {"source" if name == "waterfall" else "scenario": machine if name in BY_RUNS else MACHINE}
-    expected = prepare_run(machine, IDLE).plan.warnings
+    expected = prepare_run(machine, IDLE).warnings
     assert_names(expected[0], "rolac_controller.chain.noise", "rolac_controller.chain.preset")
     result = getattr(studies, name)(**source, set=IDLE, **STUDIES[name])
     assert [shown.removesuffix(" (parameters)") for shown in result.warnings] == [*expected]  # the suffix of a summary
@@ -53,7 +53,7 @@ def test_an_assessment_shows_the_warnings_of_a_run():
 
 
 def test_a_linear_model_has_the_warnings_of_a_run():
-    expected = prepare_run(load_scenario(MACHINE), IDLE).plan.warnings
+    expected = prepare_run(load_scenario(MACHINE), IDLE).warnings
     model = linearise(MACHINE, set=IDLE, components=["rotor_contact"])
     assert model.warnings == expected
     assert model.text()[-1] == f"warning: {expected[0]}"

@@ -50,7 +50,7 @@ def test_verdict_needs_decided_outcomes():
 def test_machine_without_controller_varies_its_passive_bearings():
     """A rotor in springs and dampers has K_b and C_b in the plant; what it does not have is named."""
     prepared, result = variations_of("nelson_mcvaugh_rub")
-    values = prepared.plan.all_parameters(prepared.interfaces)["rotor_contact"]
+    values = prepared.all_parameters()["rotor_contact"]
     settings = {item.name: item.settings for item in result.made}
     stiffer = settings["K_b + 1 %"]
     assert set(stiffer) == {"rotor_contact.b1.k_b", "rotor_contact.b2.k_b"}

@@ -55,7 +55,7 @@ def test_ready_sweeps_fit_their_scenarios(name, file):
     guids, units, _ = check_points(Task(amb_cosim.Scenario.load(study.scenario)), design)
     assert len(guids) == 3
     assert {"rad/s", "kg.m"} & set(units.values())
-    assert prepare_run(amb_cosim.Scenario.load(study.scenario)).plan.last > 0
+    assert prepare_run(amb_cosim.Scenario.load(study.scenario)).last > 0
 
 
 def test_refinement_converges_to_a_circle_with_few_points(tmp_path):

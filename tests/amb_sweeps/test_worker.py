@@ -67,7 +67,7 @@ def test_a_reset_instance_gives_the_same_as_a_new_one(flavour, coupling):
 def test_sweeps_evaluate_what_a_complete_result_has(settings):
     """Offsets of retainers, the speed, clearances and the thinning of the record decide on values and outcomes."""
     prepared = prepare_run(SCENARIO.changed(record={"every": 20}), settings, UNTIL)
-    recording = execute_plan(prepared.assembly, prepared.plan)
+    recording = execute_plan(prepared)
     bare, complete = (
         bare_signals(prepared, recording, places_of(prepared.assembly)),
         make_result(prepared, recording).signals,
@@ -157,7 +157,7 @@ def test_unbalance_gravity_and_coupling_at_the_start_are_those_of_the_point(fiel
     scenario = load_scenario("compressor_levitated")
     runner = Runner(Task(scenario))
     for of_point in fields:
-        plan, alone = runner.plan(of_point).plan, prepare_run(scenario.changed(**of_point)).plan
+        plan, alone = runner.plan(of_point), prepare_run(scenario.changed(**of_point))
         assert (plan.inputs, plan.parameters, plan.warnings) == (alone.inputs, alone.parameters, alone.warnings)
 
 

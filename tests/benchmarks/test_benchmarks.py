@@ -86,7 +86,7 @@ def compared_with_baseline(scenario: str, until: str | None = None) -> dict[str,
     prepared = prepare_run(parsed, until=until, options=RunOptions(flavour="native"))
     dataset, result = execute(prepared).dataset, Baseline(prepared).run()
     profiled = Baseline(prepared).run(profile=True)
-    expected = {name: dataset[name].values.astype(float) for name in prepared.plan.recorded}
+    expected = {name: dataset[name].values.astype(float) for name in prepared.recorded}
     return {
         "shape": list(result.table.shape),
         "points": dataset.sizes["time"],
@@ -96,7 +96,7 @@ def compared_with_baseline(scenario: str, until: str | None = None) -> dict[str,
         "parts": sum(profiled.parts.values()) / profiled.seconds,
         "steps": len(profiled.steps),
         "shortest_step": profiled.steps.min(),
-        "all_steps": sum(profiled.steps) / sum(profiled.parts[c.name] for c in prepared.plan.system.components),
+        "all_steps": sum(profiled.steps) / sum(profiled.parts[c.name] for c in prepared.system.components),
         "contact": sorted(set(dataset["rotor_contact.contact_state"].values.tolist())),
     }
 

@@ -271,7 +271,7 @@ def test_steps_alone_equal_those_of_the_plain_loop(coupling, answers):
             if run == "plain":
                 master.run(-40, 20)
             else:
-                compiled.step(master, -40, 20, compiled.program_of(master))
+                compiled.step(master, -40, 20, StopObserver(), Recorder([], 0))
         except StepFailed as failed:
             error = str(failed)
         calls = [call for call in trace if call[1] != "get"]  # what no component reads is not fetched

@@ -171,4 +171,4 @@ def test_an_error_in_a_system_file_names_the_system(tmp_path, text, facts):
     file.write_text(f"{text}communication_step = 1\nstop_time = 2\n[[component]]\nname = 'rotor'\nfmu = 'rotor.fmu'\n")
     with raises_naming(ValueError, *facts):
         assembly = Assembly(load_system(file), {}, {"rotor": INTERFACES["rotor"]})
-        experiment_plan(load_experiment(file), assembly.assignments())
+        experiment_plan(load_experiment(file), assembly)

@@ -171,7 +171,7 @@ def test_a_sample_time_not_in_seconds_sets_no_rate(fmu_from_c, tmp_path, declare
     fmu = fmu_from_c(SOURCE, text, name=f"rate-{sum(declared.encode())}")
     (tmp_path / "system.toml").write_text(system_text({"one": str(fmu)}), encoding="utf-8")
     assembly = assemble(load_system(tmp_path / "system.toml"))
-    plan = experiment_plan(load_experiment(tmp_path / "system.toml"), assembly.assignments())
+    plan = experiment_plan(load_experiment(tmp_path / "system.toml"), assembly)
     assert plan.system.component("one").every == (2 if is_rate else 1)
 
 

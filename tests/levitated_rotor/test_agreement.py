@@ -12,7 +12,8 @@ import pytest
 from assembled_rotor import RIG, Host, T, differing, in_one, inputs_at, separate, series, start_angle
 
 from amb_cosim import build_assembled
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 
 pytestmark = pytest.mark.gate
@@ -23,7 +24,7 @@ SIMULATED = {"settling": "simulated"}  # as one FMU has it
 SHORT = {"settle_cycles": 2, "end_cycle": 12, **SIMULATED}  # of fig4_9: contact all the same
 
 
-def short(**changes: Any) -> PreparedRun:
+def short(**changes: Any) -> ScenarioPlan:
     return prepare_run(load_scenario("fig4_9").changed(**{**SHORT, **changes}))
 
 
@@ -101,9 +102,9 @@ def test_steps_of_any_length_are_equal_if_a_host_subtracts_times(
     rollback: bool, extracted: Callable[..., Path]
 ) -> None:
     """Communication points are n T, computed, and steps their differences, as in PyFMI; logging is off."""
-    prepared = short()
-    plan, three = prepared.plan, series(separate(prepared))
-    warnings = {f"{c}.{p.name}" for c, i in prepared.interfaces.items() for p in i.of("output") if p.warning}
+    plan = short()
+    three = series(separate(plan))
+    warnings = {f"{c}.{p.name}" for c, i in plan.interfaces.items() for p in i.of("output") if p.warning}
     changes, sizes = inputs_at(plan, plan.first, plan.last), [1, 3, 2, 7, 1, 1, 12]
     host = Host(extracted("fig4_9"))
     start = plan.inputs | start_angle(plan)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -57,11 +56,8 @@ def built(tmp_path: Path) -> Callable[..., Any]:
     def build(coupling: str, every: int = 1) -> tuple[Any, Path]:
         file = tmp_path / "two magnets.toml"
         file.write_text(SYSTEM.format(coupling=coupling, every=every), encoding="utf-8")
-        assembly = assemble(load_system(file))
-        plan = experiment_plan(load_experiment(file), assembly.assignments())
-        return SimpleNamespace(plan=plan, interfaces=assembly.interfaces, assembly=assembly), build_assembled(
-            tmp_path, file
-        )
+        plan = experiment_plan(load_experiment(file), assemble(load_system(file)))
+        return plan, build_assembled(tmp_path, file)
 
     return build
 

@@ -8,7 +8,8 @@ import pytest
 from assembled_rotor import Host, T, in_one, separate
 
 from amb_cosim.cosim.errors import StartFailed
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
 from tests.support.messages import assert_names, raises_naming
 
@@ -27,7 +28,7 @@ def scenario(parameters: dict[str, Any]) -> Any:
 
 
 @pytest.fixture(scope="module", params=["NEAR", "AWAY"])
-def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[PreparedRun, Path]:
+def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[ScenarioPlan, Path]:
     mine = scenario({"NEAR": NEAR, "AWAY": AWAY}[request.param])
     return prepare_run(mine), mine.save(tmp_path_factory.mktemp("scenario") / f"{request.param.lower()}.toml")
 

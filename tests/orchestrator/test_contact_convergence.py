@@ -56,9 +56,9 @@ def test_the_row_of_the_scenario_is_its_run(substep):
     """With the substep that it states, longer or shorter than the start value of its rotor."""
     setting = {convergence_runs.SUBSTEP: substep}
     base = ConvergenceCase(as_scenario("fig4_9", None), setting)
-    assert convergence_runs.prepare_case(base).plan.parameters == prepare_run(base.scenario, setting).plan.parameters
+    assert convergence_runs.prepare_case(base).parameters == prepare_run(base.scenario, setting).parameters
     halved = next(case for case in varied_cases(base) if case.label == "substep / 2")
-    assert convergence_runs.prepare_case(halved).plan.parameters["rotor_contact"]["solver.max_substep"] == substep / 2
+    assert convergence_runs.prepare_case(halved).parameters["rotor_contact"]["solver.max_substep"] == substep / 2
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def study(monkeypatch):
             sites = [Contact(peak(case), 2.0, 3.0, 4.0) for case in cases]
             return [CaseResult({"rb1": site}, "recovered", 1e-8) for site in sites]
 
-        prepared = SimpleNamespace(plan=SimpleNamespace(warnings=warnings))
+        prepared = SimpleNamespace(warnings=warnings)
         monkeypatch.setattr(contact_convergence, "prepare_case", lambda case: prepared)
         monkeypatch.setattr(contact_convergence, "simulate_in_processes", simulated)
         return studies.convergence("fig4_9", rotor="bath_rig", starts=starts, progress=False)

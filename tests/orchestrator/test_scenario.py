@@ -174,13 +174,12 @@ def test_labels_are_free_and_in_the_order_of_their_events():
 @pytest.mark.parametrize("name", packaged_scenarios())
 def test_every_packaged_scenario_fits_the_fmus(name):
     scenario = load_scenario(name)
-    prepared = prepare_run(scenario)
+    plan = prepare_run(scenario)
     if scenario.rotor is not None:
         return
-    plan = prepared.plan
     assert plan.parameters["rotor_contact"]["eb1.enabled"] == 0.0
     assert all(plan.parameters["rotor_contact"].get(f"rb{i}.enabled") == 0.0 for i in (1, 2)) == name.startswith("fig3")
-    assert (plan.inputs["Omega_dot"], bool(prepared.profile)) == (0.0, name.startswith("run_"))
+    assert (plan.inputs["Omega_dot"], bool(plan.profile)) == (0.0, name.startswith("run_"))
 
 
 def test_run_down_mirrors_run_up():
@@ -188,7 +187,7 @@ def test_run_down_mirrors_run_up():
     assert [n for n, _ in up.profile] == [n for n, _ in down.profile]
     sums = [a + b for (_, a), (_, b) in zip(up.profile, down.profile, strict=True)]
     assert sums == pytest.approx([2.0 * math.pi * 33.0] * 3)
-    assert up.plan.inputs["rotor_contact.d1.u"] == down.plan.inputs["rotor_contact.d1.u"]
+    assert up.inputs["rotor_contact.d1.u"] == down.inputs["rotor_contact.d1.u"]
 
 
 def test_figures_5_6_differ_in_the_controller_alone():

@@ -12,7 +12,7 @@ SCALE = "identification.force_scale"
 
 def scale_of(scenario, **settings):
     """Return the scale that a plan sets; None if it leaves the start value, 1."""
-    return prepare_run(load_scenario(scenario), settings).plan.parameters["rolac_controller"].get(SCALE)
+    return prepare_run(load_scenario(scenario), settings).parameters["rolac_controller"].get(SCALE)
 
 
 def largest_force(**changes):
@@ -28,7 +28,7 @@ def test_the_rig_has_the_force_of_the_thesis(scenario):
 
 def test_force_is_that_of_the_rig_in_proportion_to_the_magnets():
     """550 N above 30 Hz on the rig; the magnets of the compressor have 2.2 times its K_i I_b."""
-    values = prepare_run(load_scenario("compressor_levitated")).plan.parameters["amb_actuator"]
+    values = prepare_run(load_scenario("compressor_levitated")).parameters["amb_actuator"]
     names = ("turns", "pole_area", "gap", "half_angle", "bias_current", "current_limit")
     own = {name: values[f"mb1.{name}_x"] for name in names if f"mb1.{name}_x" in values}
     share = largest_force(**own) / largest_force()

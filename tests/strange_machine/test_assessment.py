@@ -65,7 +65,7 @@ def test_level_one_is_without_seals_and_level_two_with_them(expander):
     rotor = expander.rotor
     emptied = (Bearing(seal.name, seal.node) for seal in rotor.seals)
     nothing = replace(rotor, seals=(*emptied, *expander.thrust_tilt))
-    bare_machine = expander.with_plan(expander.prepared.plan, nothing)
+    bare_machine = expander.with_plan(expander.prepared, nothing)
     (of_bare,) = bare_machine.linear_components.at(Omega).parts([PLANT])
     bare = of_bare.law.A
 

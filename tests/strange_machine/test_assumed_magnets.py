@@ -20,7 +20,7 @@ def test_controller_assumes_the_constants_of_its_magnets(gravity: str | None, ga
     """K_s and K_i by (2.8, 2.9), currents from -(I_s + I_b) to I_b."""
     settings = LINEAR | {"amb_actuator.*.gap_?": gap, "amb_actuator.*.bias_current_y": "2.5 A"}
     scenario = WEIGHTLESS.changed(gravity=gravity)
-    parameters = prepare_run(scenario, settings).plan.parameters
+    parameters = prepare_run(scenario, settings).parameters
     assumed, magnets = parameters["rolac_controller"], parameters["amb_actuator"]
     for bearing in ("north", "south"):
         for axis in "xy":
@@ -38,7 +38,7 @@ def test_controller_demands_no_current_that_the_coils_cannot_carry(limit: float)
     settings = LINEAR | {"amb_actuator.*.current_limit_?": limit, "amb_actuator.*.static_current_y": 0.5}
     pid = {n: raw for n, raw in WEIGHTLESS.parameters["rolac_controller"].items() if "i_max" not in n}
     unstated = WEIGHTLESS.model_copy(update={"parameters": {**WEIGHTLESS.parameters, "rolac_controller": pid}})
-    parameters = prepare_run(unstated, settings).plan.parameters
+    parameters = prepare_run(unstated, settings).parameters
     assumed, magnets = parameters["rolac_controller"], parameters["amb_actuator"]
     for axis in "xy":
         own = {n: magnets[f"north.{n}_{axis}"] for n in (*OF_MAGNET, "current_limit")}
@@ -57,10 +57,10 @@ def test_static_currents_of_another_machine_warn_without_gravity() -> None:
     """They raise K_s; a vertical shaft has gravity 0, and its coils the bias current alone."""
     magnets = {n: raw for n, raw in WEIGHTLESS.parameters["amb_actuator"].items() if "static_current" not in n}
     unstated = WEIGHTLESS.model_copy(update={"parameters": {**WEIGHTLESS.parameters, "amb_actuator": magnets}})
-    kept = prepare_run(unstated, LINEAR).plan
+    kept = prepare_run(unstated, LINEAR)
     assert_names(kept.warnings[-1], "static_current", "1.14 A", "north.x", "south.y", "gravity")
-    vertical = prepare_run(unstated.changed(gravity="0 m/s2"), LINEAR).plan
-    stated = prepare_run(unstated, LINEAR | {"amb_actuator.*.static_current_?": 0}).plan
+    vertical = prepare_run(unstated.changed(gravity="0 m/s2"), LINEAR)
+    stated = prepare_run(unstated, LINEAR | {"amb_actuator.*.static_current_?": 0})
     for plan in (vertical, stated):
         assert not plan.warnings
         bias = plan.parameters["amb_actuator"]["north.bias_current_x"]
@@ -71,7 +71,7 @@ def test_static_currents_of_another_machine_warn_without_gravity() -> None:
 
 @pytest.mark.parametrize(("factor", "warns"), [(1.4, False), (0.7, False), (1.6, True), (0.6, True)])
 def test_constants_far_from_those_of_the_magnets_warn(factor: float, warns: bool) -> None:
-    own = prepare_run(WEIGHTLESS, LINEAR).plan.parameters["rolac_controller"]["north.k_s_x"]
+    own = prepare_run(WEIGHTLESS, LINEAR).parameters["rolac_controller"]["north.k_s_x"]
     given = LINEAR | {"rolac_controller.north.k_s_x": factor * own}
     warnings = amb_cosim.run(WEIGHTLESS, set=given, until="1 ms", progress=False).summary.warnings
     both = f"rolac_controller.north.k_s_x = {factor * own:.4g} N/m, by the magnet {own:.4g} N/m"
@@ -80,7 +80,7 @@ def test_constants_far_from_those_of_the_magnets_warn(factor: float, warns: bool
 
 def test_measured_constants_of_another_machine_warn() -> None:
     """Geometry is given, the force law is that of constants which are not."""
-    warnings = prepare_run(WEIGHTLESS, {"amb_actuator.force_law": "measured"}).plan.warnings
+    warnings = prepare_run(WEIGHTLESS, {"amb_actuator.force_law": "measured"}).warnings
     assert_names(warnings[0], "amb_actuator.north.k_s_measured_x", "2e+06 N/m", "3.526e+05 N/m")
     measured = {"amb_actuator.force_law": "measured", "amb_actuator.*.k_[si]_measured_?": 2e3}
-    assert not prepare_run(WEIGHTLESS, measured).plan.warnings
+    assert not prepare_run(WEIGHTLESS, measured).warnings

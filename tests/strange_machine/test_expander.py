@@ -32,7 +32,7 @@ def test_gravity_leaves_the_weight_to_the_magnets(tmp_path):
     unstated = tmp_path / "gravity.toml"
     unstated.write_text(f'base = "{LEVITATION}"\nremove = ["amb_actuator.*static_current_?"]\n', encoding="utf-8")
     stated, found = (
-        prepare_run(Scenario.load(path)).plan.parameters["amb_actuator"] for path in (str(LEVITATION), str(unstated))
+        prepare_run(Scenario.load(path)).parameters["amb_actuator"] for path in (str(LEVITATION), str(unstated))
     )
     for bearing in ("north", "guide", "south"):
         name = f"{bearing}.static_current_y"

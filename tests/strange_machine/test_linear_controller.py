@@ -28,7 +28,7 @@ def short():
 def under_matrices(scenario, folder, settings=None):
     """A scenario under its PID as matrices: i = -((K_b + K_s) x + C_b (x - x_before)/h)/K_i."""
     prepared = prepare_run(scenario, settings)
-    values = prepared.plan.all_parameters(prepared.interfaces)["rolac_controller"]
+    values = prepared.all_parameters()["rolac_controller"]
     k_b, k_s, c_b, k_i, low, high = (
         np.array([values[f"{demand.replace('.i_', f'.{name}_')}"] for demand in DEMANDS])
         for name in ("k_b", "k_s", "c_b", "k_i", "i_min", "i_max")

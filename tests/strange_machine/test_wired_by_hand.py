@@ -79,8 +79,7 @@ def files(tmp_path_factory):
 @in_host("FMPy", "three of a scenario, wired by hand")
 def test_hand_wired_fmus_equal_the_orchestrator_to_the_last_bit(files, tmp_path):
     ours = amb_cosim.run(SCENARIO, progress=False)
-    prepared = prepare_run(SCENARIO)
-    plan = prepared.plan
+    plan = prepare_run(SCENARIO)
     assert plan.last == 320
     outputs = [name for name in plan.recorded if name not in plan.inputs]
     wires = [(link.source, link.target) for link in plan.system.connections]

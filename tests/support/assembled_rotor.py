@@ -18,7 +18,6 @@ from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.system.assembly import assemble
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import Component, Connection, Signal, System
-from amb_cosim.scenario.prepare_run import PreparedRun
 
 RIG = "rig"  # name of the component
 T = 250e-6  # s, sample time of the controller
@@ -26,26 +25,26 @@ T = 250e-6  # s, sample time of the controller
 Series = dict[str, NDArray[np.float64]]
 
 
-def separate(prepared: PreparedRun, record_every: int = 1) -> Recording:
+def separate(prepared: Plan, record_every: int = 1) -> Recording:
     """Run a scenario with its three FMUs; every output is recorded, from the beginning of settling on."""
     outputs = outputs_of(prepared)
-    plan = replace(prepared.plan, recorded=outputs, stops=(), record_every=record_every, record_from=-(10**9))
-    return execute_plan(prepared.assembly, plan)
+    plan = replace(prepared, recorded=outputs, stops=(), record_every=record_every, record_from=-(10**9))
+    return execute_plan(plan)
 
 
-def outputs_of(prepared: PreparedRun) -> tuple[str, ...]:
+def outputs_of(prepared: Plan) -> tuple[str, ...]:
     """Return the names of all outputs but the fault codes."""
     names = (f"{c}.{p.name}" for c, interface in prepared.interfaces.items() for p in interface.of("output"))
     return tuple(name for name in names if not name.endswith(".fault_code"))
 
 
-def in_one(prepared: PreparedRun, fmu: Path, beside: Mapping[str, Path] | None = None, **changes: Any) -> Recording:
+def in_one(plan: Plan, fmu: Path, beside: Mapping[str, Path] | None = None, **changes: Any) -> Recording:
     """Run the same with the assembled FMU: signals, events and ramps get its names, parameters are its start values.
 
     The angle at the start follows from the settling cycles of the run, which may be others than those of the FMU.
     `beside` are other FMUs of the system, whose input `u` is fed a voltage; `changes` are of the system.
     """
-    plan, others = prepared.plan, beside or {}
+    others = beside or {}
     system = System(
         name="one",
         description="",
@@ -61,6 +60,7 @@ def in_one(prepared: PreparedRun, fmu: Path, beside: Mapping[str, Path] | None =
 
     local = replace(
         plan,
+        assembly=assemble(system),
         system=system,
         parameters={component.name: {} for component in system.components} | {RIG: start_angle(plan)},
         inputs={named(name): value for name, value in plan.inputs.items()},
@@ -69,11 +69,11 @@ def in_one(prepared: PreparedRun, fmu: Path, beside: Mapping[str, Path] | None =
             replace(ramp, variable=named(ramp.variable), slope=None if ramp.slope is None else named(ramp.slope))
             for ramp in plan.ramps
         ),
-        recorded=tuple(f"{RIG}.{name}" for name in outputs_of(prepared)),
+        recorded=tuple(f"{RIG}.{name}" for name in outputs_of(plan)),
         stops=(),
         record_from=-(10**9),
     )
-    return execute_plan(assemble(system), local)
+    return execute_plan(local)
 
 
 def start_angle(plan: Plan) -> dict[str, float]:

@@ -26,7 +26,7 @@ def with_this_project(scenario: str, nanoseconds: bool = False) -> dict[str, Any
     prepared = prepare_run(make_scenario(tomllib.loads(scenario), "peers"))
     result = execute(prepared, RunOptions(loop="plain"))  # it alone calls the Python method replaced above
     assert result.outcome.failure is None, result.outcome.failure
-    recorded = {name: s.values.tolist() for name, s in result.dataset.items() if name not in prepared.plan.inputs}
+    recorded = {name: s.values.tolist() for name, s in result.dataset.items() if name not in prepared.inputs}
     return {"series": recorded, "system": plain_system(prepared, list(recorded))}
 
 

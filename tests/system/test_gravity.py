@@ -74,7 +74,7 @@ def test_bearings_together_pull_the_weight_against_gravity(angle):
 
 def test_static_currents_are_those_of_the_shares_of_the_weight():
     """K_i/2 I_s = share g/sqrt(2): MB1 carries 53.7 kg, MB2 42.3 kg."""
-    values = prepare_run(levitated()).plan.parameters["amb_actuator"]
+    values = prepare_run(levitated()).parameters["amb_actuator"]
     for bearing, mass in (("mb1", 53.732), ("mb2", 42.294)):
         for axis in "xy":
             expected = 2.0 * mass * 9.81 / math.sqrt(2.0) / 563.0
@@ -86,7 +86,7 @@ def test_controller_constants_of_a_system_file_take_precedence(tmp_path):
     """Also if they are written as in the file that it is based on."""
     (tmp_path / "own.toml").write_text('base = "levitated"\n[parameters.rolac_controller]\n"mb1.k_s_?" = "2e6 N/m"\n')
     scenario = levitated(parameters={"amb_actuator": {"force_law": 0}}, system=str(tmp_path / "own.toml"))
-    parameters = prepare_run(scenario).plan.parameters["rolac_controller"]
+    parameters = prepare_run(scenario).parameters["rolac_controller"]
     assert parameters["mb1.k_s_x"] == 2e6
     assert parameters["mb2.k_s_x"] != 2e6
 
@@ -94,7 +94,7 @@ def test_controller_constants_of_a_system_file_take_precedence(tmp_path):
 def test_parameters_of_the_scenario_take_precedence():
     scenario = levitated(parameters={"amb_actuator": {"mb1.static_current_x": "2 A"}})
     setting = {"rolac_controller.mb2.k_i_?": 600.0}
-    parameters = prepare_run(scenario, setting).plan.parameters
+    parameters = prepare_run(scenario, setting).parameters
     assert parameters["amb_actuator"]["mb1.static_current_x"] == 2.0
     assert parameters["amb_actuator"]["mb1.static_current_y"] != 2.0
     assert parameters["rolac_controller"]["mb2.k_i_y"] == 600.0
@@ -102,7 +102,7 @@ def test_parameters_of_the_scenario_take_precedence():
 
 
 def test_rotor_on_springs_has_gravity_and_no_static_currents():
-    parameters = prepare_run(levitated(system="passive", gravity_angle="3 rad")).plan.parameters["rotor_contact"]
+    parameters = prepare_run(levitated(system="passive", gravity_angle="3 rad")).parameters["rotor_contact"]
     assert (parameters["gravity"], parameters["gravity_angle"]) == (9.81, 3.0)
 
 
@@ -117,7 +117,7 @@ def test_a_machine_turned_by_180_degrees_has_the_same_coil_currents(law):
     coils, constants = [], []
     for angle in (225.0, 45.0):
         parameters = {"amb_actuator": {"force_law": law, "*.bias_current_?": "4.4 A"}}
-        plan = prepare_run(levitated(gravity_angle=f"{angle} deg", parameters=parameters)).plan
+        plan = prepare_run(levitated(gravity_angle=f"{angle} deg", parameters=parameters))
         local = plan.parameters["amb_actuator"]
         pairs = [(local[f"{b}.bias_current_{a}"], local[f"{b}.static_current_{a}"]) for b, a in map(split, AXES)]
         coils.append([(bias + static, bias) for bias, static in pairs])
@@ -138,8 +138,8 @@ def split(axis):
 @pytest.mark.parametrize(("tilt", "across"), [("30 deg", math.sqrt(0.75)), ("-60 deg", 0.5), ("90 deg", 0.0)])
 def test_bearings_carry_the_weight_across_a_tilted_shaft(tilt, across):
     """A rotor without a thrust disc does not move along its shaft."""
-    plan = prepare_run(levitated(tilt=tilt, rotor="bath_rig")).plan
-    whole = prepare_run(levitated(gravity=9.81 * across, rotor="bath_rig")).plan
+    plan = prepare_run(levitated(tilt=tilt, rotor="bath_rig"))
+    whole = prepare_run(levitated(gravity=9.81 * across, rotor="bath_rig"))
     assert plan.parameters["rotor_contact"]["gravity"] == pytest.approx(9.81 * across, rel=1e-12, abs=0.0)
     currents, expected = (
         [p.parameters["amb_actuator"][f"{axis.replace('.', '.static_current_')}"] for axis in AXES]

@@ -18,13 +18,13 @@ pytestmark = pytest.mark.slow
 def test_a_continued_scenario_has_the_same_bits(name, flavour, tmp_path):
     scenario, options = load_scenario(name), RunOptions(flavour=flavour)
     prepared, until = prepare_run(scenario, options=options), CYCLES * scenario.period
-    if prepared.plan.last * prepared.plan.step_size > until:
+    if prepared.last * prepared.step_size > until:
         prepared = prepare_run(scenario, until=until, options=options)
-    middle = prepared.plan.last // 2
-    plain = execute_plan(prepared.assembly, prepared.plan, RunOptions(saves=Saves((0, middle))))
+    middle = prepared.last // 2
+    plain = execute_plan(prepared, RunOptions(saves=Saves((0, middle))))
     for n, state in plain.checkpoints.items():
         start = Checkpoint.load(state.save(tmp_path / f"{n}.npz"))
-        continued = execute_plan(prepared.assembly, prepared.plan, RunOptions(start=start))
+        continued = execute_plan(prepared, RunOptions(start=start))
         assert continued.recorder.points.tobytes() == plain.recorder.points.tobytes()
         assert continued.recorder.table.tobytes() == plain.recorder.table.tobytes()
         assert continued.outcome == plain.outcome

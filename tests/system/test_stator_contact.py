@@ -108,7 +108,7 @@ def test_clearance_of_a_stator_is_the_smaller_air_gap():
         "rotor_contact.*.race_inertia": "1e-3 kg.m2",
         "rotor_contact.stator_mb2.mu": 0.15,
     }
-    values = prepare_run(LANDING, settings).plan.parameters["rotor_contact"]
+    values = prepare_run(LANDING, settings).parameters["rotor_contact"]
     assert (values["stator_mb1.clearance"], values["stator_mb2.clearance"]) == pytest.approx((1e-3, GAP), rel=2e-3)
     assert (values["rb1.clearance"], values["stator_mb2.mu"]) == (0.6e-3, 0.15)
     assert values.get("stator_mb1.race_inertia", 0.0) == 0.0

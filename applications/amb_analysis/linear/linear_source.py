@@ -27,7 +27,8 @@ from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import is_system, load_experiment, load_system
 from amb_cosim.cosim.system.values import Raw, convert, quantity
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.rotors import RotorSource
 from amb_cosim.scenario.scenario import SPEED, Scenario, as_scenario
 from array_types import Array
@@ -41,8 +42,8 @@ LINEAR = "linear_controller"
 class LinearSource:
     """Source of a linear model: the components of a run with all start values.
 
-    assembly, plan
-        FMUs and plan of the run.
+    plan
+        Plan of the run.
     point
         Operating point, by signal or `component.variable`; `Omega` in rad/s.
     changed
@@ -51,7 +52,6 @@ class LinearSource:
         Constants of the plant, by default those of the run, whose planes it must have.
     """
 
-    assembly: Assembly
     plan: Plan
     point: Mapping[str, float]
     changed: Callable[[LinearSource, str, LinearComponent], Law] | None = None
@@ -70,7 +70,7 @@ class LinearSource:
     @property
     def names(self) -> list[str]:
         """Names of the components, in the order of the master."""
-        return [component.name for component in self.assembly.system.components]
+        return [component.name for component in self.plan.assembly.system.components]
 
     def parts(self, names: Sequence[str]) -> list[LinearComponent]:
         """Return the linear parts of components."""
@@ -97,27 +97,27 @@ class LinearSource:
 
     def units(self) -> dict[str, str]:
         """Return the units of all variables, by name."""
-        ports = ((c, p) for c, interface in self.assembly.interfaces.items() for p in interface.ports.values())
+        ports = ((c, p) for c, interface in self.plan.interfaces.items() for p in interface.ports.values())
         return {f"{c}.{p.name}": p.unit or "1" for c, p in ports}
 
     def feeds(self, names: Sequence[str]) -> dict[str, str]:
         """Return the output that feeds each input, with both ends among components."""
-        system = self.assembly.system
+        system = self.plan.assembly.system
         links = {link.target: link.source for link in system.connections}
         return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
 
     def kind(self, name: str) -> str:
         """Return the name of a component's model, or the path of its FMU."""
-        fmu = self.assembly.system.component(name).fmu
+        fmu = self.plan.assembly.system.component(name).fmu
         return model_of(fmu) or str(fmu)
 
     def layout(self, name: str) -> dict[str, Any]:
         """Return the layout that the FMU of a component declares; empty if it declares none."""
-        return self.assembly.fmus[name].layout or {}
+        return self.plan.fmus[name].layout or {}
 
     def parameters(self, name: str) -> dict[str, float]:
         """Return the parameters of a component by name (SI)."""
-        values = self.cached("parameters", lambda: self.plan.all_parameters(self.assembly.interfaces))[name]
+        values = self.cached("parameters", lambda: self.plan.all_parameters())[name]
         return {variable: value or 0.0 for variable, value in values.items()}
 
     def _actuator(self, name: str) -> LinearComponent:
@@ -134,9 +134,9 @@ class LinearSource:
     def _start_of(self, name: str) -> dict[str, float]:
         """Return the values of parameters and inputs of a component at the operating point, by name."""
         start = dict(self.plan.parameters[name])
-        for port in self.assembly.interfaces[name].of("input"):
+        for port in self.plan.interfaces[name].of("input"):
             end = f"{name}.{port.name}"
-            signal = self.assembly.system.signal_of(end)
+            signal = self.plan.assembly.system.signal_of(end)
             value = self._value(signal.name if signal else end)
             if self._reads_speed(end):
                 value = self.speed_of(name)
@@ -146,21 +146,21 @@ class LinearSource:
 
     def _reads_speed(self, end: str) -> bool:
         """Return whether an input is the spin speed: the shared signal, or fed by the rotor."""
-        system = self.assembly.system
+        system = self.plan.assembly.system
         signal, source = system.signal_of(end), system.source_of(end)
         return (signal is not None and signal.name == SPEED) or source == f"{PLANT}.speed"
 
     def _foreign(self, name: str, start: Mapping[str, float]) -> LinearComponent:
-        system, interface = self.assembly.system, self.assembly.interfaces[name]
+        system, interface = self.plan.assembly.system, self.plan.interfaces[name]
         every = next(c.every for c in self.plan.system.components if c.name == name)
         fed = {link.target for link in system.connections}
         inputs = [p.name for p in interface.of("input") if p.type == "Real" and f"{name}.{p.name}" in fed]
         used = {link.source for link in system.connections}
         outputs = [p.name for p in interface.of("output") if p.type == "Real" and f"{name}.{p.name}" in used]
-        folder, step = self.assembly.fmus[name].folder, every * self.plan.step_size
+        folder, step = self.plan.fmus[name].folder, every * self.plan.step_size
         stated = interface.ports.get("sample_time")
         is_parameter = stated is not None and stated.causality == "parameter"
-        note_first_loading(self.assembly.fmus[name])
+        note_first_loading(self.plan.fmus[name])
         time = max(step, self.parameters(name)["sample_time"] if is_parameter else 0.0)
         return foreign_component(name, folder, interface, start, (inputs, outputs), time)
 
@@ -168,10 +168,10 @@ class LinearSource:
         """Return the constants of a component that is a model of this project."""
         if self.rotor is not None and self.kind(name) == PLANT:
             return self.rotor
-        fmu = self.assembly.system.component(name).fmu
+        fmu = self.plan.assembly.system.component(name).fmu
         key = repr(fmu)
         if key not in self._constants:
-            self._constants[key] = model_source(fmu, **self.assembly.options)[1]
+            self._constants[key] = model_source(fmu, **self.plan.assembly.options)[1]
         return self._constants[key]
 
     def table_speeds(self) -> list[float]:
@@ -200,7 +200,7 @@ class LinearSource:
 
     def speed_of(self, name: str) -> float:
         """Return the spin speed (rad/s) of a component."""
-        signal = self.assembly.system.signal_of(f"{name}.{SPEED}")
+        signal = self.plan.assembly.system.signal_of(f"{name}.{SPEED}")
         value = self._value(signal.name if signal else f"{name}.{SPEED}")
         return self._value(SPEED) or 0.0 if value is None else value
 
@@ -218,14 +218,14 @@ def linear_source(
     values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
     options = RunOptions(flavour=flavour)
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
-        assembly, plan = _planned_system(source, fmu or {}, rotor, set or {}, options)
-        return LinearSource(assembly, plan, _point(assembly, values))
+        plan = _planned_system(source, fmu or {}, rotor, set or {}, options)
+        return LinearSource(plan, _point(plan.assembly, values))
     return source_of_run(prepare_run(as_scenario(source, rotor, fmu=fmu), set, options=options), values)
 
 
-def source_of_run(prepared: PreparedRun, at: Mapping[str, Raw] | None = None) -> LinearSource:
+def source_of_run(prepared: ScenarioPlan, at: Mapping[str, Raw] | None = None) -> LinearSource:
     """Return the source of the linear model of a prepared run, with its reduced rotor; `at` replaces start values."""
-    return LinearSource(prepared.assembly, prepared.plan, _point(prepared.assembly, at or {}))
+    return LinearSource(prepared, _point(prepared.assembly, at or {}))
 
 
 def _planned_system(
@@ -234,7 +234,7 @@ def _planned_system(
     rotor: RotorSource,
     set: Mapping[str, Raw],
     options: RunOptions,
-) -> tuple[Assembly, Plan]:
+) -> Plan:
     system = source if isinstance(source, System) else load_system(source)
     for component, file in fmu.items():
         system = system.with_fmu(component, as_fmu(file))
@@ -244,7 +244,7 @@ def _planned_system(
         values.set(name, raw)
     default = Experiment(_sample_time(values), 1.0)
     experiment = default if isinstance(source, System) else load_experiment(source, default)
-    return assembly, experiment_plan(experiment, values, set)
+    return experiment_plan(experiment, assembly, set, values)
 
 
 def _sample_time(values: Assignments) -> float:

@@ -144,7 +144,7 @@ def _reason(source: LinearSource, parts: Sequence[LinearComponent], pattern: str
     Such a variable is a parameter, an output that cannot be an input, neglected, or of a component outside the model.
     """
     ports = {
-        f"{c}.{p.name}": (c, p) for c, interface in source.assembly.interfaces.items() for p in interface.ports.values()
+        f"{c}.{p.name}": (c, p) for c, interface in source.plan.interfaces.items() for p in interface.ports.values()
     }
     matching = [pattern] if pattern in ports else matching_names(list(ports), pattern)
     if not matching:

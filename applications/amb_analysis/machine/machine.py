@@ -15,12 +15,11 @@ from amb_actuator.interface import DYNAMIC
 from amb_actuator.records import AXIS
 from amb_analysis.linear.linear_source import LinearSource, source_of_run
 from amb_analysis.linear.loop import Loop
-from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from amb_cosim.model_constants.plant_data import flat_constants, plant_structure
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.results.component_names import ACTUATOR, PLANT
-from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.plan import ScenarioPlan
 from array_types import Array
 from rolac_controller.control_loop import ControlLoop
 from rotor_analysis.assembly import Matrices, assemble
@@ -64,9 +63,9 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Machine:
-    """The machine of a prepared run."""
+    """The machine of a plan, which is of a scenario."""
 
-    prepared: PreparedRun
+    prepared: ScenarioPlan
     _source: LinearSource | None = field(default=None, kw_only=True, compare=False, repr=False)
 
     @property
@@ -111,7 +110,7 @@ class Machine:
             loop = self.run_loop
         except ValueError:
             nodes = force_nodes(self.rotor)
-            return Sampling(self.prepared.plan.step_size, nodes, tuple({*nodes, *self.rotor.sensor_nodes}))
+            return Sampling(self.prepared.step_size, nodes, tuple({*nodes, *self.rotor.sensor_nodes}))
         links = {link.target: link.source for link in self.prepared.assembly.system.connections}
         read = [links[reading].removeprefix(f"{PLANT}.") for reading in loop.readings]
         sensors = {self.signals[name][0] for name in read if name in self.signals}
@@ -128,18 +127,17 @@ class Machine:
         source = self.run_components
         if source.kind(PLANT) != PLANT:
             return source
-        structure, _ = plant_structure(self.rotor, source.assembly.options.get("stators", ()), self.sampled_rotor)
+        structure, _ = plant_structure(self.rotor, source.plan.assembly.options.get("stators", ()), self.sampled_rotor)
         return replace(source, rotor=flat_constants(structure), _cache={})
 
-    def with_plan(self, plan: Plan, rotor: Rotor) -> Machine:
+    def with_plan(self, plan: ScenarioPlan, rotor: Rotor) -> Machine:
         """Return the machine with another plan of the same components, and a rotor.
 
         Constants of the electronics are not made anew. Those of the plant in `run_components` remain those of the rotor
         before; `linear_components` has the new rotor.
         """
         scenario = self.prepared.scenario.model_copy(update={"rotor": rotor})
-        prepared = replace(self.prepared, plan=plan, scenario=scenario)
-        return Machine(prepared, _source=self.run_components.with_plan(plan))
+        return Machine(replace(plan, scenario=scenario), _source=self.run_components.with_plan(plan))
 
     @cached_property
     def loop(self) -> Loop:
@@ -229,7 +227,7 @@ class Machine:
     @cached_property
     def last_inputs(self) -> Mapping[str, float]:
         """Values of the inputs at the end of the run, by `component.variable`: those of the last event before it."""
-        plan = self.prepared.plan
+        plan = self.prepared
         in_time = sorted((event for event in plan.events if event[0] < plan.last), key=lambda event: event[0])
         return {**plan.inputs, **{name: value for _, name, value in in_time}}
 
@@ -280,7 +278,7 @@ def air_gap(bearing: str) -> str:
     return f"air gap of {bearing}"
 
 
-def machine_of(prepared: PreparedRun, *needed: str) -> Machine:
+def machine_of(prepared: ScenarioPlan, *needed: str) -> Machine:
     """Return the machine of a prepared run.
 
     Raises

@@ -175,7 +175,7 @@ def flat(pairs: Sequence[Pair]) -> list[str]:
 
 def _demands(source: LinearSource) -> list[Pair]:
     """Return the names of the demanded bearing currents or, without an actuator, of the forces on the rotor."""
-    if ACTUATOR in source.assembly.interfaces:
+    if ACTUATOR in source.plan.interfaces:
         return [_pair(ACTUATOR, f"{b}.i_{{}}") for b in source.layout(ACTUATOR)["bearings"]]
     return [_pair(PLANT, f"{b}.f_{{}}") for b in source.layout(PLANT)["bearings"]]
 

@@ -13,7 +13,7 @@ from amb_analysis.steady_contact.forward_loop import Complex, ForwardLoop, forwa
 from amb_analysis.steady_contact.receptances import Receptances, receptances
 from amb_cosim.model_constants.plant_data import stator_bores
 from amb_cosim.results.component_names import CONTROLLER, PLANT
-from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.plan import ScenarioPlan
 from array_types import Array
 from rotor_contact.contact.friction import kinetic_coefficient
 from rotor_contact.contact.site import SITE, Site
@@ -107,7 +107,7 @@ class RubbingRotor:
         return slopes
 
 
-def rubbing_rotor(prepared: PreparedRun) -> RubbingRotor:
+def rubbing_rotor(prepared: ScenarioPlan) -> RubbingRotor:
     """Return the rotor of a prepared run, with its final unbalance.
 
     Sites are rigid, fixed and centred here, so that of several sites in one plane only the narrowest is ever touched.

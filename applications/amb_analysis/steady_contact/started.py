@@ -53,7 +53,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     ValueError
         If there are too few steps before cycle 0, or the run has no input for the rotor's unbalance.
     """
-    plan, assembly = rotor.machine.prepared.plan, rotor.machine.prepared.assembly
+    plan = rotor.machine.prepared
     is_whirl = isinstance(state, Whirl)
     omega = state.frequency if isinstance(state, Whirl) else rotor.Omega
     final_inputs = {**plan.inputs, **_unbalance(replace(rotor, unbalance=0.0 * rotor.unbalance) if is_whirl else rotor)}
@@ -63,14 +63,14 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     if plan.begin > -(WARM_UP + 2):
         raise ValueError(f"{-plan.begin} steps before cycle 0 are not allowed; at least {WARM_UP + 2} are required")
     with closing(InstancePool()) as instances:
-        simulator = Simulator(assembly, plan, "plain", instances)
+        simulator = Simulator(plan, "plain", instances)
         begin, master = simulator.initialise(), simulator.master
         final = np.array([final_inputs[name] for name in plan.inputs])
         is_amount = np.array([name in final_inputs and name.endswith(".u") for name in plan.inputs], dtype=bool)
         master.exogenous[:] = np.where(is_amount, PROBE_UNBALANCE, final)
         master.run(begin, -2)
         master.exogenous[:] = final
-        loop = loop_at(master, assembly, master.run, -2)
+        loop = loop_at(master, plan.assembly, master.run, -2)
         responses = [
             _with_contact(rotor, state, omega, loop, part, response) if part.component.name == PLANT else response
             for part, response in zip(loop.parts, loop.responses(), strict=True)

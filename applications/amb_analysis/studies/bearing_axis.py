@@ -271,7 +271,7 @@ def _axis_of(
     retainers = description.faces if axes[k].direction == "z" else of_bearing
     gap = float(magnetic_bearing.axis_parameters(axes[k].bearing, axes[k].direction, **parameters).gap)
     clearances = [values.get(f"{site.name}.clearance", site.clearance) for site in retainers]
-    warnings = () if machine is None else machine.prepared.plan.warnings
+    warnings = () if machine is None else machine.prepared.warnings
     return axes[k], parameters, min([*clearances, (1.0 - EDGE) * gap]), warnings
 
 

@@ -250,7 +250,7 @@ def poles(
         unstable=tuple(unstable),
         operating_speed=prepared.speed,
         limits=limits_of(machine.rotor.seals),
-        warnings=prepared.plan.warnings,
+        warnings=prepared.warnings,
     )
 
 

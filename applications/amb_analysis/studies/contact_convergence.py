@@ -221,7 +221,7 @@ def convergence(
         averaged_change=averaged_change,
         averaged_step_change=averaged_step_change,
         chaotic=chaotic,
-        warnings=prepared.plan.warnings,
+        warnings=prepared.warnings,
     )
 
 

@@ -328,7 +328,7 @@ def traps(
         orbits=clearance_shares(machine, curves.speeds) * machine.c,
         clearances=machine.c,
         notes=tuple(notes),
-        warnings=prepared.plan.warnings,
+        warnings=prepared.warnings,
     )
 
 

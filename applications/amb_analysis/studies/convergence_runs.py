@@ -15,7 +15,8 @@ from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.contact_forces import largest_averaged_force, peak_force, received_impulse
 from amb_cosim.results.contact_history import peak, touchable
 from amb_cosim.results.signal_arrays import cycles
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.simulation import execute
 from rotor_analysis.reduced_rotor import elastic_shapes, with_modes
@@ -129,14 +130,14 @@ def _meshed(source: RotorSource, tables: Tables, coordinates: int) -> Rotor | No
     return rotor if coordinates <= 2 * len(rotor.shaft.nodes) <= 2 * MOST_NODES else None
 
 
-def prepare_case(case: ConvergenceCase) -> PreparedRun:
+def prepare_case(case: ConvergenceCase) -> ScenarioPlan:
     """Return a case that is ready to run."""
     scenario = case.scenario
     prepared = prepare_run(scenario, case.settings, options=case.options)
     if case.step != 1.0:
-        scenario = scenario.model_copy(update={"communication_step": case.step * prepared.plan.step_size})
+        scenario = scenario.model_copy(update={"communication_step": case.step * prepared.step_size})
     interface = prepared.interfaces[PLANT]
-    values = prepared.plan.all_parameters(prepared.interfaces)[PLANT]
+    values = prepared.all_parameters()[PLANT]
     longest = values["solver.max_substep"] or 0.0
     if case.varied in ROTORS:
         longest = min(longest, interface.ports["solver.max_substep"].start or longest)

@@ -134,7 +134,7 @@ def coupling(
     if not first.orbit or not all(first.orbit.values()):
         raise ValueError(f"scenario {values.name}: the rotor does not move before its step; {first.outcome}")
     rows = (replace(row, deviation=_deviation(row, first), cost=wall / shortest) for row, wall in result)
-    return CouplingOrders(values.name, tuple(rows), warnings=prepared.plan.warnings)
+    return CouplingOrders(values.name, tuple(rows), warnings=prepared.warnings)
 
 
 def simulated(

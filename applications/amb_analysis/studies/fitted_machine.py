@@ -21,7 +21,8 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.run.options import RunOptions
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import CONTROLLER
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from array_types import Array
 from rotor_analysis.implausible_sizes import implausible_sizes
 from rotor_analysis.rotor import Rotor
@@ -136,7 +137,7 @@ class FittedMachine:
         """Return the warnings of the plan or of the rotor at the start, and of an unstable loop with some values."""
         if self.loop_parameters is None:
             return tuple(implausible_sizes(self.rotor_with(self.start)))
-        result = self.loop_parameters.machine.prepared.plan.warnings
+        result = self.loop_parameters.machine.prepared.warnings
         try:
             if self.loop == "closed":
                 machine_of(self._prepared(values, self._pinned(values))).loop.check_stable([self.Omega])
@@ -180,7 +181,7 @@ class FittedMachine:
         prepared = machine_of(self._prepared(values, {}))
         return differences(machine.parameters, prepared.parameters)
 
-    def _prepared(self, values: Array | Sequence[float], pinned: Mapping[str, Mapping[str, float]]) -> PreparedRun:
+    def _prepared(self, values: Array | Sequence[float], pinned: Mapping[str, Mapping[str, float]]) -> ScenarioPlan:
         assert self.loop_parameters is not None
         scenario = self.loop_parameters.machine.prepared.scenario
         tables = (self.loop_parameters.values(self._split(values)[1]), pinned)

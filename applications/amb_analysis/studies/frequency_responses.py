@@ -213,7 +213,7 @@ def response(
         curves = _closer(structure, curves, ends)
     values = computed_values(structure, curves, ends)
     result = laid_over(described.name, loop, Omega, curves, values, compared=measured is not None)
-    warnings = implausible_sizes(described) if machine is None else machine.prepared.plan.warnings
+    warnings = implausible_sizes(described) if machine is None else machine.prepared.warnings
     return replace(result, warnings=(*result.warnings, *warnings))
 
 

@@ -30,8 +30,8 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.results.component_names import ACTUATOR, CONTROLLER, PLANT
 from amb_cosim.results.contact_history import in_contact
 from amb_cosim.results.stability import SOURCES
-from amb_cosim.scenario.plan import IDEAL
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import IDEAL, ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import SPEED, Scenario
 from amb_cosim.scenario.simulation import execute
 from array_types import Array, Complex, Indices
@@ -62,7 +62,7 @@ def plan_measurement(
     amplifier: bool = False,
     delay: bool = False,
     options: RunOptions = DEFAULTS,
-) -> PreparedRun:
+) -> ScenarioPlan:
     """Return a prepared run of a scenario's machine, levitated without unbalance, with its sample time.
 
     Its rotor has all modes up to half the sample rate, whatever the reduction in its file, because the sensitivity of a
@@ -111,24 +111,24 @@ def plan_measurement(
     changed = {f"{CONTROLLER}.{name}": value for name, value in linear.items()}
     prepared = prepare_run(measuring, {**settings, f"{ACTUATOR}.amplifier": int(dynamic), **changed}, options=options)
     steady_inputs = (SPEED, f"{PLANT}.{IDEAL}")
-    disturbing = [name for name, value in prepared.plan.inputs.items() if name not in steady_inputs and value != 0.0]
+    disturbing = [name for name, value in prepared.inputs.items() if name not in steady_inputs and value != 0.0]
     if disturbing:
         raise ValueError(
             f"{disturbing[0]} cannot be set here; only parameters can, so that injected currents alone move the rotor"
         )
-    return _with_steps_of_the_run(prepared, first.plan)
+    return _with_steps_of_the_run(prepared, first)
 
 
-def _with_steps_of_the_run(prepared: PreparedRun, run: Plan) -> PreparedRun:
+def _with_steps_of_the_run(prepared: ScenarioPlan, run: Plan) -> ScenarioPlan:
     """Return a measurement in which FMUs of others step as in the run of the scenario.
 
     A controller may take a sample whenever it is stepped, so that shorter steps would make another law of it.
     """
-    ratio = max(1, round(run.step_size / prepared.plan.step_size))
+    ratio = max(1, round(run.step_size / prepared.step_size))
     every = {c.name: c.every * ratio for c in run.system.components if model_of(c.fmu) is None}
-    components = tuple(replace(c, every=every.get(c.name, c.every)) for c in prepared.plan.system.components)
-    system = replace(prepared.plan.system, components=components)
-    return replace(prepared, plan=replace(prepared.plan, system=system))
+    components = tuple(replace(c, every=every.get(c.name, c.every)) for c in prepared.system.components)
+    system = replace(prepared.system, components=components)
+    return replace(prepared, system=system)
 
 
 def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
@@ -225,7 +225,7 @@ def waiting_samples(loop: StateSpace, sample_time: float) -> int:
     return samples
 
 
-def measure(prepared: PreparedRun, waiting: int) -> MeasuredSensitivity:
+def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
     """Return the sensitivities over a period of a co-simulation with the multi-sines, after the transient.
 
     Parameters
@@ -240,7 +240,7 @@ def measure(prepared: PreparedRun, waiting: int) -> MeasuredSensitivity:
     ValueError
         If the run fails, the rotor touches a site, or an amplifier reaches a limit.
     """
-    plan, machine = prepared.plan, Machine(prepared)
+    machine = Machine(plan)
     loop, parameters = machine.loop, machine.parameters[ACTUATOR]
     steps = round(in_steps(loop.sample_time, plan.step_size))
     samples = 2 * round(in_steps(0.5 * PERIOD, loop.sample_time))
@@ -266,7 +266,7 @@ def measure(prepared: PreparedRun, waiting: int) -> MeasuredSensitivity:
 
     def demanded(events: tuple[tuple[int, str, float], ...]) -> tuple[Array, bool]:
         """Return the demands of a run with injected currents, and whether another component excites the rotor, too."""
-        result = execute(replace(prepared, plan=replace(plan, last=last * steps, events=events)))
+        result = execute(replace(plan, last=last * steps, events=events))
         if result.outcome.failure is not None:
             raise ValueError(result.outcome.failure)
         _check_linear(result.signals, loop)

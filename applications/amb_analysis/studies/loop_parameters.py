@@ -74,7 +74,7 @@ class LoopParameters:
 
     def machine_with(self, numbers: Array | Sequence[float], rotor: Rotor) -> Machine:
         """Return the machine with other values of the parameters and a rotor."""
-        plan, values = self.machine.prepared.plan, self.values(numbers)
+        plan, values = self.machine.prepared, self.values(numbers)
         parameters = {name: {**of, **values.get(name, {})} for name, of in plan.parameters.items()}
         return self.machine.with_plan(replace(plan, parameters=parameters), rotor)
 

@@ -164,7 +164,7 @@ def identify(
                     table.write(path)
             if result.interrupted:
                 break
-    warnings = dict.fromkeys(sentence for machine in runs for sentence in machine.prepared.plan.warnings)
+    warnings = dict.fromkeys(sentence for machine in runs for sentence in machine.prepared.warnings)
     return Identification(tuple(chosen_speeds), tuple(results), table, warnings=tuple(warnings))
 
 

@@ -336,7 +336,7 @@ def sensitivity(
         axes=axes,
         gang_of_four=gang,
         disk_margins=disks,
-        warnings=prepare_run(values.machine(), settings, options=options).plan.warnings,
+        warnings=prepare_run(values.machine(), settings, options=options).warnings,
     )
 
 

@@ -196,7 +196,7 @@ def _of_machine(
         criticals,
         limits,
         stable_up_to,
-        warnings=machine.prepared.plan.warnings,
+        warnings=machine.prepared.warnings,
     )
 
 

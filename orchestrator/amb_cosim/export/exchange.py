@@ -57,8 +57,7 @@ def export_ssp(
     prepared = prepare_run(scenario, set, until, options=RunOptions(flavour=flavour))
     return ssp.export_ssp(
         Path(path),
-        prepared.assembly,
-        prepared.plan,
+        prepared,
         name=scenario.name,
         target=BuildTarget(flavour, platforms),
         connectors=connectors,

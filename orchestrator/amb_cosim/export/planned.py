@@ -1,4 +1,4 @@
-"""A prepared run of models, before FMUs are built: their start values from a scenario or a system file."""
+"""The plan of a run of models, before FMUs are built: their start values from a scenario or a system file."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ def plan_models(
     assembly = Assembly(system, {}, interfaces, options)
     if experiment is None:
         return PlannedModels(scenario_plan(resolved, assembly), made)
-    plan = experiment_plan(experiment, assembly.assignments())
-    check_control_loop(assembly, plan)
+    plan = experiment_plan(experiment, assembly)
+    check_control_loop(plan)
     return PlannedModels(plan, made)
 
 

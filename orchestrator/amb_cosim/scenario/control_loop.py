@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from amb_cosim.cosim.fmu.fmus import is_made_from_file, model_source
-from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.results.component_names import CONTROLLER
@@ -18,7 +17,7 @@ _PARAMETERS = ("delay", "chain.preset", "chain.filter", "chain.delay", "chain.cu
 _ENDINGS = (".gain", ".scale")
 
 
-def check_control_loop(assembly: Assembly, plan: Plan) -> None:
+def check_control_loop(plan: Plan) -> None:
     """Check that sensors are connected, and that a table of receptances is that of the loop; see `check_loop`.
 
     Raises
@@ -27,6 +26,7 @@ def check_control_loop(assembly: Assembly, plan: Plan) -> None:
         If a sensor of a controller is connected to nothing, so that it would read zero throughout, or the table is that
         of another loop, or no controller uses it.
     """
+    assembly = plan.assembly
     sensors = [f"{name}.{sensor}" for name, fmu in assembly.fmus.items() for sensor in _sensors(fmu.layout or {})]
     unfed = [sensor for sensor in sensors if assembly.system.source_of(sensor) is None]
     if unfed:
@@ -39,7 +39,7 @@ def check_control_loop(assembly: Assembly, plan: Plan) -> None:
     controllers = [component.name for component in assembly.system.components if component.fmu == CONTROLLER]
     if not controllers:
         raise ValueError(f"receptances {named(table)} are not used: no component of the run is the model {CONTROLLER}")
-    parameters = plan.all_parameters(assembly.interfaces)
+    parameters = plan.all_parameters()
     inner = inner_loop_parameters(assembly.system, parameters)
     for controller in controllers:
         check_loop(table, parameters[controller], assembly.options.get("rotor"), inner)

@@ -24,55 +24,55 @@ from amb_cosim.results.power import with_power
 from amb_cosim.results.result import Result
 from amb_cosim.results.stability import EXCITATIONS, LAST_CHANGE, SOURCES
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
-from amb_cosim.scenario.prepare_run import PreparedRun
+from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import SPEED
 from array_types import Array
 
 
-def bare_signals(prepared: PreparedRun, recording: Recording, places: RotorPlaces) -> SignalTable:
+def bare_signals(plan: ScenarioPlan, recording: Recording, places: RotorPlaces) -> SignalTable:
     """Return the record of a run over time and cycle, with the rotor's places and the cycles of events.
 
     It gives the key values of a complete result; collecting units and warnings would take longer than computing them.
     """
-    plan, recorder = prepared.plan, recording.recorder
+    recorder = recording.recorder
     variables = {name: Samples(column, {}) for name, column in zip(plan.recorded, recorder.table.T, strict=True)}
     steps = {f"{name}{AT_STEPS}": Samples(column, {}, EACH_STEP) for name, column in steps_of(recording).items()}
     time = np.asarray(recorder.points * plan.step_size, np.float64)
     coordinates = _coordinates(plan, time) | step_times(recording)
     of_run = {"communication_step_s": plan.step_size, "parameters": parameters_of(recording), PLACES: places}
-    return SignalTable(variables | steps, coordinates, of_run | _landmarks(prepared, recorder))
+    return SignalTable(variables | steps, coordinates, of_run | _landmarks(plan, recorder))
 
 
-def _coupling_warnings(prepared: PreparedRun) -> list[WarningRecord]:
+def _coupling_warnings(plan: ScenarioPlan) -> list[WarningRecord]:
     """Return a warning if the coupling puts a loop in doubt; connections in both directions form a loop."""
-    system = prepared.plan.system
+    system = plan.system
     links = system.links
     if not any((target, source) in links for source, target in links):
         return []
-    parameters = prepared.plan.all_parameters(prepared.interfaces)
+    parameters = plan.all_parameters()
     predicted = max(values.get(PREDICTION) or 0.0 for values in parameters.values())
     sampled = min(filter(None, (values.get(SAMPLE_TIME) for values in parameters.values())), default=None)
-    sentence = coupling_warning(system.coupling, prepared.plan.step_size, predicted, sampled)
+    sentence = coupling_warning(system.coupling, plan.step_size, predicted, sampled)
     return [WarningRecord("coupling", "", sentence, sentence)] if sentence else []
 
 
-def make_result(prepared: PreparedRun, recording: Recording) -> Result:
+def make_result(plan: ScenarioPlan, recording: Recording) -> Result:
     """Return the record of a run with all labels and the data of the scenario."""
-    scenario, plan, recorder = prepared.scenario, prepared.plan, recording.recorder
+    scenario, recorder = plan.scenario, recording.recorder
     coordinates = _coordinates(plan, plan.grid.times(recorder.points))
     attributes: dict[str, Any] = {
         "scenario": scenario.name,
         "description": scenario.description,
         "source": scenario.source,
-        PLACES: places_of(prepared.assembly).to_json(),
-        **_landmarks(prepared, recorder),
+        PLACES: places_of(plan.assembly).to_json(),
+        **_landmarks(plan, recorder),
         "scenario_data": scenario.model_dump_json(exclude_defaults=True, exclude={"name"}),
     }
     if scenario.plot.cycles is not None:
         attributes["plot_cycles"] = list(scenario.plot.cycles)
     if scenario.plot.figures is not None:
         attributes["plot_figures"] = json.dumps(scenario.plot.figures)
-    coupling = _coupling_warnings(prepared)
+    coupling = _coupling_warnings(plan)
     signals = to_signals(recording)
     table = SignalTable(signals.variables, {**signals.coordinates, **coordinates}, {**signals.attrs, **attributes})
     warned = to_json(with_power([*warnings_of(signals), *coupling], table))
@@ -88,22 +88,22 @@ def _coordinates(plan: Plan, time: Array) -> dict[str, Samples]:
     }
 
 
-def _landmarks(prepared: PreparedRun, recorder: Recorder) -> dict[str, Any]:
+def _landmarks(plan: ScenarioPlan, recorder: Recorder) -> dict[str, Any]:
     """Return attributes: speed of the rotor, labels and cycles of events with a role, the last change."""
-    plan, cycle = prepared.plan, prepared.plan.step_size / prepared.plan.period
-    roles = {change.role: change.name for change in prepared.scenario.named_changes if change.role}
+    cycle = plan.step_size / plan.period
+    roles = {change.role: change.name for change in plan.scenario.named_changes if change.role}
     events = {role: label for role, label in roles.items() if plan.marks[label] <= recorder.reached}
     cycles = {f"{role}_cycle": plan.marks[label] * cycle for role, label in events.items()}
     labels = {f"{role}_label": label for role, label in events.items()}
-    changes = (*(n for n, _, _ in plan.events), *(n for n, _ in prepared.profile))
+    changes = (*(n for n, _, _ in plan.events), *(n for n, _ in plan.profile))
     within = [n for n in changes if n <= recorder.reached]
     inputs = [ramp for ramp in plan.ramps if ramp.variable != SPEED]
     recorded = int(recorder.points[-1]) if len(recorder.points) else 0  # of a thinned record, before the end
     last = max([*within, *(_changes_until(ramp, recorded) for ramp in inputs)], default=0)
-    common: dict[str, Any] = {"period_s": plan.period, "speed_rad_s": prepared.speed}
-    if prepared.profile:
-        common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in prepared.profile])
-    system = prepared.assembly.system
+    common: dict[str, Any] = {"period_s": plan.period, "speed_rad_s": plan.speed}
+    if plan.profile:
+        common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in plan.profile])
+    system = plan.assembly.system
     if sources := _sources(system):
         common[SOURCES] = json.dumps(sources)
         fed = {link.source for link in system.connections if system.split(link.source)[0] in sources}

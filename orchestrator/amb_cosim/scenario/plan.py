@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from amb_cosim.cosim.grid.time_grid import in_steps, is_on_grid, nearest_point, nearest_steps
@@ -42,6 +42,28 @@ FREE, IDEAL = "spin.free", "drive.ideal"  # of the plant: a spin that the drive 
 ANGLE = "initial.angle"  # parameter of a rotor, its angle at the start
 
 
+@dataclass(frozen=True, kw_only=True)
+class ScenarioPlan(Plan):
+    """The plan of a scenario, which it contains."""
+
+    scenario: Scenario
+
+    @property
+    def name(self) -> str:
+        """Name of the scenario."""
+        return self.scenario.name
+
+    @property
+    def speed(self) -> float:
+        """Initial speed in rad/s."""
+        return self.inputs[SPEED]
+
+    @property
+    def profile(self) -> tuple[tuple[int, float], ...]:
+        """Points (communication point, rad/s) that the speed is linear between; empty where it is constant."""
+        return next((ramp.points for ramp in self.ramps if ramp.variable == SPEED), ())
+
+
 def scenario_plan(
     scenario: Scenario,
     assembly: Assembly,
@@ -49,7 +71,7 @@ def scenario_plan(
     until: Raw | None = None,
     recorded: Sequence[str] | None = None,
     first: ScenarioStart | None = None,
-) -> Plan:
+) -> ScenarioPlan:
     """Plan a scenario on the time grid of the master: cycle 0 begins at time 0, preceded by settling.
 
     Parameters
@@ -75,14 +97,12 @@ def scenario_plan(
     first = first or start_of(scenario, assembly, settings)
     values = first.values.copy()
     experiment = _experiment(scenario, assembly, first, values, until, recorded)
-    plan = experiment_plan(experiment, values)
-    plan = replace(
-        plan,
-        parameters=_with_first_angle(plan, scenario.settle_cycles, assembly),
-        warnings=(*plan.warnings, *implausible_unbalances(plan, assembly)),
-    )
-    check_control_loop(assembly, plan)
-    return plan
+    plan = experiment_plan(experiment, assembly, values=values)
+    parameters = _with_first_angle(plan, scenario.settle_cycles)
+    warnings = (*plan.warnings, *implausible_unbalances(plan))
+    result = ScenarioPlan(**{**vars(plan), "parameters": parameters, "warnings": warnings}, scenario=scenario)
+    check_control_loop(result)
+    return result
 
 
 def _experiment(
@@ -173,7 +193,7 @@ def _release(
     return [InputChange(min(moments, default=0.0), ideal, False)]
 
 
-def _with_first_angle(plan: Plan, cycles: float, assembly: Assembly) -> Mapping[str, Mapping[str, float]]:
+def _with_first_angle(plan: Plan, cycles: float) -> Mapping[str, Mapping[str, float]]:
     """Return the parameters with the angle at which the rotor starts, so that its angle at cycle 0 is exact.
 
     The run starts at a communication point, up to a step before the settling begins. At cycle 0 the angle is the
@@ -181,7 +201,7 @@ def _with_first_angle(plan: Plan, cycles: float, assembly: Assembly) -> Mapping[
     """
     offset = plan.first + in_steps(cycles * plan.period, plan.step_size)
     parameters = {component: dict(values) for component, values in plan.parameters.items()}
-    for component, interface in assembly.interfaces.items():
+    for component, interface in plan.interfaces.items():
         if offset and ANGLE in interface.ports:
             stated = parameters[component].get(ANGLE, 0.0)
             parameters[component][ANGLE] = stated + plan.inputs[SPEED] * offset * plan.step_size

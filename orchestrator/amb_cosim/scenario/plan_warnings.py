@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
-from amb_cosim.cosim.system.experiment import Plan, port_of
+from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.presentation.units import speed_unit
 from amb_cosim.results.component_names import CONTROLLER
 from amb_cosim.scenario.scenario import SPEED, UNBALANCE
@@ -60,7 +60,7 @@ def implausible_sizes(assembly: Assembly) -> list[str]:
     return [sentence for fmu in assembly.fmus.values() for sentence in (fmu.layout or {}).get("implausible", ())]
 
 
-def implausible_unbalances(plan: Plan, assembly: Assembly) -> list[str]:
+def implausible_unbalances(plan: Plan) -> list[str]:
     """Return a sentence for the largest unbalance of each rotor whose balancing grade no rotor in bearings has.
 
         G = e Omega,   e = u/m     (ISO 21940-11)
@@ -73,12 +73,12 @@ def implausible_unbalances(plan: Plan, assembly: Assembly) -> list[str]:
     fastest = max([*(value for name, value in changes if name == SPEED), *of_profile], default=0.0)
     largest: dict[str, tuple[float, str]] = {}
     for name, value in changes:
-        component, port = port_of(name, plan.system, assembly.interfaces)
+        component, port = plan.port(name)
         if port.unit == UNBALANCE:
             largest[component] = max(largest.get(component, (0.0, "")), (abs(value), name))
     sentences = []
     for component, (u, name) in largest.items():
-        fmu = assembly.fmus.get(component)
+        fmu = plan.fmus.get(component)
         mass = 0.0 if fmu is None else (fmu.layout or {}).get("mass", 0.0)
         if u * fastest > LARGEST_GRADE * mass > 0.0:
             sentences.append(

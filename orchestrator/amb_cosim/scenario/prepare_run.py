@@ -3,57 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
-from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
-from amb_cosim.cosim.fmu.fmus import Fmu
 from amb_cosim.cosim.run.options import DEFAULTS, RunOptions
 from amb_cosim.cosim.system.assembly import Assembly, assemble
-from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.system_file import load_system
 from amb_cosim.cosim.system.values import Raw
 from amb_cosim.scenario.file import check_exists
-from amb_cosim.scenario.plan import scenario_plan
+from amb_cosim.scenario.plan import ScenarioPlan, scenario_plan
 from amb_cosim.scenario.rotors import table_source
-from amb_cosim.scenario.scenario import SPEED, Scenario
+from amb_cosim.scenario.scenario import Scenario
 from amb_cosim.scenario.stators import lacking_stators, stators_of_run
 from amb_files.checks import errors_in
-
-
-@dataclass(frozen=True)
-class PreparedRun:
-    """A scenario with everything that its run needs, checked."""
-
-    scenario: Scenario
-    plan: Plan
-    assembly: Assembly
-
-    @property
-    def name(self) -> str:
-        """Name of the scenario."""
-        return self.scenario.name
-
-    @property
-    def fmus(self) -> Mapping[str, Fmu]:
-        """FMU of each component."""
-        return self.assembly.fmus
-
-    @property
-    def interfaces(self) -> Mapping[str, FmuInterface]:
-        """Interface of each component."""
-        return self.assembly.interfaces
-
-    @property
-    def speed(self) -> float:
-        """Initial speed in rad/s."""
-        return self.plan.inputs[SPEED]
-
-    @property
-    def profile(self) -> tuple[tuple[int, float], ...]:
-        """Points (communication point, rad/s) that the speed is linear between; empty where it is constant."""
-        return next((ramp.points for ramp in self.plan.ramps if ramp.variable == SPEED), ())
 
 
 def prepare_run(
@@ -61,7 +24,7 @@ def prepare_run(
     settings: Mapping[str, Raw] | None = None,
     until: Raw | None = None,
     options: RunOptions = DEFAULTS,
-) -> PreparedRun:
+) -> ScenarioPlan:
     """Find the FMUs of a scenario, check its system and plan its run; see `scenario_plan` for the arguments.
 
     A run that continues from `options.start` has the stators of its past, with a warning if others lose their power.
@@ -77,7 +40,7 @@ def prepare_run(
     if options.start is not None:
         lacking = lacking_stators(scenario, assembly, settings, options.start)
         plan = replace(plan, warnings=(*plan.warnings, *lacking))
-    return PreparedRun(scenario, plan, assembly)
+    return plan
 
 
 def assemble_scenario(

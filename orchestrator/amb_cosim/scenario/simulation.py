@@ -15,7 +15,8 @@ from amb_cosim.cosim.system.values import Raw
 from amb_cosim.presentation.progress import progress_bar
 from amb_cosim.results.result import Result
 from amb_cosim.scenario.make_result import make_result
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.rotors import RotorSource, TableSource
 from amb_cosim.scenario.scenario import Scenario, as_scenario
 
@@ -87,13 +88,13 @@ def run(
     with progress_bar(progress) as report:
         options = RunOptions(flavour=flavour, loop=loop, isolated=isolated, start=start, saves=saves, progress=report)
         prepared = prepare_run(as_scenario(scenario, rotor, receptances, fmu), set, until, options)
-        recording = execute_plan(prepared.assembly, prepared.plan, options)
+        recording = execute_plan(prepared, options)
     return make_result(prepared, recording)
 
 
-def execute(prepared: PreparedRun, options: RunOptions = DEFAULTS) -> Result:
+def execute(plan: ScenarioPlan, options: RunOptions = DEFAULTS) -> Result:
     """Execute a prepared run and return its result; see `execute_plan` for the errors."""
-    return make_result(prepared, execute_plan(prepared.assembly, prepared.plan, options))
+    return make_result(plan, execute_plan(plan, options))
 
 
 def check(scenario: str | Path | Scenario) -> None:

@@ -11,7 +11,8 @@ from amb_cosim.cosim.system.system_tables import Record
 from amb_cosim.cosim.system.values import Raw, quantity
 from amb_cosim.model_constants.receptance_file import ReceptanceTable
 from amb_cosim.results.contact_history import contact_cycles, recovered
-from amb_cosim.scenario.prepare_run import PreparedRun, prepare_run
+from amb_cosim.scenario.plan import ScenarioPlan
+from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import Scenario, load_scenario
 from amb_cosim.scenario.scenario_tables import Event
 from amb_cosim.scenario.simulation import execute
@@ -125,7 +126,7 @@ def row_of(trial: RecoveryTrial, is_free: bool, last: float | None) -> TrialRow:
     return TrialRow(trial.cycle, is_free, max(0.0, (last or 0.0) - trial.cycle))
 
 
-def prepare_trial(trial: RecoveryTrial) -> PreparedRun:
+def prepare_trial(trial: RecoveryTrial) -> ScenarioPlan:
     """Return a trial that is ready to run."""
     settings = {"rolac.alpha": trial.control.alpha, **trial.control.control.settings}
     named = {f"rolac_controller.{name}": value for name, value in settings.items()}

@@ -132,7 +132,7 @@ def test_external_fmu_is_linearised_by_differences():
         (np.diag([0.5] * 4), np.eye(4), 1e3 * np.eye(4), -3e4 * np.eye(4)), AXES, DEMANDS, H, sampled_arrays=True
     )
     local = linear_source(COMPRESSOR, fmu={"rolac_controller": lead})
-    interface, folder = local.assembly.interfaces["rolac_controller"], local.assembly.fmus["rolac_controller"].folder
+    interface, folder = local.plan.interfaces["rolac_controller"], local.plan.fmus["rolac_controller"].folder
     part = foreign_component("rolac_controller", folder, interface, {"Omega": 900.0}, (AXES, DEMANDS), H)
     (exact,) = local.parts(["rolac_controller"])
     exact = exact.selected(part.inputs, part.outputs)

@@ -102,10 +102,10 @@ def test_an_own_controller_is_linearised_at_each_speed(own):
 def test_an_own_controller_steps_in_a_measurement_as_in_a_run(own, amplifier):
     """With dynamic amplifiers the steps of the measurement are a quarter of a sample; the FMU makes every fourth."""
     prepared = plan_measurement(controlled(SCENARIO, None, own[0]), {}, amplifier=amplifier)
-    (controller,) = (c for c in prepared.plan.system.components if c.name == CONTROLLER)
+    (controller,) = (c for c in prepared.system.components if c.name == CONTROLLER)
     sample_time = linear_controller(FILE).sample_time
     assert controller.every == (STEPS_OF_A_SAMPLE if amplifier else 1)
-    assert controller.every * prepared.plan.step_size == pytest.approx(sample_time)
+    assert controller.every * prepared.step_size == pytest.approx(sample_time)
     assert machine_of(prepared).loop.sample_time == pytest.approx(sample_time)
 
 

@@ -27,7 +27,7 @@ def constants():
 
 
 def static_currents():
-    parameters = check_machine(load_machine(BLOWER / "machine.toml")).prepared.plan.parameters[ACTUATOR]
+    parameters = check_machine(load_machine(BLOWER / "machine.toml")).prepared.parameters[ACTUATOR]
     return {name: value.hex() for name, value in parameters.items() if ".static_current_" in name}
 
 

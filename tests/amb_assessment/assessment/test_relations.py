@@ -237,7 +237,7 @@ def test_units_of_the_description_change_no_value_of_a_run(machine, tmp_path):
     result = []
     for folder in (machine, with_other_units(machine, tmp_path)):
         file = load_machine(folder / "machine.toml")
-        plan = prepare_run(file.as_scenario(file.speed.highest)).plan
+        plan = prepare_run(file.as_scenario(file.speed.highest))
         result.append({f"{c}.{name}": value for c, of in plan.parameters.items() for name, value in of.items()})
         result[-1] |= plan.inputs | {"speeds": file.speed.lowest, "trip": file.speed.tripping}
     assert len(result[0]) > 40

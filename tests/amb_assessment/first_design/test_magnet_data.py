@@ -89,7 +89,7 @@ def test_inconsistent_gap_and_bias_are_refused(known, facts):
 
 def test_written_machine_has_the_constants_of_the_data_sheet(bench):
     """The currents that carry the weight follow from gravity; the controller's constants from them."""
-    values = prepare_run(load_scenario(str(bench.folder / "levitation.toml"))).plan.parameters["rolac_controller"]
+    values = prepare_run(load_scenario(str(bench.folder / "levitation.toml"))).parameters["rolac_controller"]
     for bearing in bench.points:
         assert values[f"{bearing}.k_i_x"] == pytest.approx(90.0, rel=1e-4)
         assert values[f"{bearing}.k_s_y"] == pytest.approx(8e5, rel=1e-4)

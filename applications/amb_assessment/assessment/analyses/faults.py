@@ -77,7 +77,7 @@ def _running(subject: AssessedMachine, name: str, time: float, passed: WorstResp
     if time > LONGEST:
         used = steady_vibration(subject, passed)
         value, note = passed.with_run(passed.site, max(float(shares.max()) for shares in used.values()))
-        duration = len(used[passed.site]) * float(subject.prepared.plan.step_size)
+        duration = len(used[passed.site]) * float(subject.prepared.step_size)
         where = f"{name}, {passed.site} at {rpm(passed.Omega):.0f} rpm"
         length = f"takes {time:.4g} s" if math.isfinite(time) else "takes an unknown time"
         line = curve(f"{name}, steady", np.linspace(0.0, duration, len(used[passed.site])), 100.0 * used[passed.site])

@@ -155,7 +155,7 @@ def _without_drive(subject: AssessedMachine, Omega: float, lost: Mapping[str, An
     parameters = {**lost["parameters"], PLANT: {**lost["parameters"][PLANT], "spin.free": True}}
     event, *others = lost["event"]
     off = {**event, "set": {**event["set"], PLANT: {"drive.torque_limit": 0.0}}}
-    every = in_steps(longest(subject, LONGEST, MOST_STEPS), RECORDS * float(subject.prepared.plan.step_size))
+    every = in_steps(longest(subject, LONGEST, MOST_STEPS), RECORDS * float(subject.prepared.step_size))
     return {
         **lost,
         "parameters": parameters,

@@ -226,7 +226,7 @@ def assess(
         if progress is not None:
             progress(part.title, done, len(chosen))
         parts.append(_answered(name, part, subject, requested, why_unstable))
-    return Assessment(file, subject.facts, requested, tuple(parts), subject.prepared.plan.warnings)
+    return Assessment(file, subject.facts, requested, tuple(parts), subject.prepared.warnings)
 
 
 def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:

@@ -100,7 +100,7 @@ def description(subject: AssessedMachine, criteria: Sequence[Criterion]) -> list
         criteria_line += "; the machine has no gravity, so nothing lands"
     if along:
         criteria_line += f"; {abs(along) * rotor.mass:.4g} N of the weight act along the shaft, on no radial bearing"
-    warnings = [f"warning: {sentence}" for sentence in subject.prepared.plan.warnings]
+    warnings = [f"warning: {sentence}" for sentence in subject.prepared.warnings]
     tables: list[TextBlock] = [facts, bearings, magnets, *doubts, sensors, sites]
     tables += [axial] if subject.file.thrust_bearing is not None else []
     tables += [balls] if subject.file.retainer_bearings else []

@@ -108,7 +108,7 @@ class AssessedMachine(Machine):
     @cached_property
     def faults(self) -> tuple[str, ...]:
         """Inputs that are a fault by their description and are not 0 at the start."""
-        return self.faults_among(self.prepared.plan.inputs)
+        return self.faults_among(self.prepared.inputs)
 
     @cached_property
     def retainers(self) -> tuple[str, ...]:

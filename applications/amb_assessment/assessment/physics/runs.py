@@ -208,7 +208,7 @@ def simulate(
     options = RunOptions(flavour=subject.flavour, start=start)
     prepared = prepare_run(scenario, None, options=options)
     if goes_on and all(interface.serialises_state for interface in prepared.interfaces.values()):
-        options = replace(options, saves=Saves(points=(prepared.plan.last,)))
+        options = replace(options, saves=Saves(points=(prepared.last,)))
     result = execute(prepared, options)
     if result.outcome.status == "interrupted":
         raise KeyboardInterrupt
@@ -293,7 +293,7 @@ def without_power(subject: AssessedMachine, cycle: float, friction: float = FRIC
 
 def longest(subject: AssessedMachine, duration: float, steps: int) -> float:
     """Return the time (s) of some steps, at most a duration (s)."""
-    return min(duration, steps * float(subject.prepared.plan.step_size))
+    return min(duration, steps * float(subject.prepared.step_size))
 
 
 def check_falls(subject: AssessedMachine) -> None:

@@ -68,7 +68,7 @@ class Calls(NamedTuple):
     integers: NDArray[np.int32]
 
 
-class Program(NamedTuple):
+class _Program(NamedTuple):
     """The data of a master as arrays; `step_sizes` (s) are those of the components.
 
     `fetches` get all outputs, `needed` only those used whether recorded or not. At a recorded point all are fetched by
@@ -89,6 +89,7 @@ class Program(NamedTuple):
 
 
 C = TypeVar("C", bound=Addressable)
+Programs = dict[tuple[Any, ...], Structure]  # by what they are made from, while the components exist
 _NOTHING = Changes(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0))
 _TYPES: dict[type, Any] = {np.ndarray: c_void_p, bool: c_bool, float: c_double, int: c_ssize_t}
 
@@ -107,7 +108,7 @@ def run(
     recorder: Recorder,
     observers: Sequence[Observer] = (),
     stops: StopObserver | None = None,
-    program: Structure | None = None,
+    programs: Programs | None = None,
     stop: int | None = None,
     watch: FiniteWatch | None = None,
 ) -> None:
@@ -126,8 +127,8 @@ def run(
         be older.
     stops
         Checked at every point, after it has been recorded.
-    program
-        Result of `program_of` for this master and these stops, for repeated runs.
+    programs
+        Data of earlier runs of these components, which those of this run join.
     stop
         As for `Master.run`.
     watch
@@ -144,9 +145,10 @@ def run(
     if advance is None:
         raise ValueError("there is no compiled loop for this machine, and no compiler to make it")
     master.check_start(first)
-    conditions = (stops or StopObserver()).conditions
+    stops = stops or StopObserver()
+    conditions = stops.conditions
     may_stop = len(conditions.positions) > 0
-    program = program or program_of(master, stops, recorder.each)
+    program = _program_of(master, stops, recorder, programs)
     buffer, row = recorder.buffer(first, last, may_stop), len(recorder.points)
     rows, limits = structure_of(buffer), structure_of(conditions)
     watching = None if watch is None or not len(watch.positions) else watch
@@ -188,13 +190,15 @@ def run(
             begin = reached + 1
 
 
-def step(master: Master[C], first: int, last: int, program: Structure) -> None:
+def step(
+    master: Master[C], first: int, last: int, stops: StopObserver, recorder: Recorder, programs: Programs | None = None
+) -> None:
     """Step from one point to another like `Master.run`, without schedules, record, conditions and pauses.
 
     Parameters
     ----------
-    master, first, last, program
-        As for `run`.
+    master, first, last, stops, recorder, programs
+        As for `run`, whose values are read.
 
     Raises
     ------
@@ -203,6 +207,7 @@ def step(master: Master[C], first: int, last: int, program: Structure) -> None:
     """
     advance, outcome = load_loop(), End()
     assert advance is not None, "there is no compiled loop"
+    program = _program_of(master, stops, recorder, programs)
     structures = map(byref, (program, _UNCHANGED, _UNRECORDED, _UNCONDITIONAL))
     advance(*structures, 0, first, last, last, byref(c_bool(False)), byref(outcome))
     _check(master, outcome)
@@ -233,17 +238,24 @@ def _see(watch: FiniteWatch | None, recorder: Recorder, block: RecordBuffer, beg
         watch.see(range(first, first + len(rows)), rows[:, n_recorded:])
 
 
-def program_of(master: Master[C], stops: StopObserver | None = None, each: Sequence[int] | Indices = ()) -> Structure:
-    """Return the data of a master with these stop conditions, as a C structure; `each` are read at every point."""
-    conditions = (stops or StopObserver()).conditions
-    entries = [component.entry_points() for component in master.components]
+def _program_of(master: Master[C], stops: StopObserver, recorder: Recorder, programs: Programs | None) -> Structure:
+    """Return the data of a master as a C structure, that of an identical master if it is among `programs`.
+
+    Quantities of stop conditions, and those recorded at every point, are read at every point.
+    """
     every = [component.every for component in master.components]
+    judged = tuple(stops.conditions.positions.tolist()), tuple(recorder.each.tolist())
+    key = master.values.ctypes.data, master.wiring.names, master.coupling, master.grid, tuple(every), judged
+    programs = {} if programs is None else programs
+    if key in programs:
+        return programs[key]
+    entries = [component.entry_points() for component in master.components]
     fetches = [entry.fetches for entry in entries]
     places = [np.arange(slot.start, slot.stop) for slot in master.slots]
     used = np.zeros(len(master.values), np.bool_)
-    for positions in (*master.wiring.sources, conditions.positions, np.asarray(each, np.intp)):
+    for positions in (*master.wiring.sources, stops.conditions.positions, recorder.each):
         used[positions] = True
-    program = Program(
+    program = _Program(
         instance=np.array([entry.instance for entry in entries], np.intp),
         do_step=np.array([entry.do_step for entry in entries], np.intp),
         every=np.array(every, np.intp),
@@ -256,7 +268,8 @@ def program_of(master: Master[C], stops: StopObserver | None = None, each: Seque
         step_size=float(master.step_size),
         jacobi=master.coupling == "jacobi",
     )
-    return structure_of(program)
+    programs[key] = structure_of(program)
+    return programs[key]
 
 
 def _only(used: Bools, transfers: Sequence[Transfer]) -> list[Transfer]:

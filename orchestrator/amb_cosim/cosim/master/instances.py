@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from ctypes import Structure
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from amb_cosim.cosim.fmu.component import FmuComponent, HeldState, StartValues
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.fmu.separate_component import SeparateComponent
-from amb_cosim.cosim.master.compiled import program_of
-from amb_cosim.cosim.master.master import Master
-from amb_cosim.cosim.system.stopping import StopObserver
-from array_types import Array, Indices
+from amb_cosim.cosim.master.compiled import Programs
+from array_types import Array
 
 
 class InstancePool:
     """The instance of each component, by name; after a failed run the next one loads new instances.
 
-    `generation` changes when states that they held are lost.
+    `generation` changes when states that they held are lost; `programs` are those of the compiled loop.
     """
 
     def __init__(self) -> None:
@@ -29,22 +25,13 @@ class InstancePool:
         self._expired = False
         self._loaded: dict[str, tuple[Path, FmuComponent]] = {}
         self._values: dict[tuple[str, ...], Array] = {}
-        self._programs: dict[tuple[Any, ...], Structure] = {}
+        self.programs: Programs = {}
 
     def values(self, names: tuple[str, ...]) -> Array:
         """Return a zero array for the values of these signals, reused from the previous run if the names match."""
         values = self._values.setdefault(names, np.zeros(len(names)))
         values[:] = 0.0
         return values
-
-    def program(self, master: Master[FmuComponent], stops: StopObserver, each: Indices) -> Structure:
-        """Return the `program_of` a master of these instances, reused for an identical master."""
-        every = tuple(component.every for component in master.components)
-        judged = tuple(stops.conditions.positions.tolist()), tuple(each.tolist())
-        key = master.values.ctypes.data, master.wiring.names, master.coupling, master.grid, every, judged
-        if key not in self._programs:
-            self._programs[key] = program_of(master, stops, each)
-        return self._programs[key]
 
     def acquire(
         self,
@@ -71,7 +58,7 @@ class InstancePool:
         if component is not None:
             self.generation += 1
             component.close()
-            self._programs.clear()
+            self.programs.clear()
         kind = SeparateComponent if is_separate else FmuComponent
         component = kind(name, folder, interface, inputs, outputs, start, every)
         self._loaded[name] = (folder, component)
@@ -92,7 +79,7 @@ class InstancePool:
         """Free all instances; they are loaded again when they are requested."""
         self._expired = False
         self.generation += 1
-        self._programs.clear()
+        self.programs.clear()
         while self._loaded:
             _, (_, component) = self._loaded.popitem()
             component.close()

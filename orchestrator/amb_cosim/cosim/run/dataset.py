@@ -23,7 +23,6 @@ from amb_cosim.cosim.record.signals import AT_STEPS, EACH_STEP, Samples, Signals
 from amb_cosim.cosim.record.untrusted_netcdf import check_content
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.recording import Outcome, Recording
-from amb_cosim.cosim.system.experiment import port_of
 from amb_cosim.cosim.system.system import UNCHANGED, Output
 from amb_cosim.cosim.system.tables import moment_of
 from amb_cosim.cosim.system.values import Raw
@@ -115,7 +114,7 @@ def to_signals(recording: Recording) -> SignalTable:
     every_step = {f"{label}{AT_STEPS}": (label, column) for label, column in steps_of(recording).items()}
     sampled = {label: (label, column) for label, column in zip(plan.recorded, recorder.table.T, strict=True)}
     for name, (label, variable) in (sampled | every_step).items():
-        component, port = port_of(label, plan.system, recording.interfaces)
+        component, port = plan.port(label)
         variables[name] = Samples(
             variable.astype(_WIDE_DTYPES.get(port.stored, _DTYPES[port.type])),
             {
@@ -134,7 +133,7 @@ def to_signals(recording: Recording) -> SignalTable:
     time = Samples(times, {"units": "s", "description": "Time"})
     attributes: dict[str, Any] = {
         "system": plan.system.name,
-        "flavour": recording.flavour,
+        "flavour": recording.plan.assembly.flavour,
         "communication_step_s": plan.step_size,
         "settling": plan.settling if plan.settling == "simulated" else "solved",
         "settling_s": -plan.begin * plan.step_size,
@@ -148,7 +147,7 @@ def to_signals(recording: Recording) -> SignalTable:
         "outcome": json.dumps([outcome.status, outcome.time, outcome.component, outcome.reason]),
         "parameters": json.dumps(parameters_of(recording)),
         "initial_inputs": json.dumps(dict(plan.inputs)),
-        "fmu_guids": json.dumps({c: interface.guid for c, interface in recording.interfaces.items()}),
+        "fmu_guids": json.dumps({c: interface.guid for c, interface in recording.plan.interfaces.items()}),
         "versions": json.dumps(_versions()),
         "git_revision": git_revision() or "",
     }
@@ -165,7 +164,7 @@ def _of_output(output: Output, source: Samples) -> Samples:
 def parameters_of(recording: Recording) -> dict[str, dict[str, Any]]:
     """Return the parameters of every component: numbers, and set texts."""
     texts = recording.plan.all_texts()
-    numbers = recording.plan.all_parameters(recording.interfaces)
+    numbers = recording.plan.all_parameters()
     return {component: values | texts.get(component, {}) for component, values in numbers.items()}
 
 
@@ -191,7 +190,7 @@ def _warnings(recording: Recording, times: Array) -> list[warnings.WarningRecord
         *(warnings.WarningRecord("events", "", text, text, first=time) for time, text in plan.partial_events),
     ] + [
         warned
-        for component, interface in recording.interfaces.items()
+        for component, interface in recording.plan.interfaces.items()
         for warned in warnings.of_component(
             component,
             interface.ports,

@@ -22,7 +22,6 @@ from amb_cosim.cosim.run.isolation import run_isolated
 from amb_cosim.cosim.run.options import DEFAULTS, Progress, RunOptions, Saves
 from amb_cosim.cosim.run.recording import Outcome, Recording
 from amb_cosim.cosim.run.simulator import Simulator
-from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.planning import cannot_settle, simulated_settling_notice
 from amb_cosim.cosim.system.stopping import Stopped
@@ -35,8 +34,8 @@ SHARE = 0.05  # at most, of the time of a run, that automatic checkpoints take
 FIRST = 16  # steps after which their duration is first measured
 
 
-def execute_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
-    """Execute a plan with the FMUs of an assembly.
+def execute_plan(plan: Plan, options: RunOptions = DEFAULTS) -> Recording:
+    """Execute a plan with its FMUs.
 
     A failed step, Ctrl-C, SIGTERM (from the command line), a met condition, or an FMU that ends it, end the run early;
     the outcome states the cause, and the record is kept.
@@ -51,13 +50,13 @@ def execute_plan(assembly: Assembly, plan: Plan, options: RunOptions = DEFAULTS)
         If the coupling is iterative and an FMU cannot save its state or has its own rate, if an FMU cannot serialise a
         state to be saved, or if `start` is of another run.
     """
-    options = options.for_plan(assembly, plan)
-    for fmu in assembly.fmus.values():
+    options = options.for_plan(plan)
+    for fmu in plan.fmus.values():
         note_first_loading(fmu)
-    return (run_isolated if options.isolated else run_here)(assembly, plan, options)
+    return (run_isolated if options.isolated else run_here)(plan, options)
 
 
-def run_here(assembly: Assembly, plan: Plan, options: RunOptions) -> Recording:
+def run_here(plan: Plan, options: RunOptions) -> Recording:
     """Run a plan in this process, with options `for_plan`; see `execute_plan`.
 
     A motion before point 0 that cannot be solved for is simulated, with a notice.
@@ -65,7 +64,7 @@ def run_here(assembly: Assembly, plan: Plan, options: RunOptions) -> Recording:
     with ExitStack() as stack, deferred() as interruption:
         instances = InstancePool() if options.instances is None else options.instances
         stack.callback(instances.close)
-        record = partial(_record, assembly, plan, options, instances, interruption)
+        record = partial(_record, plan, options, instances, interruption)
         try:
             recording = record("" if options.start is None else options.start.notice)
         except CannotSettle as error:
@@ -80,15 +79,10 @@ def run_here(assembly: Assembly, plan: Plan, options: RunOptions) -> Recording:
 
 
 def _record(
-    assembly: Assembly,
-    plan: Plan,
-    options: RunOptions,
-    instances: InstancePool,
-    interruption: Interruption,
-    notice: str,
+    plan: Plan, options: RunOptions, instances: InstancePool, interruption: Interruption, notice: str
 ) -> Recording:
     """Start or resume a run, settle it, step it, and return its record; raises CannotSettle as `Simulator.settle`."""
-    simulator = Simulator(assembly, plan, options.loop, instances, notice, has_end=options.has_end)
+    simulator = Simulator(plan, options.loop, instances, notice, has_end=options.has_end)
     plan, recorder, start = simulator.plan, simulator.recorder, options.start
     observers: list[Observer] = [lambda *_: interruption.check()]
     if options.progress is not None:
@@ -113,7 +107,7 @@ def _record(
     warnings = {component.name: component.warnings for component in simulator.components}
     nan = _first_nan(simulator, warnings)
     outcome = outcome if nan is None or outcome.failure else nan
-    return Recording(plan, assembly.interfaces, recorder, outcome, assembly.flavour, warnings, checkpoints)
+    return Recording(plan, recorder, outcome, warnings, checkpoints)
 
 
 def _step_to_end(
@@ -156,7 +150,7 @@ def _first_nan(simulator: Simulator, warnings: dict[str, list[str]]) -> Outcome 
 
     Outputs that are recorded or connected are watched; before a checkpoint from which the run began, recorded ones.
     """
-    plan, recorder, foreign = simulator.plan, simulator.recorder, simulator.assembly.from_elsewhere
+    plan, recorder, foreign = simulator.plan, simulator.recorder, simulator.plan.assembly.from_elsewhere
     if not foreign:
         return None
     watch = FiniteWatch(dict(enumerate(plan.recorded)), plan.record_from)

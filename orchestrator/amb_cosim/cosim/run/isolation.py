@@ -39,12 +39,12 @@ PROGRESS, RECORDING, ERROR, END = range(4)  # kinds of messages
 Messages = queue.SimpleQueue[tuple[Any, ...]]
 
 
-def run_isolated(assembly: Assembly, plan: Plan, options: RunOptions) -> Recording:
+def run_isolated(plan: Plan, options: RunOptions) -> Recording:
     """Run a plan in a separate process; see `execute_plan` for result and errors.
 
     An interruption ends the run at a safe moment; a second one ends the process.
     """
-    request = assembly, plan, replace(options, instances=None, progress=None)
+    assembly, request = plan.assembly, (plan, replace(options, instances=None, progress=None))
     with deferred() as interruption, child_process("run.isolation_process", request) as process:
         messages = messages_of(process)
         is_ending, notice_at, latest = False, math.inf, time.monotonic()

@@ -22,7 +22,7 @@ def main() -> None:
     with os.fdopen(os.dup(1), "wb") as answers:
         os.dup2(2, 1)  # keeps what FMUs print out of the answers
         signal.signal(signal.SIGTERM, signal.default_int_handler)  # a run defers it to a safe moment
-        assembly, plan, options = pickle.load(sys.stdin.buffer)
+        plan, options = pickle.load(sys.stdin.buffer)
         end_with_parent(sys.stdin.buffer.read)
         memory = limit_memory()
 
@@ -33,7 +33,7 @@ def main() -> None:
         instances = InstancePool()
         options = replace(options, instances=instances, progress=lambda *steps: answer(PROGRESS, *steps))
         try:
-            recording = run_here(assembly, plan, options)
+            recording = run_here(plan, options)
             answer(RECORDING, recording)
             instances.close()  # after the record is sent, which a crash on closing would lose
         except MemoryError:

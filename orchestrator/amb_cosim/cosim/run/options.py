@@ -11,7 +11,6 @@ from amb_cosim.cosim.choices import Flavour, Loop
 from amb_cosim.cosim.master.instances import InstancePool
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.state_fingerprint import state_fingerprint
-from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.tables import moment_of
 from amb_cosim.cosim.system.values import Raw
@@ -46,7 +45,7 @@ class Saves:
     held: bool = False
     moments: Sequence[Raw] = ()
 
-    def for_plan(self, assembly: Assembly, plan: Plan) -> Saves:
+    def for_plan(self, plan: Plan) -> Saves:
         """Return the same with the points of all moments, without automatic checkpoints if an FMU cannot serialise.
 
         Raises
@@ -59,7 +58,7 @@ class Saves:
             points.append(plan.grid.nearest("moment", moment_of(moment, plan.period or None)))
             if points[-1] > plan.last:
                 raise ValueError(f"no state can be saved at {moment}; the run ends at {plan.time(plan.last):.9g} s")
-        interfaces = assembly.interfaces.items()
+        interfaces = plan.interfaces.items()
         unable = [name for name, interface in interfaces if not interface.serialises_state]
         lacking = [name for name, interface in interfaces if not interface.saves_state] if self.held else unable
         if lacking and points:
@@ -103,25 +102,23 @@ class RunOptions:
         """Whether no other run can continue from a state of this one, nor this one from another's."""
         return self.start is None and not self.saves.points and self.saves.file is None
 
-    def for_plan(self, assembly: Assembly, plan: Plan) -> RunOptions:
+    def for_plan(self, plan: Plan) -> RunOptions:
         """Return the options, of which the plan sets `isolated`, `saves` and, if it resumes a run, `start`."""
-        saves = self.saves.for_plan(assembly, plan)
-        isolated = bool(assembly.from_elsewhere) if self.isolated is None else self.isolated
-        return replace(
-            self, isolated=isolated, saves=saves, start=_resumed(self.saves.file, assembly, plan) or self.start
-        )
+        saves = self.saves.for_plan(plan)
+        isolated = bool(plan.assembly.from_elsewhere) if self.isolated is None else self.isolated
+        return replace(self, isolated=isolated, saves=saves, start=_resumed(self.saves.file, plan) or self.start)
 
 
 DEFAULTS = RunOptions()
 
 
-def _resumed(file: Path | None, assembly: Assembly, plan: Plan) -> Checkpoint | None:
+def _resumed(file: Path | None, plan: Plan) -> Checkpoint | None:
     """Return the automatic checkpoint in a file, if the run of a plan can continue from it."""
     if file is None or not file.is_file():
         return None
     try:
         checkpoint = Checkpoint.load(file)
-        checkpoint.check_past(state_fingerprint(assembly, plan, checkpoint.point), assembly.sources)
+        checkpoint.check_past(state_fingerprint(plan, checkpoint.point), plan.assembly.sources)
         if checkpoint.point > plan.last:
             raise ValueError(f"the run ends before {checkpoint.title} at t = {checkpoint.time:.9g} s")
     except ValueError as error:

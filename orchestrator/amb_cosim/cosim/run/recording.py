@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from amb_cosim.cosim.fmu.fmu_interface import FmuInterface
 from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.system.experiment import Plan
@@ -60,9 +59,7 @@ class Recording:
     """
 
     plan: Plan
-    interfaces: Mapping[str, FmuInterface]
     recorder: Recorder
     outcome: Outcome
-    flavour: str
     warnings: Mapping[str, list[str]]
     checkpoints: Mapping[int, Checkpoint] = field(default_factory=dict)

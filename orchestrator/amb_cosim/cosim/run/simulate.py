@@ -107,5 +107,5 @@ def simulate(
         if value is not None and name not in taken:  # the command line passes those that are not given as None
             raise ValueError(f"{name} is not an option of any model in {system.name}; {suggest(name, sorted(taken))}")
     assembly = assemble(system, flavour, **options)
-    recording = execute_plan(assembly, experiment_plan(experiment, assembly.assignments(), set), run_options)
+    recording = execute_plan(experiment_plan(experiment, assembly, set), run_options)
     return Simulation(to_signals(recording), recording.outcome, recording.checkpoints)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from ctypes import Structure
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +23,6 @@ from amb_cosim.cosim.record.recorder import Recorder
 from amb_cosim.cosim.record.step_rows import StepRows, complete_rows, steps_in_row
 from amb_cosim.cosim.run.checkpoint import Checkpoint
 from amb_cosim.cosim.run.state_fingerprint import name_of, state_fingerprint
-from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.stopping import StopObserver
 from amb_cosim.cosim.system.system import UNCHANGED, Component
@@ -36,8 +34,8 @@ class Simulator:
 
     Parameters
     ----------
-    assembly, plan
-        The FMUs and the plan to run.
+    plan
+        The plan to run.
     loop
         `compiled` or `plain`.
     instances
@@ -56,20 +54,14 @@ class Simulator:
     """
 
     def __init__(
-        self,
-        assembly: Assembly,
-        plan: Plan,
-        loop: Loop,
-        instances: InstancePool,
-        notice: str = "",
-        has_end: bool = False,
+        self, plan: Plan, loop: Loop, instances: InstancePool, notice: str = "", has_end: bool = False
     ) -> None:
-        self.assembly, self._plan = assembly, plan
+        assembly, self._plan = plan.assembly, plan
         self.notice = notice
         self.plan = with_simulated_settling(plan, notice) if notice else plan
         coupling = plan.system.coupling
         if coupling == "iterative":
-            _check_states(assembly)
+            _check_states(plan)
         transformed = plan.system.transformed
         explicit = not transformed and coupling != "iterative"
         separate = separate_components(assembly.fmus, assembly.interfaces)
@@ -83,7 +75,7 @@ class Simulator:
             if transformed.keys() & set(names):
                 component.transform([transformed.get(name, UNCHANGED) for name in names])
         end = None if plan.stop_time is None else (plan.last, plan.stop_time)
-        last_steps = _shorter_last_steps(assembly, plan) if has_end or end is not None else {}
+        last_steps = _shorter_last_steps(plan) if has_end or end is not None else {}
         self.master = Master(
             self.components,
             wiring,
@@ -95,7 +87,7 @@ class Simulator:
             last_steps,
         )
         for component in self.components if has_end else ():
-            component.stop_time = _end_of(component.name, component.every, plan, assembly)
+            component.stop_time = _end_of(component.name, component.every, plan)
         recorded, each = ([self._at[name] for name in names] for names in (plan.recorded, plan.recorded_each))
         self.recorder = Recorder(recorded, plan.record_from, plan.record_every, each, _step_rows(plan))
         self.watch = FiniteWatch(
@@ -117,8 +109,8 @@ class Simulator:
         try:
             return self._instances.acquire(
                 name,
-                self.assembly.fmus[name].folder,
-                self.assembly.interfaces[name],
+                plan.fmus[name].folder,
+                plan.interfaces[name],
                 self.wiring.inputs[name],
                 self.wiring.outputs[name],
                 {**plan.parameters[name], **plan.texts.get(name, {})},
@@ -148,15 +140,14 @@ class Simulator:
             return plan.begin
         if plan.system.transformed:
             raise CannotSettle("a connection transforms its value")
-        program = self.program() if self._is_compiled else None
 
         def step(first: int, last: int) -> None:
-            if program is None:
-                self.master.run(first, last)
+            if self._is_compiled:
+                compiled.step(self.master, first, last, self._stops, self.recorder, self._instances.programs)
             else:
-                compiled.step(self.master, first, last, program)
+                self.master.run(first, last)
 
-        return settle(self.master, self.assembly, step, plan.first, plan.begin)
+        return settle(self.master, plan.assembly, step, plan.first, plan.begin)
 
     def advance(self, first: int, stop: int, observers: Sequence[Observer] = ()) -> None:
         """Run the points from `first` up to but not including `stop`, and step from each but the last of the plan.
@@ -170,7 +161,8 @@ class Simulator:
         """
         arguments = self.master, first, self.plan.last, self.schedules
         if self._is_compiled:
-            compiled.run(*arguments, self.recorder, observers, self._stops, self.program(), stop, self.watch)
+            programs = self._instances.programs
+            compiled.run(*arguments, self.recorder, observers, self._stops, programs, stop, self.watch)
         else:
             self.master.run(*arguments[1:], [self.recorder, self.watch, self._stops, *observers], stop)
 
@@ -195,10 +187,6 @@ class Simulator:
             self.watch(n + 1, master.values)
         return end
 
-    def program(self) -> Structure:
-        """Return the data of the master for the compiled loop."""
-        return self._instances.program(self.master, self._stops, self.recorder.each)
-
     def checkpoint(self, point: int, held: bool = False) -> Checkpoint:
         """Return the state before the present point, serialised or held in the memory of the FMUs."""
         plan = self.plan
@@ -210,8 +198,8 @@ class Simulator:
             point=point,
             step_size=plan.step_size,
             start_time=plan.start_time,
-            past=state_fingerprint(self.assembly, self._plan, point),
-            sources={} if held else self.assembly.sources,
+            past=state_fingerprint(self._plan, point),
+            sources={} if held else plan.assembly.sources,
             notice=self.notice,
             signals=dict(zip(self._at, self.master.values.tolist(), strict=True)),
             scales=self.master.scales if self.master.coupling == "iterative" else np.zeros(0),
@@ -248,10 +236,10 @@ class Simulator:
             begin = plan.time(plan.begin)
             raise ValueError(f"the run begins at {begin:.9g} s, after {start.title} at t = {start.time:.9g} s")
         if not start.is_held:
-            past = state_fingerprint(self.assembly, self._plan, start.point)
-            start.check_past(past, self.assembly.sources)
+            past = state_fingerprint(self._plan, start.point)
+            start.check_past(past, plan.assembly.sources)
             _check_parts(start, plan, self.master)
-        if not start.is_held or any(fmu.layout is None for fmu in self.assembly.fmus.values()):
+        if not start.is_held or any(fmu.layout is None for fmu in plan.fmus.values()):
             self.initialise()
         for component in self.components:
             component.put(start.states[component.name], start.warnings[component.name])
@@ -322,27 +310,27 @@ def with_simulated_settling(plan: Plan, notice: str) -> Plan:
     return replace(plan, settling="simulated", notices=(*plan.notices, notice))
 
 
-def _shorter_last_steps(assembly: Assembly, plan: Plan) -> dict[int, tuple[int, float]]:
+def _shorter_last_steps(plan: Plan) -> dict[int, tuple[int, float]]:
     """Return point and size (s) of the last step of each component whose last step would end after the plan's end."""
     end, last_steps = plan.time(plan.last), {}
     for i, c in enumerate(plan.system.components):
         point = (plan.last - 1) // c.every * c.every
         is_longer = point + c.every > plan.last or plan.stop_time is not None
-        if is_longer and assembly.interfaces[c.name].takes_any_step:
+        if is_longer and plan.interfaces[c.name].takes_any_step:
             last_steps[i] = (point, end - plan.time(point))
     return last_steps
 
 
-def _end_of(name: str, every: int, plan: Plan, assembly: Assembly) -> float:
+def _end_of(name: str, every: int, plan: Plan) -> float:
     """Return the time at which the last step of a component ends (s)."""
-    if every == 1 or assembly.interfaces[name].takes_any_step:
+    if every == 1 or plan.interfaces[name].takes_any_step:
         return plan.time(plan.last)
     return plan.start_time + math.ceil(plan.last / every) * every * plan.step_size
 
 
-def _check_states(assembly: Assembly) -> None:
+def _check_states(plan: Plan) -> None:
     """Raise ValueError if an FMU cannot save its state."""
-    unable = [name for name, interface in assembly.interfaces.items() if not interface.saves_state]
+    unable = [name for name, interface in plan.interfaces.items() if not interface.saves_state]
     if unable:
         raise ValueError(
             f"coupling = 'iterative' is not allowed with {', '.join(unable)}: it repeats steps, which "

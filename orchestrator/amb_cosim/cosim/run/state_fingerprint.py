@@ -7,24 +7,23 @@ from __future__ import annotations
 
 from typing import Any
 
-from amb_cosim.cosim.system.assembly import Assembly
-from amb_cosim.cosim.system.experiment import Plan, Ramp, port_of
+from amb_cosim.cosim.system.experiment import Plan, Ramp
 from amb_cosim.cosim.system.stopping import Condition
 from amb_cosim.cosim.system.system import Signal
 
 
-def state_fingerprint(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
+def state_fingerprint(plan: Plan, n: int) -> dict[str, Any]:
     """Return the part of a plan and its FMUs that determines the state before communication point n, as JSON data."""
-    fmus, interfaces = assembly.fmus, assembly.interfaces
+    fmus, interfaces = plan.fmus, plan.interfaces
     return {
-        "fmus": {c: fmus[c].folder.name if c in assembly.from_elsewhere else interfaces[c].guid for c in fmus},
-        "parameters": plan.all_parameters(interfaces),
+        "fmus": {c: fmus[c].folder.name if c in plan.assembly.from_elsewhere else interfaces[c].guid for c in fmus},
+        "parameters": plan.all_parameters(),
         **({"texts": plan.all_texts()} if plan.texts else {}),
         "connections": {link.target: link.text for link in plan.system.connections},
         "signals": {signal.name: [*signal.targets, *_laws(signal)] for signal in plan.system.signals},
         "every": {c.name: c.every for c in plan.system.components},
         "coupling": plan.system.coupling,
-        **plan_past(assembly, plan, n),
+        **plan_past(plan, n),
     }
 
 
@@ -32,9 +31,9 @@ def _laws(signal: Signal) -> list[str]:
     return [f"{target}: {factor!r}, {offset!r}" for target, (factor, offset) in signal.laws.items()]
 
 
-def plan_past(assembly: Assembly, plan: Plan, n: int) -> dict[str, Any]:
+def plan_past(plan: Plan, n: int) -> dict[str, Any]:
     """Return the part of `state_fingerprint` that differs among plans of the same system and parameters."""
-    inputs = {name: value for name, value in plan.inputs.items() if value != _start_value(assembly, plan, name)}
+    inputs = {name: value for name, value in plan.inputs.items() if value != _start_value(plan, name)}
     return {
         "communication_step": plan.step_size,
         **({} if plan.start_time == 0.0 else {"start_time": plan.start_time}),
@@ -53,9 +52,9 @@ def name_of(condition: Condition) -> str:
     return f"{condition.text} from point {condition.first}"
 
 
-def _start_value(assembly: Assembly, plan: Plan, name: str) -> float:
+def _start_value(plan: Plan, name: str) -> float:
     """Return the value of an input or tunable parameter that nothing sets."""
-    component, port = port_of(name, plan.system, assembly.interfaces)
+    component, port = plan.port(name)
     return plan.parameters[component].get(port.name, port.start or 0.0)
 
 

@@ -13,7 +13,6 @@ from amb_cosim.cosim.fmu.fmus import fmu_with_starts, is_model
 from amb_cosim.cosim.ssp.experiment_file import EXPERIMENT, NOTES, experiment_table, notes
 from amb_cosim.cosim.ssp.parameter_values import parameter_set
 from amb_cosim.cosim.ssp.structure import Described, system_structure
-from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.experiment import Plan
 from amb_files.archive import archive_of, write_archive
 from fmi_export.building.integers import with_integers
@@ -23,7 +22,6 @@ STRUCTURE = "SystemStructure.ssd"
 
 def export_ssp(
     path: Path,
-    assembly: Assembly,
     plan: Plan,
     *,
     name: str,
@@ -39,8 +37,8 @@ def export_ssp(
 
     Parameters
     ----------
-    assembly, plan
-        The components, and the plan of the run.
+    plan
+        The plan of the run.
     name
         Name of the system.
     target, options
@@ -62,7 +60,7 @@ def export_ssp(
     run = Described(
         name=name,
         plan=plan,
-        interfaces={c: _with_integers(i) for c, i in assembly.interfaces.items()} if integers else assembly.interfaces,
+        interfaces={c: _with_integers(i) if integers else i for c, i in plan.interfaces.items()},
         sources={component: f"{file}.fmu" for component, file in files.items()},
         bindings={component: f"{file}.ssv" for component, file in files.items() if starts[component]},
         generator=f"amb-cosim {version('amb-cosim')}",
@@ -75,7 +73,7 @@ def export_ssp(
         if is_model(c.fmu):
             fmu = fmu_with_starts(c.fmu, target, starts[c.name], c.every * plan.step_size, **options)
         else:
-            fmu = assembly.fmus[c.name].path.read_bytes()
+            fmu = plan.fmus[c.name].path.read_bytes()
         content[run.sources[c.name]] = with_integers(fmu) if integers else fmu
     content[NOTES] = notes(run, has_start_values=all(is_model(c.fmu) for c in system.components))
     return write_archive(path, archive_of(content))

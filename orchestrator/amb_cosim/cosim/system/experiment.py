@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 
 from amb_cosim.cosim.choices import Coupling, Settling
 from amb_cosim.cosim.fmu.fmu_interface import FmuInterface, Port
+from amb_cosim.cosim.fmu.fmus import Fmu
 from amb_cosim.cosim.grid.schedules import PiecewiseConstant, PiecewiseLinear, Schedule
 from amb_cosim.cosim.grid.time_grid import TimeGrid, in_steps
+from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.stopping import Condition, StopCondition
 from amb_cosim.cosim.system.system import System
 from amb_cosim.cosim.system.values import Raw
@@ -124,7 +126,8 @@ class Ramp:
 class Plan:
     """An experiment on the time grid: communication point n is at the time t_0 + n h, with t_0 = `start_time`.
 
-    The last point is at `stop_time` unless that is None.
+    The last point is at `stop_time` unless that is None. `assembly` has the FMUs; `system` is its system with the rates
+    and the coupling of the run.
 
     `parameters` are the parameters of components, `texts` values of their String and Binary variables, `inputs` the
     initial values of signals and scheduled inputs by name, `events` their changes as (point, name, value). Quantities
@@ -134,6 +137,7 @@ class Plan:
     is the duration of a cycle (s), 0 without cycles; `marks` are points by label.
     """
 
+    assembly: Assembly
     system: System
     step_size: float
     first: int
@@ -156,6 +160,16 @@ class Plan:
     texts: Mapping[str, Mapping[str, str | bytes]] = field(default_factory=dict)
     start_time: float = 0.0
     stop_time: float | None = None
+
+    @property
+    def fmus(self) -> Mapping[str, Fmu]:
+        """FMU of each component."""
+        return self.assembly.fmus
+
+    @property
+    def interfaces(self) -> Mapping[str, FmuInterface]:
+        """Interface of each component."""
+        return self.assembly.interfaces
 
     @property
     def grid(self) -> TimeGrid:
@@ -188,9 +202,9 @@ class Plan:
         """Communication point at which the run begins."""
         return self.first if self.settling == "simulated" else -(WARM_UP + self.turn + 4)
 
-    def all_parameters(self, interfaces: Mapping[str, FmuInterface]) -> dict[str, dict[str, float | None]]:
+    def all_parameters(self) -> dict[str, dict[str, float | None]]:
         """Return every parameter of every component: the set value, or its start value."""
-        return {c: interface.start_parameters | {**self.parameters[c]} for c, interface in interfaces.items()}
+        return {c: interface.start_parameters | {**self.parameters[c]} for c, interface in self.interfaces.items()}
 
     def all_texts(self) -> dict[str, dict[str, str]]:
         """Return the set String variables of every component, and Binary ones as hexadecimal digits."""
@@ -209,6 +223,13 @@ class Plan:
                 values[component][variable] = value if shared is None else shared.value_at(end, value)
         return values
 
+    def port(self, name: str) -> tuple[str, Port]:
+        """Return component and variable of a recorded name; for a shared signal, its own or those of a fed input."""
+        component, variable = self.system.split(self.system.first_end(name))
+        shared = self.system.signal(name)
+        port = None if shared is None else shared.port
+        return component, self.interfaces[component].ports[variable] if port is None else port
+
     def schedules(self, names: Sequence[str]) -> list[Schedule]:
         """Return the inputs over time, for a master whose signals have these names."""
         at = list(names).index
@@ -217,11 +238,3 @@ class Plan:
             PiecewiseLinear(r.points, self.grid, at(r.variable), None if r.slope is None else at(r.slope))
             for r in self.ramps
         ]
-
-
-def port_of(signal: str, system: System, interfaces: Mapping[str, FmuInterface]) -> tuple[str, Port]:
-    """Return component and variable of a recorded name; for a shared signal, its own or those of an input it feeds."""
-    component, variable = system.split(system.first_end(signal))
-    shared = system.signal(signal)
-    port = None if shared is None else shared.port
-    return component, interfaces[component].ports[variable] if port is None else port

@@ -11,6 +11,7 @@ import numpy as np
 
 from amb_cosim.cosim.choices import Settling
 from amb_cosim.cosim.grid.time_grid import ROUNDING, TimeGrid, in_steps, is_on_grid, nearest_point, whole_steps
+from amb_cosim.cosim.system.assembly import Assembly
 from amb_cosim.cosim.system.assignments import Assignments
 from amb_cosim.cosim.system.experiment import EVERYTHING, Experiment, InputChange, Plan, Profile, Ramp
 from amb_cosim.cosim.system.replacement import notices
@@ -22,33 +23,40 @@ from amb_files.suggestions import suggest
 from amb_files.wildcards import matches, matching_names
 
 
-def experiment_plan(experiment: Experiment, values: Assignments, settings: Mapping[str, Raw] | None = None) -> Plan:
+def experiment_plan(
+    experiment: Experiment,
+    assembly: Assembly,
+    settings: Mapping[str, Raw] | None = None,
+    values: Assignments | None = None,
+) -> Plan:
     """Plan an experiment on the time grid of the master; every time but the end becomes the nearest point.
 
     Parameters
     ----------
-    experiment
-        The experiment.
-    values
-        Parameters and initial values of inputs; those of the experiment, and inputs that change later, are added.
+    experiment, assembly
+        The experiment, and the FMUs of its system.
     settings
-        Values by `component.variable`, or by a signal's name, that replace these.
+        Values by `component.variable`, or by a signal's name, that replace those of the experiment.
+    values
+        Parameters and initial values of inputs, by default those of the system; those of the experiment, and inputs
+        that change later, are added.
 
     Raises
     ------
     ValueError
         For names that do not exist, values that are not allowed, and times that do not fit the steps.
     """
+    values = assembly.assignments() if values is None else values
     with errors_in(experiment.source):
         for name, raw in experiment.inputs.items():
             values.set_first(name, raw)
     for name, raw in (settings or {}).items():
         values.set(name, raw)
     with errors_in(experiment.source):
-        return _planned(experiment, values)
+        return _planned(experiment, assembly, values)
 
 
-def _planned(experiment: Experiment, values: Assignments) -> Plan:
+def _planned(experiment: Experiment, assembly: Assembly, values: Assignments) -> Plan:
     """Return the plan of an experiment with these values."""
     h = experiment.step_size
     system, interfaces = values.system, values.interfaces
@@ -76,6 +84,7 @@ def _planned(experiment: Experiment, values: Assignments) -> Plan:
     recorded = _recorded(replace(experiment, recorded=patterns), system.unrecorded, signals)
     each = experiment.each if experiment.record_every > 1 else {}
     return Plan(
+        assembly=assembly,
         system=system,
         step_size=h,
         first=first,
