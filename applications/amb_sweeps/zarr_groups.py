@@ -1,7 +1,8 @@
 """Groups of Zarr arrays whose chunks have checksums, which detect damage by a disk or a copy.
 
-The checksum is of the compressed bytes, so damaged data are never unpacked. Empty chunks are written too; a missing
-chunk is therefore an error.
+The checksum is of the compressed bytes, so damaged data are never unpacked. It is Zarr's own codec of format 2; format
+3 has another, but no specified index of all metadata. Zarr reads a missing chunk as an empty one, so empty chunks are
+written too, and a missing chunk is an error.
 
 A store from elsewhere is data: chunks must be files of the store, not links, and have only codecs that this package
 writes. A block of Zstandard of 4 bytes stands for at most 128 KiB, so all arrays together have at most 32768 times the

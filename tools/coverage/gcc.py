@@ -1,6 +1,9 @@
 """pytest plugin that compiles C code with gcc's branch counters; `of_branches` reads them.
 
 python -m pytest -p tools.coverage.gcc --counters FOLDER tests/native
+
+The same source is compiled in several libraries, which gcovr would list separately; merging its lists takes as many
+lines as reading those of gcov.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
     a + b       (a - b) if switch_is_on(7) else (a + b)
     x = f(y)    if not switch_is_on(8): x = f(y)
 
-Kernels are therefore compiled once for all mutants of their file.
+Kernels are therefore compiled once for all mutants of their file. mutmut makes no mutants of decorated functions, so it
+has none of kernels.
 """
 
 from __future__ import annotations

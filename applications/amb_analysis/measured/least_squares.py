@@ -4,7 +4,9 @@
 
 The interval of a parameter is p +- t sqrt(cov_pp), t the quantile of Student's distribution with n - m degrees of
 freedom. It is linear theory: it holds if residuals are independent, of equal variance, and the model is right.
-G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 5.1.
+G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 5.1. lmfit gives standard errors without Student's
+distribution, so intervals from few residuals are too narrow, and has no error for data that do not determine a
+parameter.
 """
 
 from __future__ import annotations
