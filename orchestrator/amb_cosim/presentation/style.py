@@ -127,15 +127,16 @@ def spread(places: ArrayLike, gap: float, lowest: float = -np.inf, highest: floa
 
         minimise sum_k (p_k - q_k)^2    subject to    p_(k+1) - p_k >= gap,  lowest <= p_k <= highest
 
-    This is an isotonic regression of q_k - k gap: neighbours that are too close are spread about their mean. Bounds
-    clip its result. If they have no room for all, only the upper one holds.
+    This is an isotonic regression of q_k - k gap: neighbours that are too close are spread about their mean. Without
+    bounds it is max_(i<=k) min_(j>=k) of the mean from i to j, for which figures need not wait for SciPy. Bounds clip
+    this result. If they have no room for all, only the upper one holds.
     """
-    from scipy.optimize import isotonic_regression  # slow to import, and few figures have labels to spread
-
     requested = np.asarray(places, np.float64)
     order, offsets = np.argsort(requested, kind="stable"), gap * np.arange(len(requested))
-    result = np.empty_like(requested)
-    ascending = isotonic_regression(requested[order] - offsets).x
+    result, sums = np.empty_like(requested), np.cumsum([0.0, *(requested[order] - offsets)])
+    first, end = np.ogrid[: len(requested), 1 : len(sums)]
+    means = np.where(end > first, (sums[end] - sums[first]) / np.maximum(end - first, 1), -np.inf)
+    ascending = np.minimum.accumulate(means[:, ::-1], axis=1).max(axis=0, initial=-np.inf)[::-1]
     result[order] = np.clip(ascending, lowest, highest - offsets[-1:]) + offsets
     return result
 
