@@ -70,8 +70,7 @@ MISTAKES = [
 ]
 SLOW = [
     ("scenarios/drop.toml", "", "run drop", "packs bath_thesis and my_pump have scenarios/drop.toml"),
-    ("systems/levitated_free_spin.toml", "", "run drop", "have systems/levitated_free_spin.toml"),
-    ("pack.toml", 'rotor = "pump"', "study modes", "packs bath_thesis and my_pump both define a default rotor"),
+    ("pack.toml", 'rotor = "pump"', "study modes", "bath_thesis and my_pump define a default rotor; name"),
     ("statements.toml", "", "report --pack my_pump", "statements.toml of pack my_pump: title is missing"),
 ]
 
