@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from commands import OF_LIBRARIES, many
 from forged_data import changed_checkpoint, changed_result, every_checkpoint
-from forged_packs import forged_pack
+from forged_packs import SCENARIO, forged_pack
 from mutations import changed_text, changed_toml
 
 import amb_cosim
@@ -157,11 +157,12 @@ def test_pack_with_mistakes(campaign):
 
 @many
 def test_forged_pack(campaign):
-    """Neither does one with absurd names, entry points, links, devices or sizes."""
+    """Neither does one with absurd names, entry points, links, devices or sizes, which only its own run may refuse."""
     whole = {name: text.encode() for name, text in pack_files().items()}
 
     def case(chance):
-        content = forged_pack(whole, chance) if chance else whole
-        return chance.choice((HELP, LIST, OTHERS, ITS_OWN)) if chance else ITS_OWN, content
+        command = chance.choice((HELP, LIST, OTHERS, ITS_OWN)) if chance else ITS_OWN
+        used = SCENARIO if command is ITS_OWN else ""
+        return command, forged_pack(whole, chance, used) if chance else whole
 
     campaign(case, before=installed, must_work=(HELP, LIST, OTHERS))

@@ -58,11 +58,16 @@ TEXTS: tuple[Callable[[], bytes], ...] = (
 )
 
 
-def forged_pack(whole: Mapping[str, bytes], chance: random.Random) -> dict[str, Content]:
-    """Return the files of a pack with one or two forged names, entry points, links or sizes."""
+def forged_pack(whole: Mapping[str, bytes], chance: random.Random, used: str = "") -> dict[str, Content]:
+    """Return the files of a pack with one or two forged names, entry points, links or sizes.
+
+    Half of the packs whose file `used` a command reads have a forged link or size there, too.
+    """
     files: dict[str, Content] = dict(whole)
     for _ in range(chance.randint(1, 2)):
         chance.choice((_points, _link, _size, _names, _many))(files, chance)
+    if used and chance.random() < 0.5:
+        chance.choice((_link, _size))(files, chance, used)
     links = {name for name, content in files.items() if not isinstance(content, bytes)}
     return {name: content for name, content in files.items() if links.isdisjoint(map(str, Path(name).parents))}
 
@@ -76,9 +81,11 @@ def _points(files: dict[str, Content], chance: random.Random) -> None:
     files[POINTS] = "\n".join([f"[{group}]", *lines, "[amb_cosim.packs]", "mine = other_pack", ""]).encode()
 
 
-def _link(files: dict[str, Content], chance: random.Random) -> None:
+def _link(files: dict[str, Content], chance: random.Random, name: str = "") -> None:
     """A file of the pack, or a folder of it, is a link or a named pipe."""
-    name = chance.choice([*files, "other_pack/rotors", "other_pack/sweeps/it.toml", "other_pack/machines/it.toml"])
+    name = name or chance.choice(
+        [*files, "other_pack/rotors", "other_pack/sweeps/it.toml", "other_pack/machines/it.toml"]
+    )
     if name.endswith(".toml") and chance.random() < 0.3:  # a pipe of code would block as any code of a pack can
         files[name] = os.mkfifo
     else:
@@ -89,9 +96,10 @@ def _linked(target: str, path: Path) -> None:
     path.symlink_to(target)
 
 
-def _size(files: dict[str, Content], chance: random.Random) -> None:
+def _size(files: dict[str, Content], chance: random.Random, name: str = "") -> None:
     """A file of the pack is large, deep or has no end."""
-    name = chance.choice((SCENARIO, "other_pack/pack.toml", "other_pack/sweeps/it.toml", "other_pack/rotors/it.toml"))
+    others = SCENARIO, "other_pack/pack.toml", "other_pack/sweeps/it.toml", "other_pack/rotors/it.toml"
+    name = name or chance.choice(others)
     files[name] = partial(_sparse, 10**11) if chance.random() < 0.2 else chance.choice(TEXTS)()
 
 
