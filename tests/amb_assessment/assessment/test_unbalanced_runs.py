@@ -98,7 +98,7 @@ def test_largest_voltage_is_found_where_the_current_has_no_maximum(monkeypatch):
         voltages = p.resistance * (p.bias_current + p.static_current) + current(Omega) * np.hypot(
             p.resistance, Omega * p.inductance
         )
-        assert float(row[3].split()[0]) == pytest.approx(voltages.max(), rel=1e-3)
+        assert float(row[4].split()[0]) == pytest.approx(voltages.max(), rel=1e-3)
 
 
 @pytest.mark.parametrize(("minutes", "touches"), [(None, True), ("10 s", True), ("0.2 s", False)])
