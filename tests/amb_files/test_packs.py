@@ -20,6 +20,8 @@ from tests.support.messages import assert_names, raises_naming
 def installed(monkeypatch):
     """`installed({name: package})`: those packs alone, or those of entry points, until the test ends."""
 
+    real = packs.entry_points
+
     def forget():
         packs.applications.cache_clear()
         packs.packs.cache_clear()
@@ -30,7 +32,8 @@ def installed(monkeypatch):
         points = packages
         if isinstance(packages, dict):
             points = [EntryPoint(name, package, packs.GROUP) for name, package in packages.items()]
-        monkeypatch.setattr(packs, "entry_points", lambda group: points if group == packs.GROUP else [])
+        found = {packs.GROUP: points, packs.APPLICATIONS: []}  # models stay, since their cache outlives a test
+        monkeypatch.setattr(packs, "entry_points", lambda group: found[group] if group in found else real(group=group))
         forget()
 
     yield install
