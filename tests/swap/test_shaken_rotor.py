@@ -7,7 +7,7 @@ import pytest
 from c_fmus import INPUT, OUTPUT, PARAMETER, described
 
 import amb_cosim
-from amb_cosim.scenario.make_result import _sources
+from amb_cosim.scenario.make_result import exciting_components
 from amb_cosim.scenario.scenario import Scenario
 
 SHAKER = Path(__file__).parent / "support" / "shaker.c"
@@ -68,6 +68,14 @@ def test_a_shaker_does_not_change_the_measured_sensitivity(shaken):
         assert axis.largest_difference < 1e-7
 
 
+def test_a_shaker_is_no_part_of_the_loop_that_it_excites(shaken):
+    """Its force depends on the time, so that it has no linear model; the poles are those without it."""
+    scenarios = "compressor_levitated", shaken(amplitude=100.0)
+    expected, result = (amb_cosim.studies.poles(scenario, up_to="9000 rpm") for scenario in scenarios)
+    for alone, excited in zip(expected.poles, result.poles, strict=True):
+        np.testing.assert_allclose(excited.frequencies, alone.frequencies, rtol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("connections", "expected"),
     [
@@ -80,4 +88,4 @@ def test_a_shaker_does_not_change_the_measured_sensitivity(shaken):
     ],
 )
 def test_a_component_that_receives_no_lateral_motion_supplies_signals(tmp_path, connections, expected):
-    assert _sources(amb_cosim.load_system(system_with(tmp_path, "added", "any", *connections))) == expected
+    assert exciting_components(amb_cosim.load_system(system_with(tmp_path, "added", "any", *connections))) == expected

@@ -29,6 +29,7 @@ from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.model import LinearModel
 from amb_analysis.linear.stability import DRIFT, LoopStability, deciding_pole, stability_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
+from amb_cosim.scenario.make_result import exciting_components
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 
@@ -93,6 +94,12 @@ class Loop:
     def name(self) -> str:
         """Name of the system."""
         return self.linear_components.plan.assembly.system.name
+
+    @cached_property
+    def components(self) -> list[str]:
+        """The components but those that excite the rotor whatever it does, which need not have a linear model."""
+        exciting = exciting_components(self.linear_components.assembly.system)
+        return [name for name in self.linear_components.names if name not in exciting]
 
     @cached_property
     def axes(self) -> tuple[tuple[str, str], ...]:
@@ -162,7 +169,7 @@ class Loop:
         names = [f"{bearing}.{axis}" for bearing in bearings for axis in "xy"]
         thrust = self.linear_components.layout(PLANT).get("thrust", "")
         displacements = [f"{PLANT}.{name}" for name in (*names, *([f"{thrust}.z"] if thrust else []))]
-        model = model_of(self.linear_components.at(Omega), self.demands[:1], displacements)
+        model = model_of(self.linear_components.at(Omega), self.demands[:1], displacements, self.components)
         z, vectors = np.linalg.eig(model.A)
         moved = np.asarray(model.C @ vectors, dtype=np.complex128)
         shapes, along = moved[: len(names)], moved[-1] if thrust else None
@@ -178,7 +185,7 @@ class Loop:
     def _continuous(self, Omega: float, z: Complex, vectors: Complex, sample_time: float) -> Complex:
         """Return s of poles z, by the states of the rotor in their eigenvectors."""
         source = self.linear_components.at(Omega)
-        parts, first, mass = source.parts(source.names), 0, source.mass(PLANT)
+        parts, first, mass = source.parts(self.components), 0, source.mass(PLANT)
         lateral = 2 * len(mass)
         for part in parts:  # states of the continuous parts come first, in this order; along the shaft come last
             if lateral and part.outputs and part.outputs[0].startswith(f"{PLANT}."):
@@ -241,7 +248,7 @@ class Loop:
     def closed(self) -> LinearModel:
         """The closed loop: demands and readings over injections at both."""
         ends = (*self.demands, *self.readings)
-        return model_of(self.linear_components, ends, ends)
+        return model_of(self.linear_components, ends, ends, self.components)
 
     def sensitivity(self) -> LinearModel:
         """Return the sensitivity S = (1 + L)^-1, demanded over injected currents, axes by axes.
@@ -251,7 +258,7 @@ class Loop:
         ValueError
             If the closed loop is unstable; the sensitivity of an unstable loop cannot be measured.
         """
-        model = model_of(self.linear_components, self.demands, self.demands)
+        model = model_of(self.linear_components, self.demands, self.demands, self.components)
         check_stable(model)
         return model
 

@@ -104,7 +104,7 @@ def _landmarks(plan: ScenarioPlan, recorder: Recorder) -> dict[str, Any]:
     if plan.profile:
         common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in plan.profile])
     system = plan.assembly.system
-    if sources := _sources(system):
+    if sources := exciting_components(system):
         common[SOURCES] = json.dumps(sources)
         fed = {link.source for link in system.connections if system.split(link.source)[0] in sources}
         common[EXCITATIONS] = json.dumps(sorted(name for name in fed if not _is_rotation(system.split(name)[1])))
@@ -117,7 +117,7 @@ def _changes_until(ramp: Ramp, reached: int) -> int:
     return max((min(n, reached) for (m, a), (n, b) in lines if m < reached and a != b), default=0)
 
 
-def _sources(system: System) -> list[str]:
+def exciting_components(system: System) -> list[str]:
     """Return the components that supply signals and receive none of the rotor's lateral motion.
 
     A generator of test forces is one, also if it reads the speed. A drive and a sensor of speed or angle are none: they
