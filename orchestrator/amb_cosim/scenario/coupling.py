@@ -39,7 +39,7 @@ def coupling_warning(
 
     In Jacobi order a step may be a fifth of the sample time. That indicates the bandwidth of the loop, so this bounds
     the phase lag of the delay. A loop sampled at 4 kHz is then within 5 % of Gauss-Seidel order in the orbit of a rub,
-    without prediction; one with little margin at 10 kHz also needs prediction. `docs/coupling.md` has both.
+    without prediction; one with little margin at 10 kHz needs prediction and a tenth. `docs/coupling.md` has both.
 
     Parameters
     ----------
