@@ -98,7 +98,7 @@ class Loop:
     @cached_property
     def components(self) -> list[str]:
         """The components but those that excite the rotor whatever it does, which need not have a linear model."""
-        exciting = exciting_components(self.linear_components.assembly.system)
+        exciting = exciting_components(self.linear_components.plan.assembly.system)
         return [name for name in self.linear_components.names if name not in exciting]
 
     @cached_property
