@@ -166,7 +166,7 @@ def independent_loop(machine: Machine, Omega: float, others=()) -> IndependentLo
         lag = np.diag([2.0 * np.pi * parameters[ACTUATOR][f"{name}.bandwidth_x"] for name in magnets])
         A = np.block([[A, B], [np.zeros((m, 2 * n)), -lag]])
         B = np.vstack([np.zeros((2 * n, m)), lag])
-    links = {link.target: link.source for link in loop.linear_components.plan.assembly.system.connections}
+    links = {link.target: link.source for link in loop.linear_components.plan.system.connections}
     read = [links[reading].removeprefix(f"{PLANT}.") for reading in loop.readings]
     C = np.zeros((len(read) // 2, A.shape[1]))
     for k, name in enumerate(read[0::2]):

@@ -70,7 +70,7 @@ class LinearSource:
     @property
     def names(self) -> list[str]:
         """Names of the components, in the order of the master."""
-        return [component.name for component in self.plan.assembly.system.components]
+        return [component.name for component in self.plan.system.components]
 
     def parts(self, names: Sequence[str]) -> list[LinearComponent]:
         """Return the linear parts of components."""
@@ -102,13 +102,13 @@ class LinearSource:
 
     def feeds(self, names: Sequence[str]) -> dict[str, str]:
         """Return the output that feeds each input, with both ends among components."""
-        system = self.plan.assembly.system
+        system = self.plan.system
         links = {link.target: link.source for link in system.connections}
         return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
 
     def kind(self, name: str) -> str:
         """Return the name of a component's model, or the path of its FMU."""
-        fmu = self.plan.assembly.system.component(name).fmu
+        fmu = self.plan.system.component(name).fmu
         return model_of(fmu) or str(fmu)
 
     def layout(self, name: str) -> dict[str, Any]:
@@ -136,7 +136,7 @@ class LinearSource:
         start = dict(self.plan.parameters[name])
         for port in self.plan.interfaces[name].of("input"):
             end = f"{name}.{port.name}"
-            signal = self.plan.assembly.system.signal_of(end)
+            signal = self.plan.system.signal_of(end)
             value = self._value(signal.name if signal else end)
             if self._reads_speed(end):
                 value = self.speed_of(name)
@@ -146,12 +146,12 @@ class LinearSource:
 
     def _reads_speed(self, end: str) -> bool:
         """Return whether an input is the spin speed: the shared signal, or fed by the rotor."""
-        system = self.plan.assembly.system
+        system = self.plan.system
         signal, source = system.signal_of(end), system.source_of(end)
         return (signal is not None and signal.name == SPEED) or source == f"{PLANT}.speed"
 
     def _foreign(self, name: str, start: Mapping[str, float]) -> LinearComponent:
-        system, interface = self.plan.assembly.system, self.plan.interfaces[name]
+        system, interface = self.plan.system, self.plan.interfaces[name]
         every = next(c.every for c in self.plan.system.components if c.name == name)
         fed = {link.target for link in system.connections}
         inputs = [p.name for p in interface.of("input") if p.type == "Real" and f"{name}.{p.name}" in fed]
@@ -168,7 +168,7 @@ class LinearSource:
         """Return the constants of a component that is a model of this project."""
         if self.rotor is not None and self.kind(name) == PLANT:
             return self.rotor
-        fmu = self.plan.assembly.system.component(name).fmu
+        fmu = self.plan.system.component(name).fmu
         key = repr(fmu)
         if key not in self._constants:
             self._constants[key] = model_source(fmu, **self.plan.assembly.options)[1]
@@ -200,7 +200,7 @@ class LinearSource:
 
     def speed_of(self, name: str) -> float:
         """Return the spin speed (rad/s) of a component."""
-        signal = self.plan.assembly.system.signal_of(f"{name}.{SPEED}")
+        signal = self.plan.system.signal_of(f"{name}.{SPEED}")
         value = self._value(signal.name if signal else f"{name}.{SPEED}")
         return self._value(SPEED) or 0.0 if value is None else value
 

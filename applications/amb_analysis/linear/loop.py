@@ -29,7 +29,7 @@ from amb_analysis.linear.linearise import model_of
 from amb_analysis.linear.model import LinearModel
 from amb_analysis.linear.stability import DRIFT, LoopStability, deciding_pole, stability_of
 from amb_cosim.results.component_names import ACTUATOR, PLANT
-from amb_cosim.scenario.make_result import exciting_components
+from amb_cosim.scenario.control_loop import exciting_components
 from array_types import Array, Complex
 from rotor_analysis.refinement import refined
 
@@ -93,18 +93,18 @@ class Loop:
     @property
     def name(self) -> str:
         """Name of the system."""
-        return self.linear_components.plan.assembly.system.name
+        return self.linear_components.plan.system.name
 
     @cached_property
     def components(self) -> list[str]:
         """The components but those that excite the rotor whatever it does, which need not have a linear model."""
-        exciting = exciting_components(self.linear_components.plan.assembly.system)
+        exciting = exciting_components(self.linear_components.plan.system)
         return [name for name in self.linear_components.names if name not in exciting]
 
     @cached_property
     def axes(self) -> tuple[tuple[str, str], ...]:
         """Bearing and direction of each axis that has a magnet and a controller; that along the shaft is the last."""
-        source, layout = self.linear_components.plan.assembly.system.source_of, self.linear_components.layout(ACTUATOR)
+        source, layout = self.linear_components.plan.system.source_of, self.linear_components.layout(ACTUATOR)
         axes = axes_of(layout.get("bearings", ()), layout.get("thrust", ""))
         return tuple((b, a) for b, a in axes if source(f"{ACTUATOR}.{b}.i_{a}") and source(f"{PLANT}.{b}.f_{a}"))
 
@@ -126,13 +126,13 @@ class Loop:
     @cached_property
     def sources(self) -> tuple[str, ...]:
         """Outputs of the controller that feed the demands."""
-        return tuple(self.linear_components.plan.assembly.system.source_of(demand) or "" for demand in self.demands)
+        return tuple(self.linear_components.plan.system.source_of(demand) or "" for demand in self.demands)
 
     @cached_property
     def readings(self) -> tuple[str, ...]:
         """Inputs of the controller that read displacements of the rotor (m), whatever unit an FMU declares for them."""
         controllers = {source.partition(".")[0] for source in self.sources}
-        links = self.linear_components.plan.assembly.system.connections
+        links = self.linear_components.plan.system.connections
         units = self.linear_components.units()
         return tuple(
             link.target
@@ -227,7 +227,7 @@ class Loop:
         along = [k for k, (_, axis) in enumerate(self.axes) if axis == "z"]
         if not along:
             return None
-        demand, source = self.sources[along[0]], self.linear_components.plan.assembly.system.source_of
+        demand, source = self.sources[along[0]], self.linear_components.plan.system.source_of
         name = demand.partition(".")[0]
         read = [reading for reading in self.readings if reading.startswith(f"{name}.")]
         of_axis = [reading for reading in read if source(reading) == f"{PLANT}.{self.axis_names[along[0]]}"]

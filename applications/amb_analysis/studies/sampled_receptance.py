@@ -53,7 +53,7 @@ def inner_response(machine: Machine, order: int = 1) -> Complex | None:
     of the synchronous control do not measure.
     """
     source, added = machine.run_components, _places_of_currents(machine)
-    system = source.plan.assembly.system
+    system = source.plan.system
     inner = {target.partition(".")[0] for target in added.values()}
     if inner == {ACTUATOR}:
         return None

@@ -164,7 +164,7 @@ def damping_ratios(z: Complex, sample_time: float) -> tuple[Array, Array]:
 
 def _sampled(loop: Loop, Omega: float) -> SampledPlant:
     source = loop.linear_components.at(Omega)
-    sources = [source.plan.assembly.system.source_of(reading) or "" for reading in loop.readings]
+    sources = [source.plan.system.source_of(reading) or "" for reading in loop.readings]
     model = model_of(source, loop.demands, sources, [PLANT, ACTUATOR])
     system = model.sample(loop.sample_time)
     modes = modes_of(system)

@@ -33,7 +33,7 @@ class RotorPlaces:
     valid_to
         Frequency up to which the reduced rotor is accurate (rad/s); None if not stated.
     magnetic
-        The bearings that exert a force, axial one included: controller and actuator variables of others have no effect.
+        The bearings that exert a force, the axial one among them; of others, controller and actuator have no effect.
     stators
         Each contact site in a stator bore, with the bearing of that stator.
     second

@@ -1,4 +1,4 @@
-"""The control loop of a run: its sensors, and the loop that a table of receptances was identified in."""
+"""The control loop of a run: its sensors, what excites it, and the loop that a table of receptances belongs to."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from amb_cosim.cosim.fmu.fmus import is_made_from_file, model_source
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.system import System
-from amb_cosim.results.component_names import CONTROLLER
+from amb_cosim.results.component_names import CONTROLLER, PLANT
 from amb_cosim.scenario.rotors import named
 
 # Names, and endings of names of signals and demands.
@@ -69,3 +69,22 @@ def inner_loop_parameters(system: System, parameters: Mapping[str, Mapping[str, 
         data |= {f"{component.name}.{name}": float(values[name] or 0.0) for name in names}
         data[f"{component.name}.matrices"] = float(zlib.crc32(model_source(component.fmu)[1].tobytes()))
     return data
+
+
+def exciting_components(system: System) -> list[str]:
+    """Return the components that supply signals and receive none of the rotor's lateral motion.
+
+    A generator of test forces is one, also if it reads the speed. A drive and a sensor of speed or angle are none: they
+    pass on the rotation alone.
+    """
+    ends = [(system.split(link.source), system.split(link.target)) for link in system.connections]
+    links = {(sender, receiver) for (sender, a), (receiver, b) in ends if not is_rotation(a) and not is_rotation(b)}
+    moved = {PLANT}
+    while more := {receiver for sender, receiver in links if sender in moved} - moved:
+        moved |= more
+    return sorted({sender for sender, _ in links} - moved)
+
+
+def is_rotation(variable: str) -> bool:
+    """Return whether a variable of the plant or of a controller belongs to the rotation of the rotor."""
+    return variable in ("Omega", "Omega_dot", "speed", "theta") or variable.startswith("drive.")

@@ -16,13 +16,12 @@ from amb_cosim.cosim.record.warnings import WarningRecord, to_json, warnings_of
 from amb_cosim.cosim.run.dataset import parameters_of, step_times, steps_of, to_signals
 from amb_cosim.cosim.run.recording import Recording
 from amb_cosim.cosim.system.experiment import Plan, Ramp
-from amb_cosim.cosim.system.system import System
-from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.places import ATTRIBUTE as PLACES
 from amb_cosim.results.places import RotorPlaces, places_of
 from amb_cosim.results.power import with_power
 from amb_cosim.results.result import Result
 from amb_cosim.results.stability import EXCITATIONS, LAST_CHANGE, SOURCES
+from amb_cosim.scenario.control_loop import exciting_components, is_rotation
 from amb_cosim.scenario.coupling import PREDICTION, SAMPLE_TIME, coupling_warning
 from amb_cosim.scenario.plan import ScenarioPlan
 from amb_cosim.scenario.scenario import SPEED
@@ -103,11 +102,11 @@ def _landmarks(plan: ScenarioPlan, recorder: Recorder) -> dict[str, Any]:
     common: dict[str, Any] = {"period_s": plan.period, "speed_rad_s": plan.speed}
     if plan.profile:
         common["speed_profile"] = json.dumps([(n * plan.step_size, Omega) for n, Omega in plan.profile])
-    system = plan.assembly.system
+    system = plan.system
     if sources := exciting_components(system):
         common[SOURCES] = json.dumps(sources)
         fed = {link.source for link in system.connections if system.split(link.source)[0] in sources}
-        common[EXCITATIONS] = json.dumps(sorted(name for name in fed if not _is_rotation(system.split(name)[1])))
+        common[EXCITATIONS] = json.dumps(sorted(name for name in fed if not is_rotation(system.split(name)[1])))
     return {**common, **cycles, **labels, LAST_CHANGE: last * cycle}
 
 
@@ -115,22 +114,3 @@ def _changes_until(ramp: Ramp, reached: int) -> int:
     """Return the last communication point up to `reached` until which an input changes; 0 if it never does."""
     lines = pairwise(ramp.points)
     return max((min(n, reached) for (m, a), (n, b) in lines if m < reached and a != b), default=0)
-
-
-def exciting_components(system: System) -> list[str]:
-    """Return the components that supply signals and receive none of the rotor's lateral motion.
-
-    A generator of test forces is one, also if it reads the speed. A drive and a sensor of speed or angle are none: they
-    pass on the rotation alone.
-    """
-    ends = [(system.split(link.source), system.split(link.target)) for link in system.connections]
-    links = {(sender, receiver) for (sender, a), (receiver, b) in ends if not _is_rotation(a) and not _is_rotation(b)}
-    moved = {PLANT}
-    while more := {receiver for sender, receiver in links if sender in moved} - moved:
-        moved |= more
-    return sorted({sender for sender, _ in links} - moved)
-
-
-def _is_rotation(variable: str) -> bool:
-    """Return whether a variable of the plant or of a controller belongs to the rotation of the rotor."""
-    return variable in ("Omega", "Omega_dot", "speed", "theta") or variable.startswith("drive.")

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from amb_actuator.eddy_currents import LAG
 from amb_analysis.studies.damping_zones import damping_ratio
-from amb_assessment.assessment.analyses.robustness import NO_BOUND, NO_SENSITIVITY, UNSTABLE_CORNER, variations
+from amb_assessment.assessment.analyses.robustness import NO_SENSITIVITY, sensitivity_varied, variations
 from amb_assessment.assessment.analyses.sensitivity import PEAKS, zone_limits
 from amb_assessment.assessment.format.quantities import AnalysisResult, Quantity, ResultTable, declare
 from amb_assessment.assessment.format.thrust_bearing import ThrustBearing
@@ -105,11 +105,10 @@ def _varied(subject: AssessedMachine, cases: Sequence[LoadCase]) -> list[Quantit
     facts = {"frequency": hz, "N": float(rpm(subject.file.speed.highest))}
     peaks = {key: max(case.peaks)[0] if case.stability.is_stable else NO_SENSITIVITY for key, case in varied.items()}
     worst = max(peaks, key=lambda key: peaks[key])
-    note, shown = ("", "") if varied[worst].stability.is_stable else (UNSTABLE_CORNER, NO_BOUND)
     return [
         _spectral_radius("spectral_radius_varied", varied),
         Quantity("decrement_varied", name, decrement, "1", facts),
-        Quantity("sensitivity_varied", worst, peaks[worst], "1", {}, note, shown=shown),
+        sensitivity_varied(worst, peaks[worst], varied[worst].stability.is_stable),
     ]
 
 

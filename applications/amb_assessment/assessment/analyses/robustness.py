@@ -60,8 +60,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
             if stability.is_stable
             else (NO_SENSITIVITY, motion_and_speed(stability))
         )
-        note, shown = ("", "") if stability.is_stable else (UNSTABLE_CORNER, NO_BOUND)
-        peaks.append(Quantity("sensitivity_varied", f"{name}: {where}", peak, "1", {}, note, shown=shown))
+        peaks.append(sensitivity_varied(f"{name}: {where}", peak, stability.is_stable))
         peak_text = f"{peak:.2f}" if stability.is_stable else "not stable"
         rows.append((name, f"{stability.radius:.7f}", motion_and_speed(stability), f"{least.value:.3g}", peak_text))
     worst = int(np.argmax([item.value for item in peaks]))
@@ -69,7 +68,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         name, variation = list(variations(tolerances).items())[worst]
         loop = coupled_loop(subject, others, variation)
         peak, where = largest_over(loop, sensitivities_over(subject, loop))
-        peaks[worst] = Quantity("sensitivity_varied", f"{name}: {where}", peak, "1")
+        peaks[worst] = sensitivity_varied(f"{name}: {where}", peak, is_stable=True)
         rows[worst] = (*rows[worst][:-1], f"{peak:.2f}")
     measured = [
         max(radii, key=lambda item: item.value),
@@ -88,6 +87,12 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
     )
     heads = ("changed", "largest |z|", "of", "least decrement", "largest |S|")
     return AnalysisResult(tuple(measured), (), (ResultTable("Corners of the tolerances", heads, tuple(rows)),), notes)
+
+
+def sensitivity_varied(where: str, peak: float, is_stable: bool) -> Quantity:
+    """Return the sensitivity of a corner; without a stable loop it has no bound, and `peak` is `NO_SENSITIVITY`."""
+    note, shown = ("", "") if is_stable else (UNSTABLE_CORNER, NO_BOUND)
+    return Quantity("sensitivity_varied", where, peak, "1", {}, note, shown=shown)
 
 
 def variations(tolerances: Tolerances) -> dict[str, MachineVariation]:

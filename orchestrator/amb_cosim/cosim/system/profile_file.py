@@ -33,11 +33,11 @@ def profiles_of(file: str, begin: float) -> tuple[Profile, ...]:
     path = Path(file).resolve()
     return tuple(
         Profile(name, tuple(zip((begin + times).tolist(), values.tolist(), strict=True)), unit=unit)
-        for name, unit, times, values in _columns(path, f"profile {file}", _state(path))
+        for name, unit, times, values in _columns(path, f"profile {file}", _version_of(path))
     )
 
 
-def _state(path: Path) -> tuple[int, int] | None:
+def _version_of(path: Path) -> tuple[int, int] | None:
     """Return time (ns) and size of a file, which change with its content; None if it cannot be read."""
     try:
         status = path.stat()
@@ -47,7 +47,7 @@ def _state(path: Path) -> tuple[int, int] | None:
 
 
 @lru_cache(maxsize=8)
-def _columns(path: Path, what: str, _state: object) -> tuple[tuple[str, str, Array, Array], ...]:
+def _columns(path: Path, what: str, _version: object) -> tuple[tuple[str, str, Array, Array], ...]:
     def parse(headings: list[str], rows: Rows) -> Array:
         return np.array(list(_numbers(rows, headings, what)))
 

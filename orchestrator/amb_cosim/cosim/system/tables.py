@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, Literal, cast
 
 from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, StrictBool, StrictFloat, StrictInt, StrictStr
 from pydantic_core import CoreSchema, PydanticKnownError
@@ -24,19 +24,7 @@ Count = Annotated[int, Field(ge=1, le=10**12)]
 MOST_BASES = 20  # files of which each is the base of the next
 
 
-def _number(value: Any) -> Any:
-    if isinstance(value, bool):
-        raise PydanticKnownError("float_type")
-    return value
-
-
-def _whole_number(value: Any) -> Any:
-    if isinstance(value, bool):
-        raise PydanticKnownError("int_type")
-    return value
-
-
-_CHECKS = {"float": _number, "int": _whole_number}
+_MESSAGES: dict[str, Literal["float_type", "int_type"]] = {"float": "float_type", "int": "int_type"}  # by schema
 _NO_SCHEMAS = ("metadata", "default", "serialization", "expected")  # keys of a schema whose values are none
 
 
@@ -49,8 +37,15 @@ def _without_truth_values(part: Any) -> Any:
     kind = part.get("type")
     skipped = _NO_SCHEMAS if isinstance(kind, str) else ()  # otherwise these are fields, by their names
     schema = {key: value if key in skipped else _without_truth_values(value) for key, value in part.items()}
-    check = _CHECKS.get(kind) if isinstance(kind, str) else None
-    return schema if check is None else no_info_before_validator_function(check, cast(CoreSchema, schema))
+    if kind not in ("float", "int"):
+        return schema
+
+    def check(value: Any) -> Any:
+        if isinstance(value, bool):
+            raise PydanticKnownError(_MESSAGES[kind])
+        return value
+
+    return no_info_before_validator_function(check, cast(CoreSchema, schema))
 
 
 class Table(BaseModel):

@@ -97,10 +97,10 @@ def _around(times: Array, interval: tuple[float, float]) -> slice:
     return slice(max(int(first) - 1, 0), int(stop) + 1)
 
 
-def _zoom(dataset: Signals, forces: dict[str, SiteForce], steps: Array) -> tuple[float, float] | None:
+def _zoom(dataset: Signals, forces: dict[str, SiteForce], times: Array) -> tuple[float, float] | None:
     """Return the limits of the time axis of what is enlarged: the first impacts of a fall, or large forces."""
     if touchdown(dataset) is not None:
-        return fall_interval(dataset, steps)
+        return fall_interval(dataset, times)
     return large_forces(
         time_values(dataset), [values for force in forces.values() for values in (force.peak, force.mean)]
     )
