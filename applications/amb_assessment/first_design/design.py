@@ -11,6 +11,7 @@ from amb_assessment.first_design.levitation import (
     Designer,
     Levitation,
     Pid,
+    growth_in_runs,
     levitation_of,
     operating_points,
     pid_of,
@@ -84,9 +85,12 @@ def first_design(
         designer = Designer(scenario(Design(sample_time, start)), sizes, options, partial(progress, sample_time))
         pid = designer.best()
         machine = designer.machine(pid)
-        levitation = levitation_of(machine.loop, sizes.speed, pid, designer.wanted)
+        levitation = replace(
+            levitation_of(machine.loop, sizes.speed, pid, designer.wanted),
+            motion_in_runs=growth_in_runs(machine.run_loop, sizes.speed),
+        )
         candidates.append((Design(sample_time, pid, levitation), machine))
-        if levitation.zone == "A":
+        if levitation.zone == "A" and levitation.holds:
             break
     best, machine = min(candidates, key=lambda item: item[0].loop.lack)
     if not best.loop.is_stable:

@@ -8,6 +8,10 @@ over the largest |S| up to 2 kHz and above, the smallest damping ratio of vibrat
 twice the trip speed, and above, and the stiffness of each bearing. At low frequency |S| is K_s/K_b, and the rotor
 drifts away if the magnets have more than the K_b + K_s of the controller.
 
+The loop has all modes that samples see. The rotor of the runs has those of its file's [reduction], and residual shapes
+that control can drive although they are no modes. So its vibrations count in (1) too, lest a design be good and its
+scenarios unstable.
+
 A grid with the same ratios in all bearings comes first, then a simplex search from its best (J. A. Nelder, R. Mead,
 Computer Journal 7 (1965) 308-313). It has no random numbers: a drawing always gets the same design.
 """
@@ -99,6 +103,8 @@ class Levitation:
         Wanted damping ratios in the three bands.
     motion
         The growing motion in words; empty if the loop is stable.
+    motion_in_runs
+        The motion that grows in runs, whose rotor has the modes of its file's [reduction], in words; empty if none.
     """
 
     in_range: float
@@ -110,11 +116,17 @@ class Levitation:
     peak_beyond: Peak
     wanted: tuple[float, float, float]
     motion: str = ""
+    motion_in_runs: str = ""
 
     @property
     def is_stable(self) -> bool:
         """Whether no motion grows."""
         return not self.motion
+
+    @property
+    def holds(self) -> bool:
+        """Whether no motion grows, in runs neither."""
+        return not (self.motion or self.motion_in_runs)
 
     @property
     def zone(self) -> str:
@@ -135,8 +147,8 @@ class Levitation:
 
     @property
     def lack(self) -> float:
-        """The sum (1) without the terms of stiffness; 0 if the loop meets all targets."""
-        return UNSTABLE if self.motion else _lack(self.peak.value, self.peak_beyond.value, self.ratios, self.wanted)
+        """The sum (1) without the terms of stiffness, with the loop of all modes; 0 if it meets all targets."""
+        return UNSTABLE if not self.holds else _lack(self.peak.value, self.peak_beyond.value, self.ratios, self.wanted)
 
     @property
     def ratios(self) -> tuple[float, float, float]:
@@ -215,6 +227,12 @@ def levitation_of(loop: Loop, speed: float, pid: Pid, wanted: tuple[float, float
     return Levitation(*_least(omegas, zetas, speed), float(omegas[furthest]), float(spins[furthest]), *peaks, wanted)
 
 
+def growth_in_runs(loop: Loop, speed: float) -> str:
+    """Return the fastest growing motion of the loop of the runs up to the trip speed, in words; empty if none grows."""
+    worst = max((loop.poles(share * speed).stability for share in JUDGED), key=lambda stability: stability.radius)
+    return "" if worst.is_stable else f"{worst.motion} at {worst.speed * RPM:.0f} rpm"
+
+
 class _End(NamedTuple):
     """The end of a search: ratios (`pid_of`), and the sum (1)."""
 
@@ -246,8 +264,10 @@ class Designer:
         self.wanted = wanted_ratios(sizes.rotor)
 
     @cached_property
-    def _search(self) -> LoopSearch:
-        return LoopSearch(self.machine().loop, [share * self.speed for share in SEARCHED])
+    def _searches(self) -> tuple[LoopSearch, LoopSearch]:
+        """The loop with all modes, and that of the runs."""
+        machine, speeds = self.machine(), [share * self.speed for share in SEARCHED]
+        return LoopSearch(machine.loop, speeds), LoopSearch(machine.run_loop, speeds)
 
     def machine(self, pid: Pid | None = None) -> Machine:
         """Return the machine with the gains of a PID, by default those of the scenario."""
@@ -287,19 +307,20 @@ class Designer:
         """Return the PID of ratios (`pid_of`); a single stiffness and lead hold for all bearings."""
         *of_bearings, tau = np.asarray(ratios, dtype=float)
         repeated = of_bearings * (len(self._k_s) if len(of_bearings) == 2 else 1)
-        return pid_of(self._k_s, [*repeated, tau], self._search.sample_time)
+        return pid_of(self._k_s, [*repeated, tau], self._searches[0].sample_time)
 
     def lack(self, ratios: Sequence[float] | Array) -> float:
         """Return the sum (1) for ratios (`pid_of`); for an unstable loop `UNSTABLE` or more, rising with its growth."""
         self._tried += 1
         self._progress(self._tried)
-        pid, search = self.pid(ratios), self._search
+        pid, (search, of_runs) = self.pid(ratios), self._searches
         law = search.law(pid.parameters)
         poles = search.poles(law)
-        radius = max(float(np.abs(z).max()) for z in poles)
+        all_poles = [*poles, *of_runs.poles(of_runs.law(pid.parameters))]
+        radius = max(float(np.abs(z).max()) for z in all_poles)
         if radius >= 1.0:
             return UNSTABLE * (1.0 + math.log(radius))
-        omegas, zetas = np.hstack([damping_ratios(z, search.sample_time) for z in poles])
+        omegas, zetas = np.hstack([damping_ratios(z, search.sample_time) for z in all_poles])
         k = np.array([pid.k_b[bearing] / k_s for bearing, k_s in self._k_s.items()])
         soft = float(np.maximum(STIFFNESS / k - 1.0, 0.0).sum())
         return soft + _lack(*search.coarse_peaks(law, poles), _least(omegas, zetas, self.speed), self.wanted)

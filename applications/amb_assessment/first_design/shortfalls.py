@@ -57,6 +57,12 @@ def _loop_shortfalls(loop: Levitation) -> Iterator[str]:
     short = [f"{zeta:.3g} {where} ({wanted:.3g} is wanted)" for where, zeta, wanted in bands if zeta < MET * wanted]
     if short:
         yield f"damping ratio {', '.join(short)}: {loop.least_damped} lacks most"
+    if loop.motion_in_runs:
+        yield (
+            f"in runs {loop.motion_in_runs}, although the rotor with all modes is stable: control drives what "
+            "the rotor of the runs has in place of its higher modes; state a wider band in the [reduction] of the "
+            "rotor file"
+        )
 
 
 def soft_bearings(pid: Pid, k_s: Mapping[str, float]) -> Iterator[str]:

@@ -16,7 +16,7 @@ from amb_analysis.studies.sensitivity_curves import peaks_of, sensitivity_bands
 from amb_assessment.assessment.engine.assess import assess
 from amb_assessment.assessment.engine.findings import Judgement
 from amb_assessment.first_design.files import new_machine
-from amb_assessment.first_design.levitation import Pid, levitation_of, wanted_ratios
+from amb_assessment.first_design.levitation import Pid, growth_in_runs, levitation_of, wanted_ratios
 from amb_assessment.first_design.loop_search import LoopSearch, Peak
 from amb_cosim.scenario.prepare_run import prepare_run
 from amb_cosim.scenario.scenario import load_scenario
@@ -131,6 +131,8 @@ def test_a_bearing_of_negative_stiffness_drifts_away(page_machine, factor, motio
     assert loop.is_stable == (not motion)
     assert motion in loop.motion
     assert math.isinf(loop.peak.value) == bool(motion)
+    assert motion in growth_in_runs(loop_of(page_machine.folder, changed), speed)
+    assert bool(growth_in_runs(loop_of(page_machine.folder, changed), speed)) == bool(motion)
 
 
 class LoopOfOneVibration:

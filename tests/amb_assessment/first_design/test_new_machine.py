@@ -266,6 +266,7 @@ def test_the_scenarios_of_a_drawing_act_on_its_parts(expander):
 def test_the_drawing_of_a_compressor_lands_and_is_lifted_off(tmp_path):
     drawing = rotor_path("compressor").read_text(encoding="utf-8")
     made = new_machine(tmp_path / "compressor", drawing, 9000.0 * RPM)
+    assert made.design.loop.holds
     assert amb_cosim.run(str(made.folder / "relevitation.toml")).summary.recovery == "recovered"
 
 

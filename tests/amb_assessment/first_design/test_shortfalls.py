@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -102,3 +103,13 @@ def test_a_damping_that_prints_as_its_target_meets_it(damping, count):
     assert len(reasons) == count
     for reason in reasons:
         assert_names(reason, "0.0197", "0.02")
+
+
+def test_a_motion_that_grows_in_runs_only_is_named_with_its_cure():
+    """The real rotor is stable, so its targets are met; its scenarios would end as unstable."""
+    loop = Levitation(0.2, 0.1, 0.01, 1.0, 1.0, Peak(2.0), Peak(1.0), (0.1, 0.02, 0.002))
+    grows = replace(loop, motion_in_runs="a vibration of 1876 Hz grows at 9450 rpm")
+    assert (loop.holds, grows.holds) == (True, False)
+    assert grows.lack > loop.lack == 0.0
+    (reason,) = _loop_shortfalls(grows)
+    assert_names(reason, "in runs", "1876 Hz", "9450 rpm", "[reduction]", "band")
