@@ -13,7 +13,9 @@ Integer.
 
 Measured with libcosimpy 0.0.6, ecospy 0.7.2 and fmu_manipulation_toolbox 2.0: all 88 outputs are equal. libcosim's
 steps are differences of two rounded times. Given constant steps, this project's master deviates
-from it by up to 1.2e-12 of an output's largest value (an impulse of the rubbing case).
+from it by up to 7e-12 of an output's largest value (an impulse of the rubbing case). The peak of a contact that begins
+and ends within a step is that at a few located times, and deviates by up to 3.8e-10 with the arithmetic of an old
+processor.
 """
 
 import re
@@ -110,6 +112,8 @@ def test_libcosim_gives_the_same_results(case: str, step: float, reference: Refe
     assert deviations(theirs, ours["series"], first=1) == {}
     rounded = deviations(theirs, reference(case, "jacobi", step)["series"], first=1)
     rounded.pop("rotor_contact.energy.balance", None)  # it consists of rounding alone
+    peaks = [rounded.pop(name) for name in list(rounded) if name.endswith(".f_n_peak")]
+    assert max(peaks, default=0.0) < 2e-9
     assert max(rounded.values()) < 1e-11
 
 
