@@ -97,8 +97,10 @@ def test_outcome_that_larger_changes_flip_is_fragile():
     result = studies.robustness("fig5_6", change=0.1, progress=False)
     rows = {row.changed: row for row in result.rows}
     assert result.outcome == "recovered, touching rb1 rb2"
-    assert result.flips == dict.fromkeys(("clearance - 10 %", "unbalance + 10 %"), "trapped, touching rb1 rb2")
-    for trapped in result.flips:
+    trapping = {name for name, outcome in result.flips.items() if outcome.startswith("trapped")}
+    assert trapping == {"clearance - 10 %", "unbalance + 10 %"}
+    assert {result.flips[name] for name in result.flips.keys() - trapping} == {"recovered, touching rb1"}
+    for trapped in trapping:
         assert rows[trapped].last_contact == pytest.approx(40.0, abs=0.1)
         assert min(rows[trapped].peak_force.values()) > 1500.0
     forces, others = (list(rows[name].peak_force.values()) for name in ("as it is", "identified H"))

@@ -53,6 +53,8 @@ def test_unknown_and_conflicting_display_units_are_refused(text, expected):
         ("peak to peak (um)", "peak to peak (um)", 1.0),
         ("stiffness (N/m)", "stiffness (N/m)", 1.0),
         ("r / C_r", "r / C_r", 1.0),
+        ("force at a step (N) of 5", "force at a step (N) of 5", 1.0),
+        ("force (N)\nof a step", "force (N)\nof a step", 1.0),
     ],
 )
 def test_an_axis_of_a_page_has_the_chosen_unit(label, expected, factor):

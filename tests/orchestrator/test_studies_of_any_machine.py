@@ -70,7 +70,7 @@ def is_stable(machine, late):
             return [replace(part, late=part.late + a) for part, a in zip(super().parts(names), shares, strict=True)]
 
     source = machine.run_components
-    return Loop(Late(source.assembly, source.plan, source.point)).poles(machine.Omega).stability.is_stable
+    return Loop(Late(source.plan, source.point)).poles(machine.Omega).stability.is_stable
 
 
 @pytest.mark.slow

@@ -145,7 +145,8 @@ def relabelled(label: str, *quantities: str) -> tuple[str, float]:
     A label is a unit, or ends with one in brackets; a label without a unit of a chosen quantity is returned unchanged,
     with factor 1.
     """
-    head, name, tail = _LABEL.match(label).groups("")  # type: ignore[union-attr]  # it matches any text
+    parts = _LABEL.match(label)
+    head, name, tail = parts.groups("") if parts else ("", label, "")
     unit = chosen_for(name)
     if unit is None or QUANTITIES[unit.name] not in quantities:
         return label, 1.0
