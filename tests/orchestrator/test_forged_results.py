@@ -7,12 +7,14 @@ import h5py
 import numpy as np
 import pytest
 
+from amb_cosim.comparison.compare import Side, side_by_side
 from amb_cosim.cosim.record.signals import EACH_STEP, Samples, SignalTable
 from amb_cosim.cosim.record.untrusted_netcdf import MOST_INFLATED
 from amb_cosim.cosim.run.dataset import save
+from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.cosim.system.profile_file import profiles_of
 from amb_cosim.results.result import Result
-from tests.support.messages import raises_naming
+from tests.support.messages import assert_names, raises_naming
 
 N = 100
 PERIOD = 0.02  # s, of the synthetic scenario
@@ -264,6 +266,52 @@ def test_places_of_a_result_name_its_own_sites_and_bearings(of_scenario, field, 
 def test_a_result_without_scenario_has_no_summary(result):
     with raises_naming(ValueError, "not of a scenario"):
         _ = Result.load(result).summary
+
+
+SAID = "not finite"
+
+
+@pytest.fixture(params=["rotor_contact.mb1.x", "rotor_contact.rb1.f_n", "rotor_contact.rb1.whirl_speed"])
+def odd(request, synthetic):
+    """`odd(value)`: a result in which a signal has only this value, and the name of the signal."""
+    dataset = synthetic(outcome=json.dumps(["completed", 1.0, None, ""]))
+
+    def changed(value):
+        dataset[request.param].values[:] = value
+        return Result(dataset, Outcome("completed", 1.0, None, "")), request.param
+
+    return changed
+
+
+@pytest.mark.parametrize("value", [np.nan, 1e308])
+def test_signals_that_are_not_finite_are_left_out_and_named(odd, synthetic, value):
+    """Neither a key value nor a comparison can be computed of them."""
+    result, name = odd(value)
+    json.loads(result.summary.to_json(), parse_constant=pytest.fail)
+    assert any(name in notice and SAID in notice for notice in result.summary.notices)
+    whole = Result(synthetic(), result.outcome)
+    compared = side_by_side([Side("whole", "", {}, whole), Side("odd", "", {}, result)])
+    assert_names(str(compared), name, SAID)
+    json.dumps(compared.as_dict(), allow_nan=False)
+    assert compared.figures()
+
+
+@pytest.mark.parametrize("figure", ["orbits", "contact"])
+def test_figures_skip_a_signal_that_is_not_finite_or_name_it(odd, figure, tmp_path, runner):
+    result, name = odd(np.nan)
+    save(result.dataset, tmp_path / "result.nc")
+    answer = runner("plot", "result.nc", figure)
+    assert_names(answer.stderr, "result.nc", name, SAID)
+    assert answer.exit_code == (0 if (tmp_path / f"{figure}.png").is_file() else 2)
+
+
+@pytest.mark.parametrize("value", [np.nan, 1e308])
+def test_traces_have_gaps_where_values_are_not_finite(odd, value):
+    result, name = odd(value)
+    axes = result.plot(name).axes[0]
+    axes.figure.canvas.draw()
+    assert "no finite value" in [text.get_text() for text in axes.texts]
+    assert np.isfinite([*axes.get_xlim(), *axes.get_ylim()]).all()
 
 
 FLAGS = np.array([0, 1, 2], np.int32)

@@ -29,6 +29,7 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
     """
     from amb_cosim.results.plots import MODULES, figure
     from amb_cosim.results.result import Result
+    from amb_cosim.results.signal_arrays import finite_signals, not_finite
 
     name = variables[0] if len(variables) == 1 and variables[0] in MODULES else None
     with refusing():
@@ -44,6 +45,8 @@ def plot(result: Path, variables: tuple[str, ...], output: Path | None, begin: s
 
             if name and (begin or until):
                 raise ValueError(f"--begin and --until cannot be used with the figure {name}; they are for variables")
+            if name and (left_out := finite_signals(run.signals)[1]):
+                click.echo(f"amb-cosim: {result}: not all signals are drawn: {not_finite(left_out)}", err=True)
             drawn = figure(run.signals, name) if name else run.plot(*variables, begin=begin, until=until)
             write_figure(drawn, path)
     click.echo(f"{'table' if suffix in TABLES else 'figure'} in {path}")

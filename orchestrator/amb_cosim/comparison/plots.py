@@ -41,7 +41,7 @@ from amb_cosim.results.plots.axes import (
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import SiteForce, draw_forces, mark_forces, site_force
 from amb_cosim.results.plots.joined import orbit_line
-from amb_cosim.results.signal_arrays import cycles, speed_changes
+from amb_cosim.results.signal_arrays import cycles, finite_signals, speed_changes
 from array_types import Array
 
 Runs = Mapping[str, Signals]
@@ -53,7 +53,7 @@ LAST_TURNS = 2  # last cycles of a run whose orbit is drawn thick, so that no ot
 
 def overlays(runs: Runs) -> dict[str, Figure]:
     """Return the figures for which the runs have data, by name: `orbits`, `displacement`, `contact`."""
-    drawn = {}
+    drawn, runs = {}, {label: finite_signals(run)[0] for label, run in runs.items()}
     with mpl.rc_context(STYLE):
         bearings = _union(places(run).bearings for run in runs.values() if run.sizes["time"])
         moving = [name for name in bearings if any(radius(run, name) is not None for run in runs.values())]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from amb_cosim.cosim.record.signals import AT_STEPS, Signals, variables_of
-from amb_cosim.results.signal_arrays import cycles
+from amb_cosim.results.signal_arrays import cycles, finite_signals, not_finite
 
 MOST_NAMES = 6  # most names in a printed list
 
@@ -34,6 +34,8 @@ class AgainstFirst:
         compared.
     compared, equal
         Number of common signals, and of those that are bitwise equal.
+    not_finite
+        Common signals that differ and have values which are not finite in one of the runs.
     largest
         Difference of the signal that deviates most, relative to its range in the first run; None if the differing ones
         are constant there.
@@ -44,6 +46,7 @@ class AgainstFirst:
     compared: int
     equal: int
     largest: LargestDifference | None
+    not_finite: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,8 @@ class SignalComparison:
                 text += (
                     f"; {worst.signal} deviates most, by {worst.difference:.4g} {worst.unit} at cycle {worst.cycle:.4g}"
                 )
+            if other.not_finite:
+                text += f"; not compared in size: {not_finite(other.not_finite)}"
             lines.append(text)
         groups: dict[tuple[str, ...], list[str]] = {}
         for signal, labels in self.only_some.items():
@@ -116,20 +121,24 @@ def _against(label: str, first: Signals, run: Signals, names: Iterable[str]) -> 
     compared = [*names]
     if not shorter or not np.array_equal(times, first_times):
         return AgainstFirst(label, False, len(compared), 0, None)
-    equal, worst = 0, 0.0
+    equal, worst, left_out = 0, 0.0, {*finite_signals(first)[1], *finite_signals(run)[1]}
+    unequal = []
     largest: LargestDifference | None = None
     for name in compared:
         reference, values = (np.asarray(record[name].values[:shorter], dtype=np.float64) for record in (first, run))
-        difference = np.abs(values - reference)
         if np.array_equal(values, reference, equal_nan=True):
             equal += 1
             continue
-        at = int(np.argmax(np.nan_to_num(difference)))
-        span = float(np.nanmax(reference) - np.nanmin(reference))
+        if name in left_out:
+            unequal.append(name)
+            continue
+        difference = np.abs(values - reference)
+        at = int(np.argmax(difference))
+        span = float(np.ptp(reference))
         if span > 0.0 and difference[at] > worst * span:
             unit = str(first[name].attrs.get("units", ""))
             worst = float(difference[at]) / span
             largest = LargestDifference(
                 name, "" if unit == "1" else unit, float(difference[at]), float(cycles(first)[at])
             )
-    return AgainstFirst(label, True, len(compared), equal, largest)
+    return AgainstFirst(label, True, len(compared), equal, largest, tuple(unequal))

@@ -8,6 +8,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from amb_cosim.results.plots import chosen, figure, has_motion
+from amb_cosim.results.signal_arrays import finite_signals
 from amb_cosim.results.summary_table import table
 from amb_cosim.results.verdict import BAD
 
@@ -26,6 +27,7 @@ def html_of(dataset: Signals, summary: Summary, outcome: Outcome) -> str:
     from amb_cosim.presentation.style import png
     from amb_cosim.presentation.text_tables import exported, show_warnings
 
+    dataset = finite_signals(dataset)[0]
     names = [name for name in FIGURES if has_motion(dataset) and name in chosen(dataset)]
     moved, forces = ([n for n in names if (n in FIGURES[:3]) is motion] for motion in (True, False))
     pictures = [(name, base64.b64encode(png(figure(dataset, name))).decode("ascii")) for name in moved[:1] + forces]

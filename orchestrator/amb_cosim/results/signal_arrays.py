@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -17,7 +17,42 @@ from array_types import Array
 
 Path = Array  # x and y of a motion over time, shape (2, n)
 
+LARGEST = 1e100  # value in any unit whose powers and products stay finite
+MOST_NAMES = 6  # signals that a sentence names
+
 _CONTROL_ACTS = f"{CONTROLLER}.rolac_active"
+
+
+def finite_signals(dataset: Signals) -> tuple[Signals, tuple[str, ...]]:
+    """Return a record without the signals that have a value which is not finite, or above `LARGEST`, and their names.
+
+    FMUs and files from elsewhere may have such values, of which no key value or limit of an axis can be computed.
+    """
+    left_out = tuple(name for name in variables_of(dataset) if not _is_finite(dataset[name].values))
+    if not left_out:
+        return dataset, ()
+    kept = (name for name in variables_of(dataset) if name not in left_out)
+    variables = {name: _samples(dataset, name) for name in kept}
+    coordinates = {name: _samples(dataset, name) for name in ("time", "cycle", EACH_STEP) if name in dataset}
+    return SignalTable(variables, coordinates, dataset.attrs), left_out
+
+
+def _is_finite(values: NDArray[Any]) -> bool:
+    """Return whether all values are finite and within `LARGEST`."""
+    return not len(values) or bool(values.min() >= -LARGEST and values.max() <= LARGEST)
+
+
+def _samples(dataset: Signals, name: str) -> Samples:
+    """Return the samples of a signal, over the steps where its name says so."""
+    values = dataset[name]
+    return Samples(values.values, values.attrs, EACH_STEP if name.endswith(AT_STEPS) or name == EACH_STEP else "time")
+
+
+def not_finite(left_out: Sequence[str]) -> str:
+    """Return a clause that names the signals which `finite_signals` leaves out."""
+    named = ", ".join(left_out[:MOST_NAMES])
+    others = f" and {len(left_out) - MOST_NAMES} others" if len(left_out) > MOST_NAMES else ""
+    return f"{named}{others} {'has' if len(left_out) == 1 else 'have'} values that are not finite, or above {LARGEST:g}"
 
 
 def at_every_step(dataset: Signals) -> Signals:

@@ -21,7 +21,7 @@ from amb_cosim.results.orbits import (
     settled_amplitudes,
 )
 from amb_cosim.results.places import places
-from amb_cosim.results.signal_arrays import event_name, shares_of_steps, speed_changes
+from amb_cosim.results.signal_arrays import event_name, finite_signals, not_finite, shares_of_steps, speed_changes
 from amb_cosim.results.stators import StatorTouch, stator_touches
 from amb_cosim.results.touchdown import Touchdown, touchdown
 from amb_cosim.results.verdict import Verdict, verdict
@@ -172,7 +172,8 @@ class Summary:
 
 
 def summarise(dataset: Signals) -> Summary:
-    """Compute the summary of a run from its data set."""
+    """Compute the summary of a run from its data set; signals that are not finite are left out, as a notice says."""
+    dataset, left_out = finite_signals(dataset)
     simulated, wall = float(dataset.attrs["simulated_s"]), float(dataset.attrs["wall_s"])
     first, last = contact_history.contact_cycles(dataset)
     sites = contact_history.touchable(dataset)
@@ -222,6 +223,7 @@ def summarise(dataset: Signals) -> Summary:
         warnings=[*warning_sentences(warnings_of(dataset), dataset), *warnings_beyond_reduction(dataset)],
         notices=[
             *json.loads(dataset.attrs.get("notices", "[]")),
+            *([f"not all signals are in these values: {not_finite(left_out)}"] if left_out else []),
             *notices_of_start(dataset),
             *notices_of_samples(dataset),
         ],

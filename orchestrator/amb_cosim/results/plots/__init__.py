@@ -17,7 +17,7 @@ from amb_cosim.results.energies import energies
 from amb_cosim.results.magnet_limits import is_magnetic
 from amb_cosim.results.orbits import radius
 from amb_cosim.results.places import places
-from amb_cosim.results.signal_arrays import speed_changes
+from amb_cosim.results.signal_arrays import finite_signals, not_finite, speed_changes
 from amb_cosim.results.touchdown import touchdown
 from amb_files.atomic import plain_file
 
@@ -131,10 +131,13 @@ def figure(dataset: Signals, name: str) -> Figure:
         raise ValueError(f"figure = {name!r} is not allowed; it must be one of {', '.join(MODULES)}")
     if "scenario" not in dataset.attrs:
         raise ValueError(f"{name} cannot be drawn: this is the result of a system without a scenario; name variables")
+    dataset, left_out = finite_signals(dataset)
+    without = f"; {not_finite(left_out)}" if left_out else ""
     if not has_motion(dataset):
-        raise ValueError(f"{name} cannot be drawn: the run recorded no sample of the rotor's motion at its bearings")
+        lacks = "the run recorded no sample of the rotor's motion at its bearings"
+        raise ValueError(f"{name} cannot be drawn: {lacks}{without}")
     if lacks := _lacks(dataset, name):
-        raise ValueError(f"{name} cannot be drawn: {lacks}")
+        raise ValueError(f"{name} cannot be drawn: {lacks}{without}")
     import matplotlib as mpl
 
     from amb_cosim.presentation.style import STYLE
@@ -146,6 +149,7 @@ def figure(dataset: Signals, name: str) -> Figure:
 
 def draw_all(dataset: Signals, folder: Path) -> list[Path]:
     """Write the figures that suit a run to a folder, and return their paths: none if it recorded no motion."""
+    dataset = finite_signals(dataset)[0]
     if not has_motion(dataset):
         return []
     from amb_cosim.presentation.style import write_png

@@ -20,6 +20,8 @@ from amb_cosim.results.plots.axes import (
     title_padding,
 )
 from amb_cosim.results.selection import Selection
+from amb_cosim.results.signal_arrays import LARGEST, finite_signals
+from array_types import Array
 
 MOST_NAMED = 8  # curves of a panel that its legend names
 
@@ -29,18 +31,20 @@ def traces(selection: Selection) -> Figure:
 
     Those of a system without a scenario, which has no cycles, are drawn over time.
     """
-    dataset, panels_of = selection.dataset, _by_unit(selection)
+    dataset, panels_of = finite_signals(selection.dataset)[0], _by_unit(selection)
     figure = StyledFigure(figsize=(7.6, 1.0 + 2.2 * len(panels_of)), layout="constrained")
     panels = figure.subplots(len(panels_of), 1, sharex=True, squeeze=False)[:, 0]
     has_cycles = "scenario" in dataset.attrs
     times = time_values(dataset)[selection.within] if has_cycles else selection.values("time")
     for panel, (unit, names) in zip(panels, panels_of.items(), strict=True):
-        largest = max(float(np.nanmax(np.abs(selection.values(name)), initial=0.0)) for name in names)
-        display_unit = _display_unit(unit, largest)
-        for name, colour in zip(names, cycle(COLOURS), strict=False):
-            panel.plot(times, display_unit.of(selection.values(name)), color=colour, label=_short(names, name))
+        curves = [_drawn(selection.values(name)) for name in names]
+        display_unit = _display_unit(unit, max(float(np.nanmax(np.abs(curve), initial=0.0)) for curve in curves))
+        for name, curve, colour in zip(names, curves, cycle(COLOURS), strict=False):
+            panel.plot(times, display_unit.of(curve), color=colour, label=_short(names, name))
         padding = title_padding(dataset, panel is panels[0]) if has_cycles else None
         panel.set_title(fitted(_heading(selection, names), 6.4), loc="left", pad=padding)
+        if not np.isfinite(curves).any():
+            panel.text(0.5, 0.5, "no finite value", transform=panel.transAxes, ha="center", fontsize=8, color="0.3")
         panel.set_ylabel("" if unit == "1" else display_unit.label)
         _name_curves(panel, len(names))
     if has_cycles:
@@ -56,6 +60,11 @@ def traces(selection: Selection) -> Figure:
     if has_cycles:
         name_events(panels[0], dataset)
     return figure
+
+
+def _drawn(values: Array) -> Array:
+    """Return values with gaps (NaN) where they are not finite, or too large for the limits of an axis."""
+    return np.where(np.abs(values) <= LARGEST, values, np.nan)
 
 
 def _by_unit(selection: Selection) -> dict[str, list[str]]:
