@@ -26,16 +26,34 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 
+from amb_files.atomic import is_special
+
 GROUP = "amb_cosim.packs"
 APPLICATIONS = "amb_cosim.applications"
 SUFFIX = ".toml"
 LONGEST = 200  # characters of a name or reason in a message
 
 
+def endless_distributions() -> dict[str, str]:
+    """Return each installed distribution whose `entry_points.txt` is a pipe or a device, with the reason.
+
+    Reading these may never end, and libraries read those of all distributions when they are imported.
+    """
+    endless = (each for each in distributions() if _is_endless(each, "entry_points.txt"))
+    return {_name_of(each): "it is not a regular file" for each in endless}
+
+
+def _is_endless(distribution: Distribution, file: str) -> bool:
+    folder = getattr(distribution, "_path", None)  # of one in a folder
+    return isinstance(folder, Path) and is_special(folder / file)
+
+
 def unreadable_distributions() -> dict[str, str]:
     """Return each installed distribution whose `entry_points.txt` cannot be read, with the reason."""
-    result = {}
+    result = endless_distributions()
     for distribution in distributions():
+        if _is_endless(distribution, "entry_points.txt"):
+            continue
         try:
             _ = distribution.entry_points
         except Exception as error:  # whatever the parser of the standard library raises
@@ -48,7 +66,7 @@ def _name_of(distribution: Distribution | None) -> str:
     """Return the name of a distribution, or its folder if it has none."""
     named = None
     with suppress(Exception):  # whatever the standard library raises for a METADATA that cannot be read
-        named = distribution and distribution.metadata["Name"]
+        named = distribution and not _is_endless(distribution, "METADATA") and distribution.metadata["Name"]
     return named or Path(str(getattr(distribution, "_path", "distribution"))).name
 
 

@@ -42,8 +42,9 @@ T = TypeVar("T")
 
 LARGEST = 64 * 2**20  # bytes of a file
 FILES = 12  # of a folder, in a message
+LARGEST_TOML = 4 * 2**20  # characters, which take seconds to parse
 DEEPEST = 100  # levels of tables and lists
-LONGEST_KEY = 1000  # dots of a dotted key
+MOST_DOTS = 5e7  # sum of the squares of the dots of all keys, which is the time to parse them
 LINE = re.compile(r"\(at line (\d+)")
 SEPARATED = re.compile(r"=\s*([+-]?\d[\d.]*,\d+)")
 NO_KEY = re.compile(r"[,=\[\]{}#\n]")  # separators of keys
@@ -64,11 +65,14 @@ def parse_toml(text: str, name: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If the text is not valid TOML (the message has line and column), or tables are nested too deeply.
+        If the text is not valid TOML (the message has line and column), is longer than `LARGEST_TOML`, or its tables
+        are nested too deeply.
     """
+    if len(text) > LARGEST_TOML:
+        sizes = f"{len(text) / 2**20:.1f} MB; it must have <= {LARGEST_TOML >> 20} MB"
+        raise ValueError(f"{name} cannot be read: it has {sizes}")
     too_deep = ValueError(f"{name} is not allowed: its tables and lists are nested more than {DEEPEST} deep")
-    # the time to parse a dotted key grows with the square of its length
-    if max(part.count(".") for part in NO_KEY.split(text)) > LONGEST_KEY:
+    if sum(part.count(".") ** 2 for part in NO_KEY.split(text)) > MOST_DOTS:
         raise too_deep
     try:
         data = tomllib.loads(text)

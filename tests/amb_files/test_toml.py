@@ -1,5 +1,6 @@
 """TOML checked against a declared class: each error is one line with key, value and allowed range."""
 
+import time
 from dataclasses import field
 from typing import Annotated, Literal
 
@@ -194,6 +195,19 @@ def test_unreadable_file_is_refused_with_its_reason(tmp_path, make, facts):
     make(path)
     with raises_naming(ValueError, "pump file", *facts):
         read_toml(path, "pump file")
+
+
+@pytest.mark.parametrize("text", ["a = 1 #" + 2**22 * "#", 3000 * ("a" + 999 * ".a" + "=1\n")])
+def test_a_text_that_takes_long_to_parse_is_refused_at_once(tmp_path, text):
+    (path := tmp_path / "base.toml").write_text(text, encoding="utf-8")
+    began = time.process_time()
+    with raises_naming(ValueError, "scenario base"):
+        read_toml(path, "scenario base")
+    assert time.process_time() - began < 2.0
+
+
+def test_dots_in_texts_and_comments_are_not_those_of_keys():
+    assert parse_toml(f"a = '{5000 * '.'}' # {1000 * '.'}", "pump") == {"a": 5000 * "."}
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-be"])

@@ -74,6 +74,30 @@ def test_unreadable_entry_points_are_refused_with_their_distribution(site, line,
     assert "Traceback" not in warned
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no named pipes in folders")
+@pytest.mark.parametrize("line", ["list", "--help"])
+def test_entry_points_that_are_a_pipe_are_refused_before_they_are_read(site, line):
+    """Nothing writes into the pipe, so that reading it would not end."""
+    (file := site / "broken-1.0.dist-info" / "entry_points.txt").unlink()
+    os.mkfifo(file)
+    assert_names(command(site, line, code=2)[1], "entry_points.txt", "broken", "regular file")
+
+
+@pytest.mark.parametrize("line", ["--help", "study --help"])
+def test_an_interruption_while_packs_are_imported_ends_in_one_line(site, line):
+    (site / "broken" / "commands.py").write_text("raise KeyboardInterrupt\n", encoding="utf-8")
+    assert command(site, line, code=130)[1].strip() == "amb-cosim: interrupted"
+
+
+def test_a_base_that_takes_long_to_read_is_skipped(site):
+    scenarios = site / "broken" / "scenarios"
+    (scenarios / "_base.toml").write_text(f"{5 * 2**20 * '#'}\n", encoding="utf-8")
+    (scenarios / "heavy.toml").write_text('base = "_base"\n', encoding="utf-8")
+    listed, warned = command(site, "list")
+    assert "fig4_9" in listed
+    assert_names(warned, "_base", "5.0 MB", "4 MB")
+
+
 @pytest.mark.parametrize(
     ("line", "package", "module"),
     [("list", "amb_cosim.commands", "listing"), ("list", "broken", "listing"), ("study --help", "broken", "studies")],

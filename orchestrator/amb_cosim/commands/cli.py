@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import click
@@ -11,6 +12,7 @@ from amb_cosim.commands.cli_errors import Refused, interrupted
 from amb_cosim.commands.packs import PackCommands
 from amb_cosim.cosim.processes.interruption import interruptible, was_interrupted
 from amb_cosim.presentation.printable import printable_streams
+from amb_files.packs import endless_distributions, unreadable_distributions
 
 FORMER = {"animate": "live SCENARIO", "modes": "study modes"}  # commands of 0.2.0
 
@@ -28,7 +30,11 @@ class Commands(PackCommands):
         for argument in args:
             if argument != argument.encode("utf-8", "replace").decode():
                 raise Refused(f"argument {argument!r} is not UTF-8; rename the file or folder")
-        return super().parse_args(ctx, args)
+        _refuse(endless_distributions())
+        try:
+            return super().parse_args(ctx, args)
+        except KeyboardInterrupt as error:  # while help imports the modules of packs
+            raise interrupted("interrupted") from error
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -41,15 +47,13 @@ class Commands(PackCommands):
                 raise interrupted(getattr(error, "message", "interrupted")) from error
             is_message = isinstance(error, click.ClickException | click.exceptions.Exit | click.Abort)
             if not is_message or isinstance(error.__cause__, UnicodeDecodeError):
-                _check_distributions(error)
+                _refuse(unreadable_distributions(), error)
             raise
 
 
-def _check_distributions(error: Exception) -> None:
+def _refuse(distributions: Mapping[str, str], error: Exception | None = None) -> None:
     """Refuse an installed distribution whose entry points cannot be read: Pydantic and xarray read all of them."""
-    from amb_files.packs import unreadable_distributions
-
-    for name, reason in unreadable_distributions().items():
+    for name, reason in distributions.items():
         problem = f"entry_points.txt of the installed {name} cannot be read: {reason}"
         raise Refused(f"{problem}; correct or uninstall it") from error
 

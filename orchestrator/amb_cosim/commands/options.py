@@ -17,6 +17,8 @@ from fmi_export.building.number_texts import plain_forms
 
 _SETTING = re.compile(r"\s*([^\s=].*)=(.*\S.*)", re.DOTALL)
 
+LARGEST_PACK_FILE = 2**16  # bytes of a pack.toml in which the default rotor is looked for
+
 Option = Callable[[Callable[..., None]], Callable[..., None]]
 
 
@@ -119,8 +121,10 @@ def _default_rotor() -> str:
     from amb_files.packs import packs
 
     for folder in packs().values():
-        with suppress(OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, AttributeError):
-            name = tomllib.loads((folder / "pack.toml").read_text(encoding="utf-8")).get("rotor")
+        file = folder / "pack.toml"
+        with suppress(OSError, ValueError, RecursionError, AttributeError):
+            is_short = file.is_file() and file.stat().st_size <= LARGEST_PACK_FILE
+            name = tomllib.loads(file.read_text(encoding="utf-8")).get("rotor") if is_short else None
             if name:
                 return str(name)
     return "that of a pack"
