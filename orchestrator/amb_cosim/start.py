@@ -3,6 +3,8 @@
 import os
 import signal
 import sys
+from contextlib import chdir
+from pathlib import Path
 
 if "multiprocessing.spawn" in sys.modules:  # a process of a sweep or a study, which imports the script that started it
     from amb_cosim.cosim.processes.descendants import continue_without_parent
@@ -20,6 +22,9 @@ def main() -> None:
     for number in CODES:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _end)
+    if os.path.lexists("matplotlibrc"):  # matplotlib reads that of the working folder first, even from a pipe
+        with chdir(Path(__file__).parent):
+            import matplotlib  # noqa: F401
     from amb_cosim.commands.cli import main
 
     try:

@@ -25,7 +25,8 @@ def drawn(synthetic, tmp_path):
     save(synthetic(outcome=json.dumps(["completed", 1.0, None, ""])), tmp_path / "result.nc")
 
     def draw(settings, **environment):
-        (tmp_path / "matplotlibrc").unlink(missing_ok=True)
+        if settings is not None:  # else that which is there
+            (tmp_path / "matplotlibrc").unlink(missing_ok=True)
         if settings:  # matplotlib reads that of the working folder first
             (tmp_path / "matplotlibrc").write_text(settings, encoding="utf-8")
         environment = {**os.environ} | environment
@@ -54,3 +55,13 @@ def test_a_command_draws_whatever_settings_of_matplotlib_its_user_has(drawn, tmp
     (tmp_path / "settings").mkdir()
     (tmp_path / "settings" / "matplotlibrc").write_bytes(content)
     assert drawn("", MPLCONFIGDIR=str(tmp_path / "settings")).startswith(b"\x89PNG")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="Windows has no named pipes in folders")
+def test_a_matplotlibrc_that_cannot_be_read_changes_no_figure(drawn, tmp_path):
+    expected = drawn("")
+    file = tmp_path / "matplotlibrc"
+    for make in (lambda: os.mkfifo(file), lambda: file.write_bytes(b"\xff\xfe"), file.mkdir):
+        make()
+        assert drawn(None) == expected
+        file.rmdir() if file.is_dir() else file.unlink()
