@@ -110,6 +110,7 @@ def new(
                 tilt=angle,
                 thrust_disc=thrust_disc,
             )
+    _echo_design(folder.name, machine.design)
     for bearing, point in machine.points.items():
         click.echo(
             f"bearing {bearing}, each axis: {machine.sizes.loads[bearing]:.4g} N of the weight with "
@@ -153,7 +154,6 @@ def new(
         click.echo(
             "no windage is assumed: without spin.drag in levitation.toml only retainers slow a rotor without drive"
         )
-    _echo_design(machine.design)
     first = folder / ("landing.toml" if sizes.retainers else "levitation.toml")
     click.echo(f"wrote {folder}; next: amb-cosim run {first}")
 
@@ -193,18 +193,18 @@ def _assumed(magnet: MagnetData) -> str:
     return f"of the data sheet: {constants}; {sharing} ({magnet.drive} drive)"
 
 
-def _echo_design(design: Design) -> None:
-    """Print gains, sensitivity, damping and shortfalls of a design."""
+def _echo_design(name: str, design: Design) -> None:
+    """Print that the machine levitates and how well, the targets that it misses, and its gains."""
     loop, pid = design.loop, design.pid
-    for bearing, k_b in pid.k_b.items():
-        click.echo(f"bearing {bearing}: K_b = {k_b:.3g} N/m, C_b = {pid.c_b[bearing]:.3g} N s/m")
     click.echo(
-        f"levitates: sensitivity at most {loop.peak.value:.3g}, zone {loop.zone} ({loop.peak.axis}, "
-        f"{loop.peak.frequency:.0f} Hz), and {loop.peak_beyond.value:.3g} above 2 kHz; damping ratios at least "
-        f"{loop.damping}"
+        f"{name} levitates: sensitivity at most {loop.peak.value:.3g}, zone {loop.zone} of ISO 14839-3 "
+        f"({loop.peak.axis}, {loop.peak.frequency:.0f} Hz), and {loop.peak_beyond.value:.3g} above 2 kHz; damping "
+        f"ratios at least {loop.damping}"
     )
     for shortfall in design.shortfalls:
-        click.echo(f"lacks: {shortfall}")
+        click.echo(f"target missed: {shortfall}")
+    for bearing, k_b in pid.k_b.items():
+        click.echo(f"bearing {bearing}: K_b = {k_b:.3g} N/m, C_b = {pid.c_b[bearing]:.3g} N s/m in the closed loop")
 
 
 def _lag(design: Design) -> str:

@@ -56,7 +56,7 @@ def _loop_shortfalls(loop: Levitation) -> Iterator[str]:
     bands = zip(BANDS, loop.ratios, loop.wanted, strict=True)
     short = [f"{zeta:.3g} {where} ({wanted:.3g} is wanted)" for where, zeta, wanted in bands if zeta < MET * wanted]
     if short:
-        yield f"damping ratio {', '.join(short)}: {loop.least_damped} lacks most"
+        yield f"damping ratio {', '.join(short)}: {loop.least_damped} is furthest from its target"
     if loop.motion_in_runs:
         yield (
             f"in runs {loop.motion_in_runs}, although the rotor with all modes is stable: control drives what "
