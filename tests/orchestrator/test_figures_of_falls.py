@@ -5,13 +5,15 @@ import json
 import numpy as np
 import pytest
 from drawn import cut_texts, overlapping_texts, visible_texts
-from falls import CLEARANCE, LANDED, OMEGA, WHIRL, fall
+from falls import CLEARANCE, LANDED, OMEGA, RELEASE, WHIRL, fall
 
 from amb_cosim.comparison.plots import overlays
+from amb_cosim.presentation.style import fitted
 from amb_cosim.presentation.units import force_unit
 from amb_cosim.results import plots
 from amb_cosim.results.contact_forces import largest_averaged_force
 from amb_cosim.results.places import RotorPlaces
+from amb_cosim.results.plots.axes import site_title
 from amb_cosim.results.summary import summarise
 from tests.support.messages import assert_names, raises_naming
 
@@ -107,6 +109,55 @@ def test_short_fall_is_enlarged_from_the_release_on():
             dataset[name] = ("time", np.roll(dataset[name].values, -shift))
     begin, end = plots.figure(dataset, "contact").axes[-1].get_xlim()
     assert (begin, end) == pytest.approx((0.1, 0.15), abs=2e-3)
+
+
+def test_contact_without_a_fall_is_enlarged_from_before_its_first_touch():
+    """A base shock takes no power away; the first force must not be at the edge."""
+    dataset = fall()
+    dataset["amb_actuator.mb1.amplifier_off_x"] = ("time", np.zeros(dataset.sizes["time"], bool))
+    begin, _ = plots.figure(dataset, "contact").axes[-1].get_xlim()
+    assert begin == pytest.approx(LANDED - 0.005, abs=2e-3)
+
+
+def stands_on_a_face():
+    """An upright rotor that falls along its shaft, and touches a face alone."""
+    names = [f"{site}.{name}" for site in ("rb1", "rb2") for name in ("mode", "f_n", "impulse")]
+    still = {name: np.zeros(3051) for name in (*names, "contact_state")}
+    motion = {f"{bearing}.{axis}": np.full(3051, 1e-6) for bearing in ("mb1", "mb2") for axis in "xy"}
+    dataset = fall(gravity=0.0, **still, **motion)
+    t = dataset["time"].values
+    gap = np.clip((LANDED - t) / (LANDED - RELEASE), 0.0, 1.0) * 0.25e-3
+    for name, values in (("gap", gap), ("f_n", 100.0 * (t > LANDED)), ("mode", 1 * (t > LANDED))):
+        dataset[f"rotor_contact.seat.{name}"] = ("time", values)
+    sites = {"mb1": "rb1", "mb2": "rb2"}
+    where = RotorPlaces(sites, ("rb1", "rb2"), magnetic=("mb1",), faces={"seat": "rb1"})
+    return dataset.assign_attrs(places=where.to_json())
+
+
+def test_fall_along_the_shaft_is_enlarged_as_the_gap_of_its_face():
+    dataset = stands_on_a_face()
+    panel = next(axes for axes in plots.figure(dataset, "touchdown").axes if axes.child_axes)
+    assert panel.get_title("left") == "Gap along the shaft"
+    drawn = plots.figure(dataset, "displacement").axes
+    enlarged = drawn[[axes.get_title("left") for axes in drawn].index("Gap along the shaft") + 1]
+    assert np.nanmax(enlarged.lines[0].get_ydata()) == pytest.approx(0.25, rel=0.01)
+    assert enlarged.get_xlim()[1] - enlarged.get_xlim()[0] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "label", "lowest"), [(9.81, "height (mm)", -1e3 * CLEARANCE), (0.0, "gap (mm)", 0.0)]
+)
+def test_compared_falls_are_heights_or_gaps_with_enlarged_impacts(gravity, label, lowest):
+    panels = overlays({"a": fall(gravity), "b": fall(gravity)})["displacement"].axes
+    assert {panel.get_ylabel() for panel in panels} == {label}
+    assert np.nanmin(panels[0].lines[0].get_ydata()) == pytest.approx(lowest, abs=1e-6)
+    assert np.ptp(panels[1].get_xlim()) == pytest.approx(0.05, abs=2e-3)
+
+
+@pytest.mark.parametrize("width", [1.5, 2.4])
+def test_position_in_a_title_is_one_line(width):
+    title = site_title(placed(fall(), rb1=0.624), "rb1")
+    assert any(line.startswith("at") and line.endswith("m") for line in fitted(title, width).split("\n"))
 
 
 def test_touchdown_names_whirl_and_largest_force():

@@ -10,10 +10,12 @@ from slow import slow_but_first
 
 import amb_cosim
 from amb_cosim.comparison.plots import overlays
+from amb_cosim.presentation.style import StyledFigure
 from amb_cosim.results import plots
 from amb_cosim.results.plots import motion
 from amb_cosim.results.plots.fall import touchdown
 from amb_cosim.results.plots.joined import between, joined
+from amb_cosim.results.plots.magnets import _draw_limits
 from tests.support.messages import assert_names, raises_naming
 
 RPM = 30.0 / np.pi  # 1/min per rad/s
@@ -223,6 +225,38 @@ def test_no_current_is_drawn_while_the_amplifier_is_off(synthetic):
             np.testing.assert_array_equal(line.get_ydata(), expected)
     first, last = axes[0].collections[0].get_paths()[0].get_extents().intervalx
     assert (first, last) == pytest.approx((5.0, 9.99))
+
+
+def magnet_run(dataset, off, current, force):
+    """A run whose bearing MB1 is off at some samples; MB2 has no current and no force."""
+    for axis in "xy":
+        for bearing, on in (("mb1", 1.0), ("mb2", 0.0)):
+            dataset[f"rolac_controller.{bearing}.i_{axis}"] = ("time", np.full(len(off), current * on))
+            dataset[f"amb_actuator.{bearing}.f_{axis}"] = ("time", np.where(off, 0.0, force * on))
+            dataset[f"amb_actuator.{bearing}.amplifier_off_{axis}"] = ("time", off)
+    return dataset
+
+
+def test_a_run_without_power_has_no_figure_of_its_magnets(synthetic):
+    """The controller demands a current all the time; none flows."""
+    dataset = synthetic()
+    steps = dataset.sizes["time"]
+    assert "magnets" in plots.chosen(magnet_run(dataset, np.zeros(steps, bool), 3.0, 30.0))
+    assert "magnets" not in plots.chosen(magnet_run(dataset, np.ones(steps, bool), 3.0, 30.0))
+
+
+def test_current_of_rounding_has_no_scale_of_its_own(synthetic):
+    dataset = synthetic()
+    powered = np.zeros(dataset.sizes["time"], bool)
+    panel = plots.Plots(magnet_run(dataset, powered, 4e-16, 30.0)).magnets().axes[0]
+    assert panel.get_ylim() == pytest.approx((-1.0, 1.0))
+
+
+def test_limits_that_are_written_alike_are_written_once():
+    panel = StyledFigure().subplots()
+    _draw_limits(panel, [(-5.13611, 4.0), (-5.13612, 4.0)], [np.array([0.1, -0.1])], 1.0, "A")
+    (text,) = panel.texts
+    assert text.get_text().count("5.136") == 1
 
 
 @pytest.mark.parametrize(("law", "heat"), [(0.0, False), (1.0, True)])

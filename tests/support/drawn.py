@@ -3,6 +3,7 @@
 from itertools import combinations
 
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 from matplotlib.text import Text
 
 
@@ -26,8 +27,9 @@ def overlapping_texts(figure: Figure) -> list[tuple[str, str]]:
 
 
 def titles(figure: Figure) -> list[Text]:
-    """Return the title of a figure, and titles and written texts of its axes."""
+    """Return the title of a figure, titles and written texts of its axes, and entries of legends."""
     visible = {*visible_texts(figure)}
     written = [text for axes in figure.axes for text in (*axes.texts, axes._left_title, axes.title)]
     of_figure = [figure._suptitle] if figure._suptitle is not None else []
-    return [text for text in (*of_figure, *written) if text in visible]
+    entries = [text for legend in figure.findobj(Legend) for text in legend.texts]
+    return [text for text in (*of_figure, *written, *entries) if text in visible]

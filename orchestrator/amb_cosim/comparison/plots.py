@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
@@ -32,6 +33,7 @@ from amb_cosim.results.plots.axes import (
     bearing_title,
     clearance,
     draw_events,
+    enlarge,
     event_times,
     mark_axes,
     orbit_labels,
@@ -42,6 +44,7 @@ from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import SiteForce, draw_forces, mark_forces, site_force
 from amb_cosim.results.plots.joined import orbit_line
 from amb_cosim.results.signal_arrays import cycles, finite_signals, speed_changes
+from amb_cosim.results.touchdown import height, touchdown
 from array_types import Array
 
 Runs = Mapping[str, Signals]
@@ -96,22 +99,48 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
 
 
 def displacement(runs: Runs, bearings: list[str]) -> Figure:
-    """Draw the radius over the clearance at each bearing along the run, as a length where no run has a clearance."""
+    """Draw the radius over the clearance at each bearing along the run, as a length where no run has a clearance.
 
-    def curves(bearing: str) -> tuple[str, list[Array | None]]:
-        radii = [radius(run, support(run, bearing)) for run in runs.values()]
-        gaps = [_clearance(run, bearing) for run in runs.values()]
-        if any(c is not None for c in gaps):
-            pairs = zip(radii, gaps, strict=True)
-            return "radius / clearance", [None if r is None or c is None else r / c for r, c in pairs]
-        unit = length_unit(_largest(radii))
-        return f"radius ({unit.label})", [None if r is None else unit.of(r) for r in radii]
+    Falls are drawn as heights, or as gaps of upright rotors, with their first impacts enlarged beside.
+    """
+    falls, changing = any(touchdown(run) is not None for run in runs.values()), _is_changing(runs)
 
-    figure = _along_the_run("Radial displacement", runs, bearings, curves)
-    for panel in figure.axes:
-        if panel.get_ylabel() == "radius / clearance":
-            panel.axhline(1.0, color="black", lw=0.9, ls=DASHED, zorder=1)
-    return figure
+    def draw(panel: Axes, bearing: str) -> None:
+        label, values, limits = _motion(runs, bearing, falls)
+        for colour, run, series in zip(COLOURS * 2, runs.values(), values, strict=False):
+            if series is not None:
+                panel.plot(_times(run, changing), series, color=colour, alpha=OPACITY, zorder=2)
+        panel.set_ylabel(label)
+        if not falls:
+            panel.set_ylim(0.0, None)
+        for limit in limits:
+            panel.axhline(limit, color="black", lw=0.9, ls=DASHED, zorder=1)
+
+    figure, columns = _along_the_run(runs, bearings, bearing_title, draw)
+    zoom = _first_impacts(runs)
+    if zoom is not None:
+        for panel in columns[1]:
+            enlarge(panel, zoom)
+    return _with_legend(figure, "Height" if falls else "Radial displacement", columns[0][0], runs)
+
+
+def _motion(runs: Runs, bearing: str, falls: bool) -> tuple[str, list[Array | None], set[float]]:
+    """Return what is drawn of a bearing's motion, with its label, and at which values a rotor touches its retainer."""
+    radii = [radius(run, support(run, bearing)) for run in runs.values()]
+    gaps = [_clearance(run, bearing) for run in runs.values()]
+    clearances = [c for c in gaps if c is not None]
+    unit = length_unit(max(_largest(radii), *clearances, 0.0))
+    if falls and clearances:
+        heights = [height(run, support(run, bearing)) for run in runs.values()]
+        if all(h is not None for h in heights):
+            lowest = {-c / unit.size for c in clearances}
+            return f"height ({unit.label})", [None if h is None else unit.of(h) for h in heights], lowest
+        left = [None if r is None or c is None else unit.of(c - r) for r, c in zip(radii, gaps, strict=True)]
+        return f"gap ({unit.label})", left, {0.0}
+    if clearances:
+        shares = [None if r is None or c is None else r / c for r, c in zip(radii, gaps, strict=True)]
+        return "radius / clearance", shares, {1.0}
+    return f"radius ({unit.label})", [None if r is None else unit.of(r) for r in radii], set()
 
 
 def contact(runs: Runs, sites: list[str]) -> Figure:
@@ -119,26 +148,9 @@ def contact(runs: Runs, sites: list[str]) -> Figure:
 
     The first impacts of falls are enlarged beside.
     """
-    changing, zoom = any(speed_changes(run) for run in runs.values()), _first_impacts(runs)
-    size = (7.6 if zoom is None else 10.4, 2.2 * len(sites) + 0.8)
-    figure = StyledFigure(figsize=size, layout="constrained")
-    columns = figure.subplots(len(sites), 1 if zoom is None else 2, sharex="col", squeeze=False).T
-    forces = {site: _forces_at(runs, site, changing) for site in sites}
+    forces = {site: _forces_at(runs, site, _is_changing(runs)) for site in sites}
+    figure, columns = _along_the_run(runs, sites, site_title, lambda panel, site: draw_forces(panel, forces[site]))
     for column in columns:
-        for panel, site in zip(column, sites, strict=True):
-            draw_forces(panel, forces[site])
-            title = _title(runs, site_title, site)
-            panel.set_title(title, loc="left", pad=16.0 if panel is column[0] else None)
-            _draw_events(panel, runs)
-        column[-1].set_xlabel(_time_label(changing))
-    if zoom is not None:
-        for panel in columns[1]:
-            panel.set_title("", loc="left")
-        columns[1][0].set_title(FIRST_TEXT, loc="left", pad=16.0)
-        columns[1][-1].set_xlim(zoom)
-        columns[1][-1].xaxis.set_major_locator(MaxNLocator(6))
-    for column in columns:
-        _write_events(column[0], runs)
         for panel, site in zip(column, sites, strict=True):
             mark_forces(panel, forces[site])
     return _with_legend(figure, "Normal contact force (thick: mean over 1 ms, pale: peaks)", columns[0][0], runs)
@@ -155,13 +167,14 @@ def _times(run: Signals, changing: bool) -> Array:
     return np.asarray(run["time"].values, np.float64) if changing else cycles(run)
 
 
-def _time_label(changing: bool) -> str:
-    return "time (s)" if changing else "synchronous cycles"
+def _is_changing(runs: Runs) -> bool:
+    """Return whether the speed of any run changes, so that all are drawn over time."""
+    return any(speed_changes(run) for run in runs.values())
 
 
 def _first_impacts(runs: Runs) -> tuple[float, float] | None:
     """Return the limits of the time axis with the first impacts of all runs that fall; None without such a run."""
-    changing = any(speed_changes(run) for run in runs.values())
+    changing = _is_changing(runs)
     drawn = [(run, first) for run in runs.values() if (first := first_impacts(run)) is not None]
     sizes = [1.0 if changing else float(run.attrs["period_s"]) for run, _ in drawn]
     ends = [(begin / size, end / size) for (_, (begin, end)), size in zip(drawn, sizes, strict=True)]
@@ -171,27 +184,32 @@ def _first_impacts(runs: Runs) -> tuple[float, float] | None:
 
 
 def _along_the_run(
-    what: str, runs: Runs, names: list[str], curves: Callable[[str], tuple[str, list[Array | None]]]
-) -> Figure:
-    """Draw a panel for each name, with a curve of each run over cycles or, if a speed varies, time.
+    runs: Runs, names: list[str], title_in: Callable[[Signals, str], str], draw: Callable[[Axes, str], None]
+) -> tuple[Figure, NDArray[np.object_]]:
+    """Return a figure with a panel for each name, over cycles or, if a speed varies, time, and its columns of panels.
 
-    `curves` returns the label of a panel, and its values for each run, None without.
+    The second column, of runs that fall, enlarges the first impacts.
     """
-    changing = any(speed_changes(run) for run in runs.values())
-    figure = StyledFigure(figsize=(7.6, 2.2 * len(names) + 0.6), layout="constrained")
-    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    for panel, name in zip(panels, names, strict=True):
-        label, values = curves(name)
-        for colour, run, series in zip(COLOURS * 2, runs.values(), values, strict=False):
-            if series is not None:
-                panel.plot(_times(run, changing), series, color=colour, alpha=OPACITY, zorder=2)
-        title = _title(runs, bearing_title, name)
-        panel.set_title(title, loc="left", pad=16.0 if panel is panels[0] else None)
-        panel.set(ylabel=label, ylim=(0.0, None))
-        _draw_events(panel, runs)
-    panels[-1].set_xlabel(_time_label(changing))
-    _write_events(panels[0], runs)
-    return _with_legend(figure, what, panels[0], runs)
+    zoom = _first_impacts(runs)
+    size = (7.6 if zoom is None else 10.4, 2.2 * len(names) + 0.8)
+    figure = StyledFigure(figsize=size, layout="constrained")
+    columns = figure.subplots(len(names), 1 if zoom is None else 2, sharex="col", squeeze=False).T
+    for column in columns:
+        for panel, name in zip(column, names, strict=True):
+            draw(panel, name)
+            panel.margins(x=0.0)
+            panel.set_title(_title(runs, title_in, name), loc="left", pad=16.0 if panel is column[0] else None)
+            _draw_events(panel, runs)
+        column[-1].set_xlabel("time (s)" if _is_changing(runs) else "synchronous cycles")
+    if zoom is not None:
+        for panel in columns[1]:
+            panel.set_title("", loc="left")
+        columns[1][0].set_title(FIRST_TEXT, loc="left", pad=16.0)
+        columns[1][-1].set_xlim(zoom)
+        columns[1][-1].xaxis.set_major_locator(MaxNLocator(6))
+    for column in columns:
+        _write_events(column[0], runs)
+    return figure, columns
 
 
 def _union(names: Iterable[Iterable[str]]) -> list[str]:

@@ -16,7 +16,7 @@ from typing import IO, Any
 # Control characters except tab and line feed; marks that turn the direction of text; halves of surrogate pairs.
 UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
-LIKE = {"µ": "u", "×": "x", "–": "-", "’": "'"}  # what stands for a sign that an encoding lacks, instead of `?`
+LIKE = {"µ": "u", "×": "x", "–": "-", "’": "'", "°": ""}  # instead of `?` for a sign that an encoding lacks
 
 
 def _unencodable(error: UnicodeError) -> tuple[str, int]:

@@ -22,6 +22,7 @@ SIZES = {  # in the quantity's SI unit, which comes first; frequencies are speed
     "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6},
     "force": {"N": 1.0, "kN": 1e3},
 }
+ZERO_CELSIUS = 273.15  # K
 QUANTITIES = {name: quantity for quantity, sizes in SIZES.items() for name in sizes}
 SYMBOLS = {"rad/s": r"$\Omega$ (rad/s)", "Hz": r"$\Omega/2\pi$ (Hz)", "rpm": r"$n$ (rpm)"}  # of the spin speed
 LENGTH_IN_UM, FORCE_IN_KN = 1e-4, 1e3  # m, below which lengths are in um; N, from which on forces are in kN
@@ -137,6 +138,11 @@ def length_unit(largest: float) -> ShownUnit:
 def force_unit(largest: float) -> ShownUnit:
     """Return the unit for forces up to `largest` (N): kN from 1 kN on, or N, unless one was chosen."""
     return _unit("force", "kN" if largest >= FORCE_IN_KN else "N")
+
+
+def temperature_text(kelvin: float) -> str:
+    """Return a temperature (K) in °C."""
+    return f"{significant(kelvin - ZERO_CELSIUS)} °C"
 
 
 def relabelled(label: str, *quantities: str) -> tuple[str, float]:

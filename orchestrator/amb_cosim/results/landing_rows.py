@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from amb_cosim.cosim.record.signals import Signals
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.digits import significant
-from amb_cosim.presentation.units import speed_unit
+from amb_cosim.presentation.units import speed_unit, temperature_text
 from amb_cosim.results.places import places
 from amb_cosim.results.signal_arrays import cycles, speed
 from amb_cosim.results.touchdown import Touchdown
@@ -51,4 +51,4 @@ def _temperature(dataset: Signals, fall: Touchdown) -> str:
         at = places(dataset).faces.get(site, site)
         return f"not computed: {at}.heat_capacity is 0" if at else f"not computed: {site} has no retainer"
     hottest = max(temperatures, key=lambda site: temperatures[site])
-    return f"{significant(temperatures[hottest])} K at {name_label(hottest)}"
+    return f"{temperature_text(temperatures[hottest])} at {name_label(hottest)}"

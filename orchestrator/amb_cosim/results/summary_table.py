@@ -11,7 +11,7 @@ from rich.table import Table
 from amb_cosim.cosim.choices import ROLES
 from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.text_tables import number, print_parts, show_warnings
-from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit, speed_unit
+from amb_cosim.presentation.units import force_unit, frequency_unit, length_unit, speed_unit, temperature_text
 from amb_cosim.results import energies
 from amb_cosim.results.summary import AtPlaces, Summary
 from amb_cosim.results.touchdown import Retainer, Touchdown
@@ -170,7 +170,7 @@ def _of_retainer(retainer: Retainer) -> str:
         f"impulse {number(retainer.impulse)} N s, heat {number(retainer.heat)} J",
     ]
     if retainer.temperature is not None:
-        lines[2] += f", up to {number(retainer.temperature)} K"
+        lines[2] += f", up to {temperature_text(retainer.temperature)}"
     if retainer.race_spin_up is not None:
         lines.append(f"race at speed {number(retainer.race_spin_up)} s after the first contact")
     return "\n".join(lines)

@@ -113,7 +113,7 @@ def site_title(dataset: Signals, site: str) -> str:
     kind = "Face" if site in result.faces else kind
     z = result.z.get(site)
     named = name_label(site) if site.startswith(kind.lower()) else f"{kind} {name_label(site)}"
-    return named + ("" if z is None else f" at $z$\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}{z:.4g}\N{NO-BREAK SPACE}m")
+    return named if z is None else f"{named} " + f"at $z$ = {z:.4g} m".replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def bearing_title(dataset: Signals, bearing: str) -> str:

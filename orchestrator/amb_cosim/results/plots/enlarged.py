@@ -11,7 +11,10 @@ from amb_cosim.results.touchdown import touchdown
 from array_types import Array
 
 FIRST = 0.05  # s, of a fall that is enlarged
-LONG, BEFORE = 0.025, 0.005  # s, a fall that lasts longer is enlarged from this time before its first touch on
+LONG, BEFORE = (
+    0.025,
+    0.005,
+)  # s, a longer fall is enlarged from this time before its first touch on
 LARGE = 0.1  # of the largest force
 SMALL_PART = 0.15  # of the time, in which large forces are enlarged
 MANY = 40  # contacts, from which the first part of the time after the first is enlarged
@@ -20,13 +23,17 @@ Interval = tuple[float, float]
 
 
 def first_impacts(dataset: Signals) -> Interval | None:
-    """Return the times (s) of the first 50 ms of a fall, with its first impacts; None of a run without a fall."""
+    """Return the times (s) of the first 50 ms of a fall, with its first impacts; None of a run without a fall.
+
+    A contact without a fall before it, as in a shock, is shown from shortly before its first touch on, too.
+    """
     fall, steps = touchdown(dataset), at_every_step(dataset)
     contact, times = in_contact(steps), steps["time"].values
     if fall is None or contact is None:
         return None
     touch = float(times[np.argmax(contact & (times >= fall.release))])
-    begin = fall.release if touch - fall.release < LONG else touch - BEFORE
+    begin = fall.release if touch - fall.release < LONG else touch
+    begin = max(min(begin, touch - BEFORE), float(times[0]))
     return begin, min(begin + FIRST, float(times[-1]))
 
 

@@ -22,7 +22,7 @@ from amb_cosim.presentation.style import (
     retainer_sample,
     set_orbit_axes,
 )
-from amb_cosim.presentation.units import SYMBOLS, force_unit, length_unit, speed_unit
+from amb_cosim.presentation.units import SYMBOLS, ZERO_CELSIUS, force_unit, length_unit, speed_unit
 from amb_cosim.results.orbits import centre, gravity_across, turned_upright
 from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
@@ -51,8 +51,10 @@ from amb_cosim.results.touchdown import height
 from amb_cosim.results.touchdown import touchdown as describe
 from array_types import Array
 
+Draw = Callable[[Axes, Signals, list[Station]], None]
+"""Draws a panel over time, of these stations."""
+
 NO_BREAK = "\N{NO-BREAK SPACE}"
-ZERO_CELSIUS = 273.15  # K
 LEAST_RISE = 1.0  # K, of an axis
 BELOW = 0.45  # part of the panel of heights below its inset
 
@@ -68,9 +70,9 @@ def touchdown(dataset: Signals) -> Figure:
     retainers = {**result.retainers, **result.second}
     warm = [station for station in drawn if parameters(dataset).get(f"{station.site}.heat_capacity")]
     heated = [station for station in drawn if np.any(plant_signal(dataset, f"{station.site}.heat") > 0.0)]
-    over_time: list[tuple[Callable[[Axes, Signals, list[Station]], None], list[Station]]] = [
+    over_time: list[tuple[Draw, list[Station]]] = [
         (draw_fall, [station for station in drawn if station.site in retainers] or drawn),
-        *([(_draw_gaps_along, drawn)] if result.faces else []),
+        *([(draw_gaps_along, drawn)] if result.faces else []),
         (_draw_speeds, drawn),
         *([(_draw_heat, heated)] if heated else []),
         *([(_draw_temperatures, warm)] if warm else []),
@@ -78,7 +80,9 @@ def touchdown(dataset: Signals) -> Figure:
     zoom = fall_interval(dataset)
     width = max(2.5 * len(drawn), 7.0)
     orbit = width / max(len(drawn), 2)
-    ratios = (2.9 if zoom else 1.7, *[1.7] * (len(over_time) - 1))
+    ratios = [1.7] * len(over_time)
+    impacts = 1 if result.faces and not _touches_across(dataset) else 0  # panel with the first impacts
+    ratios[impacts] += 1.2 * bool(zoom)
     heights = (orbit + 0.7, sum(ratios))
     figure = StyledFigure(figsize=(width, sum(heights) + 0.5), layout="constrained")
     figure.get_layout_engine().set(h_pad=0.08)  # type: ignore[call-arg, union-attr]
@@ -94,7 +98,7 @@ def touchdown(dataset: Signals) -> Figure:
         panel.set_title(panel.get_title("left"), loc="left", pad=title_padding(dataset, panel is panels[0]))
         mark_events(panel, dataset)
     if zoom:
-        _add_inset(panels[0], dataset, over_time[0][1], zoom)
+        _add_inset(panels[impacts], dataset, *over_time[impacts], zoom)
     label_time_axis(panels[-1], dataset)
     name_events(panels[0], dataset)
     figure.legend(handles=_legend(dataset, drawn), loc="outside lower center", ncols=max(int(width / 2.4), 2))
@@ -116,7 +120,13 @@ def _facts(dataset: Signals, site: str) -> list[str]:
     return [*([f"{whirl}{speeds}"] if whirl else []), f"up to {largest} ({meaning})"]
 
 
-def _add_inset(panel: Axes, dataset: Signals, drawn: list[Station], zoom: tuple[float, float]) -> None:
+def _touches_across(dataset: Signals) -> bool:
+    """Return whether a fall touches more than faces, which stop the rotor along its shaft."""
+    fall = describe(dataset)
+    return fall is not None and not places(dataset).faces.keys() >= fall.retainers.keys()
+
+
+def _add_inset(panel: Axes, dataset: Signals, draw: Draw, drawn: list[Station], zoom: tuple[float, float]) -> None:
     """Enlarge the first impacts in the upper part of a panel, for which its axis is extended."""
     low, high = panel.get_ylim()
     ticks = [tick for tick in MaxNLocator(4).tick_values(low, high) if low <= tick <= high]
@@ -124,7 +134,7 @@ def _add_inset(panel: Axes, dataset: Signals, drawn: list[Station], zoom: tuple[
     panel.set_yticks(ticks)
     panel.axvspan(*zoom, ymax=BELOW, color="0.93", lw=0.0, zorder=-2)
     inset = panel.inset_axes((0.36, BELOW + 0.1, 0.63, 0.76 - BELOW))
-    draw_fall(inset, dataset, drawn)
+    draw(inset, dataset, drawn)
     mark_events(inset, dataset)
     enlarge(inset, zoom)
     inset.set(ylabel="", facecolor="0.97")
@@ -205,7 +215,7 @@ def draw_fall(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:
     panel.set_ylabel(f"{'height' if falls else 'gap'} ({unit.label})")
 
 
-def _draw_gaps_along(panel: Axes, dataset: Signals, _: list[Station]) -> None:
+def draw_gaps_along(panel: Axes, dataset: Signals, _: list[Station]) -> None:
     """Draw the gap of each face along the shaft."""
     gaps = {face: plant_signal(dataset, f"{face}.gap") for face in places(dataset).faces}
     unit = length_unit(max((float(np.nanmax(np.abs(gap))) for gap in gaps.values()), default=1.0))

@@ -38,6 +38,7 @@ from array_types import Array
 AXES = {"x": BLUE, "y": ORANGE, "z": GREEN}
 LIMIT = "limit (force: rotor centred)"
 UNPOWERED = "0.9"
+ROUNDING = 1e-9  # A, or the unit of forces; a smaller range has no scale of its own
 NEAR = 0.4  # fraction of a limit above which it is drawn; otherwise it is written
 
 
@@ -95,14 +96,14 @@ def _draw_limits(panel: Axes, bounds: list[Limits], values: Iterable[Array | Non
     """Draw the limits that values approach, and write distant ones."""
     drawn = np.ravel([series / size for series in values if series is not None])
     low, high = float(np.nanmin(drawn, initial=0.0)), float(np.nanmax(drawn, initial=0.0))
-    far = []
+    far: dict[str, None] = {}  # limits of several axes that are written alike, once
     for limit in sorted({bound / size for pair in bounds for bound in pair}):
         if (high >= NEAR * limit) if limit > 0.0 else (low <= NEAR * limit):
             panel.axhline(limit, color="black", lw=0.9, ls=DASHED)
             low, high = min(low, limit), max(high, limit)
         else:
-            far.append(f"{limit:.4g}".replace("-", "\N{MINUS SIGN}"))
-    margin = 0.08 * (high - low) or 1.0
+            far[f"{limit:.4g}".replace("-", "\N{MINUS SIGN}")] = None
+    margin = 0.08 * (high - low) if high - low > ROUNDING else 1.0
     panel.set_ylim(low - margin, high + margin * (2.5 if far else 1.0))
     if far:
         write_in_corner(panel, f"limit{'s' * (len(far) > 1)} {', '.join(far)} {unit}")

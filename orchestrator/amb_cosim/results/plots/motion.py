@@ -23,6 +23,7 @@ from amb_cosim.presentation.style import (
     write_in_corner,
 )
 from amb_cosim.presentation.units import SYMBOLS, length_unit, speed_unit
+from amb_cosim.results.places import places
 from amb_cosim.results.plots.axes import (
     FIRST_TEXT,
     Station,
@@ -41,7 +42,7 @@ from amb_cosim.results.plots.axes import (
     time_values,
     title_padding,
 )
-from amb_cosim.results.plots.fall import draw_fall
+from amb_cosim.results.plots.fall import draw_fall, draw_gaps_along
 from amb_cosim.results.plots.joined import orbit_line
 from amb_cosim.results.signal_arrays import cycles, event_name, speed, switched_on
 from amb_cosim.results.touchdown import touchdown
@@ -96,15 +97,20 @@ def displacement(dataset: Signals) -> Figure:
     """Draw the radius of the motion at each station over its clearance, and below it the speed where it changes.
 
     Motion that is small compared with its clearance, or has none, is drawn as a length. A fall, in which the radius is
-    the clearance from the landing on, is drawn as height or gap, with its first impacts enlarged.
+    the clearance from the landing on, is drawn as height or gap, with its first impacts enlarged. The gaps of faces are
+    below the others.
     """
     drawn, changing, zoom = stations(dataset), speed_is_drawn(dataset), fall_interval(dataset)
-    size = (10.0 if zoom else 7.0, max(2.1 * len(drawn) + 1.2 * changing, 2.8))
+    along = touchdown(dataset) is not None and bool(places(dataset).faces)
+    size = (10.0 if zoom else 7.0, max(2.1 * (len(drawn) + along) + 1.2 * changing, 2.8))
     figure = StyledFigure(figsize=size, layout="constrained")
-    ratios = (3,) * len(drawn) + (2,) * changing
+    ratios = (3,) * (len(drawn) + along) + (2,) * changing
     grid = figure.subplots(len(ratios), 1 + bool(zoom), sharex="col", height_ratios=ratios, squeeze=False)
     for panels in grid.T:
         _draw_column(panels, dataset, drawn)
+        if along:
+            draw_gaps_along(panels[len(drawn)], dataset, drawn)
+            mark_events(panels[len(drawn)], dataset)
         if changing:
             _draw_speed(panels[-1], dataset)
         label_time_axis(panels[-1], dataset)
