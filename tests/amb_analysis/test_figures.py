@@ -112,6 +112,28 @@ def test_words_are_in_their_areas():
         assert text.get_text().replace("\n", " ") == traps.LABELS[kind]
 
 
+def test_states_of_contact_at_a_single_speed_are_visible_points():
+    states = SimpleNamespace(
+        contact=(0,),
+        speed=np.array([4, 4]),
+        N=np.array([[1.90e5], [1.95e5]]),
+        psi=np.zeros((2, 1)),
+        stable=np.array([False, False]),
+    )
+    result = SimpleNamespace(
+        curves=SimpleNamespace(speeds=np.linspace(0.0, 100.0, 11), states=[None, states]),
+        speed=30.0,
+        sites=("rb1",),
+        states=(),
+    )
+    panel = StyledFigure().subplots()
+    traps._draw_forces(panel, result)
+    assert any(line.get_marker() == "." and len(line.get_xdata()) for line in panel.lines)
+    low, high = panel.get_ylim()
+    assert high / low == pytest.approx(10.0)
+    assert panel.get_legend().texts[0].get_text() == "RB1"
+
+
 def test_marks_of_rotation_leave_the_ridge_free():
     speeds, frequencies = np.linspace(5.0, 30.0, 40), np.linspace(-60.0, 60.0, 241)
     panel = StyledFigure().subplots()

@@ -7,15 +7,17 @@ from io import BytesIO
 
 import numpy as np
 import pytest
+from drawn import cut_texts, overlapping_texts, titles
 
 from amb_analysis.linear.stability import LoopStability
 from amb_analysis.studies.campbell_diagram import CampbellDiagram, CriticalSpeedRow, ModeOverSpeed
 from amb_analysis.studies.closed_loop_poles import ClosedLoopPoles, LeastDamped, PoleOverSpeed
 from amb_analysis.studies.coefficient_limits import limits_of
-from amb_analysis.studies.figures import figure
+from amb_analysis.studies.figures import figure, over_speed
 from amb_analysis.studies.figures.over_speed import damping_ratio
-from amb_analysis.studies.unbalance_records import PlaceResponse, UnbalanceResponse
+from amb_analysis.studies.unbalance_records import CriticalResponse, PlaceResponse, UnbalanceResponse
 from amb_cosim import studies
+from amb_cosim.presentation.style import StyledFigure
 from amb_cosim.presentation.units import units
 from rotor_analysis.parts import AtSpeed, Bearing
 from rotor_analysis.rotor_file import load_rotor
@@ -89,6 +91,14 @@ def test_critical_speeds_beyond_the_table_of_a_seal_are_marked():
     assert_names(str(result), "labyrinth", "0 to 477.5 rpm", "959.7 rpm (mode 1, decrement 0.15, extrapolated)")
     assert [any(patch.get_hatch() for patch in axes.patches) for axes in figure(result).axes] == [True, True, False]
     assert "extrapolated" not in str(crossing_poles())
+
+
+def test_legend_of_poles_is_not_cut():
+    """A vibration far above the axes has the longest entry."""
+    fast = replace(crossing_poles(), least_damped=LeastDamped(0.0001234, 200.0, 14857.0))
+    picture = figure(fast)
+    assert any("triangle" in text.get_text() for text in titles(picture))
+    assert not cut_texts(picture)
 
 
 def test_poles_begin_with_the_stability_and_the_least_damped_vibration():
@@ -169,6 +179,37 @@ def test_response_ends_where_the_loop_is_not_stable_and_says_so():
     assert top.get_xlim()[1] > 200.0
     (shade,) = [patch for patch in top.patches if patch.get_hatch()]
     assert shade.get_x() == pytest.approx(200.0)
+
+
+def test_names_of_clearances_are_on_no_line_and_under_no_other_text():
+    """Two clearances that are close, and two critical speeds."""
+    speeds = np.linspace(1.0, 200.0, 200)
+    amplitude = 1e-5 / np.hypot(1.0, 150.0 - speeds)
+    places = {
+        name: PlaceResponse(1, 0.0, clearance, amplitude, np.zeros(200), amplitude)
+        for name, clearance in (("a", 250e-6), ("b", 300e-6))
+    }
+    peaks = tuple(CriticalResponse("a", speed, 1e-5, 5.0, 50.0) for speed in (20.0, 150.0))
+    picture = figure(UnbalanceResponse(*("any", np.eye(2), "any", 100.0, 1e-4, 0.0, {}, speeds, places, peaks)))
+    assert not overlapping_texts(picture)
+    top = picture.axes[0]
+    (box,) = [text.get_window_extent() for text in top.texts if "clearance" in text.get_text()]
+    for clearance in (250.0, 300.0):
+        height = top.transData.transform((100.0, clearance))[1]
+        assert not box.y0 < height < box.y1
+
+
+@pytest.mark.parametrize("end", [0.9, 0.95, 1.0])
+def test_label_of_rotation_covers_no_curve(end):
+    """A frequency that ends where the label of 1x usually is."""
+    axes = StyledFigure(figsize=(7.0, 5.0)).subplots()
+    axes.plot(np.linspace(0.0, 100.0, 9), np.full(9, 100.0 * end))
+    axes.set(xlim=(0.0, 100.0), ylim=(0.0, 300.0))
+    over_speed._draw_multiples(axes)
+    axes.figure.canvas.draw()
+    (box,) = [text.get_window_extent() for text in axes.texts if text.get_text() == "1x"]
+    height = axes.transData.transform((50.0, 100.0 * end))[1]
+    assert not box.y0 < height < box.y1
 
 
 def test_diagrams_of_a_rotor_reach_beyond_the_speed_at_which_it_runs():

@@ -191,7 +191,7 @@ def _draw_multiples(axes: Axes) -> None:
     top = axes.get_ylim()[1]
     for order, line in ((1, ":"), (2, DASHED)):
         axes.plot((0.0, right), (0.0, order * right), color="black", lw=0.7, ls=line)
-        x = min(0.965 * right, 0.95 * top / order)
+        x = _free_place(axes, min(0.965 * right, 0.95 * top / order), order)
         if x > left:
             style: dict[str, Any] = {
                 "textcoords": "offset points",
@@ -201,6 +201,19 @@ def _draw_multiples(axes: Axes) -> None:
                 "bbox": BOX,
             }
             axes.annotate(f"{order}x", (x, order * x), (2, -1), **style)
+
+
+def _free_place(axes: Axes, last: float, order: int) -> float:
+    """Return the place, at `last` if possible, at which the label of a multiple covers no other curve."""
+    low, high = axes.get_ylim()
+    left, right = axes.get_xlim()
+    curves = [curve for curve in map(_data, axes.lines) if curve.shape[1] > 2]
+    height, width = LETTERS * (high - low), 0.03 * (right - left)
+    for x in np.linspace(last, 0.5 * last, 26):
+        box = (x, min(x + width, right), order * x - 1.2 * height, order * x)
+        if not any(_crosses(curve, box) for curve in curves):
+            return float(x)
+    return last
 
 
 def _number(axes: Axes, curves: Sequence[Array]) -> None:

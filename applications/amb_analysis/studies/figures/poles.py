@@ -30,6 +30,7 @@ from amb_cosim.presentation.style import DASHED, StyledFigure, write_title
 from amb_cosim.presentation.units import frequency_unit, speed_unit
 
 UNSTABLE = "#882255"  # colour of speeds and of the pole where the loop is not stable
+AT_RAY = 0.6  # place of the damping ratio on its ray, away from the poles of its ends
 PLANE = 4.6  # inches, width of the s-plane
 
 
@@ -100,7 +101,7 @@ def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: fl
         is_beyond |= marker != "D"
     drawn, usual = unit.text(least.frequency), frequency_unit().text(least.frequency)
     frequency = drawn if usual == drawn else f"{drawn} ({usual})"
-    text = f"least damped: {frequency}, decrement {decrement:.2g}" + (
+    text = f"least damped: {frequency},\ndecrement {decrement:.2g}" + (
         " (triangle: beyond the axis)" if is_beyond else ""
     )
     return Line2D([], [], marker="D", color="black", mfc="none", ls="", ms=7.0, label=text)
@@ -142,8 +143,8 @@ def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
         axes.plot([0.0, slope * 1.08 * highest], [0.0, 1.08 * highest], color="0.6", lw=0.7, ls=DASHED)
         reach = min(1.0, 1.08 * leftmost / (slope * 1.08 * highest)) if highest else 0.0
         axes.text(
-            0.9 * reach * slope * 1.08 * highest,
-            0.9 * reach * 1.08 * highest,
+            AT_RAY * reach * slope * 1.08 * highest,
+            AT_RAY * reach * 1.08 * highest,
             rf"$\zeta$ = {zeta:.2g}",
             fontsize=7,
             color="0.4",

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from itertools import cycle
 from textwrap import wrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,6 +17,7 @@ from matplotlib.patches import Patch
 from amb_analysis.steady_contact.branches import branches
 from amb_analysis.studies.contact_traps import WIDE, Traps
 from amb_analysis.studies.figures.over_speed import shade_unstable
+from amb_cosim.presentation.descriptions import name_label
 from amb_cosim.presentation.style import (
     BLUE,
     DASHED,
@@ -35,6 +38,7 @@ FREE, BOTH, CONTACT, WHIRL = "#FFFFFF", "#F6D98B", "#E08E5B", "#C9C9D6"
 WORD_WIDTH, WORD_SHAPE = 0.014, 2.0  # of a letter over the map's width; width over height of the words of an area
 ALIKE = 0.95  # of the largest room for a word, of places that have as much; the middle one is chosen
 WORD_LENGTH = 10  # letters of a line of them
+DECADE = 10.0  # least ratio of the ends of the axis of forces
 INSIDE = 6  # most entries of a legend inside the panel
 NO_CONTACT = "no steady contact at this unbalance, at any of these speeds"
 LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
@@ -75,7 +79,7 @@ def _draw_orbits(panel: Axes, result: Traps) -> None:
         exists = np.isin(np.arange(len(speeds)), free.speed)
         for first, last in unstable:
             exists &= (result.curves.speeds < first) | (result.curves.speeds > last)
-        panel.plot(speeds, np.where(exists, share, np.nan), color=colour, lw=1.8, label=site)
+        panel.plot(speeds, np.where(exists, share, np.nan), color=colour, lw=1.8, label=name_label(site))
         panel.plot(speeds, np.where(exists, np.nan, share), color=colour, ls=":")
     panel.axhline(1.0, color="black", lw=0.8, ls=DASHED)
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
@@ -98,9 +102,10 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
         total, stable = unit.of(total_force), states.stable
         for branch in branches(states, len(speeds)):
             for piece, is_stable in _pieces(branch, stable):
-                line = {"lw": 1.8} if is_stable else {"lw": 0.8, "ls": (0, (3, 1.5))}
+                line: dict[str, Any] = {"lw": 1.8} if is_stable else {"lw": 0.8, "ls": (0, (3, 1.5))}
+                line |= {"marker": "."} if np.ptp(states.speed[piece]) == 0 else {}
                 panel.plot(speeds[states.speed[piece]], total[piece], color=colour, **line)
-        label = "+".join(result.sites[k] for k in states.contact)
+        label = "+".join(name_label(result.sites[k]) for k in states.contact)
         panel.plot([], [], color=colour, label=label)
     for state in result.states:
         if state.contact:
@@ -109,6 +114,10 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
     panel.axvline(result.speed / speed_unit().size, color="0.6", lw=0.7)
     panel.set(xlabel=spin_label(), ylabel=f"normal forces in contact, sum ({unit.label})", xlim=(0.0, speeds[-1]))
     panel.set_yscale("log")
+    low, high = panel.get_ylim()
+    if high < DECADE * low:
+        middle = math.sqrt(low * high)
+        panel.set_ylim(middle / math.sqrt(DECADE), middle * math.sqrt(DECADE))
     styles = [Line2D([], [], color="black", lw=1.8, label="stable")]
     styles.append(Line2D([], [], color="black", lw=0.8, ls=(0, (3, 1.5)), label="unstable"))
     handles = [*panel.get_legend_handles_labels()[0], *styles]

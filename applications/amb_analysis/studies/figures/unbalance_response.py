@@ -21,8 +21,8 @@ from amb_cosim.presentation.units import ShownUnit, length_unit, speed_unit, spi
 BODE, POLAR = 7.0, 4.8  # inches, widths
 BACKWARD = "#DCE9F5"
 BEYOND = 1.12  # highest speed of the axis over the last one at which the loop is stable
+HEADROOM = 15.0  # upper end of a logarithmic axis over the largest value, with room for labels of critical speeds
 FLOOR = 1e-3  # lower end of a logarithmic axis, over the largest amplitude
-LABELS = (0.005, 0.34, 0.67)  # positions of the labels of clearances, over the width
 
 
 def draw(result: UnbalanceResponse) -> Figure:
@@ -41,14 +41,11 @@ def draw(result: UnbalanceResponse) -> Figure:
     highest = max([largest, *clearances])
     if result.scenario and largest > 0.0:
         top.set_yscale("log")
-        top.set_ylim(FLOOR * largest / unit.size, 12.0 * highest / unit.size)
+        top.set_ylim(FLOOR * largest / unit.size, HEADROOM * highest / unit.size)
     else:
         top.set_ylim(0.0, 1.35 * highest / unit.size)
-    for k, (clearance, names) in enumerate(clearances.items()):
-        top.axhline(clearance / unit.size, color="black", lw=0.9, ls=DASHED)
-        text = f"clearance {unit.text(clearance, 3)}: {', '.join(names)}"
-        at = LABELS[k % len(LABELS)] * speeds[-1]
-        top.annotate(text, (at, clearance / unit.size), (0, 2), textcoords="offset points", fontsize=7.5)
+    if clearances:
+        _mark_clearances(top, clearances, unit)
     _mark_speeds(top, bottom, result, unit)
     bottom.set(ylabel="phase (deg)", xlabel=spin_label())
     bottom.yaxis.set_major_locator(MultipleLocator(90.0))
@@ -63,6 +60,16 @@ def draw(result: UnbalanceResponse) -> Figure:
     title = f"{result.scenario or result.rotor}: steady response to {result.load}"
     write_title(whole, with_frozen(title, result.limits))
     return whole
+
+
+def _mark_clearances(axes: Axes, clearances: dict[float, list[str]], unit: ShownUnit) -> None:
+    """Draw the clearances, and name them in one box below the lowest, on which no line is."""
+    for clearance in clearances:
+        axes.axhline(clearance / unit.size, color="black", lw=0.9, ls=DASHED)
+    ascending = sorted(clearances.items())
+    text = "\n".join(f"clearance {unit.text(gap, 3)}: {', '.join(names)}" for gap, names in reversed(ascending))
+    style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7.5, "va": "top", "bbox": BOX}
+    axes.annotate(text, (0.005, ascending[0][0] / unit.size), (0, -2), xycoords=("axes fraction", "data"), **style)
 
 
 def _shade_backward(panels: Sequence[Axes], result: UnbalanceResponse) -> list[Patch]:
