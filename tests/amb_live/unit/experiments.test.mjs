@@ -2,7 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { advice, contactTime } from "../../../applications/amb_live/page/ui/advice.js";
 import { narrate, newNarrator } from "../../../applications/amb_live/page/ui/events.js";
-import { experimentsOf, follow, newNotes } from "../../../applications/amb_live/page/ui/experiments.js";
+import { experimentsOf, follow, newNotes, nextNotes } from "../../../applications/amb_live/page/ui/experiments.js";
 import { Traces } from "../../../applications/amb_live/page/ui/traces.js";
 import { slowness } from "../../../applications/amb_live/page/ui/transport.js";
 
@@ -145,6 +145,23 @@ test("a remark has the largest of all samples, however many of them a frame show
   });
   assert.match(told[0], /landed 2\.00 ms after, and pressed with a peak force of 23\.1 kN; it slides/);
   assert.deepEqual(told, [told[0], told[0], told[0]]);
+});
+
+test("an impact in the frame that shows the loss of power belongs to the landing", () => {
+  const [off_, watch] = experimentsOf(at(0)).find((one) => one.title === "Land").steps;
+  const traces = new Traces(["rotor_contact.catch.f_n_peak"], 100), notes = newNotes(-0.5);
+  follow(off_, notes, at(0, {}, { ...off(0), traces }));
+  traces.append(Float64Array.of(0.001, 0, 0.012, 23100, 0.02, 400));
+  const contacts = [contact(0.012, 1)], late = at(0.02, { "catch.mode": 1, "catch.f_n_peak": 400 }, { ...off(1), traces, contacts });
+  assert.ok(follow(off_, notes, late));
+  const after = nextNotes(notes);
+  follow(watch, after, late);
+  assert.match(watch.remark(late, after), /landed 12\.0 ms after, and pressed with a peak force of 23\.1 kN; it slides/);
+});
+
+test("remarks name a site as the rotor file does", () => {
+  const trap = experimentsOf(at(0)).find((one) => one.title === "Trap and free");
+  assert.match(trap.steps[0].remark(at(1, { "catch.mode": 1 }), newNotes(0)), /at catch,/);
 });
 
 test("samples before an experiment begins are not part of it", () => {

@@ -1,7 +1,7 @@
 // Three guided experiments: for each step the instruction, the test whether it is done, and the remark on the result.
 
 import { contactTime, isOff, touched } from "./advice.js";
-import { numberText, quantityText } from "./format.js";
+import { nameLabel, numberText, quantityText } from "./format.js";
 import { shownSites } from "./orbits.js";
 import { matching, placesOfContact, plainLaw, settingOf, valueOf } from "./session.js";
 
@@ -12,6 +12,7 @@ import { matching, placesOfContact, plainLaw, settingOf, valueOf } from "./sessi
  * @typedef {object} Notes
  * @property {number} began s
  * @property {number} seen time up to which the samples were observed (s)
+ * @property {number} before the same before the newest frame (s)
  * @property {number} reach largest displacement over clearance
  * @property {number} force largest contact force within a step, without impacts (N)
  * @property {boolean} touched
@@ -30,7 +31,7 @@ import { matching, placesOfContact, plainLaw, settingOf, valueOf } from "./sessi
 
 /** `suits`: whether the scenario performs it by itself. @typedef {{ title: string, suits: boolean, steps: Step[] }} Experiment */
 
-const places = (/** @type {readonly string[]} */ names) => names.map((name) => name.toUpperCase()).join(" and ");
+const places = (/** @type {readonly string[]} */ names) => names.map(nameLabel).join(" and ");
 const percent = (/** @type {number} */ share) => `${numberText(100 * share, 2)} %`;
 
 /**
@@ -54,7 +55,17 @@ function isTrapped(session) {
 
 /** @param {number} now s @returns {Notes} */
 export function newNotes(now) {
-  return { began: now, seen: now, reach: 0, force: 0, touched: false, touchedAt: NaN, since: NaN };
+  return { began: now, seen: now, before: now, reach: 0, force: 0, touched: false, touchedAt: NaN, since: NaN };
+}
+
+/**
+ * Return the notes of the step after one that a frame completed: they begin with what happened since the frame before.
+ *
+ * On a slow computer one frame shows both the loss of power and the impact. Nothing changes before time 0.
+ * @param {Notes} notes @returns {Notes}
+ */
+export function nextNotes(notes) {
+  return newNotes(Math.max(notes.before, 0));
 }
 
 /**
@@ -89,7 +100,7 @@ export function follow(step, notes, session) {
   if (!notes.touched && (first !== undefined || touched(session).length > 0)) {
     Object.assign(notes, { touched: true, touchedAt: first?.time ?? session.time });
   }
-  notes.seen = session.time;
+  [notes.before, notes.seen] = [notes.seen, session.time];
   if (!step.isMet(session, notes)) {
     notes.since = NaN;
     return false;

@@ -1,7 +1,7 @@
 // The panel of guided experiments: it shows what to do, waits until it is done, and comments on the result.
 
 import { make, setText } from "./dom.js";
-import { experimentsOf, follow, newNotes } from "./experiments.js";
+import { experimentsOf, follow, newNotes, nextNotes } from "./experiments.js";
 
 /** @typedef {import("./session.js").Session} Session */
 
@@ -27,12 +27,12 @@ export function makeGuide(panel, session, progress, run) {
     run();
   };
   tabs.forEach((tab, k) => tab.addEventListener("click", () => begin(k)));
-  const completeStep = (/** @type {string} */ remark) => {
+  const completeStep = (/** @type {string} */ remark, /** @type {Progress["notes"]} */ notes) => {
     if (remark !== "") { progress.remarks.push(remark); }
-    Object.assign(progress, { step: progress.step + 1, notes: null });
+    Object.assign(progress, { step: progress.step + 1, notes });
   };
   skip.addEventListener("click", () => {
-    if (progress.step < experiments[chosen()].steps.length) { completeStep(""); } else { begin((chosen() + 1) % experiments.length); }
+    if (progress.step < experiments[chosen()].steps.length) { completeStep("", null); } else { begin((chosen() + 1) % experiments.length); }
   });
   panel.replaceChildren(make("div", { class: "choices", role: "group", "aria-label": "Experiment" }, tabs), remarks, instruction, skip);
   return (now) => {
@@ -40,7 +40,7 @@ export function makeGuide(panel, session, progress, run) {
     tabs.forEach((tab, k) => tab.setAttribute("aria-pressed", String(k === chosen())));
     if (step !== undefined) {
       progress.notes ??= newNotes(now.time);
-      if (follow(step, progress.notes, now)) { completeStep(step.remark(now, progress.notes)); }
+      if (follow(step, progress.notes, now)) { completeStep(step.remark(now, progress.notes), nextNotes(progress.notes)); }
     }
     const next = experiments[(chosen() + 1) % experiments.length].title;
     setText(instruction, steps[progress.step]?.instruction(now) ?? `That was “${title}”.`);

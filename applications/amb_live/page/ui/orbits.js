@@ -2,7 +2,7 @@
 
 import { surfaceOf } from "./canvas.js";
 import { make, setText } from "./dom.js";
-import { quantityText } from "./format.js";
+import { nameLabel, quantityText } from "./format.js";
 import { contactArcs, fromCanvas, OrbitPicture, spanOf } from "./orbit.js";
 import { seriesOfSite } from "./palette.js";
 import { matching, settingOf, valueOf } from "./session.js";
@@ -102,9 +102,9 @@ export function makeOrbits(panel, session, onPush) {
  */
 function makeView(site, disc) {
   const canvas = make("canvas", { tabindex: "0", role: "img" });
-  canvas.setAttribute("aria-label", `Orbit at ${site.name.toUpperCase()}${disc ? `; drag, or hold an arrow key, to push ${disc.toUpperCase()}` : ""}`);
+  canvas.setAttribute("aria-label", `Orbit at ${nameLabel(site.name)}${disc ? `; drag, or hold an arrow key, to push ${nameLabel(disc)}` : ""}`);
   const force = make("span", { class: "force" }), scale = make("span", { class: "scale" });
-  const element = make("div", { class: "orbit" }, [canvas, make("span", { class: "tag", text: site.name.toUpperCase() }), force, scale]);
+  const element = make("div", { class: "orbit" }, [canvas, make("span", { class: "tag", text: nameLabel(site.name) }), force, scale]);
   return { site, disc, element, canvas, force, scale, span: 1e-3, push: [0, 0] };
 }
 
@@ -162,7 +162,7 @@ function drawView(view, session, rotation, palette) {
   }, palette).draw();
   const pushing = Math.hypot(...view.push);
   view.element.classList.toggle("touching", touching);
-  setText(view.force, pushing > 0 ? `push ${quantityText(pushing, "N")} on ${view.disc.toUpperCase()}`
+  setText(view.force, pushing > 0 ? `push ${quantityText(pushing, "N")} on ${nameLabel(view.disc)}`
     : touching ? `N = ${quantityText(f_n, "N")}` : `gap ${quantityText(valueOf(session, `${name}.gap`), "m")}`);
   setText(view.scale, `circle ${quantityText(clearance, "m")}`);
 }

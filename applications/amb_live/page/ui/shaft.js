@@ -1,6 +1,7 @@
 // The shaft in space, with enlarged deflection, discs, magnets, retainers and unbalances.
 
 import { fitted, projection } from "./camera.js";
+import { nameLabel } from "./format.js";
 import { mixed } from "./palette.js";
 import { disc, face, ring, tube } from "./solids.js";
 
@@ -250,11 +251,11 @@ export class ShaftPicture {
     Object.assign(context, { textAlign: "center", textBaseline: "bottom", font: `600 12px ${palette.font}` });
     const above = geometry.discs.filter((body) => body.unbalance && body.radius > 0).map((item) => {
       const { z, u, v } = this.place(item.z), [x, y] = this.project(z, u, v + item.radius);
-      return { text: item.name.toUpperCase(), x, y: y - 4, step: -LINE, colour: palette.soft };
+      return { text: nameLabel(item.name), x, y: y - 4, step: -LINE, colour: palette.soft };
     });
     const below = geometry.bearings.map((bearing, k) => {
       const [x, y] = this.project(bearing.z, 0, -this.journalRadius(bearing.z) - this.gapOf(bearing) - BELOW * this.length);
-      return { text: bearing.name.toUpperCase(), x, y: y + 16, step: LINE, colour: palette.series[k % palette.series.length] };
+      return { text: nameLabel(bearing.name), x, y: y + 16, step: LINE, colour: palette.series[k % palette.series.length] };
     });
     const names = [...above, ...below].map((name) => ({ ...name, half: 0.5 * context.measureText(name.text).width + 3 }));
     for (const { text, x, y, colour } of apart(names)) {
