@@ -277,6 +277,18 @@ def test_the_sentence_of_every_packaged_criterion_has_its_number_and_its_limit()
         assert_names(found.sentence, number, limit)
 
 
+def test_temperatures_are_shown_in_degrees_celsius():
+    """Limits are in K, as all inputs; readers see °C in figures and summaries, too."""
+    limit = Criterion(**ABOUT | {"quantity": "retainer_temperature", "unit": "K"}, limit="373.15")
+    (found,) = judge([Quantity("retainer_temperature", "at rb1", 353.15, "K")], [limit], MACHINE)
+    assert (found.value_text, found.limit_text) == ("80 °C", "at most 100 °C")
+
+
+def test_sources_of_packaged_criteria_name_no_code():
+    for item in load_criteria([*packaged_criteria()]):
+        assert not re.search(r"\bamb_\w+\.\w", item.source), item.key
+
+
 def test_the_advice_of_a_packaged_criterion_needs_no_other():
     """A page has only the advice of what failed, so none may refer to another."""
     for item in (item for item in load_criteria([*packaged_criteria()]) if item.known != "missing"):

@@ -26,6 +26,7 @@ from amb_assessment.assessment.physics.whirl_friction import chance, whirl_facts
 from amb_assessment.reporting.page_parts import number_text
 from amb_assessment.reporting.panels import Panel, curve
 from amb_cosim.cosim.grid.time_grid import in_steps
+from amb_cosim.presentation.units import ZERO_CELSIUS
 from amb_cosim.results.component_names import PLANT
 from amb_cosim.results.result import Result
 from amb_cosim.results.touchdown import SLOW, Retainer, Touchdown
@@ -102,7 +103,7 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         Panel("Displacement over clearance without power", "time (s)", "%", curves),
         Panel("Speed without power", "time (s)", "rpm", (curve("spin", times[after_start], rpm(speeds[after_start])),)),
     )
-    heads = ("place", "free (s)", "sliding (s)", "rolling (s)", "whirl", "heat (J)", "temperature (K)")
+    heads = ("place", "free (s)", "sliding (s)", "rolling (s)", "whirl", "heat (J)", "temperature (°C)")
     rows = tuple((site, *_texts(result)) for site, result in touchdown.retainers.items())
     notes = (
         f"From {rpm(Omega):.0f} rpm with friction {FRICTION:g}, drive off and free spin. At rest: the rotor "
@@ -277,7 +278,8 @@ def _without_temperature(touchdown: Touchdown) -> tuple[str, ...]:
 
 def _texts(retainer: Retainer) -> tuple[str, ...]:
     numbers = [_number(item) for item in (retainer.free, retainer.sliding, retainer.rolling)]
-    return (*numbers, retainer.whirl or "-", _number(retainer.heat), _number(retainer.temperature))
+    celsius = None if retainer.temperature is None else retainer.temperature - ZERO_CELSIUS
+    return (*numbers, retainer.whirl or "-", _number(retainer.heat), _number(celsius))
 
 
 def _number(value: float | None) -> str:

@@ -11,6 +11,9 @@ from amb_assessment.assessment.format.criteria import Criterion
 from amb_assessment.assessment.format.quantities import Quantity
 from amb_assessment.reporting.page_parts import number_text
 from amb_cosim.presentation.digits import with_micro_signs
+from amb_cosim.presentation.units import temperature_text
+
+KELVIN = "K"  # unit of temperatures, which are shown in °C
 
 
 class Judgement(StrEnum):
@@ -88,13 +91,15 @@ class Finding:
         if self.measured.shown:
             return self.measured.shown
         number = number_text(value)
+        if unit == KELVIN:
+            return temperature_text(value)
         if self.verdict is Judgement.FAILED and limit is not None and number == number_text(limit):
             number = next(text for n in range(5, 18) if (text := f"{value:.{n}g}") != f"{limit:.{n}g}")
         return _joined(number, unit)
 
 
 def _with_unit(value: float, unit: str) -> str:
-    return _joined(number_text(value), unit)
+    return temperature_text(value) if unit == KELVIN else _joined(number_text(value), unit)
 
 
 def _joined(number: str, unit: str) -> str:
