@@ -141,6 +141,7 @@ def test_fall_along_the_shaft_is_enlarged_as_the_gap_of_its_face():
     drawn = plots.figure(dataset, "displacement").axes
     enlarged = drawn[[axes.get_title("left") for axes in drawn].index("Gap along the shaft") + 1]
     assert np.nanmax(enlarged.lines[0].get_ydata()) == pytest.approx(0.25, rel=0.01)
+    assert [text.get_text() for text in enlarged.get_legend().texts] == ["seat"]
     assert enlarged.get_xlim()[1] - enlarged.get_xlim()[0] == pytest.approx(0.05)
 
 

@@ -232,7 +232,7 @@ def magnet_run(dataset, off, current, force):
     for axis in "xy":
         for bearing, on in (("mb1", 1.0), ("mb2", 0.0)):
             dataset[f"rolac_controller.{bearing}.i_{axis}"] = ("time", np.full(len(off), current * on))
-            dataset[f"amb_actuator.{bearing}.f_{axis}"] = ("time", np.where(off, 0.0, force * on))
+            dataset[f"amb_actuator.{bearing}.f_{axis}"] = ("time", force * on * np.where(off, 0.01, 1.0))
             dataset[f"amb_actuator.{bearing}.amplifier_off_{axis}"] = ("time", off)
     return dataset
 

@@ -40,10 +40,11 @@ def magnet_force(dataset: Signals, axis: str) -> Array | None:
 
 
 def is_magnetic(dataset: Signals, bearing: str) -> bool:
-    """Return whether a current or a force of a bearing was recorded that is not zero as long as an amplifier is on."""
-    axes = places(dataset).directions(bearing)
-    signals = (of(dataset, f"{bearing}.{axis}") for of in (flowing_current, magnet_force) for axis in axes)
-    return any(values is not None and bool(np.nan_to_num(values).any()) for values in signals)
+    """Return whether a bearing ever has power, and a current or a force of it was recorded that is not always zero."""
+    axes = [f"{bearing}.{axis}" for axis in places(dataset).directions(bearing)]
+    signals = (of(dataset, axis) for of in (control_current, magnet_force) for axis in axes)
+    has_power = not all(amplifier_off(dataset, axis).all() for axis in axes)
+    return has_power and any(values is not None and bool(values.any()) for values in signals)
 
 
 def current_limits(dataset: Signals, axis: str) -> Limits | None:

@@ -220,7 +220,7 @@ def draw_gaps_along(panel: Axes, dataset: Signals, _: list[Station]) -> None:
     gaps = {face: plant_signal(dataset, f"{face}.gap") for face in places(dataset).faces}
     unit = length_unit(max((float(np.nanmax(np.abs(gap))) for gap in gaps.values()), default=1.0))
     for face, gap in gaps.items():
-        panel.plot(time_values(dataset), unit.of(gap), color=colour_of(dataset, face))
+        panel.plot(time_values(dataset), unit.of(gap), color=colour_of(dataset, face), label=name_label(face))
     panel.axhline(0.0, color="black", lw=0.8, ls=DASHED)
     panel.set_title("Gap along the shaft", loc="left")
     panel.set_ylabel(f"gap ({unit.label})")

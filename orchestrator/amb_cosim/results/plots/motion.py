@@ -111,6 +111,7 @@ def displacement(dataset: Signals) -> Figure:
         if along:
             draw_gaps_along(panels[len(drawn)], dataset, drawn)
             mark_events(panels[len(drawn)], dataset)
+            panels[len(drawn)].legend(loc="center right")
         if changing:
             _draw_speed(panels[-1], dataset)
         label_time_axis(panels[-1], dataset)
