@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -54,6 +55,30 @@ def test_a_continued_run_is_the_whole_run(saved, plain, moment):
 
 def test_a_state_loaded_from_its_file_is_the_same(file, plain):
     assert_same(amb_cosim.run(SHORT, start=file), plain)
+
+
+@pytest.fixture(scope="module")
+def thinned():
+    """Its record has a row for every seventh step, and contact in each."""
+    return SHORT.changed(record={"every": 7})
+
+
+@pytest.fixture(scope="module")
+def thinned_state(thinned):
+    return amb_cosim.run(thinned, save_at=[WITHIN_CONTACT]).checkpoint()
+
+
+@pytest.mark.parametrize("part", ["table", "steps", "signals"])
+def test_a_checkpoint_with_nan_of_the_plant_is_refused(thinned, thinned_state, tmp_path, part):
+    """Its checksum is right, so the run would complete with NaN in its record."""
+    if part == "signals":
+        changed = {**thinned_state.signals, "rotor_contact.guide.x": np.nan}
+    else:
+        changed = getattr(thinned_state, part).copy()
+        changed[-1, -1] = np.nan
+    path = replace(thinned_state, **{part: changed}).save(tmp_path / "damaged.npz")
+    with raises_naming(ValueError, "damaged.npz", "rotor_contact.", "nan"):
+        amb_cosim.run(thinned, start=path)
 
 
 def test_the_plain_loop_continues_a_run_of_the_compiled_one(saved, plain):

@@ -224,7 +224,8 @@ class Simulator:
         Raises
         ------
         ValueError
-            If the checkpoint has another past, is later than the end of this run, or lacks recorded variables.
+            If the checkpoint has another past, is later than the end of this run, lacks recorded variables, or has NaN
+            of an FMU of this project.
         FmuError
             If an FMU does not accept its state.
         """
@@ -239,6 +240,7 @@ class Simulator:
             past = state_fingerprint(self._plan, start.point)
             start.check_past(past, plan.assembly.sources)
             _check_parts(start, plan, self.master)
+            _check_numbers(start, plan)
         if not start.is_held or any(fmu.layout is None for fmu in plan.fmus.values()):
             self.initialise()
         for component in self.components:
@@ -257,6 +259,20 @@ class Simulator:
         )
         self.recorder.step_rows.restore(start.point, complete, rest, start.steps_in_row)
         return start.point
+
+
+def _check_numbers(start: Checkpoint, plan: Plan) -> None:
+    """Raise ValueError if a checkpoint has NaN of an FMU of this project, none of whose outputs is ever NaN."""
+    signals = np.array([[*start.signals.values()]])
+    for names, rows in (
+        (start.recorded, start.table),
+        (start.recorded_each, start.steps),
+        (start.recorded_each, start.rest),
+        (tuple(start.signals), signals),
+    ):
+        for column in np.flatnonzero(np.isnan(rows).any(axis=0)):
+            if plan.system.divide(names[column])[0] not in plan.assembly.from_elsewhere:
+                raise ValueError(f"{start.title} has {names[column]} = nan, which no run writes: it is damaged")
 
 
 def _columns(start: Checkpoint, recorded: Sequence[str], table: Array, names: Sequence[str], plan: Plan) -> Array:
