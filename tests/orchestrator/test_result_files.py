@@ -2,6 +2,7 @@
 
 import json
 import random
+import sys
 from functools import partial
 
 import numpy as np
@@ -12,6 +13,7 @@ from slow import slow_but_first
 from amb_cosim.cosim.record.signals import Samples, SignalTable
 from amb_cosim.cosim.run.dataset import load, save
 from amb_cosim.results.result import Result
+from tests.support.messages import assert_names
 
 
 @pytest.mark.slow
@@ -89,3 +91,31 @@ def test_names_with_slashes_are_read_back(tmp_path, of):
         np.testing.assert_array_equal(loaded[name].values, expected.values)
         assert loaded[name].attrs["units"] == "1"
     xr.testing.assert_identical(loaded[NAMES], table.to_dataset()[NAMES])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems do not bound the memory of a process")
+@pytest.mark.parametrize("free", [0, 10, 20])
+def test_a_record_that_memory_cannot_hold_is_an_error_with_its_size(tmp_path, run_python, free):
+    """HDF5 ends the process when it cannot enlarge a file in memory."""
+    assert_names(run_python(f"{RECORD}\nresult = trial({free})", cwd=tmp_path), "memory", "16 MB")
+    assert not list(tmp_path.iterdir())
+
+
+RECORD = """
+import resource
+from pathlib import Path
+import numpy as np
+from amb_cosim.cosim.record.signals import Samples, SignalTable
+from amb_cosim.cosim.run.dataset import save
+noise = np.random.default_rng(0).standard_normal(200_000)
+signals = {f"one.x{k}": Samples(noise, {"units": "m"}) for k in range(9)}
+table = SignalTable(signals, {"time": Samples(np.arange(200_000.0), {"units": "s"})}, {"outcome": "[]"})
+
+def trial(free):
+    now = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (now + free * 10**6,) * 2)
+    try:
+        save(table, Path("result.nc"))
+    except OSError as error:
+        return str(error)
+"""

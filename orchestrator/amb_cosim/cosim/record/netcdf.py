@@ -10,10 +10,14 @@ A slash in a name would be a path of HDF5, so `one.p/q` is stored under another 
 
 from __future__ import annotations
 
+import errno
+import os
 import zlib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from amb_cosim.cosim.processes.interruption import undivided
 from amb_cosim.cosim.record.signals import SignalTable
@@ -28,14 +32,27 @@ CHECKED = {"fletcher32": True}
 COMPRESSION = {"compression": "gzip", "compression_opts": 4, "shuffle": True, **CHECKED}
 NAME, DIVISION = "original_name", "\N{DIVISION SLASH}"  # attribute of a variable, and the sign in place of a slash
 BLOCK = 1 << 24  # bytes that are read at once
+MARGIN = 1.25  # memory for a file that cannot be compressed, over the size of its signals
 WITH_CHECKSUMS = ("v108", "v108")  # the format of HDF5 1.8, whose descriptions have checksums too
 
 
 def netcdf(signals: SignalTable | xr.Dataset) -> bytes:
-    """Return the content of a NetCDF-4 file of signals, compressed, and its checksum."""
-    with undivided():
-        content = _of_table(signals) if isinstance(signals, SignalTable) else _of_dataset(signals)
-    return content + zlib.crc32(content).to_bytes(4, "little")
+    """Return the content of a NetCDF-4 file of signals, compressed, and its checksum.
+
+    Raises
+    ------
+    OSError
+        If there is no memory for it. HDF5 ends the process when it finds that itself.
+    """
+    groups = (signals.variables, signals.coordinates) if isinstance(signals, SignalTable) else (signals.variables,)
+    size = sum(variable.values.nbytes for group in groups for variable in group.values())
+    try:
+        np.empty(round(MARGIN * size) + BLOCK, np.uint8)  # which is not written to, and freed at once
+        with undivided():
+            content = _of_table(signals) if isinstance(signals, SignalTable) else _of_dataset(signals)
+        return content + zlib.crc32(content).to_bytes(4, "little")
+    except MemoryError as error:
+        raise OSError(errno.ENOMEM, f"{os.strerror(errno.ENOMEM)}: a record of {size / 1e6:.3g} MB") from error
 
 
 def stored_names(names: Iterable[str]) -> dict[str, str]:
