@@ -200,13 +200,15 @@ def test_names_of_clearances_are_on_no_line_and_under_no_other_text():
 
 
 @pytest.mark.parametrize("end", [0.9, 0.95, 1.0])
-def test_label_of_rotation_covers_no_curve(end):
-    """A frequency that ends where the label of 1x usually is."""
+def test_label_of_rotation_covers_no_curve_and_no_critical_speed(end):
+    """A frequency that ends where the label of 1x usually is, with a critical speed there."""
     axes = StyledFigure(figsize=(7.0, 5.0)).subplots()
     axes.plot(np.linspace(0.0, 100.0, 9), np.full(9, 100.0 * end))
     axes.set(xlim=(0.0, 100.0), ylim=(0.0, 300.0))
     over_speed._draw_multiples(axes)
+    over_speed.label_points(axes, [(100.0 * end, 100.0 * end, f"1: {100.0 * end:.0f}", "C0")])
     axes.figure.canvas.draw()
+    assert not overlapping_texts(axes.figure)
     (box,) = [text.get_window_extent() for text in axes.texts if text.get_text() == "1x"]
     height = axes.transData.transform((50.0, 100.0 * end))[1]
     assert not box.y0 < height < box.y1

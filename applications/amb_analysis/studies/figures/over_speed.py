@@ -204,13 +204,13 @@ def _draw_multiples(axes: Axes) -> None:
 
 
 def _free_place(axes: Axes, last: float, order: int) -> float:
-    """Return the place, at `last` if possible, at which the label of a multiple covers no other curve."""
+    """Return the place, at `last` if possible, of the label of a multiple, away from other curves and their labels."""
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
     curves = [curve for curve in map(_data, axes.lines) if curve.shape[1] > 2]
     height, width = LETTERS * (high - low), 0.03 * (right - left)
-    for x in np.linspace(last, 0.5 * last, 26):
-        box = (x, min(x + width, right), order * x - 1.2 * height, order * x)
+    for x in np.linspace(last, 0.3 * last, 36):
+        box = (x - 3.0 * width, min(x + 1.5 * width, right), order * x - 2.5 * height, order * x + height)
         if not any(_crosses(curve, box) for curve in curves):
             return float(x)
     return last

@@ -39,6 +39,7 @@ WORD_WIDTH, WORD_SHAPE = 0.014, 2.0  # of a letter over the map's width; width o
 ALIKE = 0.95  # of the largest room for a word, of places that have as much; the middle one is chosen
 WORD_LENGTH = 10  # letters of a line of them
 DECADE = 10.0  # least ratio of the ends of the axis of forces
+POINT = 0.02  # of the axis of speeds; states within it are drawn as points, since a line would not be seen
 INSIDE = 6  # most entries of a legend inside the panel
 NO_CONTACT = "no steady contact at this unbalance, at any of these speeds"
 LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
@@ -100,10 +101,11 @@ def _draw_forces(panel: Axes, result: Traps) -> None:
         if not len(states.speed):
             continue
         total, stable = unit.of(total_force), states.stable
+        is_point = np.ptp(states.speed) <= POINT * len(speeds)
         for branch in branches(states, len(speeds)):
             for piece, is_stable in _pieces(branch, stable):
                 line: dict[str, Any] = {"lw": 1.8} if is_stable else {"lw": 0.8, "ls": (0, (3, 1.5))}
-                line |= {"marker": "."} if np.ptp(states.speed[piece]) == 0 else {}
+                line |= {"marker": "."} if is_point else {}
                 panel.plot(speeds[states.speed[piece]], total[piece], color=colour, **line)
         label = "+".join(name_label(result.sites[k]) for k in states.contact)
         panel.plot([], [], color=colour, label=label)
