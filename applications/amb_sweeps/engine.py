@@ -104,7 +104,7 @@ def local_cluster(jobs: int | None, security: bool | None = True) -> LocalCluste
     Raises
     ------
     ClusterFailed
-        If the processes end as they start.
+        If the processes end while they start.
     ValueError
         If they cannot import the script that Python runs.
     """

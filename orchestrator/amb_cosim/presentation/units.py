@@ -50,15 +50,15 @@ class ShownUnit:
         return with_micro_signs(self.name)
 
     def of(self, values: ArrayLike) -> Array:
-        """Return values of the SI unit in this one."""
+        """Convert values from the SI unit to this one."""
         return np.asarray(values, np.float64) / self.size
 
     def text(self, value: float, digits: int = 4) -> str:
-        """Return a value of the SI unit in this one, with its name."""
+        """Convert a value from the SI unit to this one, and write it with the name of the unit."""
         return f"{self.number(value, digits)} {self.label}"
 
     def number(self, value: float, digits: int = 4) -> str:
-        """Return a value of the SI unit in this one as `significant` digits."""
+        """Convert a value from the SI unit to this one, and write it with `significant` digits."""
         return significant(value / self.size, digits)
 
 
@@ -196,7 +196,7 @@ def convert_units_in_text(text: str) -> str:
 
 
 def with_speeds_in(text: str, unit: ShownUnit) -> str:
-    """Return a text with its values and ranges in rad/s in another unit.
+    """Return a text in which speeds in rad/s, and ranges of them, are converted to another unit.
 
     Examples
     --------
