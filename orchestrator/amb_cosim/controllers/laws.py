@@ -100,9 +100,9 @@ def series_of_sections(zeros: Any, poles: Any, gain: float) -> Law:
     """Return k prod(s - z) / prod(s - p) as sections of second order in sequence.
 
     Each section has two zeros and two poles, because a polynomial of high order would lose digits. A section with n
-    poles, the product of whose magnitudes is a, and m zeros has the gain a^((n - m)/n), so that the signals between
-    sections are of one size; the first section has the rest of k. With all of k, states would differ by a factor of
-    1e26 in a low-pass of order 8, and frequency responses would have no correct digit.
+    poles and m zeros has the gain a^((n - m)/n), where a is the product of the magnitudes of its poles, so that the
+    signals between sections are of one size. The first section has the rest of k. With all of k, states would differ by
+    a factor of 1e26 in a low-pass of order 8, and frequency responses would have no correct digit.
     """
     from scipy.signal import zpk2sos
 

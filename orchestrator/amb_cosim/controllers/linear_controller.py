@@ -286,7 +286,7 @@ def _check_alike(laws: Mapping[float, Law]) -> None:
     for other, law in others:
         if law.A.shape != first.A.shape:
             raise ValueError(
-                f"{len(first.A)} states at {speed:g} rad/s and {len(law.A)} at {other:g} rad/s is not allowed; "
+                f"{len(first.A)} states at {speed:g} rad/s and {len(law.A)} at {other:g} rad/s are not allowed; "
                 "interpolated laws must have the same order"
             )
         if law.D.shape != first.D.shape:
@@ -337,7 +337,7 @@ def _starts(ports: Ports, gains: Any, offsets: Any, limits: Any, delay: float) -
         pairs = np.asarray(limits, dtype=np.float64)
         if pairs.shape not in ((2,), (len(ports.demands), 2)):
             raise ValueError(
-                f"limits of shape {pairs.shape} is not allowed; it must be (lower, upper) in A, of all demands or each"
+                f"limits of shape {pairs.shape} are not allowed; state (lower, upper) in A, of all demands or of each"
             )
         settings |= {"lower": pairs[..., 0], "upper": pairs[..., 1]}
     for name, values in settings.items():
