@@ -16,6 +16,8 @@ MOST_UNPACKED = 256 * 2**20  # bytes
 MOST_ENTRIES = 10_000  # unpacking takes a third of a millisecond each
 LONGEST = 200  # characters of an error in a message
 ENCRYPTED = 1  # in the flags of an entry
+Stamp = tuple[int, int, int, int]  # of a file: its number, size, and times of its content and of its status (ns)
+_COMPLETE: dict[tuple[Path, Path], dict[Path, Stamp]] = {}  # the files of archives and folders that were complete
 DISK_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EROFS, errno.EIO)  # errors unrelated to archives
 
 
@@ -110,13 +112,28 @@ def _shortened(error: Exception) -> str:
 
 
 def is_unpacked(archive: Path, folder: Path) -> bool:
-    """Return whether a folder contains the entries of a zip file, by their sizes and checksums."""
+    """Return whether a folder contains the entries of a zip file, by their sizes and checksums.
+
+    Files that nobody has changed since this process found them complete are not read again.
+    """
+    seen = _COMPLETE.get((archive, folder), {})
     try:
+        if seen and all(_stamp(path) == stamp for path, stamp in seen.items()):
+            return True
         with zipfile.ZipFile(archive) as content:
-            entries = [entry for entry in _entries(content) if not entry.is_dir()]
-            return all(_is_same(entry, (folder / entry.filename).read_bytes()) for entry in entries)
+            entries = {folder / entry.filename: entry for entry in _entries(content) if not entry.is_dir()}
+        stamps = {path: _stamp(path) for path in (archive, *entries)}  # before their content is read
+        is_complete = all(_is_same(entry, path.read_bytes()) for path, entry in entries.items())
     except (OSError, ValueError, zipfile.BadZipFile):
         return False
+    if is_complete:
+        _COMPLETE[archive, folder] = stamps
+    return is_complete
+
+
+def _stamp(path: Path) -> Stamp:
+    status = path.stat()
+    return status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def _is_same(entry: zipfile.ZipInfo, content: bytes) -> bool:
