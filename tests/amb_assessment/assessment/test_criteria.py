@@ -2,13 +2,14 @@
 
 import math
 import re
+from dataclasses import replace
 from itertools import cycle
 from pathlib import Path
 
 import pytest
 
 from amb_assessment.assessment.engine import assess
-from amb_assessment.assessment.engine.assess import Assessment, PartResult
+from amb_assessment.assessment.engine.assess import Assessment, PartResult, chosen_parts
 from amb_assessment.assessment.engine.conclusion import by_criterion, conclusion_of, failures
 from amb_assessment.assessment.engine.findings import Finding, Judgement, judge
 from amb_assessment.assessment.format.criteria import (
@@ -16,10 +17,12 @@ from amb_assessment.assessment.format.criteria import (
     Criterion,
     check_criteria,
     load_criteria,
+    own_criteria,
     packaged_criteria,
     unread,
 )
 from amb_assessment.assessment.format.expressions import evaluate, names_in
+from amb_assessment.assessment.format.machine_file import load_machine
 from amb_assessment.assessment.format.quantities import QUANTITIES, AnalysisResult, Quantity, check_declared, declare
 from tests.support.messages import assert_names, raises_naming
 
@@ -174,6 +177,28 @@ def test_criteria_without_a_value_are_listed_by_key():
     part = PartResult("part", "Part", AnalysisResult(), tuple(judge(items, criteria, MACHINE)))
     result = Assessment(None, MACHINE, tuple(criteria), (part,))
     assert list(result.unevaluated) == ["own"]
+
+
+def test_an_own_criterion_whose_quantity_nothing_has_is_unanswered():
+    """Its limit would be lost without a word. Those of a standard do not apply to parts that a machine lacks."""
+    machine, own = load_machine("turbo_expander"), Criterion(**ABOUT, limit="1")
+    parts = tuple(PartResult(name, name, AnalysisResult(), ()) for name in chosen_parts(machine))
+    whole = Assessment(machine, MACHINE, (own,), parts, own=(own,))
+    assert_names(whole.unevaluated["own"], "overload")
+    assert whole.as_dict()["unevaluated"] == whole.unevaluated
+    assert_names(whole.conclusion, "Undecided", "0 of 1", "1 unanswered")
+    assert not replace(whole, parts=parts[:1]).unmeasured  # another part may have it
+    assert not replace(whole, own=()).unmeasured
+
+
+def test_own_criteria_are_those_of_files_outside_packages(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(
+        'standard = "ours"\n[[criterion]]\nkey = "own"\nwhat = "w"\nquantity = "overload"\nlimit = "1"\n'
+        'source = "me"\nknown = "own"\n'
+    )
+    assert [item.key for item in own_criteria(["iso_14839", file])] == ["own"]
+    assert own_criteria([]) == own_criteria(["iso_14839"]) == ()
 
 
 def test_a_criterion_without_a_source_judges_nothing():

@@ -29,7 +29,7 @@ from amb_assessment.assessment.analyses import (
 )
 from amb_assessment.assessment.engine.conclusion import conclusion_of, failures
 from amb_assessment.assessment.engine.findings import Finding, Judgement, judge
-from amb_assessment.assessment.format.criteria import Criterion, check_criteria, load_criteria
+from amb_assessment.assessment.format.criteria import Criterion, check_criteria, load_criteria, own_criteria
 from amb_assessment.assessment.format.machine_file import MachineFile, load_machine
 from amb_assessment.assessment.format.quantities import AnalysisResult, ResultTable, check_declared
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, assessed_machine_of
@@ -107,13 +107,17 @@ class PartResult:
 
 @dataclass(frozen=True)
 class Assessment:
-    """Results of a machine under its criteria, and the warnings that a run of this machine has in its summary."""
+    """Results of a machine under its criteria, and the warnings that a run of this machine has in its summary.
+
+    `own` are the criteria of files that are not packaged.
+    """
 
     machine: MachineFile
     facts: Mapping[str, float]
     criteria: tuple[Criterion, ...]
     parts: tuple[PartResult, ...]
     warnings: tuple[str, ...] = ()
+    own: tuple[Criterion, ...] = ()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -128,8 +132,12 @@ class Assessment:
     @property
     def conclusion(self) -> str:
         """Whether the machine may run: how many of the criteria failed, and how many are unanswered."""
-        parts = [part.key for part in self.parts]
-        return conclusion_of(self.findings, self.unanswered, parts if parts != chosen_parts(self.machine) else ())
+        parts = () if self._is_whole else [part.key for part in self.parts]
+        return conclusion_of(self.findings, self.unanswered, parts, self.unmeasured)
+
+    @property
+    def _is_whole(self) -> bool:
+        return [part.key for part in self.parts] == chosen_parts(self.machine)
 
     @property
     def failures(self) -> list[tuple[Finding, str]]:
@@ -143,11 +151,26 @@ class Assessment:
 
     @property
     def unevaluated(self) -> dict[str, str]:
-        """Criteria without a verdict, with reasons: their formula has no value, or the loop is not stable."""
-        return {
+        """Criteria without a verdict, with reasons: no value of their formula, an unstable loop, or no quantity."""
+        return self.unmeasured | {
             finding.criterion.key: finding.reason
             for finding in self.findings
             if finding.verdict is Judgement.UNANSWERED and finding.limit is None and finding.criterion is not None
+        }
+
+    @property
+    def unmeasured(self) -> dict[str, str]:
+        """Own criteria whose quantity no part has, with reasons; those of a standard do not apply then.
+
+        Empty if only some parts were chosen, since another may have the quantity.
+        """
+        if not self.own or not self._is_whole:
+            return {}
+        measured = {finding.measured.quantity for finding in self.findings}
+        return {
+            item.key: f"no part that was computed has {item.quantity} of this machine"
+            for item in self.own
+            if item.quantity not in measured
         }
 
     @property
@@ -171,6 +194,7 @@ class Assessment:
             "machine": self.machine.model_dump(mode="json", exclude_none=True),
             "facts": dict(self.facts),
             "warnings": list(self.warnings),
+            "unevaluated": self.unevaluated,
             "parts": {part.key: _part_data(part) for part in self.parts},
         }
 
@@ -212,7 +236,7 @@ def assess(
     ['mode 1, 558 Hz, drive_end read at probe_de', 'mode 2, 1439 Hz, far_end read at probe_fe']
     """
     file = machine if isinstance(machine, MachineFile) else load_machine(machine)
-    requested = load_criteria(criteria or file.criteria)
+    requested = load_criteria(sources := criteria or file.criteria)
     unknown = [name for name in only if name not in ANALYSES]
     if unknown:
         raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
@@ -226,7 +250,8 @@ def assess(
         if progress is not None:
             progress(part.title, done, len(chosen))
         parts.append(_answered(name, part, subject, requested, why_unstable))
-    return Assessment(file, subject.facts, requested, tuple(parts), subject.prepared.warnings)
+    own = own_criteria(sources)
+    return Assessment(file, subject.facts, requested, tuple(parts), subject.prepared.warnings, own)
 
 
 def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:

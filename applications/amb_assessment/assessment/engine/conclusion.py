@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from amb_assessment.assessment.engine.findings import Finding, Judgement
 
@@ -19,7 +19,12 @@ def by_criterion(findings: Sequence[Finding]) -> dict[str, Judgement]:
     return {key: min(cases, key=WORST_FIRST.index) for key, cases in verdicts.items()}
 
 
-def conclusion_of(findings: Sequence[Finding], failed_parts: Mapping[str, str], parts: Sequence[str] = ()) -> str:
+def conclusion_of(
+    findings: Sequence[Finding],
+    failed_parts: Mapping[str, str],
+    parts: Sequence[str] = (),
+    unmeasured: Iterable[str] = (),
+) -> str:
     """Return whether the machine may run, as a sentence without a full stop.
 
     Parameters
@@ -30,8 +35,10 @@ def conclusion_of(findings: Sequence[Finding], failed_parts: Mapping[str, str], 
         Parts that were not computed, with reasons.
     parts
         The assessed parts, if these are not all.
+    unmeasured
+        Keys of criteria whose quantity was not measured, which are unanswered.
     """
-    verdicts = by_criterion(findings)
+    verdicts = by_criterion(findings) | dict.fromkeys(unmeasured, Judgement.UNANSWERED)
     counts = Counter(verdicts.values())
     failed, unanswered, total = counts[Judgement.FAILED], counts[Judgement.UNANSWERED], len(verdicts)
     within = f" in {', '.join(parts)}" if parts else ""

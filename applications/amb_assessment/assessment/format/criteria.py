@@ -199,6 +199,12 @@ def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
     return tuple(item for source in (sources or packaged) for item in _criteria_in(source))
 
 
+def own_criteria(sources: Sequence[str | Path]) -> tuple[Criterion, ...]:
+    """Return those of the criteria of files that are in no package or pack; see `load_criteria`."""
+    packaged = packaged_criteria()
+    return tuple(item for source in sources if str(source) not in packaged for item in _criteria_in(source))
+
+
 def _criteria_in(source: str | Path) -> list[Criterion]:
     packaged = packaged_criteria()
     path = packaged.get(str(source), Path(source))
