@@ -30,10 +30,29 @@ def test_a_console_sends_no_control_characters_of_texts(is_terminal):
     console.print(EVIL, highlight=False)
     console.print(text_table(EVIL, [EVIL, "x"], [(EVIL, "1")]))
     sent = file.getvalue()
-    assert sent.count(r"\x1b]0;pwna") == 4  # rich leaves some control characters out
+    assert sent.count(SHOWN) == 4
     assert "\x1b]" not in sent
     assert not set("\x07\r\x08\x9b\u202e") & set(sent)
     assert ("\x1b[" in sent) == is_terminal  # its own styles
+
+
+@pytest.mark.parametrize("is_terminal", [False, True])
+def test_control_characters_cut_no_line_short(is_terminal):
+    """Shown, they are wider than the terminal counts them, so that the end of a full line would be lost."""
+    file = io.StringIO()
+    console = plain_console(file=file, force_terminal=is_terminal, width=40)
+    console.print("\x1b]0;pwn\x07 is sampled every 5e-05 s, not 5 s", highlight=False)
+    console.print(text_table("", ["machine", "step"], [("\x1b]0;pwn\x07", "is every 5e-05 s")]))
+    words = re.sub(r"\x1b\[[0-9;]*m", "", file.getvalue()).split()
+    assert words.count("5e-05") == 2
+    assert words.count(r"\x1b]0;pwn\x07") == 2
+
+
+def test_the_reset_that_colorama_sends_at_the_end_is_not_shown(capsys):
+    with printable_streams():
+        at_exit = sys.stdout
+    at_exit.write("\x1b[0m")
+    assert capsys.readouterr().out == "\x1b[0m"
 
 
 def test_other_prints_of_a_command_send_none_either(capsys):

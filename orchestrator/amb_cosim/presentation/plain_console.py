@@ -7,6 +7,7 @@ from typing import IO, Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
+from rich.text import Text
 
 from amb_cosim.presentation.printable import printable
 
@@ -24,6 +25,10 @@ class PrintableConsole(Console):
     @file.setter
     def file(self, stream: IO[str]) -> None:
         Console.file.fset(self, stream)  # type: ignore[attr-defined]
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Return a text with control characters shown, before its width is measured and its lines are wrapped."""
+        return super().render_str(printable(text), **options)
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         """Yield the parts of a text or table with control characters shown."""

@@ -16,6 +16,7 @@ from typing import IO, Any
 # Control characters except tab and line feed; marks that turn the direction of text; halves of surrogate pairs.
 UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
+RESET = "\x1b[0m"  # no style; colorama, which numba loads, writes it by itself at the end
 LIKE = {"µ": "u", "×": "x", "–": "-", "’": "'", "°": ""}  # instead of `?` for a sign that an encoding lacks
 
 
@@ -40,8 +41,8 @@ class PrintableStream:
         self.rich_proxied_file = stream
 
     def write(self, text: str) -> int:
-        """Write a text, and return its length."""
-        self.rich_proxied_file.write(printable(text))
+        """Write a text, and return its length; `RESET` by itself is passed on, since it changes no text."""
+        self.rich_proxied_file.write(text if text == RESET else printable(text))
         return len(text)
 
     def writelines(self, lines: Any) -> None:

@@ -8,7 +8,6 @@ from typing import Literal
 
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
-from rich.text import Text
 
 from amb_cosim.presentation.digits import significant, with_micro_signs
 from amb_cosim.presentation.plain_console import plain_console
@@ -38,7 +37,7 @@ class TitledTable(Table):
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         if self.title:
-            yield Text(str(self.title), "table.title")
+            yield console.render_str(str(self.title), style="table.title", highlight=False)
         title, self.title = self.title, None
         try:
             yield from super().__rich_console__(console, options)
