@@ -148,7 +148,7 @@ class Levitation:
     @property
     def lack(self) -> float:
         """The sum (1) without the terms of stiffness, with the loop of all modes; 0 if it meets all targets."""
-        return UNSTABLE if not self.holds else _lack(self.peak.value, self.peak_beyond.value, self.ratios, self.wanted)
+        return _lack(self.peak.value, self.peak_beyond.value, self.ratios, self.wanted) if self.holds else UNSTABLE
 
     @property
     def ratios(self) -> tuple[float, float, float]:
