@@ -11,6 +11,7 @@ import numpy as np
 from amb_actuator.amplifier import (
     CoilPair,
     CoilResponse,
+    coil_courses,
     coil_step,
     commanded_current,
     demanded_current,
@@ -20,7 +21,7 @@ from amb_actuator.eddy_currents import lagged_flux, steady_flux
 from amb_actuator.force import Coils, current_per_displacement, force, is_beyond_knee, least_and_most
 from amb_actuator.interface import DYNAMIC, NONLINEAR, axes_of, interface_of
 from amb_actuator.records import N_DEVIATIONS, N_IRON_STATE, Axes, n_axes_of, views_of
-from fmi_export.jit import kernel, views
+from fmi_export.jit import inlined_kernel, kernel, noinline_kernel, views
 from fmi_export.linear_state import LinearState
 from fmi_export.model import Array, Model
 
@@ -30,6 +31,13 @@ FEWEST_CODES = 10
 MAX_BEARINGS = 16  # with a thrust magnet: 33 axes, whose codes of three kinds end at 99
 AT_STATOR = 0.99  # of the air gap, up to which the force of a magnet without power follows the displacement
 BEYOND_STATOR = 1.1  # of the air gap; no rotor without power that rests on the stator reaches it
+
+
+class CoilPairs(NamedTuple):
+    """The two coil pairs of an axis at the beginning of a step."""
+
+    upper: CoilPair
+    lower: CoilPair
 
 
 class AxisResponse(NamedTuple):
@@ -55,7 +63,7 @@ def fault_code(kind: int, axis: int, n_axes: int) -> int:
     return 1 + kind * max(FEWEST_CODES, n_axes) + axis
 
 
-@kernel
+@inlined_kernel
 def is_beyond_gap(axis: np.record, u: np.record) -> bool:
     """Return whether the displacement of an axis is a fault, |x| >= l with air gap l, or 1.1 l without power.
 
@@ -66,7 +74,7 @@ def is_beyond_gap(axis: np.record, u: np.record) -> bool:
     return bool(abs(u.displacement) >= limit)
 
 
-@kernel
+@inlined_kernel
 def place_of_force(axis: np.record, u: np.record) -> float:
     """Return the displacement (m) at which the force of an axis is evaluated.
 
@@ -77,14 +85,36 @@ def place_of_force(axis: np.record, u: np.record) -> float:
     return math.copysign(min(abs(x), limit), x) if u.amplifier_off != 0.0 else x
 
 
-@kernel
+@inlined_kernel
 def coil_currents(axis: np.record) -> tuple[float, float]:
     """Return the coil currents of the upper and the lower pair at the operating point (A)."""
     permanent = axis.permanent_bias
     return axis.static_current + axis.bias_current - permanent, axis.bias_current - permanent
 
 
-@kernel
+@inlined_kernel
+def coil_pairs(axes: Axes, k: int) -> CoilPairs:
+    """Return the coil pairs of axis k with their present currents."""
+    operating, bias = coil_currents(axes.parameters[k])
+    deviation = axes.deviations[k]
+    return CoilPairs(CoilPair(operating, 1.0, deviation.upper), CoilPair(bias, -1.0, deviation.lower))
+
+
+@inlined_kernel
+def respond(axes: Axes, k: int, pairs: CoilPairs, step_size: float) -> AxisResponse:
+    """Advance the currents of axis k over a step (s), or set them to the steady state of the command if it is 0 s."""
+    axis, u, deviation, amplifier = axes.parameters[k], axes.inputs[k], axes.deviations[k], axes.common[0].amplifier
+    i_c = commanded_current(axis, u, amplifier)
+    if step_size == 0.0:
+        upper, lower = steady_coil(axis, u, pairs.upper, i_c), steady_coil(axis, u, pairs.lower, i_c)
+    else:
+        upper = coil_step(axis, u, pairs.upper, i_c, amplifier, step_size)
+        lower = coil_step(axis, u, pairs.lower, i_c, amplifier, step_size)
+    deviation.upper, deviation.lower = upper.current, lower.current
+    return AxisResponse(i_c, upper, lower)
+
+
+@inlined_kernel
 def check(axes: Axes) -> int:
     """Return the code of the first fault among the axes, or 0."""
     dynamic, n_axes = axes.common[0].amplifier == DYNAMIC, axes.parameters.shape[0]
@@ -102,7 +132,7 @@ def check(axes: Axes) -> int:
     return 0
 
 
-@kernel
+@inlined_kernel
 def working_share(turns: float, current: float, axis: np.record) -> float:
     """Return the share of a coil pair's current (A) that a working fraction of its turns leaves.
 
@@ -112,11 +142,11 @@ def working_share(turns: float, current: float, axis: np.record) -> float:
     return turns if permanent == 0.0 or current == 0.0 else (turns * (current - permanent) + permanent) / current
 
 
-@kernel
-def working_coils(p: np.record, axis: np.record, u: np.record, response: AxisResponse) -> Coils:
-    """Return the currents of an axis at the end of the step, or averaged over it, and its working turns."""
-    upper, lower = response.upper, response.lower
-    above, below = (upper.mean, lower.mean) if p.mean_current != 0.0 else (upper.current, lower.current)
+@inlined_kernel
+def working_coils(axes: Axes, k: int, response: AxisResponse) -> Coils:
+    """Return the currents of axis k at the end of the step, or averaged over it, and its working turns."""
+    axis, u, upper, lower = axes.parameters[k], axes.inputs[k], response.upper, response.lower
+    above, below = (upper.mean, lower.mean) if axes.common[0].mean_current != 0.0 else (upper.current, lower.current)
     upper_turns = working_share(1.0 - u.coil_loss_upper, axis.static_current + axis.bias_current + above, axis)
     lower_turns = working_share(1.0 - u.coil_loss_lower, axis.bias_current - below, axis)
     return Coils(above, below, upper_turns, lower_turns)
@@ -134,15 +164,15 @@ def equivalent_currents(law: float, axis: np.record, x: float) -> EquivalentCurr
 
 
 @kernel
-def lagged_coils(axes: Axes, k: int, response: AxisResponse, coils: Coils, step_size: float) -> Coils:
+def lagged_coils(axes: Axes, k: int, pairs: CoilPairs, response: AxisResponse, step_size: float) -> Coils:
     """Return the coils of axis k with the currents whose fluxes are those that lag behind by the eddy currents.
 
-    Without them these are `coils`. The lags are advanced by `step_size` (s), or set to a steady state if it is 0 s.
+    The lags are advanced by `step_size` (s), or set to a steady state if it is 0 s.
     """
-    if not has_eddy_currents(axes, k):
-        return coils
+    coils = working_coils(axes, k, response)
     common, axis, motion, lags = axes.common[0], axes.parameters[k], axes.motion[0], axes.lags[0]
-    x, limit = place_of_force(axis, axes.inputs[k]), AT_STATOR * axis.gap
+    u = axes.inputs[k]
+    x, limit = place_of_force(axis, u), AT_STATOR * axis.gap
     here = equivalent_currents(common.force_law, axis, x)
     if step_size == 0.0:
         upper = steady_flux(lags[0], here.upper + here.per_upper * coils.upper)
@@ -151,8 +181,10 @@ def lagged_coils(axes: Axes, k: int, response: AxisResponse, coils: Coils, step_
         middle = min(max(1.5 * x - 0.5 * motion.previous, -limit), limit)
         v = equivalent_currents(common.force_law, axis, middle)
         omega_e = 2.0 * math.pi * axes.iron[0].eddy_current_corner
-        upper = lagged_flux(lags[0], v.upper, v.per_upper, response.upper, omega_e, step_size)
-        lower = lagged_flux(lags[1], v.lower, v.per_lower, response.lower, omega_e, step_size)
+        courses = coil_courses(axis, u, pairs.upper, response.i_c, common.amplifier, step_size)
+        upper = lagged_flux(lags[0], v.upper, v.per_upper, courses, response.upper.mean, omega_e, step_size)
+        courses = coil_courses(axis, u, pairs.lower, response.i_c, common.amplifier, step_size)
+        lower = lagged_flux(lags[1], v.lower, v.per_lower, courses, response.lower.mean, omega_e, step_size)
     motion.previous = x
     above, below = (upper.mean, lower.mean) if common.mean_current != 0.0 else (upper.end, lower.end)
     return Coils(
@@ -163,21 +195,13 @@ def lagged_coils(axes: Axes, k: int, response: AxisResponse, coils: Coils, step_
     )
 
 
-@kernel
-def has_eddy_currents(axes: Axes, k: int) -> bool:
-    """Return whether axis k is that of a thrust magnet with eddy currents in its iron."""
-    n = axes.parameters.shape[0]
-    return n % 2 == 1 and k == n - 1 and axes.iron[0].eddy_current_corner != 0.0
-
-
-@kernel
-def write_outputs(axes: Axes, k: int, response: AxisResponse, step_size: float) -> None:
-    """Write the outputs of axis k from the response of its two coil pairs to a step (s), 0 s for a steady state."""
+@inlined_kernel
+def write_outputs(axes: Axes, k: int, response: AxisResponse, coils: Coils) -> None:
+    """Write the outputs of axis k from the response of its coil pairs and the coils that give its force."""
     p, axis, u, y = axes.common[0], axes.parameters[k], axes.inputs[k], axes.outputs[k]
     x, upper, lower = place_of_force(axis, u), response.upper, response.lower
-    coils = lagged_coils(axes, k, response, working_coils(p, axis, u, response), step_size)
     y.force, y.gradient = force(p.force_law, axis, x, coils, p.total_force != 0.0)
-    if x != u.displacement or has_eddy_currents(axes, k):  # eddy currents keep the flux
+    if x != u.displacement:
         y.gradient = 0.0
     y.reference = u.displacement
     # A coil pair that has lost all its turns carries no current, whatever its amplifier is commanded.
@@ -193,23 +217,35 @@ def write_outputs(axes: Axes, k: int, response: AxisResponse, step_size: float) 
     y.copper_loss = axis.resistance * (upper_current * upper_current + lower_current * lower_current)
 
 
+@noinline_kernel
+def advance_lagged_axis(axes: Axes, k: int, step_size: float) -> None:
+    """Advance axis k, whose flux lags behind its currents; the flux, and so the force, does not follow at once."""
+    pairs = coil_pairs(axes, k)
+    response = respond(axes, k, pairs, step_size)
+    write_outputs(axes, k, response, lagged_coils(axes, k, pairs, response, step_size))
+    axes.outputs[k].gradient = 0.0
+
+
 @kernel
-def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
-    """Set the coil currents to the steady state of the first command, and return the fault code."""
-    axes = views_of(constants, parameters, inputs, state, outputs)
-    common = axes.common[0]
+def advance(axes: Axes, step_size: float) -> int:
+    """Advance all axes over a step (s), or set them to a steady state if it is 0 s, and return the fault code."""
     fault = check(axes)
     if fault != 0:
         return fault
-    for k in range(axes.parameters.shape[0]):
-        axis, u, deviation = axes.parameters[k], axes.inputs[k], axes.deviations[k]
-        i_c = commanded_current(axis, u, common.amplifier)
-        operating, bias = coil_currents(axis)
-        upper = steady_coil(axis, u, CoilPair(operating, 1.0, 0.0), i_c)
-        lower = steady_coil(axis, u, CoilPair(bias, -1.0, 0.0), i_c)
-        deviation.upper, deviation.lower = upper.current, lower.current
-        write_outputs(axes, k, AxisResponse(i_c, upper, lower), 0.0)
+    n = axes.parameters.shape[0]
+    n_lagged = 1 if n % 2 == 1 and axes.iron[0].eddy_current_corner != 0.0 else 0
+    for k in range(n - n_lagged):
+        response = respond(axes, k, coil_pairs(axes, k), step_size)
+        write_outputs(axes, k, response, working_coils(axes, k, response))
+    if n_lagged != 0:
+        advance_lagged_axis(axes, n - 1, step_size)
     return 0
+
+
+@kernel
+def initialise(constants: Array, parameters: Array, inputs: Array, state: Array, work: Array, outputs: Array) -> int:
+    """Set the coil currents to the steady state of the first command, and return the fault code."""
+    return advance(views_of(constants, parameters, inputs, state, outputs), 0.0)
 
 
 @kernel
@@ -227,21 +263,7 @@ def step(
 
     The force is evaluated at the displacement in the inputs.
     """
-    axes = views_of(constants, parameters, inputs, state, outputs)
-    common = axes.common[0]
-    fault = check(axes)
-    if fault != 0:
-        return fault
-    for k in range(axes.parameters.shape[0]):
-        axis, u, deviation = axes.parameters[k], axes.inputs[k], axes.deviations[k]
-        i_c = commanded_current(axis, u, common.amplifier)
-        operating, bias = coil_currents(axis)
-        upper_pair, lower_pair = CoilPair(operating, 1.0, deviation.upper), CoilPair(bias, -1.0, deviation.lower)
-        upper = coil_step(axis, u, upper_pair, i_c, common.amplifier, step_size)
-        lower = coil_step(axis, u, lower_pair, i_c, common.amplifier, step_size)
-        deviation.upper, deviation.lower = upper.current, lower.current
-        write_outputs(axes, k, AxisResponse(i_c, upper, lower), step_size)
-    return 0
+    return advance(views_of(constants, parameters, inputs, state, outputs), step_size)
 
 
 def constants_for(bearings: Sequence[str], thrust: str = "") -> Array:

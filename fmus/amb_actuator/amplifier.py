@@ -19,7 +19,7 @@ import numpy as np
 
 from amb_actuator.force import limited_current
 from amb_actuator.interface import DYNAMIC
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel
 
 
 class CoilPair(NamedTuple):
@@ -40,12 +40,12 @@ class CoilPair(NamedTuple):
 
 
 class Course(NamedTuple):
-    """The current over a part of a step: i = target + (begin - target) exp(-rate t).
+    """The deviation of a current over a part of a step: i = target + (begin - target) exp(-rate t).
 
     begin, target
-        Currents (A).
+        Deviations (A).
     rate
-        Rate of the approach (1/s).
+        Rate of the approach (1/s); 0 if the current is constant.
     duration
         Length of the part (s); 0 if there is none.
     """
@@ -56,8 +56,29 @@ class Course(NamedTuple):
     duration: float
 
 
+class CoilCourses(NamedTuple):
+    """The current of a coil pair over a step, in two parts, as deviations from the operating point.
+
+    first
+        With the voltage at its limit, or until the coil is discharged.
+    last
+        The rest of the step.
+    voltage, per_current
+        Voltage of the last part where its course leads (V), and its rise per current that is left to go (V/A):
+        R i + L di/dt with di/dt = rate (target - i), so the latter is sign (L rate - R).
+    limited
+        1 if the voltage is at its limit at any time in the step, else 0.
+    """
+
+    first: Course
+    last: Course
+    voltage: float
+    per_current: float
+    limited: float
+
+
 class CoilResponse(NamedTuple):
-    """A coil pair after a step.
+    """A coil pair after a step, with currents as deviations from the operating point.
 
     current
         At the end of the step (A).
@@ -67,26 +88,22 @@ class CoilResponse(NamedTuple):
         At the end of the step (V).
     limited
         1 if the voltage was at its limit at any time in the step, else 0.
-    first, last
-        The current in the two parts of the step.
     """
 
     current: float
     mean: float
     voltage: float
     limited: float
-    first: Course
-    last: Course
 
 
-@kernel
+@inlined_kernel
 def demanded_current(p: np.record, u: np.record) -> float:
     """Return the demanded control current (A): a current, a voltage times the amplifier's gain, or the sum of both."""
     demand: float = u.demanded_current + p.amplifier_gain * u.command_voltage
     return demand
 
 
-@kernel
+@inlined_kernel
 def commanded_current(p: np.record, u: np.record, amplifier: float) -> float:
     """Limit the demanded control current to the I_c (A) that the coils and, if dynamic, the voltage limit can sustain.
 
@@ -99,7 +116,7 @@ def commanded_current(p: np.record, u: np.record, amplifier: float) -> float:
     return limited_current(demanded_current(p, u), p.bias_current, p.static_current, limit, p.permanent_bias)
 
 
-@kernel
+@inlined_kernel
 def first_order_response(i: float, target: float, z: float) -> tuple[float, float]:
     """Return the current after `z` time constants on its way from `i` to `target`, and its average up to then (A).
 
@@ -112,74 +129,83 @@ def first_order_response(i: float, target: float, z: float) -> tuple[float, floa
     return i - (target - i) * math.expm1(-z), i + (target - i) * lag
 
 
-@kernel
-def held(i: float, duration: float) -> Course:
+@inlined_kernel
+def end_and_mean(course: Course) -> tuple[float, float]:
+    """Return the current at the end of its course, and its average (A)."""
+    if course.rate == 0.0:
+        return course.begin, course.begin
+    return first_order_response(course.begin, course.target, course.rate * course.duration)
+
+
+@inlined_kernel
+def held(deviation: float, duration: float) -> Course:
     """Return the course of a constant current (A)."""
-    return Course(i, i, 0.0, duration)
+    return Course(deviation, deviation, 0.0, duration)
 
 
-@kernel
-def constant_voltage_response(p: np.record, i: float, v: float, h: float) -> CoilResponse:
-    """Advance a coil under a constant voltage `v` (V) for `h` (s): L di/dt = v - R i, from the current `i` (A)."""
-    target = v / p.resistance
-    current, mean = first_order_response(i, target, p.resistance * h / p.inductance)
-    return CoilResponse(current, mean, v, 0.0, Course(i, target, p.resistance / p.inductance, h), held(current, 0.0))
+@inlined_kernel
+def course_at_voltage(p: np.record, pair: CoilPair, v: float, duration: float) -> Course:
+    """Return the course of the current under a constant voltage `v` (V): L di/dt = v - R i."""
+    target = pair.sign * (v / p.resistance - pair.operating_current)
+    return Course(pair.deviation, target, p.resistance / p.inductance, duration)
 
 
-@kernel
-def discharge_response(p: np.record, i: float, h: float) -> CoilResponse:
-    """Advance a coil whose amplifier is off for `h` (s), from the current `i` (A).
+@inlined_kernel
+def discharge(p: np.record, pair: CoilPair, h: float) -> CoilCourses:
+    """Return the courses of the current over `h` (s) while the amplifier is off.
 
     Diodes feed the current back to the supply, against its voltage V_d, until it is zero.
     """
-    v = -math.copysign(p.discharge_voltage, i)
-    whole_step = constant_voltage_response(p, i, v, h)
-    if math.copysign(1.0, i) * whole_step.current >= 0.0:
-        return whole_step
+    i = pair.operating_current + pair.sign * pair.deviation
+    direction = math.copysign(1.0, i)
+    v, no_current = -direction * p.discharge_voltage, -pair.sign * pair.operating_current
+    whole_step = course_at_voltage(p, pair, v, h)
+    end, _ = end_and_mean(whole_step)
+    if direction * (pair.operating_current + pair.sign * end) >= 0.0:
+        return CoilCourses(held(pair.deviation, 0.0), whole_step, v, 0.0, 0.0)
     time_to_zero = p.inductance / p.resistance * math.log1p(p.resistance * abs(i) / p.discharge_voltage)
-    discharge = constant_voltage_response(p, i, v, time_to_zero)
-    return CoilResponse(0.0, discharge.mean * time_to_zero / h, 0.0, 0.0, discharge.first, held(0.0, h - time_to_zero))
+    first, last = course_at_voltage(p, pair, v, time_to_zero), held(no_current, h - time_to_zero)
+    return CoilCourses(first, last, 0.0, 0.0, 0.0)
 
 
-@kernel
-def regulated_response(p: np.record, i: float, target: float, h: float) -> CoilResponse:
-    """Advance a coil under the current regulator with its voltage limit.
+@inlined_kernel
+def regulated(p: np.record, pair: CoilPair, i_c: float, h: float) -> CoilCourses:
+    """Return the courses of the current under the current regulator with its voltage limit.
 
     Parameters
     ----------
     p
         Parameters of the axis.
-    i, target
-        Current at the beginning of the step and commanded current (A), both within +-V/R.
+    pair
+        The coil pair at the beginning of the step; its current and the commanded one are within +-V/R.
+    i_c
+        Commanded control current (A).
     h
         Length of the step (s).
     """
     r, inductance, limit = p.resistance, p.inductance, p.voltage_limit
+    i, target = pair.operating_current + pair.sign * pair.deviation, pair.operating_current + pair.sign * i_c
     omega = 2.0 * math.pi * p.bandwidth
     gain = inductance * omega
     demanded_voltage = gain * (target - i) + r * i
-    time_at_limit, mean_at_limit, limited, first = 0.0, i, 0.0, held(i, 0.0)
-    # With gain < R the coil alone is faster than the regulator, which then never demands more than V.
-    if abs(demanded_voltage) > limit and gain > r:
-        v = math.copysign(limit, demanded_voltage)
-        leave = (gain * target - v) / (gain - r)
-        needed, available = r * (leave - i), v - r * i
-        if abs(needed) >= -math.expm1(-r * h / inductance) * abs(available):
-            whole_step = constant_voltage_response(p, i, v, h)
-            return CoilResponse(whole_step.current, whole_step.mean, v, 1.0, whole_step.first, whole_step.last)
-        time_at_limit = min(-inductance / r * math.log1p(-needed / available), h)
-        at_limit = constant_voltage_response(p, i, v, time_at_limit)
-        mean_at_limit, limited, first = at_limit.mean, 1.0, at_limit.first
-        i = leave
-    current, mean = first_order_response(i, target, omega * (h - time_at_limit))
-    mean += (mean_at_limit - mean) * time_at_limit / h
-    last = Course(i, target, omega, h - time_at_limit)
-    return CoilResponse(current, mean, gain * (target - current) + r * current, limited, first, last)
+    none, per_current = held(pair.deviation, 0.0), pair.sign * (gain - r)
+    # With gain <= R the coil alone is faster than the regulator, which then never demands more than V.
+    if abs(demanded_voltage) <= limit or gain <= r:
+        return CoilCourses(none, Course(pair.deviation, i_c, omega, h), r * target, per_current, 0.0)
+    v = math.copysign(limit, demanded_voltage)
+    leave = (gain * target - v) / (gain - r)
+    needed, available = r * (leave - i), v - r * i
+    if abs(needed) >= -math.expm1(-r * h / inductance) * abs(available):
+        return CoilCourses(none, course_at_voltage(p, pair, v, h), v, 0.0, 1.0)
+    time_at_limit = min(-inductance / r * math.log1p(-needed / available), h)
+    at_limit = course_at_voltage(p, pair, v, time_at_limit)
+    rest = Course(pair.sign * (leave - pair.operating_current), i_c, omega, h - time_at_limit)
+    return CoilCourses(at_limit, rest, r * target, per_current, 1.0)
 
 
-@kernel
-def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier: float, h: float) -> CoilResponse:
-    """Advance a coil pair over a step; the returned currents are deviations from the operating point.
+@inlined_kernel
+def coil_courses(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier: float, h: float) -> CoilCourses:
+    """Return the courses of the current of a coil pair over a step.
 
     Parameters
     ----------
@@ -194,43 +220,34 @@ def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier:
     h
         Length of the step (s).
     """
-    operating, sign = pair.operating_current, pair.sign
     if u.amplifier_off != 0.0:
-        coil = discharge_response(p, operating + sign * pair.deviation, h)
-    elif u.stuck != 0.0:
-        return _held_coil(pair.deviation, p.resistance * (operating + sign * pair.deviation), h)
-    elif amplifier == DYNAMIC:
-        coil = regulated_response(p, operating + sign * pair.deviation, operating + sign * i_c, h)
-    else:
-        return _held_coil(i_c, p.resistance * (operating + sign * i_c), h)
-    return CoilResponse(
-        sign * (coil.current - operating),
-        sign * (coil.mean - operating),
-        coil.voltage,
-        coil.limited,
-        _deviating(pair, coil.first),
-        _deviating(pair, coil.last),
-    )
+        return discharge(p, pair, h)
+    if u.stuck == 0.0 and amplifier == DYNAMIC:
+        return regulated(p, pair, i_c, h)
+    deviation = pair.deviation if u.stuck != 0.0 else i_c
+    voltage = p.resistance * (pair.operating_current + pair.sign * deviation)
+    return CoilCourses(held(deviation, 0.0), held(deviation, h), voltage, 0.0, 0.0)
 
 
-@kernel
-def _deviating(pair: CoilPair, course: Course) -> Course:
-    """Return the course of a current as that of its deviation from the operating point."""
-    begin, target = course.begin - pair.operating_current, course.target - pair.operating_current
-    return Course(pair.sign * begin, pair.sign * target, course.rate, course.duration)
+@inlined_kernel
+def response(courses: CoilCourses, h: float) -> CoilResponse:
+    """Return a coil pair after a step of `h` (s) with these courses."""
+    first, last = courses.first, courses.last
+    current, mean = end_and_mean(last)
+    if first.duration > 0.0:
+        mean += (end_and_mean(first)[1] - mean) * first.duration / h
+    voltage = courses.voltage + courses.per_current * (last.target - current)
+    return CoilResponse(current, mean, voltage, courses.limited)
 
 
-@kernel
-def _held_coil(deviation: float, voltage: float, h: float) -> CoilResponse:
-    """Return a coil pair whose current (A), as a deviation, is constant over a step."""
-    return CoilResponse(deviation, deviation, voltage, 0.0, held(deviation, h), held(deviation, 0.0))
+@inlined_kernel
+def coil_step(p: np.record, u: np.record, pair: CoilPair, i_c: float, amplifier: float, h: float) -> CoilResponse:
+    """Advance a coil pair over a step, with the arguments of `coil_courses`."""
+    return response(coil_courses(p, u, pair, i_c, amplifier, h), h)
 
 
-@kernel
+@inlined_kernel
 def steady_coil(p: np.record, u: np.record, pair: CoilPair, i_c: float) -> CoilResponse:
-    """Return a coil pair in the steady state of its command `i_c` (A), or without current if the amplifier is off.
-
-    As in `coil_step`, the currents are deviations from the operating point.
-    """
+    """Return a coil pair in the steady state of its command `i_c` (A), or without current if the amplifier is off."""
     deviation = -pair.sign * pair.operating_current if u.amplifier_off != 0.0 else i_c
-    return _held_coil(deviation, p.resistance * (pair.operating_current + pair.sign * deviation), 0.0)
+    return CoilResponse(deviation, deviation, p.resistance * (pair.operating_current + pair.sign * deviation), 0.0)

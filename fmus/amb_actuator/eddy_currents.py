@@ -29,7 +29,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from amb_actuator.amplifier import CoilResponse, Course
+from amb_actuator.amplifier import CoilCourses, Course
 from fmi_export.jit import kernel
 from fmi_export.model import Array
 
@@ -76,7 +76,9 @@ def steady_flux(lags: Array, v: float) -> Flux:
 
 
 @kernel
-def lagged_flux(lags: Array, offset: float, slope: float, coil: CoilResponse, omega_e: float, h: float) -> Flux:
+def lagged_flux(
+    lags: Array, offset: float, slope: float, courses: CoilCourses, mean_current: float, omega_e: float, h: float
+) -> Flux:
     """Advance the lags of a coil pair over a step.
 
     Parameters
@@ -85,17 +87,17 @@ def lagged_flux(lags: Array, offset: float, slope: float, coil: CoilResponse, om
         Outputs of the first-order lags (A), shape (N_POLES,); they are changed.
     offset, slope
         Equivalent current v = offset + slope times the deviation of the current (A, 1).
-    coil
-        The coil pair's current over the step, as deviations from the operating point.
+    courses, mean_current
+        The coil pair's current over the step, as deviations from the operating point, and its average (A).
     omega_e
         Corner frequency (rad/s).
     h
         Length of the step (s).
     """
-    end, mean, mean_input = 0.0, 0.0, offset + slope * coil.mean
+    end, mean, mean_input = 0.0, 0.0, offset + slope * mean_current
     for k in range(N_POLES):
         p, begin = omega_e * POLES[k], lags[k]
-        value = _followed(p, _followed(p, begin, offset, slope, coil.first), offset, slope, coil.last)
+        value = _followed(p, _followed(p, begin, offset, slope, courses.first), offset, slope, courses.last)
         lags[k] = value
         end += WEIGHTS[k] * value
         z = p * h

@@ -7,7 +7,7 @@ import pytest
 from messages import assert_names
 from running_actuator import F_0, K
 
-from amb_actuator.amplifier import discharge_response
+from amb_actuator.amplifier import CoilPair, discharge, response
 from amb_actuator.interface import DYNAMIC, LAWS, LINEAR, NONLINEAR
 from amb_cosim.model_constants.magnetic_bearing import axis_parameters
 from fmi_export.model import Fault
@@ -59,11 +59,15 @@ def test_supply_drives_currents_of_a_switched_off_amplifier_to_zero(bearing):
 
 def test_mean_of_a_current_that_reaches_zero_is_that_of_its_parts():
     p, i, mean = axis_parameters(discharge_voltage=150.0), 5.57, 0.0
+
+    def discharge_response(i, h):
+        return response(discharge(p, CoilPair(0.0, 1.0, i), h), h)
+
     for _ in range(50):
-        part = discharge_response(p, i, 1e-4)
+        part = discharge_response(i, 1e-4)
         i, mean = part.current, mean + part.mean / 50
     assert i == 0.0
-    assert discharge_response(p, 5.57, 5e-3).mean == pytest.approx(mean, rel=1e-12)
+    assert discharge_response(5.57, 5e-3).mean == pytest.approx(mean, rel=1e-12)
 
 
 def test_amplifier_that_is_off_from_the_beginning_has_no_current(bearing):
