@@ -20,13 +20,13 @@ from amb_cosim.cosim.master.master import Master, Observer
 from amb_cosim.cosim.master.settling import CannotSettle, settle
 from amb_cosim.cosim.record.finite_watch import FiniteWatch
 from amb_cosim.cosim.record.recorder import Recorder
-from amb_cosim.cosim.record.step_rows import StepRows, complete_rows, steps_in_row
+from amb_cosim.cosim.record.step_rows import StepRows, steps_in_row
 from amb_cosim.cosim.run.checkpoint import Checkpoint
+from amb_cosim.cosim.run.checkpoint_content import check_numbers, check_parts, columns_of
 from amb_cosim.cosim.run.state_fingerprint import name_of, state_fingerprint
 from amb_cosim.cosim.system.experiment import Plan
 from amb_cosim.cosim.system.stopping import StopObserver
 from amb_cosim.cosim.system.system import UNCHANGED, Component
-from array_types import Array
 
 
 class Simulator:
@@ -239,8 +239,8 @@ class Simulator:
         if not start.is_held:
             past = state_fingerprint(self._plan, start.point)
             start.check_past(past, plan.assembly.sources)
-            _check_parts(start, plan, self.master)
-            _check_numbers(start, plan)
+            check_parts(start, plan, self.master)
+            check_numbers(start, plan)
         if not start.is_held or any(fmu.layout is None for fmu in plan.fmus.values()):
             self.initialise()
         for component in self.components:
@@ -252,66 +252,13 @@ class Simulator:
             self.master.scales = start.scales
         for k, condition in enumerate(plan.stops):
             self._stops.conditions.since[k] = start.since.get(name_of(condition), condition.first)
-        self.recorder.restore(start.points, _columns(start, start.recorded, start.table, plan.recorded, plan))
+        self.recorder.restore(start.points, columns_of(start, start.recorded, start.table, plan.recorded, plan))
         complete, rest = (
-            _columns(start, start.recorded_each, rows, tuple(plan.recorded_each), plan)
+            columns_of(start, start.recorded_each, rows, tuple(plan.recorded_each), plan)
             for rows in (start.steps, start.rest)
         )
         self.recorder.step_rows.restore(start.point, complete, rest, start.steps_in_row)
         return start.point
-
-
-def _check_numbers(start: Checkpoint, plan: Plan) -> None:
-    """Raise ValueError if a checkpoint has NaN of an FMU of this project, none of whose outputs is ever NaN."""
-    signals = np.array([[*start.signals.values()]])
-    for names, rows in (
-        (start.recorded, start.table),
-        (start.recorded_each, start.steps),
-        (start.recorded_each, start.rest),
-        (tuple(start.signals), signals),
-    ):
-        for column in np.flatnonzero(np.isnan(rows).any(axis=0)):
-            if plan.system.divide(names[column])[0] not in plan.assembly.from_elsewhere:
-                raise ValueError(f"{start.title} has {names[column]} = nan, which no run writes: it is damaged")
-
-
-def _columns(start: Checkpoint, recorded: Sequence[str], table: Array, names: Sequence[str], plan: Plan) -> Array:
-    """Return the record of a checkpoint, with the columns of a plan's record.
-
-    An input that only this run changes had its initial value until then.
-    """
-    columns = dict(zip(recorded, table.T, strict=True))
-    missing = [name for name in names if name not in columns and name not in plan.inputs]
-    if missing:
-        raise ValueError(f"{start.title} has no record of {missing[0]}; it must be recorded up to the checkpoint")
-    record = np.empty((len(table), len(names)))
-    for k, name in enumerate(names):
-        record[:, k] = columns[name] if name in columns else plan.inputs[name]
-    return record
-
-
-def _check_parts(start: Checkpoint, plan: Plan, master: Master[FmuComponent]) -> None:
-    """Raise ValueError if parts of a checkpoint contradict the run that its past describes."""
-    if (start.step_size, start.start_time) != (plan.step_size, plan.start_time):
-        raise ValueError(
-            f"{start.title} has steps of {start.step_size:g} s from {start.start_time:g} s; they must be "
-            f"{plan.step_size:g} s from {plan.start_time:g} s"
-        )
-    for part, names in (("states", start.states), ("warnings", start.warnings)):
-        if missing := sorted({component.name for component in master.components} - names.keys()):
-            raise ValueError(f"{start.title} has no {part} of {missing[0]}")
-    if unknown := sorted({*master.wiring.names} - start.signals.keys() - plan.inputs.keys()):
-        raise ValueError(f"{start.title} has no value of {unknown[0]}")
-    due = np.arange(plan.first_recorded, start.point)
-    rows = complete_rows(plan.first_recorded, start.point, start.steps_in_row)
-    has_steps = not start.recorded_each or (len(start.steps), len(start.rest)) == rows
-    if not has_steps or not np.array_equal(start.points, due[due % plan.record_every == 0]):
-        raise ValueError(f"{start.title} has another record; it must have all points before the checkpoint")
-    n, inputs = len(start.scales), len(master.scales) if master.coupling == "iterative" else 0
-    if n != inputs:
-        raise ValueError(
-            f"{start.title} has scales of {n} inputs; the coupling {master.coupling} has scales of {inputs}"
-        )
 
 
 def _step_rows(plan: Plan) -> StepRows:
