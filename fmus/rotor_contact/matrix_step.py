@@ -176,7 +176,7 @@ def _advance_by_pieces(
     return 0
 
 
-@kernel
+@inlined_kernel
 def choose_matrices(
     structure: Structure,
     w: Workspace,

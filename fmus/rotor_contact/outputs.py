@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fmi_export.jit import kernel
+from fmi_export.jit import inlined_kernel, kernel
 from fmi_export.model import Array
 from rotor_contact.contact.bodies import is_beyond_limit, kinetic_energy, strain_energy
 from rotor_contact.contact.compliant import is_compliant, stored_energy
@@ -131,7 +131,7 @@ def _write_retainer(site: Site, q: Array, v: Array, state: np.record, valid_to: 
     y.overheated = 1.0 if state.temperature > site.temperature_limit else 0.0
 
 
-@kernel
+@inlined_kernel
 def write_mechanical_energy(
     structure: Structure, parameters: Parameters, w: Workspace, x: State, energy: np.record
 ) -> float:
