@@ -11,9 +11,9 @@ mode alpha^2 / conj(lambda), alpha = exp(-T / slow_time). This requires the leas
 filter for A_s / alpha without process noise.
 
 **Switching on.** While the law is off its demands are `offset + feedforward`; filters follow the measurement, and slow
-modes are held at zero. At the sample that switches on, jump = u_last - u, which then fades as exp(-t / transfer_time):
-no demand jumps, and the law acts in full from its first sample. A reset, which sets the slow modes to zero while the
-law is on, is handled in the same way.
+modes are held at zero. At the sample that switches the law on, jump = u_last - u. It then fades as exp(-t /
+transfer_time), so no demand jumps, but the law acts in full from its first sample. A reset, which sets the slow modes
+to zero while the law is on, is handled in the same way.
 """
 
 from __future__ import annotations

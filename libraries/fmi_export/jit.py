@@ -38,7 +38,8 @@ def kernel(function: F) -> F:
 def inlined_kernel(function: F) -> F:
     """Compile `function` as `kernel` does, into each place that calls it.
 
-    A call copies the descriptors of its array arguments, seven or nine numbers each: more work than a short kernel.
+    A call copies the descriptors of its array arguments, seven or nine numbers each, which takes longer than a short
+    kernel.
     """
     return _compiled(function, forceinline=True)
 

@@ -4,8 +4,8 @@ A bearing whose law answers a displacement at its sensor by a force at its magne
 
     m (q'' + 2 zeta w q' + w^2 q) = -sum_b phi_m phi_s (k + c d/dt) q                                  (1)
 
-phi_m and phi_s are the mode shape at magnet and sensor. With phi_m phi_s < 0, a node between them, damping c of the law
-drives the mode. The reach of a bearing is the root of the product with its sign, over the largest |phi|:
+phi_m and phi_s are the mode shape at magnet and sensor. If phi_m phi_s < 0, a node lies between them, and damping c of
+the law drives the mode. The reach of a bearing is the root of the product with its sign, over the largest |phi|:
 
     r = sign(phi_m phi_s) sqrt(|phi_m phi_s|)/max|phi|                                                 (2)
 

@@ -107,7 +107,7 @@ def synchronous_force(inputs: ModelInputs, unbalance: str, speed: str) -> Annota
 
 
 def stiffness_at(inputs: ModelInputs, bias: float, static: float) -> Annotated[float, "N/m"]:
-    """Return K_s of the linear law with a bias and a static current (A) (N/m) (2.8)."""
+    """Return K_s (N/m) of the linear law (2.8) for a bias current and a static current (A)."""
     from amb_cosim.model_constants.magnetic_bearing import axis_parameters, linear_constants
 
     return linear_constants(axis_parameters(bias_current=bias, static_current=static))[0]

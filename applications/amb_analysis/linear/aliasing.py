@@ -8,8 +8,8 @@ state in the eigenvector does. For the plant between samples, (q, v)' = A (q, v)
     s_e = (v^H M a)/(v^H M v),   a the lower half of A (q, v)                                      (2)
 
 estimates the eigenvalue of the motion with most of the kinetic energy, without the forces held over a sample. s is the
-value of (1) nearest to s_e. The weighting by velocity matters: a controller that sees a fast motion as a slow one
-shakes the rotor slowly and widely, with little energy.
+value of (1) nearest to s_e. The weighting by velocity matters, because a controller that mistakes a fast motion for a
+slow one shakes the rotor slowly and widely, but with little energy.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ AT_REST = 1e-20  # v^H M v over the squared norm of an eigenvector up to which t
 
 
 def logarithms(z: Complex, sample_time: float) -> Complex:
-    """Return s of (1) with m = 0, at most half the sample rate; 0 for z = 0."""
+    """Return s of (1) with m = 0, which is at most half the sample rate; 0 for z = 0."""
     nonzero, s = np.abs(z) > EXTINCT, np.zeros(len(z), dtype=np.complex128)
     s[nonzero] = np.log(z[nonzero]) / sample_time
     return s
@@ -41,7 +41,7 @@ def continuous_poles(z: Complex, sample_time: float, states: Complex, A: Array, 
     sample_time
         T (s).
     states
-        Displacements q and below them velocities v of the plant in the eigenvector of each pole, shape (2 m, n).
+        Displacements q of the plant, followed by its velocities v, in the eigenvector of each pole, shape (2 m, n).
     A, mass
         A of the plant, shape (2 m, 2 m), and M, shape (m, m).
     """

@@ -2,12 +2,12 @@
 
     m z'' = F + f_z,   F = G_n(s) (K_i i_c + K_s z),   i_c' = omega_b (i - i_c)                    (1)
 
-with the lag G_n of the eddy currents, that of `amb_actuator.eddy_currents`, and the amplifier's bandwidth omega_b. The
-controller reads z at the instants k T and demands u_k = C x_k + D z_k, x_k+1 = A x_k + B z_k. The demand is held for a
-sample, d samples later.
+with the lag G_n of the eddy currents (`amb_actuator.eddy_currents`) and the amplifier's bandwidth omega_b. The
+controller reads z at the instants k T and demands u_k = C x_k + D z_k, x_k+1 = A x_k + B z_k. The demand takes effect d
+samples later and is held for one sample.
 
-As K_i > 0, feedback that returns the rotor is negative: a demand i < 0 at z > 0. With the loop gain L of the negative
-feedback, opened at the demand, the sensitivity is S = 1/(1 + L) (ISO 14839-3).
+Because K_i > 0, restoring feedback is negative: the demand is i < 0 if z > 0. The sensitivity is S = 1/(1 + L) (ISO
+14839-3), where L is the gain of this negative feedback loop, opened at the demand.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class AxialPlant:
     bandwidth
         Bandwidth omega_b of the amplifier (rad/s).
     corner
-        Corner frequency of the lag of eddy currents (rad/s); None with laminated iron.
+        Corner frequency of the lag of eddy currents (rad/s); None for laminated iron.
     """
 
     mass: float
@@ -54,7 +54,7 @@ class AxialPlant:
 
     @cached_property
     def law(self) -> Law:
-        """Displacement over demand by (1), in the states z, z', i_c and those of the lag."""
+        """Law (1) from demand to displacement, with the states z, z', i_c and the states of the lag."""
         of_force = static(np.array([[self.k_s, self.k_i]]))
         force = of_force if self.corner is None else in_series(of_force, lag_of(self.corner))
         n = 3 + len(force.A)
@@ -83,7 +83,7 @@ class AxialControl(NamedTuple):
         return np.asarray(late * harmonic_response(self.law, omega, self.sample_time)[:, 0, 0])
 
     def differs_from(self, other: AxialControl) -> bool:
-        """Return whether both have another sample time, or their responses differ by more than `ALIKE`."""
+        """Return whether the sample times differ, or the responses differ by more than `ALIKE`."""
         hertz = np.geomspace(1e-4, 0.5, FREQUENCIES) / self.sample_time
         ours, theirs = self.response(hertz), other.response(hertz)
         is_close = np.abs(ours - theirs) <= ALIKE * np.abs(ours)
@@ -117,7 +117,7 @@ class AxialLoop:
 
     @cached_property
     def whole(self) -> Law:
-        """The closed loop, demanded over injected currents: plant, controller, and the samples of delay."""
+        """The closed loop from injected to demanded currents: plant, controller, and the samples of delay."""
         samples = math.floor(self.delay)
         law = replace(in_series(self.controller, delayed(1, samples)), sample_time=self.sample_time)
         plant = LinearComponent(self.plant.law, ("demand",), ("z",))
@@ -132,7 +132,7 @@ class AxialLoop:
 
     @property
     def vibrations(self) -> Complex:
-        """Oscillating modes s (rad/s) of the closed loop, with z = exp(s T) and Im s > 0, by ascending frequency."""
+        """Oscillating modes s (rad/s) of the closed loop, with z = exp(s T) and Im s > 0, in order of frequency."""
         s = np.log(self.poles[self.poles.imag > 0.0]) / self.sample_time
         return np.asarray(s[np.argsort(s.imag)])
 

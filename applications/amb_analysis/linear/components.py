@@ -29,7 +29,7 @@ class LinearComponent:
     """A linear component.
 
     law
-        Its matrices, with the sample time (s) of a sampled one, and None of a continuous one.
+        Its matrices, with the sample time (s) if it is sampled, or None if it is continuous.
     inputs, outputs
         Names in the order of columns and rows.
     late
@@ -70,9 +70,9 @@ class StateSpace(Protocol):
 
 
 def without_idle_states(law: Law) -> Law:
-    """Return a law without the states that no input moves or no output sees, by the zeros of its matrices.
+    """Return a law without the states that no input moves or no output sees, judged by the zeros of its matrices.
 
-    For a law with selected inputs and outputs: those of a loop that has nothing to do with them are left out exactly.
+    If only some inputs and outputs of a law were selected, this exactly removes the states of unrelated loops.
     """
     A, moved, seen = law.A != 0.0, np.any(law.B != 0.0, axis=1), np.any(law.C != 0.0, axis=0)
     for _ in range(len(A)):
@@ -82,7 +82,7 @@ def without_idle_states(law: Law) -> Law:
 
 
 def frequency_response(law: StateSpace, s: complex | Complex) -> Complex:
-    """Return C (s - A)^-1 B + D at a point s, or at points along the first axis; z in place of s for a sampled law."""
+    """Return C (s - A)^-1 B + D at a point s, or at points along the first axis; for a sampled law, z replaces s."""
     points = np.asarray(s)[..., np.newaxis, np.newaxis]
     return np.asarray(law.C @ np.linalg.solve(points * np.eye(len(law.A)) - law.A, law.B) + law.D, np.complex128)
 
@@ -109,12 +109,12 @@ def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> Lin
     parts
         All continuous, or all sampled at the same time.
     feeds
-        Feeding output by fed input.
+        The output that feeds each input, by the name of the input.
 
     Raises
     ------
     ValueError
-        If the connections close a loop without delay that has no solution.
+        If the connections form a loop without delay that has no solution.
     """
     parts_law = side_by_side([part.law for part in parts])
     inputs = tuple(name for part in parts for name in part.inputs)
@@ -205,7 +205,7 @@ def zoh(A: NDArray[Any], B: NDArray[Any], time: float) -> tuple[NDArray[Any], ND
 
 
 def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[LinearComponent, dict[str, str]]:
-    """Return a sampled part that also has some of its outputs a step late, and their late names by name."""
+    """Return a sampled part with copies of some outputs, delayed by one step, and the copies' names by output."""
     later = {name: f"{name} (before)" for name in names}
     rows = [part.outputs.index(name) for name in later]
     law, n, p = part.law, len(part.law.A), len(rows)
@@ -219,25 +219,25 @@ def delayed_by_a_step(part: LinearComponent, names: Sequence[str]) -> tuple[Line
 def loop_of(
     parts: Sequence[LinearComponent], feeds: Mapping[str, str], opened: Mapping[str, str] | None = None
 ) -> LinearComponent:
-    """Return all parts connected; if any part is sampled, the continuous parts are sampled at its time.
+    """Return all parts connected; if any part is sampled, the continuous parts are sampled with its sample time.
 
-    A demand that comes a share f of a sample late is late together with what is injected at its input. With the plant P
-    behind the delay, and a controller K, the sum w at this input is then the sensitivity, and an opened loop has the
-    whole delay:
+    If a demand is late by a fraction f of a sample, the signal injected at its input is late by the same fraction. With
+    a controller K, and a plant P that includes the delay, the sum w at this input then gives the sensitivity, and an
+    opened loop contains the whole delay:
 
         w(n) = u(n) + e(n),    w = (1 - K P)^-1 e;    u = K P e if opened                           (2)
 
     Parameters
     ----------
     parts, feeds
-        As of `connected`, but sampled and continuous parts together.
+        As for `connected`, but sampled and continuous parts may be mixed.
     opened
-        Outputs that would feed inputs, by the input: connections that are cut.
+        Connections that are cut: the output that would feed each input, by the name of the input.
 
     Raises
     ------
     ValueError
-        As `connected`; if parts are sampled at different times.
+        As for `connected`, or if parts have different sample times.
     """
     discrete = [part for part in parts if part.law.sample_time is not None]
     continuous = [part for part in parts if part.law.sample_time is None]
@@ -263,7 +263,7 @@ def loop_of(
 
 
 def within(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> dict[str, str]:
-    """Return the feeds with both ends among parts."""
+    """Return the feeds that connect some of the parts with each other."""
     inputs = {name for part in parts for name in part.inputs}
     outputs = {name for part in parts for name in part.outputs}
     return {target: source for target, source in feeds.items() if target in inputs and source in outputs}

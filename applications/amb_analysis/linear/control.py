@@ -2,7 +2,7 @@
 
     signals -> scale -> anti-aliasing filter -> law -> whole samples of delay -> demands (-> a share of a sample later)
 
-Noise and converters of the signal chain, limits and anti-windup are nonlinear and not included.
+Noise and converters of the signal chain, limits and anti-windup are not included, because they are nonlinear.
 """
 
 from __future__ import annotations

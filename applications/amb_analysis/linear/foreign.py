@@ -1,13 +1,15 @@
 """The linear model of an FMU with unknown equations, from its derivatives or its responses to pulses.
 
-An instance runs from the same start once undisturbed, and once for each input with that input raised by delta during
-a communication step. The differences of its outputs, over delta, are the samples of its impulse response,
+An instance runs from the same start several times: once undisturbed, and once for each input, which is raised by delta
+during one communication step. The differences of its outputs, divided by delta, are the samples of its impulse
+response,
 
     H_0 = D,  H_k = C A^(k-1) B,                                                                     (1)
 
-of which the eigensystem realisation algorithm makes A, B, C: J.-N. Juang and R. S. Pappa, An eigensystem realization
-algorithm, J. Guidance 8 (1985) 620-627. Pulses of the other sign reveal an FMU that is nonlinear, pulses a step later
-one that does not sample in every step, or that is nonlinear and moves without a pulse, as in a limit cycle.
+from which the eigensystem realisation algorithm determines A, B, C: J.-N. Juang and R. S. Pappa, An eigensystem
+realization algorithm, J. Guidance 8 (1985) 620-627. Pulses of the opposite sign reveal a nonlinear FMU. Pulses one step
+later reveal an FMU that does not sample in every step, or a nonlinear FMU that moves without a pulse, as in a limit
+cycle.
 """
 
 from __future__ import annotations
@@ -44,8 +46,8 @@ def foreign_component(
 ) -> LinearComponent:
     """Return the model of an FMU about its start values, at the end of each communication step.
 
-    The model is that of the FMU's directional derivatives, if it provides them for all its states and they predict the
-    responses to pulses; otherwise it is realised from these responses.
+    The model comes from the FMU's directional derivatives if it provides them for all its states and they predict the
+    responses to pulses. Otherwise it is realised from these responses.
 
     Parameters
     ----------
@@ -56,7 +58,7 @@ def foreign_component(
     ends
         Names of its real inputs and outputs.
     sample_time
-        Its step (s).
+        Its communication step (s).
 
     Raises
     ------
@@ -142,7 +144,7 @@ def by_derivatives(
     Parameters
     ----------
     component
-        After its initialisation.
+        The component after its initialisation.
     states
         Names of its states and of their derivatives.
     ends

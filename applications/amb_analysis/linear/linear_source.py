@@ -47,9 +47,9 @@ class LinearSource:
     point
         Operating point, by signal or `component.variable`; `Omega` in rad/s.
     changed
-        Returns another law of a component, by its name and its linear part.
+        Function that returns another law of a component, given its name and its linear part.
     rotor
-        Constants of the plant, by default those of the run, whose planes it must have.
+        Constants of the plant, with the same planes as the run; by default the constants of the run.
     """
 
     plan: Plan
@@ -60,11 +60,11 @@ class LinearSource:
     _constants: dict[str, Array] = field(default_factory=dict)  # of components, which do not depend on the plan either
 
     def at(self, Omega: float) -> LinearSource:
-        """Return the source at another spin speed (rad/s), which every component that reads the speed has."""
+        """Return the source at another spin speed (rad/s), which applies to every component that reads the speed."""
         return replace(self, point={**self.point, SPEED: Omega})
 
     def with_plan(self, plan: Plan) -> LinearSource:
-        """Return the source with another plan of the same components, whose constants remain."""
+        """Return the source with another plan of the same components; their constants are kept."""
         return replace(self, plan=plan, _cache={})
 
     @property
@@ -101,7 +101,7 @@ class LinearSource:
         return {f"{c}.{p.name}": p.unit or "1" for c, p in ports}
 
     def feeds(self, names: Sequence[str]) -> dict[str, str]:
-        """Return the output that feeds each input, with both ends among components."""
+        """Return the output that feeds each input, for connections among the components."""
         system = self.plan.system
         links = {link.target: link.source for link in system.connections}
         return {t: s for t, s in links.items() if system.split(t)[0] in names and system.split(s)[0] in names}
@@ -145,7 +145,7 @@ class LinearSource:
         return start
 
     def _reads_speed(self, end: str) -> bool:
-        """Return whether an input is the spin speed: the shared signal, or fed by the rotor."""
+        """Return whether an input is the spin speed, from the shared signal or from the rotor."""
         system = self.plan.system
         signal, source = system.signal_of(end), system.source_of(end)
         return (signal is not None and signal.name == SPEED) or source == f"{PLANT}.speed"
@@ -175,7 +175,7 @@ class LinearSource:
         return self._constants[key]
 
     def table_speeds(self) -> list[float]:
-        """Return the speeds (rad/s) at which linear controllers have laws; between these they are interpolated."""
+        """Return the speeds (rad/s) at which linear controllers have laws, which are interpolated between these."""
         return sorted({speed for name in self.names if self.kind(name) == LINEAR for speed in self._speeds(name)})
 
     def _speeds(self, name: str) -> list[float]:
@@ -190,7 +190,7 @@ class LinearSource:
         return structure.forms[: len(structure.K)]
 
     def cached(self, name: str, make: Callable[[], Any]) -> Any:
-        """Return a value that does not depend on the speed, from the cache or by `make`."""
+        """Return a value that does not depend on the speed, from the cache or by calling `make`."""
         if name not in self._cache:
             self._cache[name] = make()
         return self._cache[name]
@@ -214,7 +214,7 @@ def linear_source(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> LinearSource:
-    """Return the components of a scenario or a system with their start values; arguments as of `linearise`."""
+    """Return the components of a scenario or a system with their start values; arguments as for `linearise`."""
     values = at if isinstance(at, Mapping) else {} if at is None else {SPEED: at}
     options = RunOptions(flavour=flavour)
     if isinstance(source, System) or (isinstance(source, str | Path) and is_system(source)):
@@ -258,7 +258,7 @@ def _sample_time(values: Assignments) -> float:
 
 
 def _point(assembly: Assembly, operating: Mapping[str, Raw]) -> dict[str, float]:
-    """Return values in SI units by input, fed or not, or by shared signal."""
+    """Return values in SI units by shared signal, or by input whether or not anything feeds it."""
     result, system = {}, assembly.system
     for name, raw in operating.items():
         end = system.first_end(name)

@@ -35,9 +35,9 @@ def linearise(
 ) -> LinearModel:
     """Return the linear model of a machine, a part of it, or its sampled loop, as control.StateSpace.
 
-    The rotor without contact and the magnetic bearings are continuous. With a controller among the components the model
-    has the controller's sample time; it is exact for currents held over each sample. Values injected at an input are
-    added to its feed, and are late by the same fraction of a sample (`components.loop_of`).
+    The rotor without contact and the magnetic bearings are continuous. If the components include a controller, the
+    model has its sample time, and is exact for currents held over each sample. Values injected at an input are added to
+    its feed, and are late by the same fraction of a sample (`components.loop_of`).
 
         rotor = linearise("drop", components=["rotor_contact"])
         plant = linearise("drop", components=["rotor_contact", "amb_actuator"])
@@ -59,7 +59,7 @@ def linearise(
     opened
         Names or patterns of inputs whose connection is cut.
     rotor, fmu, set, flavour
-        As of `amb_cosim.run`.
+        As for `amb_cosim.run`.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def model_of(
     components: Sequence[str] | None = None,
     opened: Sequence[str] = (),
 ) -> LinearModel:
-    """Return the linear model of some components of a source; other arguments and errors as of `linearise`."""
+    """Return the linear model of some components of a source; other arguments and errors as for `linearise`."""
     present = source.names
     for name in components or ():
         if name not in present:
@@ -112,7 +112,7 @@ def model_of(
 def in_order(
     parts: Sequence[LinearComponent], feeds: Mapping[str, str], names: Sequence[str]
 ) -> tuple[list[LinearComponent], dict[str, str]]:
-    """Return parts and feeds with a step of delay where an FMU's outputs at the end of its step feed earlier parts."""
+    """Return parts and feeds, with one step of delay where outputs at the end of an FMU's step feed earlier parts."""
     place = {name: k for k, name in enumerate(names)}
     result, changed = list(parts), dict(feeds)
     for k, part in enumerate(parts):
@@ -141,7 +141,8 @@ def _matching(
 def _reason(source: LinearSource, parts: Sequence[LinearComponent], pattern: str, names: Sequence[str]) -> str:
     """Return why the linear model lacks the variables that match a pattern, or similar names if none matches.
 
-    Such a variable is a parameter, an output that cannot be an input, neglected, or of a component outside the model.
+    Such a variable is a parameter, is an output that cannot be an input, is neglected, or belongs to a component
+    outside the model.
     """
     ports = {
         f"{c}.{p.name}": (c, p) for c, interface in source.plan.interfaces.items() for p in interface.ports.values()

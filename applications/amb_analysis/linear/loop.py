@@ -4,8 +4,8 @@
              ^                                                                           | y_j
              +------------------------------- controller <-------------------------------+
 
-With all loops closed i = S e, and the diagonal of S holds the sensitivities of the axes as ISO 14839-3 defines them:
-1/(1 + L) with the other loops closed. In decentralised control those at the sensors are the same.
+With all loops closed, i = S e. The diagonal of S contains the sensitivities of the axes as ISO 14839-3 defines them:
+1/(1 + L) with the other loops closed. In decentralised control, the sensitivities at the sensors are the same.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ class LoopPoles:
         The continuous poles (rad/s), z = exp(s T), with the true frequency of motion faster than half the sample rate
         (`amb_analysis.linear.aliasing`); 0 for z = 0.
     shapes
-        Displacements of the bearings in each, x and y of each bearing in turn, shape (2 bearings, n).
+        Displacements of the bearings for each pole, x and y of each bearing in turn, shape (2 bearings, n).
     stability
         The pole that decides on stability.
     along
-        Displacement of the thrust disc along the shaft in each, shape (n,); None without one.
+        Displacement of the thrust disc along the shaft for each pole, shape (n,); None if there is no disc.
     """
 
     z: Complex
@@ -66,7 +66,7 @@ class LoopPoles:
 
     @property
     def is_axial(self) -> NDArray[np.bool_]:
-        """Whether the rotor moves along its shaft rather than across it in each, shape (n,)."""
+        """Whether the rotor moves along its shaft rather than across it, for each pole, shape (n,)."""
         return _is_axial(self.shapes, self.along)
 
 
@@ -97,13 +97,13 @@ class Loop:
 
     @cached_property
     def components(self) -> list[str]:
-        """The components but those that excite the rotor whatever it does, which need not have a linear model."""
+        """The components except those that only excite the rotor, which need not have a linear model."""
         exciting = exciting_components(self.linear_components.plan.system)
         return [name for name in self.linear_components.names if name not in exciting]
 
     @cached_property
     def axes(self) -> tuple[tuple[str, str], ...]:
-        """Bearing and direction of each axis that has a magnet and a controller; that along the shaft is the last."""
+        """Bearing and direction of each axis that has a magnet and a controller; the axis along the shaft is last."""
         source, layout = self.linear_components.plan.system.source_of, self.linear_components.layout(ACTUATOR)
         axes = axes_of(layout.get("bearings", ()), layout.get("thrust", ""))
         return tuple((b, a) for b, a in axes if source(f"{ACTUATOR}.{b}.i_{a}") and source(f"{PLANT}.{b}.f_{a}"))
@@ -154,7 +154,7 @@ class Loop:
 
     @cached_property
     def late(self) -> float:
-        """Share of a sample by which the demands come late, in addition to whole samples (1)."""
+        """Fraction of a sample (1) by which the demands are late, in addition to whole samples."""
         controllers = dict.fromkeys(source.partition(".")[0] for source in self.sources)
         return max(part.late for part in self.linear_components.parts(list(controllers)))
 
@@ -183,7 +183,7 @@ class Loop:
         return LoopPoles(z.astype(np.complex128), s, shapes, stability, along)
 
     def _continuous(self, Omega: float, z: Complex, vectors: Complex, sample_time: float) -> Complex:
-        """Return s of poles z, by the states of the rotor in their eigenvectors."""
+        """Return s of poles z, determined from the states of the rotor in their eigenvectors."""
         source = self.linear_components.at(Omega)
         parts, first, mass = source.parts(self.components), 0, source.mass(PLANT)
         lateral = 2 * len(mass)
@@ -195,7 +195,7 @@ class Loop:
         return logarithms(z, sample_time)
 
     def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
-        """Return the stability at the least stable speed from the first to the last of some speeds (rad/s), ascending.
+        """Return the stability at the least stable speed between the first and the last of ascending speeds (rad/s).
 
         Between these speeds each maximum of the growth rate is refined.
         """
@@ -209,7 +209,7 @@ class Loop:
         return max(result, key=lambda stability: stability.radius)
 
     def check_stable(self, speeds: Sequence[float] | Array) -> None:
-        """Raise a ValueError if the loop is not stable from the first to the last of some speeds (rad/s), ascending."""
+        """Raise a ValueError if the loop is unstable between the first and the last of ascending speeds (rad/s)."""
         worst = self.least_stable(speeds)
         if not worst.is_stable:
             at = f"at {worst.speed:.4g} rad/s {worst.motion}, |z| = {worst.radius:.7g}"
@@ -217,7 +217,7 @@ class Loop:
 
     @cached_property
     def axial_control(self) -> AxialControl | None:
-        """The control of the axis along the shaft; None without such an axis.
+        """The control of the axis along the shaft; None if there is no such axis.
 
         Raises
         ------
@@ -251,7 +251,7 @@ class Loop:
         return model_of(self.linear_components, ends, ends, self.components)
 
     def sensitivity(self) -> LinearModel:
-        """Return the sensitivity S = (1 + L)^-1, demanded over injected currents, axes by axes.
+        """Return the sensitivity S = (1 + L)^-1 of all axes: demanded over injected currents.
 
         Raises
         ------
@@ -264,14 +264,14 @@ class Loop:
 
 
 def _is_axial(shapes: Complex, along: Complex | None) -> NDArray[np.bool_]:
-    """Return whether there is a motion along the shaft, larger than any at the bearings, shape (n,)."""
+    """Return whether the motion along the shaft is larger than any at the bearings, for each pole, shape (n,)."""
     if along is None:
         return np.zeros(shapes.shape[1], dtype=bool)
     return np.asarray(np.abs(along) > np.maximum(np.abs(shapes).max(axis=0, initial=0.0), AT_REST))
 
 
 def _largest_place(names: Sequence[str], sizes: Array) -> str:
-    """Return the axis that moves most, of two axes of each bearing, or its bearing if the other moves half as much."""
+    """Return the axis that moves most, or its bearing if the bearing's other axis moves at least half as much."""
     if not sizes.max(initial=0.0) > 0.0:
         return ""
     top = int(sizes.argmax())
@@ -322,9 +322,9 @@ def response(system: control.StateSpace, frequencies: Array, modes: Modes | None
 
         H(z) = C (z - A)^-1 B + D = (C V) (z - lambda)^-1 (V^-1 B) + D                                (1)
 
-    by eigenvalues lambda and eigenvectors V of A, or by python-control, which solves for each frequency, if these are
-    nearly parallel. `modes` are those of the system, if they are known. Frequencies above half the sample rate are
-    limited to it.
+    with eigenvalues lambda and eigenvectors V of A. If these are nearly parallel, python-control solves for each
+    frequency. `modes` are those of the system, if they are known. Frequencies above half the sample rate are limited to
+    it.
     """
     omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
     known = (modes or modes_of(system)) if len(omega) > CHECKED else None
@@ -346,7 +346,7 @@ def _solved_response(system: control.StateSpace, omega: Array) -> Complex:
 
 
 def diagonal_response(system: control.StateSpace, frequencies: Array, modes: Modes | None = None) -> Complex:
-    """Return the diagonal of a frequency response, shape (axes, n); arguments as of `response`."""
+    """Return the diagonal of a frequency response, shape (axes, n); arguments as for `response`."""
     return np.einsum("kkn->kn", response(system, frequencies, modes))
 
 
@@ -358,9 +358,9 @@ def disk_margin(S: Complex) -> Array:
         1/alpha = mu(S - 1/2) <= min_D sigma_max(D (S - 1/2) D^-1),  D diagonal
 
     J. D. Blight, R. L. Dailey, D. Gangsaas, Practical control law design for aircraft using multivariable techniques,
-    Int. J. Control 59 (1994) 93-137; P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78-95. D is that
-    of E. E. Osborne, J. ACM 7 (1960) 338-345, which balances rows and columns. For a loop the bound is alpha itself;
-    python-control's `disk_margins` needs slycot for more.
+    Int. J. Control 59 (1994) 93-137; P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78-95. The
+    method of E. E. Osborne, J. ACM 7 (1960) 338-345, finds D by balancing rows and columns. For a single loop, the
+    bound is alpha itself. For several loops, python-control's `disk_margins` would require slycot.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ CONTINUOUS = 0.0  # sample time of a continuous model
 
 
 class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control has no types
-    """control.StateSpace of a machine or of its loop; `input_labels` and `output_labels` have _ for the dots of names.
+    """control.StateSpace of a machine or its loop; in `input_labels` and `output_labels`, _ replaces dots in names.
 
     input_names, output_names
         `component.variable`, in the order of the matrices' columns and rows.
@@ -26,7 +26,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
     notes
         Effects that the model neglects, or the source of a foreign part, in sentences.
     warnings
-        Warnings of the plan of the run, which a run has in its summary.
+        Warnings of the plan of the run, which also appear in the summary of a run.
     """
 
     input_names: tuple[str, ...]

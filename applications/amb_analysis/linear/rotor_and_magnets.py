@@ -89,7 +89,7 @@ def bearing_slopes(
     Raises
     ------
     ValueError
-        If the displacement exceeds the air gap, or the current the limits of the coils.
+        If the displacement exceeds the air gap, or the current exceeds the limits of the coils.
     """
     values = {name: parameters[f"{bearing}.{name}_{axis}"] for name in AXIS.names or ()}
     p, law = axis_parameters(bearing, axis, **values), int(parameters["force_law"])
@@ -104,7 +104,7 @@ def actuator_component(
 ) -> LinearComponent:
     """Return forces (N) over displacements (m) and demands (A, V): f = K_s x + K_i i_c, i_c' = omega_b (i + g v - i_c).
 
-    With ideal amplifiers i_c = i + g v. With eddy currents the force along the shaft has their lag.
+    With ideal amplifiers i_c = i + g v. Eddy currents, if there are any, delay the force along the shaft.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def lag_of(omega_e: float) -> Law:
 
 
 def _unique(law: Law, name: str, inputs: list[str], outputs: list[str], note: str) -> LinearComponent:
-    """Return a part without duplicate outputs: a sensor or a retainer may have the names of its bearing."""
+    """Return a part without duplicate outputs, because a sensor or a retainer may share its bearing's names."""
     unique_outputs = list(dict.fromkeys(outputs))
     rows = [outputs.index(output) for output in unique_outputs]
     unique = Law(law.A, law.B, law.C[rows], law.D[rows], law.sample_time)

@@ -18,7 +18,7 @@ from signal_chain.presets import is_on
 
 
 def parameters_of_loop(loop: ControlLoop, parameters: Mapping[str, float]) -> Parameters:
-    """Return the parameters of a controller as a kernel record: start values, replaced by these.
+    """Return the parameters of a controller as a kernel record: the given values, and start values for the rest.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def axis_matrix(parameters: Parameters) -> Array:
 
 
 def sensor_response(parameters: Parameters, omega: float) -> Complex:
-    """Return F, the measured over the true vibration at omega (rad/s), shape (n_sensors, n_sensors)."""
+    """Return F, the ratio of measured to true vibration at omega (rad/s), shape (n_sensors, n_sensors)."""
     common, filtered = parameters.common[0], 1.0 + 0j
     if is_on(common.chain.preset, common.chain.filter):
         filtered = filter_response(common.chain.cutoff, omega, common.sample_time)

@@ -1,28 +1,29 @@
-"""Stability of a sampled loop: its pole of largest modulus.
+"""Stability of a sampled loop, decided by its pole of largest modulus.
 
     x(n+1) = A x(n),   z the eigenvalues of A,   s = ln(z)/T = sigma + j omega
 
 The loop is stable if no |z| exceeds 1. Every pole counts, whatever its frequency: a real pole z > 1 is a rotor that
-drifts into its retainer without vibration, and a pole above half the sample rate is aliased but grows all the same.
+drifts into its retainer without vibration, and a pole above half the sample rate is aliased but still grows.
 
 Poles on the unit circle neither grow nor decay. A loop that levitates a rotor may have these, and none of them moves
 the rotor away:
 
-- z = 1 of an integrator outside the loop: its input is fed by nothing, its output feeds no demand, or several
+- z = 1 of an integrator outside the loop: nothing feeds its input, its output feeds no demand, or several
   integrators act on the same motion. Its state is constant.
 - z = 1, twice, of an unsupported rigid motion, such as that of a rotor on springs of no stiffness. Its velocity is
   constant.
 - |z| = 1 of a mode without damping whose nodes are at the magnets or the sensors.
 
 The angle of the shaft is not a state of the linear model, so its free rotation adds no pole. Rounding moves poles off
-the circle, a double pole by the root of the precision. To first order an error E of the matrix moves a pole by
+the circle; a double pole moves by the square root of the precision. To first order an error E of the matrix moves a
+pole by
 
     |dz| <= kappa |E|,   kappa = |y| |x| / |y^H x|                                                   (1)
 
 with its left and right eigenvectors y and x (J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter
-2). The two halves of a split double pole have kappa of about the inverse of their distance, so that (1) covers them as
-well. A pole is on the circle if an error of `ROUNDING` times the precision may move it there. Such poles are counted,
-and the largest of the other poles decides on stability.
+2). For the two halves of a split double pole, kappa is about the inverse of their distance, so (1) covers them as well.
+A pole is on the circle if an error of `ROUNDING` times the precision may move it there. Such poles are counted, and the
+largest of the other poles decides on stability.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ LARGEST = 1e3  # logarithmic decrement that stands for motion that hardly vibrat
 
 @dataclass(frozen=True)
 class LoopStability:
-    """The pole that decides on stability: that of largest modulus, except poles on the unit circle.
+    """The pole that decides on stability: the pole of largest modulus, ignoring poles on the unit circle.
 
     radius
         Its modulus |z|, the spectral radius of the loop.
@@ -95,7 +96,7 @@ class LoopStability:
 
     @property
     def note(self) -> str:
-        """A note on poles on the unit circle; empty without any."""
+        """A note on poles on the unit circle; empty if there are none."""
         if not self.on_circle:
             return ""
         count = "1 pole is" if self.on_circle == 1 else f"{self.on_circle} poles are"
@@ -110,7 +111,7 @@ def stability_of(A: Array, sample_time: float) -> LoopStability:
 def deciding_pole(A: Array, z: Complex, sample_time: float) -> tuple[LoopStability, int]:
     """Return the stability of x(n+1) = A x(n) with poles z, and the number of the pole that decides.
 
-    The pole is the last decaying one, number 0, if all poles are on the unit circle.
+    If all poles are on the unit circle, the result is pole number 0 with radius 0, as if it decayed at once.
     """
     circle = _on_circle(A, z)
     radii = np.where(circle, 0.0, np.abs(z))

@@ -44,8 +44,8 @@ class LoadCapacity(NamedTuple):
 def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
     """Return the error of F = K_s x + K_i I_c (2.7) against (2.6) with saturation, over |K_s x| + |K_i I_c|.
 
-    Relative to the sum of magnitudes, the error stays finite where the terms cancel. At the operating point it is 0.
-    Parameters and errors as in `linearisation`.
+    Because it is relative to the sum of magnitudes, the error stays finite where the terms cancel. At the operating
+    point it is 0. Parameters and errors are those of `linearisation`.
     """
     k_s, k_i = linear_constants(p)
     exact = linearisation(p, x, i_c).force
@@ -57,7 +57,7 @@ def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
 def linear_range(p: np.record, tolerance: float = 0.05) -> LinearRange:
     """Return the range in which the error of the linear law is at most `tolerance`, along x and along I_c.
 
-    If it holds everywhere, the limit is that of the gap or of the coils.
+    If the law is that accurate everywhere, the gap or the coils set the limit.
 
     Raises
     ------
@@ -84,8 +84,8 @@ def _first_crossing(excess: Callable[[float], float], end: float) -> float:
 def force_slew_rate(p: np.record) -> tuple[float, float]:
     """Return the fastest rise and fall (N/s) of the force, with both coils at the voltage limit.
 
-    dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L with the coil currents a = I_s + I_b - I_m and b = I_b - I_m.
-    I_m is the part of permanent magnets. For a falling force the signs of R change.
+    dF/dt = K_upper (V - R a)/L + K_lower (V + R b)/L with the coil currents a = I_s + I_b - I_m and b = I_b - I_m. I_m
+    represents permanent magnets. For a falling force, the signs of R are reversed.
     """
     a, b = map(float, coil_currents(p))
     k_upper = pull(p, p.static_current + p.bias_current, p.gap).per_current
@@ -114,7 +114,7 @@ def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
     Raises
     ------
     ValueError
-        If the amplitude is not positive, or above the static limit of coils and voltage.
+        If the amplitude is not positive, or exceeds the static limit of coils and voltage.
     """
     largest = float(current_amplitude(p, 0.0))
     if not 0.0 < amplitude <= largest:
@@ -123,10 +123,10 @@ def full_swing_bandwidth(p: np.record, amplitude: float) -> float:
 
 
 def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
-    """Return the remaining control force above static loads of the axis at its centre, with saturation.
+    """Return the control force that remains beyond static loads of the axis at its centre, with saturation.
 
-    Each load sets its static current (`static_current_for`). The remaining force is that at the largest and at the
-    smallest control current. Two axes at 45 degrees each carry 1/sqrt(2) of a vertical load.
+    Each load sets its static current (`static_current_for`). It is evaluated at the largest and at the smallest control
+    current. Two axes at 45 degrees each carry 1/sqrt(2) of a vertical load.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def load_capacity(p: np.record, loads: Array) -> LoadCapacity:
 
 
 def voltage_at_rest(p: np.record) -> float:
-    """Return the larger voltage (V) of the coil pairs of an axis at rest, R |I_0| of their currents I_0."""
+    """Return the larger of the voltages R |I_0| (V) of an axis's coil pairs, with their currents I_0 at rest."""
     return float(p.resistance * max(abs(current) for current in coil_currents(p)))
 
 

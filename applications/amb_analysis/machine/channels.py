@@ -1,4 +1,4 @@
-"""Channels of a measurement at places of a rotor, by their names and units.
+"""Channels of a measurement at places of a rotor, identified by their names and units.
 
     fan.x       displacement (m), velocity (m/s), acceleration (m/s^2) or force (N) at the part `fan`, along x; of a
                 body with an `offset`, at its centre of mass
@@ -42,7 +42,7 @@ class Place:
     unit
         m, m/s, m/s2, N or A.
     position
-        Axial position on the shaft (m); None at a part.
+        Axial position on the shaft (m); None for a part.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Place:
         return f"{self.place}.{self.direction}"
 
     def point_on(self, rotor: Rotor) -> Point:
-        """Return the point on a rotor of a place across its shaft: a node, or a body's centre of mass off its node.
+        """Return the point on a rotor of a lateral channel: a node, or a body's centre of mass if it is off its node.
 
         Raises
         ------
@@ -81,7 +81,7 @@ class Place:
 
 
 def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
-    """Return the place of a channel by its name and unit.
+    """Return the place of a channel from its name and unit.
 
     Raises
     ------

@@ -55,7 +55,7 @@ def coupled_loop(machine: Machine, others: tuple[Bearing, ...] = (), variation: 
 
 
 def _coupled_rotor(machine: Machine, at: LinearSource, law: Law, others: tuple[Bearing, ...], modes: float) -> Law:
-    """Return q'' = (M + dM)^-1 (f - (K + dK) q - (C + dC) q') in the coordinates of the plant; other states stay."""
+    """Return q'' = (M + dM)^-1 (f - (K + dK) q - (C + dC) q') in the plant's coordinates; other states are kept."""
     M, K, right, left = at.cached("reduction", lambda: _reduced(machine))
     n, Omega = len(M), at.speed_of(PLANT)
     dK, dC, dM = (np.zeros((n, n)) for _ in range(3))
@@ -76,7 +76,7 @@ def _coupled_rotor(machine: Machine, at: LinearSource, law: Law, others: tuple[B
 
 
 def _varied_magnets(part: LinearComponent, v: MachineVariation) -> Law:
-    """Return the actuator with its forces over displacement and over current multiplied."""
+    """Return the actuator with factors on its forces over displacement and over current."""
     law = part.law
     C, D = law.C.copy(), law.D.copy()
     forces = [k for k, name in enumerate(part.outputs) if ".f_" in name]

@@ -2,8 +2,9 @@
 
     F(j omega) = K(j omega) q,    w = E y + u,  y = H w    =>    y = (1 - H E)^-1 H u             (1)
 
-w are the inputs of controller, actuator and components between them, y their outputs, H their frequency responses in
-blocks. A sampled component has H = D + C (z - A)^-1 B, z = exp(j omega T); its output to a continuous one is held:
+w are the inputs of the controller, the actuator and the components between them, y are their outputs, and H is the
+block matrix of their frequency responses. A sampled component has H = D + C (z - A)^-1 B, z = exp(j omega T); its
+output to a continuous component is held:
 
     H_hold = (1 - exp(-j omega T))/(j omega T) exp(-j omega T_late)                               (2)
 
@@ -38,7 +39,7 @@ def bearing_forces(machine: Machine, omega: float, Omega: float) -> Complex:
     Returns
     -------
     ndarray
-        Shape (2 nodes, 2 nodes), alternating x and y of each node; f = K q, so positive stiffness is negative.
+        Shape (2 nodes, 2 nodes), alternating x and y of each node; because f = K q, restoring stiffness is negative.
     """
     linear_source = machine.run_components.at(Omega)
     feeds = force_feeds(machine, linear_source).items()
@@ -71,14 +72,14 @@ def component_responses(
     injected: Sequence[str] = (),
     components: Sequence[str] | None = None,
 ) -> tuple[list[int], Complex]:
-    """Return outputs of components over the displacements (m) that they read and injected inputs by (1).
+    """Return outputs of components over the displacements (m) that they read and over injected inputs, by (1).
 
     Parameters
     ----------
     machine, linear_source
         The machine, and the source of its linear components at the spin speed.
     outputs
-        Names `component.variable`. Those of a sampled component are their fundamental, before the hold.
+        Names `component.variable`. For a sampled component, this is the fundamental of the output, before the hold.
     omegas
         Frequencies (rad/s), shape (n,).
     injected
@@ -126,7 +127,8 @@ def component_responses(
 def lateness(linear_source: LinearSource, outputs: Sequence[str]) -> Array:
     """Return the times (s) by which outputs of components appear after the samples that they belong to.
 
-    That of a sampled component is its fraction of a sample, and a sample if it shows its outputs at the end of a step.
+    For a sampled component, this is its fraction of a sample, plus one sample if it shows its outputs at the end of a
+    step.
     """
     parts = linear_source.parts([name for name in linear_source.names if name != PLANT])
     late = {
@@ -180,7 +182,7 @@ def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict
     Returns
     -------
     dict
-        Arrays of shape (n,), of the bearings that have a magnet or passive coefficients.
+        Arrays of shape (n,), for the bearings that have a magnet or passive coefficients.
     """
     result: dict[str, list[complex]] = {bearing: [] for bearing in machine.magnets}
     along = np.zeros(2 * len(machine.z))

@@ -4,9 +4,9 @@ With the displacements x of all nodes, and the forces of the magnetic bearings o
 
     x = H (p + F x + F_i i),    c = T x + T_i i,    y = (j omega)^k S x                            (1)
 
-H is the rotor with its passive bearings and seals (`rotor_analysis.harmonic`), p are external forces, c demanded
-currents as they appear, after their delay, and y displacements (k = 0), velocities (1) and accelerations (2). A
-positive force and the motion that it starts have the same direction: the receptance of a free mass m is
+H is the rotor with its passive bearings and seals (`rotor_analysis.harmonic`), p are external forces, c are the
+demanded currents as they appear after their delay, and y are displacements (k = 0), velocities (k = 1) or accelerations
+(k = 2). A positive force and the motion that it starts have the same direction: the receptance of a free mass m is
 -1/(m omega^2).
 """
 
@@ -55,7 +55,7 @@ class Structure:
     _models: dict[object, HarmonicModel] = field(default_factory=dict, compare=False, repr=False)
 
     def with_machine(self, machine: Machine | None) -> Structure:
-        """Return the structure with other values of the machine's parameters; reduced models of the rotor remain."""
+        """Return the structure with other values of the machine's parameters; reduced models of the rotor are kept."""
         return replace(self, machine=machine)
 
     def model(self, nodes: Sequence[int], highest: float) -> HarmonicModel:
@@ -98,7 +98,7 @@ def frequency_response(
     Raises
     ------
     ValueError
-        If a current is at a place without a magnet and its control, or the response is unbounded.
+        If a current belongs to a place without a controlled magnet, or the response is unbounded.
     """
     omegas, magnets = 2.0 * np.pi * np.asarray(frequencies, np.float64), _magnets(structure, inputs, outputs)
     top = float(omegas.max()) if highest is None else 2.0 * np.pi * highest
@@ -115,7 +115,7 @@ def _response(
     model: HarmonicModel,
     magnets: _Magnets | None,
 ) -> Complex:
-    """Return (1) at some frequencies (rad/s); it takes memory for all displacements of the rotor at each of them."""
+    """Return (1) at some frequencies (rad/s); it needs memory for all displacements of the rotor at each frequency."""
     rotor = structure.rotor
     points = len(model.right)
     loads = np.zeros((len(omegas), points, len(inputs)), dtype=np.complex128)
@@ -146,9 +146,10 @@ def _response(
 def resonant_frequencies(
     structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place], frequencies: Array
 ) -> list[tuple[float, float]]:
-    """Return the resonances (Hz) between the ends of some frequencies, and their half widths (Hz).
+    """Return the resonances (Hz) between the first and the last frequency, and their half widths (Hz).
 
-    Arguments as of `frequency_response`; between two frequencies, ascending, a mode may have one resonance.
+    Arguments as for `frequency_response`, with ascending frequencies. Between two of them, a mode may have only one
+    resonance.
     """
     magnets = _magnets(structure, inputs, outputs)
     model = structure.model(_loaded(structure, inputs, magnets), 2.0 * np.pi * float(frequencies[-1]))
@@ -176,7 +177,8 @@ class _Magnets:
     """Magnets of a machine: rows of their forces in x and y of all nodes, and axes of the demanded currents.
 
     `at` returns, at frequencies (rad/s), the rows of the displacements that are read, and [F F_i; T T_i] of (1), shape
-    (n, rows + axes, displacements + injected), with demands at their samples; they appear `late` (s).
+    (n, rows + axes, displacements + injected), with demands at their samples; the demands appear `late` (s) after
+    these.
     """
 
     rows: list[int]
@@ -190,7 +192,7 @@ class _Magnets:
 
 
 def _magnets(structure: Structure, inputs: Sequence[Place], outputs: Sequence[Place]) -> _Magnets | None:
-    """Return the magnets of the structure's machine; None without a machine."""
+    """Return the magnets of the structure's machine; None if there is no machine."""
     electric = [place for place in (*inputs, *outputs) if place.unit == "A"]
     machine = structure.machine
     if machine is None:

@@ -43,11 +43,11 @@ class Place(NamedTuple):
     """A place that the rotor can touch.
 
     node, clearance
-        Node, and radial clearance (m).
+        Node and radial clearance (m).
     signal
         Prefix of the names of its displacements in the plant.
     offset
-        Distance (m) of its centre from that of the levitated rotor.
+        Distance (m) of its centre from the centre of the levitated rotor.
     """
 
     node: int
@@ -57,13 +57,13 @@ class Place(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """The amplitude (m) at which the rotor touches it, of an orbit whose major axis is along the offset."""
+        """The amplitude (m) at which an orbit touches it, if the major axis of the orbit is along the offset."""
         return self.clearance - self.offset
 
 
 @dataclass(frozen=True)
 class Machine:
-    """The machine of a plan, which is of a scenario."""
+    """The machine of a scenario's plan."""
 
     prepared: ScenarioPlan
     _source: LinearSource | None = field(default=None, kw_only=True, compare=False, repr=False)
@@ -95,7 +95,7 @@ class Machine:
 
     @cached_property
     def run_loop(self) -> Loop:
-        """The sampled loop of its runs: that of `loop` but for the rotor, which has fewer modes."""
+        """The sampled loop of its runs: as `loop`, except that its rotor has fewer modes."""
         return Loop(self.run_components)
 
     @cached_property
@@ -133,8 +133,8 @@ class Machine:
     def with_plan(self, plan: ScenarioPlan, rotor: Rotor) -> Machine:
         """Return the machine with another plan of the same components, and a rotor.
 
-        Constants of the electronics are not made anew. Those of the plant in `run_components` remain those of the rotor
-        before; `linear_components` has the new rotor.
+        Constants of the electronics are reused. In `run_components` the plant keeps the constants of the previous
+        rotor; `linear_components` contains the new rotor.
         """
         scenario = self.prepared.scenario.model_copy(update={"rotor": rotor})
         return Machine(replace(plan, scenario=scenario), _source=self.run_components.with_plan(plan))
@@ -156,7 +156,7 @@ class Machine:
 
     @cached_property
     def free_rotor(self) -> SupportedRotor:
-        """The free rotor in `MODES` modes and residual shapes of its parts, which is faster at many speeds."""
+        """The free rotor in `MODES` modes and residual shapes of its parts, to save time at many speeds."""
         return SupportedRotor(self.rotor, self.free, reduce_to_modes(self.free, MODES, self.rotor.part_nodes))
 
     @cached_property
@@ -175,7 +175,7 @@ class Machine:
 
     @cached_property
     def table_speeds(self) -> tuple[float, ...]:
-        """Speeds (rad/s) at which its controllers and seals have entries in tables, ascending."""
+        """Speeds (rad/s) for which tables of its controllers and seals have entries, ascending."""
         return tuple(sorted({*self.run_components.table_speeds(), *table_speeds(self.rotor.seals)}))
 
     @cached_property
@@ -195,7 +195,7 @@ class Machine:
 
     @cached_property
     def axial_row(self) -> int:
-        """Row of the displacement along the shaft among those of `harmonic_points`, of a rotor with a thrust disc."""
+        """Row of the displacement along the shaft among those of `harmonic_points`, if there is a thrust disc."""
         return 2 * len(harmonic_points(self.rotor))
 
     @cached_property
@@ -211,7 +211,7 @@ class Machine:
 
     @cached_property
     def air_gaps(self) -> dict[str, Place]:
-        """The stator bores of the magnets, by bearing; their clearance is the smaller air gap of both axes."""
+        """The stator bores of the magnets, by bearing; their clearance is the smaller air gap of the two axes."""
         parameters = self.parameters[ACTUATOR]
         gaps_of = {
             name: [parameters[gap] for gap in (f"{name}.gap_{a}" for a in AXES) if gap in parameters]
@@ -226,13 +226,13 @@ class Machine:
 
     @cached_property
     def last_inputs(self) -> Mapping[str, float]:
-        """Values of the inputs at the end of the run, by `component.variable`: those of the last event before it."""
+        """Values of the inputs at the end of the run, by `component.variable`, as the last events set them."""
         plan = self.prepared
         in_time = sorted((event for event in plan.events if event[0] < plan.last), key=lambda event: event[0])
         return {**plan.inputs, **{name: value for _, name, value in in_time}}
 
     def faults_among(self, inputs: Mapping[str, float]) -> tuple[str, ...]:
-        """Return the inputs that are not 0 and are a fault by their description."""
+        """Return the inputs that are not 0 and that their description calls a fault."""
         ports = {
             f"{component}.{name}": port
             for component, interface in self.prepared.interfaces.items()

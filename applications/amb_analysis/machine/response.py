@@ -2,8 +2,8 @@
 
     [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)                   (1)
 
-F are the forces of the magnetic bearings (`feedback`), M, C, G and K those of the rotor with everything else that
-supports it.
+F describes the forces of the magnetic bearings (`feedback`). M, C, G and K are the matrices of the rotor with
+everything else that supports it.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def refined_response(
     nodes: Sequence[int],
     others: tuple[Bearing, ...] = (),
 ) -> tuple[Array, Complex]:
-    """Return speeds (rad/s), closer about critical speeds and maxima, and the `synchronous_response` at these.
+    """Return speeds (rad/s), denser near critical speeds and maxima, and the `synchronous_response` at these.
 
     Parameters
     ----------

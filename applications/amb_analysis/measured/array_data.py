@@ -10,8 +10,8 @@ Frequency responses:
     input_units, output_units      units
 
 A record over time has `time` or `sample_time`, an array for each channel, and `units`, a structure with a field for
-each channel (in `.npz` arrays of text `units.NAME`). `Result.to_mat` writes this form. Times are in s without
-`units.time` or `time_unit`.
+each channel (in `.npz` arrays of text `units.NAME`). `Result.to_mat` writes this form. Times are in s unless
+`units.time` or `time_unit` is given.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from amb_files.array_files import read_content
 
 
 def read_array_data(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
-    """Return the content of a file of arrays; `units` are stated by the names of channels.
+    """Return the content of a file of arrays; `units` are units that the user states, by the names of channels.
 
     Raises
     ------
     ValueError
-        If it cannot be read, an array is missing, or has a shape or a unit that is not allowed.
+        If it cannot be read, if an array is missing, or if an array has a shape or a unit that is not allowed.
     """
     content = read_content(path)
     if "response" in content:
@@ -111,7 +111,7 @@ def _record(content: dict[str, Any], stated: StatedUnits) -> TimeRecord:
 
 
 def _factor(content: dict[str, Any], target: str, name: str, keys: Sequence[str]) -> float:
-    """Return the factor from the unit that one of some arrays states to another one; 1 if none does."""
+    """Return the factor to another unit from the unit that one of some arrays states; 1 if no array states one."""
     stated = {unit for key in keys if key in content for unit in _texts(content, key)}
     if len(stated) > 1:
         raise ValueError(f"{name} has the units {', '.join(sorted(stated))}; it must have one")
@@ -119,7 +119,7 @@ def _factor(content: dict[str, Any], target: str, name: str, keys: Sequence[str]
 
 
 def _refuse_unused_units(content: dict[str, Any], used: Sequence[str]) -> None:
-    """Raise ValueError for a text that states a unit, but is not used; the numbers would be in another one."""
+    """Raise ValueError for a text that states a unit but is not used; the numbers would be read in the wrong unit."""
     for key, value in content.items():
         is_unit = key.endswith(("unit", "units")) and value.dtype.kind == "U"
         if is_unit and key not in used:

@@ -1,19 +1,19 @@
-"""Sign and time convention of measured responses, against computed ones.
+"""Sign and time convention of measured responses, compared with computed ones.
 
 With the computed H_c and the measured H_m at n frequencies,
 
     z = 1/n sum H_c/H_m |H_m/H_c|                                                                  (1)
 
-has the angle 0 if both agree, and 180 degrees if the force or the sensor points the other way. FRAC, MAC and the
-levels do not show this, and no parameter of a rotor cures it. 90 degrees are those of a velocity that is read as a
-displacement or an acceleration.
+has the angle 0 if both agree, and 180 degrees if the force or the sensor points the other way. FRAC, MAC and the levels
+do not show this, and no parameter of a rotor can compensate for it. An angle of 90 degrees indicates that a velocity is
+read as a displacement or an acceleration.
 
-Data with exp(-j omega t) have conjugate values. Their poles grow (`modal_fit.is_conjugate`), and with the parts of unit
-phasors u = H/|H|, the sums over frequency
+Data with exp(-j omega t) have conjugate values. Their poles grow (`modal_fit.is_conjugate`), and with the real and
+imaginary parts of unit phasors u = H/|H|, the sums over frequency
 
     q_re = sum Re u_m Re u_c/sum |Re u_m Re u_c|,   q_im = sum Im u_m Im u_c/sum |Im u_m Im u_c|    (2)
 
-are near 1 and -1. Lines that are too coarse for the former show the latter.
+are near 1 and -1. If the lines are too coarse to show growing poles, these sums still show the convention.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ REAL = 1e-9  # largest imaginary part over the amplitude of an amplitude without
 
 
 def phase_offset(measured: Complex, computed: Complex) -> float | None:
-    """Return the angle of (1) in degrees, from -180 to 180; None if the curves are too different to have one.
+    """Return the angle of (1) in degrees, from -180 to 180; None if the curves differ too much to have an angle.
 
     Parameters
     ----------
     measured, computed
-        Responses at the same frequencies, shape (n,); those measured are not 0.
+        Responses at the same frequencies, shape (n,); the measured ones are not 0.
     """
     on = computed != 0.0
     if not on.any():
@@ -53,7 +53,7 @@ def phase_offset(measured: Complex, computed: Complex) -> float | None:
 
 
 def are_conjugate(measured: Sequence[Complex], computed: Sequence[Complex]) -> bool:
-    """Return whether responses agree with computed ones but for the sign of their imaginary parts, by (2).
+    """Return whether responses agree with computed ones except for the sign of their imaginary parts, by (2).
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def _is_real(values: Complex) -> bool:
 
 
 def contradictions(curves: Sequence[FrequencyResponse], values: Sequence[Complex]) -> tuple[str, ...]:
-    """Return sentences on responses that are measured with another sign, quantity or time convention than computed.
+    """Return sentences on measured responses whose sign, quantity or time convention differs from the computed ones.
 
     Parameters
     ----------

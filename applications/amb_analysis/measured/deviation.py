@@ -41,13 +41,13 @@ class ModeDeviation:
     """A measured mode and the computed mode paired with it.
 
     measured, computed
-        Frequencies (Hz); None without a computed mode.
+        Frequencies (Hz); None if there is no computed mode.
     percent
-        Relative difference of the computed from the measured frequency (%).
+        Relative deviation of the computed from the measured frequency (%).
     measured_damping, computed_damping
         Damping ratios (1); None if not available or not resolved.
     mac
-        (2); None with a single response.
+        (2); None if there is only one response.
     """
 
     measured: Annotated[float, "Hz"]
@@ -73,7 +73,7 @@ def assurance(a: Complex, b: Complex) -> float:
 def mode_deviations(measured: Sequence[FittedMode], computed: Sequence[FittedMode]) -> tuple[ModeDeviation, ...]:
     """Return each measured mode with the computed mode that is nearest in frequency and shape; each is used once.
 
-    Shapes are compared if both modes have two responses or more.
+    Shapes are compared if both modes have at least two responses.
     """
     if not measured:
         return ()

@@ -4,7 +4,7 @@ With the spectra S_uu = <U U^H>, S_yu = <Y U^H>, S_yy = <Y Y^H> of segments,
 
     H1 = S_yu S_uu^-1                  noise at the outputs averages out                             (1)
     H2 = S_yy S_uy^-1                  noise at the input averages out, one input                    (2)
-    gamma^2 = S_yu S_uu^-1 S_uy/S_yy   coherence; of several inputs, the multiple coherence          (3)
+    gamma^2 = S_yu S_uu^-1 S_uy/S_yy   coherence; multiple coherence if there are several inputs    (3)
 
 J. S. Bendat, A. G. Piersol, Random Data, 4th ed., Wiley, 2010.
 """
@@ -46,16 +46,16 @@ def estimate(
     estimator
         `H1`, or `H2` for one input.
     segment
-        Length of a segment (s), by default an eighth of the record; the resolution is its inverse. Segments overlap by
-        half, except with the window `boxcar`.
+        Length of a segment (s), by default an eighth of the record; its inverse is the resolution. Segments overlap by
+        half, unless the window is `boxcar`.
     window
         Name of a window of scipy.
 
     Raises
     ------
     ValueError
-        If a channel, window or length is not allowed, a signal has numbers that are not finite, or inputs are
-        linearly dependent.
+        If a channel, window or length is not allowed, if a signal contains numbers that are not finite, or if inputs
+        are linearly dependent.
     """
     input_channels = [record.channel(name) for name in dict.fromkeys(inputs)]
     if not input_channels:
@@ -125,7 +125,7 @@ def _samples(record: TimeRecord, segment: float | None) -> int:
 def _spectra(rows: Array, sample_time: float, n: int, window: str) -> tuple[Array, Complex]:
     """Return the frequencies (Hz) above 0 and the spectra, shape (frequencies, channels, channels).
 
-    Rows have the shape (channels, repeats, samples); no segment is of two repeats.
+    Rows have the shape (channels, repeats, samples); no segment extends over two repeats.
     """
     try:
         weights = get_window(window, n)

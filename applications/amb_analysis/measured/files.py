@@ -37,11 +37,11 @@ def read_measured(
         UFF (`.uff`, `.unv`; sets 58 and 55), arrays (`.mat`, `.npz`), a table (`.csv`, `.tsv`, `.txt`), or the
         result of a run.
     names
-        Names of channels in the model by their names in the file.
+        Names of channels in the model, by their names in the file.
     inputs, estimation
         Arguments of `estimate`, for a file that is a record over time.
     units
-        Units by the names of columns or channels in the file, in place of those that the file gives or lacks.
+        Units, by the names of columns or channels in the file; they replace units in the file, or supply missing ones.
 
     Raises
     ------

@@ -3,10 +3,10 @@
     min_p sum r_k(p)^2,   s^2 = sum r_k^2/(n - m),   cov = s^2 (J^T J)^-1                           (1)
 
 The interval of a parameter is p +- t sqrt(cov_pp), t the quantile of Student's distribution with n - m degrees of
-freedom. It is linear theory: it holds if residuals are independent, of equal variance, and the model is right.
-G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 5.1. lmfit gives standard errors without Student's
-distribution, so intervals from few residuals are too narrow, and has no error for data that do not determine a
-parameter.
+freedom. This is linear theory. It holds if the model is right, and the residuals are independent and of equal variance.
+G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 5.1. lmfit is not used because it gives standard
+errors without Student's distribution, so intervals from few residuals are too narrow, and because it does not raise an
+error if the data do not determine a parameter.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ class Fit:
     """Fitted parameters.
 
     parameters
-        By name.
+        Parameters by name.
     correlation
-        Of the parameters in their order, shape (m, m).
+        Correlation of the parameters in their order, shape (m, m).
     rms_before, rms_after
-        Root mean square of the residuals at the start and of the fit.
+        Root mean square of the residuals before and after the fit.
     residuals
         Number of residuals.
     """
@@ -80,17 +80,17 @@ def fit(residuals: Residuals, free: Sequence[FreeParameter], start: Sequence[flo
     Parameters
     ----------
     residuals
-        Residuals of equal expected size over parameter values, shape (n,).
+        Function of the parameter values that returns residuals of equal expected size, shape (n,).
     free
         Parameters with bounds.
     start
-        Values to begin with, within the bounds.
+        Initial values, within the bounds.
 
     Raises
     ------
     ValueError
-        If there are not more residuals than parameters, the start is outside the bounds, or the data do not determine a
-        parameter: it has no influence, or its interval is wider than its bounds.
+        If there are not more residuals than parameters, if the start is outside the bounds, or if the data do not
+        determine a parameter, because it has no influence or its interval is wider than its bounds.
     """
     first = residuals(np.asarray(start, np.float64))
     best = minimised(residuals, free, start)
@@ -100,7 +100,7 @@ def fit(residuals: Residuals, free: Sequence[FreeParameter], start: Sequence[flo
 
 
 def minimised(residuals: Residuals, free: Sequence[FreeParameter], start: Sequence[float] | Array) -> Array:
-    """Return the values of the parameters that minimise (1); arguments and errors as of `fit`."""
+    """Return the values of the parameters that minimise (1); arguments and errors as for `fit`."""
     scaled, jacobian, low, span = _scaled(residuals, free)
     u0 = (np.asarray(start, np.float64) - low) / span
     for p, value, u in zip(free, start, u0, strict=True):
@@ -126,13 +126,13 @@ def intervals(
     Parameters
     ----------
     residuals, free
-        As of `fit`.
+        As for `fit`.
     best
         Values at the minimum.
     inflation
-        Factor of the covariance: above 1, residuals depend on each other.
+        Factor on the covariance, above 1 if residuals depend on each other.
     equivalent
-        Number of residuals that determine the parameters, if it is less than all.
+        Number of residuals that determine the parameters, if not all do.
 
     Raises
     ------
@@ -159,14 +159,14 @@ def intervals(
 
 
 def leverages(residuals: Residuals, free: Sequence[FreeParameter], best: Array) -> Array:
-    """Return the share of each residual in its own fit, the diagonal of J (J^T J)^-1 J^T, shape (n,)."""
+    """Return the leverage of each residual, the diagonal of J (J^T J)^-1 J^T, shape (n,)."""
     _, jacobian, low, span = _scaled(residuals, free)
     U, sizes, _ = np.linalg.svd(jacobian((best - low) / span), full_matrices=False)
     return np.asarray(np.sum(U[:, sizes > 1e-12 * sizes[0]] ** 2, axis=1))
 
 
 def _scaled(residuals: Residuals, free: Sequence[FreeParameter]) -> tuple[Residuals, Residuals, Array, Array]:
-    """Return the residuals over parameters from 0 to 1 and their Jacobian, and the lowest values and ranges."""
+    """Return functions of parameters scaled to 0 to 1, residuals and their Jacobian, and lowest values and ranges."""
     low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
 
     def scaled(u: Array) -> Array:

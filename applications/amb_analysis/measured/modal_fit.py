@@ -1,20 +1,20 @@
 """Natural frequencies, damping ratios and shapes from frequency responses, mode by mode.
 
-Near a resonance all responses share a pole lambda, and other modes add little that is not smooth:
+Near a resonance, all responses share a pole lambda, and the contributions of other modes are nearly smooth:
 
     H_c(j omega) = N_c(j omega)/(j omega - lambda),   N_c = b_0c + b_1c s + b_2c s^2,  complex        (1)
 
-Multiplied by the denominator this is linear in lambda and N_c. It is solved by least squares, weighted by the
-denominator of the last iteration (C. K. Sanathanan, J. Koerner, IEEE Trans. Autom. Control 8 (1963) 56-58). The shape
-is the residue N_c(lambda) of each response.
+Multiplied by the denominator, this is linear in lambda and N_c. It is solved by least squares with weights from the
+denominator of the previous iteration (C. K. Sanathanan, J. Koerner, IEEE Trans. Autom. Control 8 (1963) 56-58). The
+shape is the residue N_c(lambda) of each response.
 
-An estimate from records is an average over the width 1/T of its lines, T the length of a segment. A peak whose fitted
-half-power width is
+An estimate from records is an average over the width 1/T of its lines, where T is the length of a segment. A peak whose
+fitted half-power width is
 
     2 zeta f < 4.5/T                                                                                  (2)
 
-has a damping ratio that is too large by 10 % or more with the window `hann`; by 88 % if its true width is that of a
-line. Its damping is unknown. So is that of a peak narrower than the spacing of measured lines.
+has a damping ratio that is too large by 10 % or more with the window `hann`, and by 88 % if its true width is one line.
+Its damping is therefore considered unknown, as is the damping of a peak narrower than the spacing of measured lines.
 """
 
 from __future__ import annotations
@@ -61,13 +61,13 @@ class FittedMode:
     shape
         Residue of each response, in their order, shape (responses,).
     lines
-        Half-power width of the peak by the spacing of lines (1).
+        Half-power width of the peak over the spacing of lines (1).
     error
-        Root mean square of the difference of the fit from the responses, over that of the responses (1).
+        Root mean square of the deviation of the fit from the responses, over the root mean square of the responses (1).
     height
-        Mean power of the responses at the peak over their medians (1).
+        Mean power of the responses at the peak, over its median (1).
     is_resolved
-        Whether the damping ratio is one of the vibration, not of the lines (2).
+        Whether the damping ratio describes the vibration, and not the width of the lines (2).
     """
 
     frequency: float
@@ -80,15 +80,15 @@ class FittedMode:
 
 
 def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ...]:
-    """Return the modes at the peaks of some responses by (1), by ascending frequency.
+    """Return the modes at the peaks of some responses by (1), in order of frequency.
 
-    Noise has peaks, too. A peak of low coherence has no mode, nor has one of uncertain coherence that no pole fits
-    or that is narrower than a line.
+    Noise has peaks, too. A peak with low coherence is therefore not taken for a mode. Nor is a peak with uncertain
+    coherence if no pole fits it or if it is narrower than a line.
 
     Parameters
     ----------
     responses
-        With the same frequencies.
+        Responses at the same frequencies.
 
     Raises
     ------
@@ -115,11 +115,11 @@ def fitted_modes(responses: Sequence[FrequencyResponse]) -> tuple[FittedMode, ..
 def _heavily_damped(
     responses: Sequence[FrequencyResponse], frequencies: Array, H: Complex, light: Sequence[FittedMode]
 ) -> tuple[FittedMode, ...]:
-    """Return the mode without a peak of 6 dB, if one with a large damping ratio fits all responses.
+    """Return the mode that has no peak of 6 dB, if a mode with a large damping ratio fits all responses.
 
-    Both of its poles, lambda and its conjugate, are within reach of all lines, and (1) with two poles is exact. Light
-    modes add a residue over their pole each, and their peaks are left out. Curves that polynomials of degree 3 and the
-    light modes fit have no other mode.
+    Both of its poles, lambda and its conjugate, affect all lines, so (1) with two poles is exact. Each lightly damped
+    mode adds a residue over its pole, and its peak is left out. If polynomials of degree 3 and the lightly damped modes
+    fit the curves, there is no other mode.
     """
     known = [float(item.coherence.mean()) for item in responses if item.coherence is not None]
     off = np.ones(len(frequencies), np.bool_)
@@ -145,7 +145,7 @@ def _pole(mode: FittedMode) -> complex:
 
 
 def _error(frequencies: Array, H: Complex, poles: Complex) -> float:
-    """Return the relative error of polynomials of degree 3 and residues over poles (Hz)."""
+    """Return the relative error of a fit by polynomials of degree 3 and residues over poles (Hz)."""
     _, basis = _basis(frequencies, 4, poles)
     scaled = (H / np.linalg.norm(H, axis=1)[:, None]).T
     rest = scaled - basis @ np.linalg.lstsq(basis, scaled, rcond=None)[0]
@@ -153,7 +153,7 @@ def _error(frequencies: Array, H: Complex, poles: Complex) -> float:
 
 
 def _basis(frequencies: Array, count: int, poles: Complex) -> tuple[Complex, Complex]:
-    """Return s of (1), from -j to j, and the powers of s below `count` and 1/(s - pole) of poles (Hz), in columns."""
+    """Return s of (1), from -j to j, and columns with the powers of s below `count` and 1/(s - pole) of poles (Hz)."""
     middle, half = 0.5 * (frequencies[0] + frequencies[-1]), 0.5 * (frequencies[-1] - frequencies[0])
     s = 1j * (frequencies - middle) / half
     columns = [s**k for k in range(count)] + [1.0 / (s - (pole - 1j * middle) / half) for pole in poles]
@@ -161,16 +161,16 @@ def _basis(frequencies: Array, count: int, poles: Complex) -> tuple[Complex, Com
 
 
 def peak_frequencies(responses: Sequence[FrequencyResponse]) -> Array:
-    """Return the frequencies of the peaks of some responses (Hz), with a mode or without; see `fitted_modes`."""
+    """Return the frequencies (Hz) of all peaks of some responses, whether or not a mode fits; see `fitted_modes`."""
     frequencies, _, _, peaks = _peaks(responses)
     return frequencies[peaks]
 
 
 def is_conjugate(responses: Sequence[FrequencyResponse]) -> bool:
-    """Return whether the poles at the peaks of some responses grow: they are written with exp(-j omega t).
+    """Return whether the poles at the peaks of some responses grow, because these are written with exp(-j omega t).
 
     Growing poles then fit more peaks than decaying ones. Only peaks that are high and fitted well count, because the
-    pole of noise may do either.
+    poles of noise may grow or decay.
     """
     turned = [replace(item, values=item.values.conj()) for item in responses]
     return _clear_poles(turned) > _clear_poles(responses)
@@ -220,10 +220,10 @@ def _near(power: Array, frequencies: Array, peaks: Indices, k: int, reach: float
 def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
     """Return the modes near a peak from H, shape (responses, lines): one, two if they fit much better, or none.
 
-    With p poles, (1) has the denominator prod(s - lambda_j) and polynomials N_c of degree p + 1. By the squares of the
-    rests and their degrees of freedom d, two poles are better if (e_1^2/d_1)/(e_2^2/d_2) > 6. Both must decay, lie
-    within the lines, add to the peak, and have a half-power width that the lines resolve, `narrowest` (Hz) or more: the
-    window of an estimate has a shape that two poles fit better than one.
+    With p poles, (1) has the denominator prod(s - lambda_j) and polynomials N_c of degree p + 1. With the residuals e
+    and their degrees of freedom d, two poles are better if (e_1^2/d_1)/(e_2^2/d_2) > 6. Both must decay, lie within the
+    lines and contribute to the peak. Their half-power widths must be at least `narrowest` (Hz), which the lines
+    resolve, because the window of an estimate has a shape that two poles fit better than one.
     """
     one, two = (_fit(frequencies, H, p) for p in (1, 2))
     count, n = H.shape
@@ -241,9 +241,9 @@ def _fits(frequencies: Array, H: Complex, narrowest: float) -> list[FittedMode]:
 
 
 def _fit(frequencies: Array, H: Complex, order: int, light: Complex = NONE) -> list[FittedMode]:
-    """Return modes by (1) with some poles; those that do not decay or lie outside are left out.
+    """Return modes by (1) with some poles; poles that do not decay, or lie outside the lines, are left out.
 
-    Known poles `light` (Hz) add a residue over each to N_c.
+    Each of the known poles `light` (Hz) adds a residue over this pole to N_c.
     """
     n = H.shape[1]
     if n < 4 + order + len(light):

@@ -15,7 +15,7 @@ ROUNDED = 1e-3  # of a coherence that a file rounds
 
 
 def check_sizes(values: Array | Complex, name: str) -> None:
-    """Raise ValueError if the square or product of a number other than 0 is not a number."""
+    """Raise ValueError if numbers other than 0 are so small or large that their squares or products are not numbers."""
     sizes = np.abs(values)
     beyond = (sizes > MOST) | ((sizes < LEAST) & (sizes > 0.0))
     if beyond.any():
@@ -32,7 +32,7 @@ class Channel:
     unit: str
 
     def renamed(self, names: Mapping[str, str]) -> Channel:
-        """Return the channel with its name in the model, if `names` has it."""
+        """Return the channel with its name in the model, if `names` contains it."""
         return Channel(names.get(self.name, self.name), self.unit)
 
     def __str__(self) -> str:
@@ -41,7 +41,7 @@ class Channel:
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Response of an output to an input.
+    """The response of an output to an input.
 
     output, input
         Channels.
@@ -57,8 +57,8 @@ class FrequencyResponse:
     Raises
     ------
     ValueError
-        If the shapes differ, a number is not finite or beyond all measure, a coherence is not from 0 to 1, or the
-        frequencies do not ascend from above 0.
+        If the shapes differ, a number is not finite or is too large or too small, a coherence is not from 0 to 1, or
+        the frequencies are not positive and ascending.
     """
 
     output: Channel
@@ -102,7 +102,7 @@ class FrequencyResponse:
         return self.at((self.frequencies >= lowest) & (self.frequencies <= highest))
 
     def at(self, k: Indices | Bools) -> FrequencyResponse:
-        """Return the part at some of the frequencies, by their numbers."""
+        """Return the part at some of the frequencies, selected by their numbers."""
         coherence = None if self.coherence is None else self.coherence[k]
         return replace(self, frequencies=self.frequencies[k], values=self.values[k], coherence=coherence)
 
@@ -110,7 +110,7 @@ class FrequencyResponse:
 def response_above_zero(
     output: Channel, source: Channel, frequencies: Array, values: Complex, coherence: Array | None
 ) -> FrequencyResponse:
-    """Return a response without its line at 0 Hz, which many instruments write; see `FrequencyResponse` for errors."""
+    """Return a response without the line at 0 Hz that many instruments write; see `FrequencyResponse` for errors."""
     on = frequencies != 0.0
     return FrequencyResponse(output, source, frequencies[on], values[on], None if coherence is None else coherence[on])
 
@@ -149,7 +149,7 @@ class TimeRecord:
     repeats: int = 1
 
     def channel(self, name: str) -> Channel:
-        """Return the channel of a name; at a driving point, whose force and motion have one name, the force.
+        """Return the channel with a name; at a driving point, whose force and motion share a name, return the force.
 
         Raises
         ------

@@ -1,28 +1,28 @@
 """Parameters of a model from measured frequency responses, whose scatter is estimated from the data.
 
-The fit begins with logarithms, ln(H/H_m), which lead from afar to the resonances. Near a noise floor they are biased.
-It ends with differences over their own standard deviation,
+The fit begins with logarithms, ln(H/H_m), which find the resonances even from a distant start. However, they are biased
+near a noise floor. The fit therefore ends with differences over their own standard deviation,
 
     r_k = (H_k - H_mk)/sqrt(v_k/2), real and imaginary                                               (1)
     v_k = a + b |H_k|^2 + c |H_k|^2 (1 - gamma_k^2)/gamma_k^2                                        (2)
 
-a is a noise floor, b a scatter in proportion, and c that of an estimate with the coherence gamma^2. Each response has
-its own a, b, c >= 0, of largest likelihood with e_k = |H_k - H_mk|^2/v_k distributed exponentially. Each of them is
-multiplied by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), x its factor in (2), until it settles. H of (2) is the model of the
-last step, since a measured |H| would favour small values.
+a is a noise floor, b is a scatter in proportion to the response, and c is the scatter of an estimate with the coherence
+gamma^2. Each response has its own a, b, c >= 0, which maximise the likelihood if e_k = |H_k - H_mk|^2/v_k is
+distributed exponentially. Each of them is multiplied by (sum x_k e_k/v_k / sum x_k/v_k)^(1/2), where x is its factor in
+(2), until it settles. H of (2) is the model of the previous step, because a measured |H| would favour small values.
 
-Residuals r of neighbouring lines must not depend on each other. With their correlations rho_l at a distance of l lines,
-the covariance of the parameters grows by
+Residuals r of neighbouring lines should be independent. If they have correlations rho_l at a distance of l lines, the
+covariance of the parameters grows by the factor
 
     1 + 2 sum rho_l,   l = 1, 2, ... while rho_l > 3/sqrt(n)                                         (3)
 
-If the model lacks something, such as a soft suspension, a few lines may be off by much. They shift parameters, but
-hardly change (3). With both parts of r as a complex number z, of L neighbouring lines of noise
+If the model lacks something, such as a soft suspension, a few lines may deviate by much. They shift parameters, but
+hardly change (3). With both parts of r as a complex number z, the sum over L neighbouring lines of noise
 
     |sum z_k|^2/(2 L)                                                                                (4)
 
-is distributed exponentially. The largest of all runs of L = 1, 2, 4, ... lines, divided by (3), exceeds ln(runs/0.01)
-in fewer than one of a hundred measurements that the model explains.
+is distributed exponentially. The largest value of all runs of L = 1, 2, 4, ... lines, divided by (3), exceeds
+ln(runs/0.01) in fewer than one of a hundred measurements that the model explains.
 
 G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 2.8; J. S. Bendat, A. G. Piersol, Random Data, 4th
 ed., Wiley, 2010, sec. 9.2.
@@ -60,11 +60,11 @@ def fit_responses(
     Parameters
     ----------
     model
-        Values of all responses over the parameters, shape (n,) each.
+        Function of the parameters that returns the values of all responses, shape (n,) each.
     curves
         Measured responses.
     free, start
-        Parameters with bounds, and values to begin with.
+        Parameters with bounds, and initial values.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _pairs(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
 
 
 def _shares(values: Array, curves: Sequence[FrequencyResponse]) -> list[Array]:
-    """Return the share of each line in the fit, by response, shape (n,) each."""
+    """Return the leverage of each line in the fit, by response, shape (n,) each."""
     return [np.asarray(pair.sum(axis=0)) for pair in _pairs(values, curves)]
 
 
@@ -129,8 +129,8 @@ def _scatters(
 ) -> tuple[list[Array], float]:
     """Return the terms of (2) of each response, shape (n, terms), and -2 times the logarithm of the likelihood.
 
-    A line that has the share h in the fit, of its two parts, leaves a residual that is too small: its square is divided
-    by 1 - h/2.
+    A line with the leverage h, summed over its real and imaginary parts, leaves a residual that is too small. Its
+    square is therefore divided by 1 - h/2.
     """
     result, total = [], 0.0
     for H, curve, h in zip(values, curves, shares, strict=True):
@@ -142,10 +142,11 @@ def _scatters(
 
 
 def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
-    """Return the number of residuals that determine the scatter of those lines which determine the parameters.
+    """Return the number of residuals that determine the scatter of the lines that determine the parameters.
 
-    A term of (2) is known from the lines at which it is large, about 2 (sum s)^2/sum s^2 with its part s in v. The
-    relative errors of terms, weighted by their parts in the fit, add up (F. E. Satterthwaite, Biometrics 2 (1946) 110).
+    A term of (2) is known from the lines at which it is large. Their number is about 2 (sum s)^2/sum s^2, where s is
+    its fraction of v. The relative errors of terms add up, weighted by their parts in the fit (F. E. Satterthwaite,
+    Biometrics 2 (1946) 110).
     """
     whole, error = max(sum(float(h.sum()) for h in shares), 1e-300), 0.0
     for item, h in zip(terms, shares, strict=True):
@@ -156,7 +157,7 @@ def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
 
 
 def _by_coherence(curve: FrequencyResponse) -> Array:
-    """Return weights of logarithms: the inverse of their standard deviation, up to the number of averages."""
+    """Return weights of logarithms: the inverse of their standard deviation, up to a constant factor."""
     if curve.coherence is None:
         return np.ones(len(curve.values))
     square = np.clip(curve.coherence, 1e-3, 1.0 - 1e-6)
@@ -164,13 +165,13 @@ def _by_coherence(curve: FrequencyResponse) -> Array:
 
 
 def _floor(H: Complex, curve: FrequencyResponse) -> Array:
-    """Return equal v, shape (n,): resonances then lead; a misfit there would be taken for a scatter of (2)."""
+    """Return equal v, shape (n,), so that resonances dominate; otherwise a misfit there would pass for scatter (2)."""
     squares = np.abs(H - curve.values) ** 2
     return np.full(len(H), max(float(np.median(squares)), LEAST_SCATTER**2 * float(np.mean(np.abs(H) ** 2))))
 
 
 def _scatter(H: Complex, curve: FrequencyResponse, squares: Array) -> Array:
-    """Return the terms of (2), shape (n, terms), of largest likelihood with the squares of residuals."""
+    """Return the terms of (2), shape (n, terms), that maximise the likelihood of the squares of residuals."""
     power = np.abs(H) ** 2
     columns = [np.full(len(H), np.mean(power)), power]
     if curve.coherence is not None:
@@ -207,7 +208,7 @@ def _dependence(residuals: Sequence[Complex]) -> tuple[float, float]:
 
 
 def _systematic(residuals: Sequence[Complex], curves: Sequence[FrequencyResponse], inflation: float) -> str:
-    """Return where (4) is largest if that is not noise; an empty text otherwise."""
+    """Return where (4) is largest if noise does not explain it; an empty text otherwise."""
     runs, largest, where = 0, 0.0, ""
     for z, curve in zip(residuals, curves, strict=True):
         sums, L = np.concatenate([[0.0], np.cumsum(z)]), 1

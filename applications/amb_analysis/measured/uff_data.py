@@ -1,17 +1,18 @@
 """Measured data from Universal File Format, by pyuff: functions at nodes (sets 58 and 58b) and modes (set 55).
 
-A channel is named by node and direction, `3.x`; data in direction -x are those along x with the opposite sign.
+A channel is named by node and direction, `3.x`; data in direction -x are read as data along x with the opposite sign.
 
-Units are those of the axis labels. Without a label, numbers are divided by factors of the set 164 before them, or else
-of the first in the file,
+Units are taken from the axis labels. If there is no label, numbers are divided by factors of the set 164 before them,
+or else of the first set 164 in the file,
 
     SI = value/(length^a force^b)                                                                  (1)
 
-with the exponents a and b of the type of data, such as 1 and 0 of a displacement. Without set 164 they are in SI units.
-A label that contradicts the type of data or set 164 is refused: either may be wrong, by 1000 or more.
+with the exponents a and b of the type of data, such as 1 and 0 for a displacement. If there is no set 164, they are in
+SI units. A label that contradicts the type of data or set 164 is refused, because either may be wrong by a factor of
+1000 or more.
 
-Damping ratios of sets 55 are viscous, zeta, or half of a hysteretic loss factor, zeta = eta/2 (resonance has the same
-height). Definitions of the sets: Structural Dynamics Research Laboratory, University of Cincinnati.
+Damping ratios of sets 55 are viscous, zeta, or half of a hysteretic loss factor, zeta = eta/2, which gives the same
+height of the resonance. Definitions of the sets: Structural Dynamics Research Laboratory, University of Cincinnati.
 """
 
 from __future__ import annotations
@@ -65,7 +66,8 @@ def read_uff(path: Path, units: StatedUnits) -> Measurement | TimeRecord:
     path
         The file.
     units
-        Stated by `frequency`, `time`, the name of a response, `3.x/7.x`, or of a channel of a record, `3.x`.
+        Units that the user states for `frequency`, `time`, a response such as `3.x/7.x`, or a channel of a record such
+        as `3.x`.
 
     Raises
     ------
@@ -96,7 +98,7 @@ def _content(sets: Sequence[Set], units: StatedUnits) -> Measurement | TimeRecor
 
 
 def _sets(path: Path) -> list[dict[str, Any]]:
-    """Return the sets of a file; functions have the factors of their set 164, and no filling after their data."""
+    """Return the sets of a file; functions include the factors of their set 164, and no padding after their data."""
     import pyuff
 
     try:
@@ -122,14 +124,14 @@ def _sets(path: Path) -> list[dict[str, Any]]:
 
 
 def _check_length(item: Set, number: int) -> None:
-    """Raise ValueError if a function of text has more numbers than it announces; zeros may fill its last line."""
+    """Raise ValueError if a function in text form has more numbers than it announces; zeros may pad its last line."""
     n, data = int(item["num_pts"]), item["data"]
     if n < 0 or (not item["binary"] and (len(data) - n > MOST_FILLING or np.any(data[n:] != 0.0))):
         raise ValueError(f"set {number} announces {n} points, and has {len(data)}; it is damaged or incomplete")
 
 
 def _check_function(item: Set, number: int) -> None:
-    """Raise ValueError if a function has not the numbers that it announces, or numbers of another format."""
+    """Raise ValueError if a function does not contain as many numbers, or numbers of the format, as it announces."""
     if item["binary"] and (item["byte_ordering"] not in BYTE_ORDERS or item["fp_format"] != IEEE):
         raise ValueError(
             f"set {number} has byte order {item['byte_ordering']} and format {item['fp_format']} of its numbers; "
@@ -169,7 +171,7 @@ def _responses(functions: Sequence[Set], units: StatedUnits) -> tuple[FrequencyR
 
 
 def _by_ends(functions: Any) -> dict[tuple[Any, ...], list[Set]]:
-    """Return functions by both ends, in their order: a measurement may have been repeated."""
+    """Return functions by both ends, each in their order, because a measurement may have been repeated."""
     result: dict[tuple[Any, ...], list[Set]] = defaultdict(list)
     for item in functions:
         names = (str(item[f"{end}_ent_name"]).strip() for end in ("rsp", "ref"))
@@ -205,7 +207,7 @@ def _coherence(item: Set | None, frequencies: Array) -> Array | None:
 
 
 def _labels(item: Set, name: str) -> dict[str, str]:
-    """Return the labels of output and input by axis; a label of the output may be their quotient, such as `g/N`."""
+    """Return the axis labels of output and input; the label of the output may be their quotient, such as `g/N`."""
     above, below = (_label(item, axis) for axis in ("ordinate", "orddenom"))
     if above and not _is_unit(above, name):
         quotient, of_input = split_quotient(above, name)
@@ -229,7 +231,7 @@ def _label(item: Set, axis: str) -> str:
 
 
 def _unit(item: Set, axis: str, label: str, name: str) -> tuple[float, str]:
-    """Return the factor to SI and the SI unit of an axis, by its label, or by (1) and its type of data."""
+    """Return the factor to SI and the SI unit of an axis, from its label, or from (1) and its type of data."""
     kind = int(item[f"{axis}_spec_data_type"])
     si, dimension = SI_BY_TYPE.get(kind, ("", ""))
     factors = item["factors"]
@@ -255,7 +257,7 @@ def _example(name: str) -> str:
 
 
 def _abscissa(item: Set, name: str, target: str, units: StatedUnits) -> Array:
-    """Return frequencies (Hz) or times (s) in the unit of the label, or of the type of the abscissa."""
+    """Return frequencies (Hz) or times (s), converted from the unit of the label or of the type of the abscissa."""
     kind, label = int(item["abscissa_spec_data_type"]), _label(item, "abscissa")
     by_type = ABSCISSAS[target].get(kind)
     if stated := units.of(name, ""):
@@ -285,7 +287,7 @@ def _name(item: Set, end: str) -> tuple[str, float]:
 
 
 def _record(functions: Sequence[Set], units: StatedUnits) -> TimeRecord:
-    """Return the channels over time; those that were recorded several times are one after the other."""
+    """Return the channels over time; repeated records of a channel are concatenated."""
     steps, lengths = (
         {round(even_step(_abscissa(f, "time", "s", units)), 12) for f in functions},
         {len(f["x"]) for f in functions},

@@ -1,4 +1,4 @@
-"""Lines of universal files as pyuff reads them: without blanks at their ends, and with one kind of end."""
+"""Lines of universal files as pyuff can read them: without trailing blanks, and with one kind of line ending."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ END_OF_SET = re.compile(rb"(?:\r?\n)? {4}-1[ \t]*\r?(?=\n|\Z)")
 
 
 def unpadded(content: bytes) -> bytes:
-    """Return a file without blanks at the ends of its lines, which pyuff takes for numbers, and with one end of line.
+    """Return a file without trailing blanks, which pyuff mistakes for numbers, and with one kind of line ending.
 
-    Binary numbers are left as they are. The head of a set states its lines of text and its bytes. The numbers begin
-    after that text, and end at the first line after those bytes that ends a set.
+    Binary numbers are left as they are. The head of a set states its number of lines of text and its number of bytes.
+    The numbers begin after that text, and end at the first line after those bytes that ends a set.
     """
     parts, at = [], 0
     for head in BINARY_HEAD.finditer(content):

@@ -23,18 +23,18 @@ SINGLE = 1e-8  # relative difference of a number of single precision from its te
 
 @dataclass(frozen=True)
 class StatedUnits:
-    """Units that the user states, in place of those of a file, by the names of its columns or channels."""
+    """Units that the user states, which replace the units in a file, by the names of its columns or channels."""
 
     units: Mapping[str, str] = field(default_factory=dict)
     names: set[str] = field(default_factory=set)
 
     def of(self, name: str, unit: str) -> str:
-        """Return the stated unit of a column or channel; without one, the unit in the file."""
+        """Return the stated unit of a column or channel, or the unit in the file if none is stated."""
         self.names.add(name)
         return self.units.get(name, unit)
 
     def check(self) -> None:
-        """Refuse a unit that belongs to no name in the file.
+        """Refuse a stated unit whose name does not occur in the file.
 
         Raises
         ------
@@ -52,7 +52,7 @@ def factor_to(target: str, unit: str, name: str) -> float:
     Raises
     ------
     ValueError
-        If it is missing, or a unit of something else.
+        If it is missing or is a unit of another quantity.
     """
     _require_unit(unit, name, target)
     return to_unit(f"1 {unit}", target, name)
@@ -64,7 +64,7 @@ def si_unit(unit: str, name: str) -> tuple[float, str]:
     Raises
     ------
     ValueError
-        If it is missing, or not a unit of displacement, velocity, acceleration, force, current, voltage or speed.
+        If it is missing or is not a unit of displacement, velocity, acceleration, force, current, voltage or speed.
     """
     _require_unit(unit, name, "m/s2")
     text = unit.strip()
@@ -90,7 +90,7 @@ def even_step(times: Array) -> float:
     """Return the step of evenly spaced times, in their unit.
 
     It is the slope h of the straight line t_0 + k h through the times, by least squares. Times are evenly spaced if
-    they deviate from that line by their rounding only: to decimals or digits, as in a file, or to single precision.
+    they deviate from that line only by rounding: to decimals or digits, as in a file, or to single precision.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def even_step(times: Array) -> float:
 
 
 def _rounding(times: Array, most: float) -> float:
-    """Return the coarsest unit, up to `most`, to which all times are rounded; at least that of double precision."""
+    """Return the coarsest unit, up to `most`, to which all times are rounded; at least double precision."""
     largest = float(np.abs(times).max())
     units = [float(np.spacing(largest))]
     if (np.abs(times - times.astype(np.float32)) <= SINGLE * np.abs(times)).all():

@@ -1,12 +1,12 @@
-"""Forward whirl in contact at a natural frequency near the spin, which lasts long if damping is small.
+"""Forward whirl in contact at a natural frequency near the spin speed, which lasts long if damping is small.
 
 Without unbalance, and with journals side by side or opposite each other, p_j = 1 or -1, the contact forces are
 
     N_j + i L_j = -p_j sum_k E_jk(omega) c_k p_k,     E = R(omega)^-1                                 (1)
 
 at any omega for which all N_j > 0. They grow as omega approaches a natural frequency of the rotor pinned at these
-sites. L_j is the tangential force that damping requires. Only unbalance supplies it; without it omega falls, slowly if
-L is small compared with N. With friction, L_j + mu N_j is required.
+sites. L_j is the tangential force that damping requires. Only unbalance supplies it; without unbalance omega falls,
+though slowly if L is small compared with N. With friction, L_j + mu N_j is required.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class ContactWhirl:
     frequencies
         Lowest and highest whirl frequency (rad/s).
     N
-        Normal forces (N) at these two frequencies, by site; None where they have no limit.
+        Normal forces (N) at these two frequencies, by site; None where they are unbounded.
     """
 
     contact: tuple[str, ...]
@@ -53,11 +53,12 @@ class ContactWhirl:
 def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
     """Return the long-lasting whirls (1) of single sites and of pairs near a spin speed (rad/s).
 
-    A whirl lasts where its margin is positive. The margin is the least over sites j in contact and others k of
+    A whirl lasts where its margin is positive. The margin is the minimum, over the sites j in contact and the other
+    sites k, of
 
         (N_j/10 - |L_j + mu_j N_j|)/|N_j + i L_j|,    1 - |q_k|/c_k                               (2)
 
-    Its maxima over frequency are refined, and its zeros are the ends of a whirl.
+    Its maxima over frequency are refined; a whirl ends at its zeros.
     """
     search = _Search(rotor, rotor.loop(Omega), rotor.mu(Omega))
     first = search.about_changes_of_sign(np.linspace(*NEAR, POINTS) * Omega)
@@ -75,7 +76,7 @@ def contact_whirls(rotor: RubbingRotor, Omega: float) -> list[ContactWhirl]:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """Forces and margins of all sets of sites and signs of a rotor over frequency."""
+    """Forces and margins over frequency, for all sets of sites and signs of a rotor."""
 
     rotor: RubbingRotor
     loop: ForwardLoop
@@ -112,7 +113,7 @@ class _Search:
         return np.stack(result, axis=1)
 
     def about_changes_of_sign(self, grid: Array) -> Array:
-        """Return frequencies with more about those at which a force changes its sign, where narrow whirls begin."""
+        """Return frequencies, densified near changes of sign of a force, where narrow whirls begin."""
         about = [grid]
         for number in range(len(self.sets)):
             forces = self.forces(number, grid)
@@ -123,7 +124,7 @@ class _Search:
         return np.asarray(result[(result >= grid[0]) & (result <= grid[-1])])
 
     def end(self, number: int, outward: Array) -> tuple[float, list[float | None]]:
-        """Return the end of a whirl and its forces there (N): between two frequencies, or at the last one.
+        """Return the end of a whirl, between two frequencies or at the last one, and its forces there (N).
 
         Where the margin jumps and the forces grow, a mode of the pinned rotor has no damping: the forces are unbounded.
         """

@@ -1,13 +1,13 @@
-"""Whirl of a rotor that rests on a face and is held by nothing else: how fast friction makes it grow.
+"""Whirl of a rotor that rests on a face and has no other support: how fast friction makes it grow.
 
-A whole ring that spins fast against its seat is linear in the lean u of the shaft there and the velocity v of the face,
-complex in x + i y. With k_t = k R^2/2, d_t = d R^2/2, n = 1 if the seat pushes the rotor to larger z, else -1, and the
-slip omega of the ring
+The forces of a whole ring that spins fast against its seat are linear in the tilt u of the shaft there and in the
+velocity v of the face, both complex in x + i y. With k_t = k R^2/2, d_t = d R^2/2, n = 1 if the seat pushes the rotor
+to larger z, else -1, and the slip omega of the ring
 
     moment  -k_t u - d_t u' - n N h u,    force  -i n mu sgn(omega) (k_t u + d_t u')/R - mu N v/(2 |omega| R)     (1)
 
-act on the shaft (`rotor_contact.contact.faces`). The growth is the largest real part of the poles. A race that the face
-turns leaves no slip and no drive after
+act on the shaft (`rotor_contact.contact.faces`). The growth is the largest real part of the poles. If the face turns a
+race, slip and drive end after
 
     t = J_r |omega|/(mu N R - M)                                                                                  (2)
 
@@ -48,12 +48,12 @@ class FaceWhirl:
 
 @dataclass(frozen=True)
 class StandingRotor:
-    """A rotor without power that rests on a face at a spin speed.
+    """A rotor with unpowered bearings that rests on a face at a spin speed.
 
     A, mass
-        Its state matrix without contact, of (q, v) along x and y, shape (2 n, 2 n); and its mass (kg).
+        Its state matrix without contact, for (q, v) along x and y, shape (2 n, 2 n), and its mass (kg).
     rows
-        x, y, x', y' at the face from q, then the accelerations by unit forces and moments, shape (8, n).
+        x, y, x', y' at the face from q, then the accelerations due to unit forces and moments, shape (8, n).
     side, height
         n of (1); height of the face above the centre of mass (m).
     stiffness, restitution, radius
@@ -61,7 +61,7 @@ class StandingRotor:
     slip, load
         omega (rad/s) and N (N).
     race_inertia, race_drag
-        J_r (kg m^2), 0 of a seat that does not turn; M (N m).
+        J_r (kg m^2), 0 for a seat that does not turn, and M (N m).
     """
 
     A: Array
@@ -82,7 +82,7 @@ class StandingRotor:
         return FaceWhirl(self._growth(mu, stiffer), self._follows_after(mu))
 
     def least_driving(self, stiffer: float = 1.0) -> float:
-        """Return the least friction coefficient that drives whirl, `MOST` if none up to it does; see `whirl`."""
+        """Return the smallest friction coefficient that drives whirl (`whirl`), or `MOST` if none up to it does."""
         tried = np.linspace(0.0, MOST, STEPS + 1)[1:]
         driven = next((k for k, mu in enumerate(tried) if self.whirl(float(mu), stiffer).is_driven), None)
         if driven is None:
@@ -116,9 +116,9 @@ class StandingRotor:
 
 
 def standing_rotor(source: LinearSource, face: int, Omega: float, load: float) -> StandingRotor:
-    """Return a rotor that rests on its face of this number at a spin speed (rad/s), under a load (N).
+    """Return a rotor that rests on the face with this number at a spin speed (rad/s), under a load (N).
 
-    Its seat is at rest, and mounts do not give way. The speed must not be 0.
+    Its seat is at rest, and its mounts are rigid. The speed must not be 0.
     """
     at_speed = source.at(Omega)
     (plant,), p, layout = at_speed.parts([PLANT]), source.parameters(PLANT), source.layout(PLANT)

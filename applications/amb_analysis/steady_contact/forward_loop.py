@@ -5,7 +5,8 @@ xy], [yx, yy]] of a pair
 
     forward  = ((xx + yy) + i (yx - xy))/2,      mixing  = ((xx - yy) + i (yx + xy))/2                (1)
 
-the first acts on z, the second on its conjugate; it vanishes in an isotropic loop and is neglected in others.
+The first acts on z, and the second acts on its conjugate. The second vanishes in an isotropic loop and is neglected in
+others.
 
     forces at sites F, unbalance ---> rotor, magnets, amplifiers ---> q at sites, readings y
                                          ^ currents held over a sample (x late)      |
@@ -61,16 +62,16 @@ class ForwardLoop:
     Omega
         Spin speed (rad/s).
     plant
-        Continuous. Inputs: forces at the sites, forces at the places of unbalance, and delayed currents. Outputs:
+        Continuous part. Inputs: forces at the sites, forces at the places of unbalance, and delayed currents. Outputs:
         displacements at the sites, and readings.
     controller
-        Sampled, from readings to currents; None without a controller.
+        Sampled part, from readings to currents; None if there is no controller.
     sample_time
-        T (s); None without a controller.
+        T (s); None if there is no controller.
     late
         Delay of each current as a fraction of a sample, shape (n_currents,).
     sites, unbalances, currents
-        Names of sites, of places of unbalance, and of the bearings.
+        Names of the sites, of the places of unbalance, and of the bearings.
     notes
         Effects that the linear model neglects, in sentences.
     """
@@ -131,7 +132,7 @@ def forward_loop(source: LinearSource, Omega: float, sites: Sequence[str]) -> Fo
 
 
 def forward_rotor(source: LinearSource, Omega: float, sites: Sequence[str]) -> ComplexLaw:
-    """Return the displacements of a rotor at its sites over forces at them, without magnets, at a speed (rad/s)."""
+    """Return the displacements of a rotor at its sites over forces at these, without magnets, at a speed (rad/s)."""
     at = source.at(Omega)
     layout, constants = at.layout(PLANT), at.constants(PLANT)
     rotor = with_contact_forces(
@@ -187,7 +188,7 @@ def _reading_pairs(layout: Mapping[str, Any], bearings: Sequence[str], sites: Se
 
 
 def parts_in_contact(source: LinearSource, names: Sequence[str]) -> tuple[list[LinearComponent], dict[str, str]]:
-    """Return the parts of a run, the rotor with forces at its sites, and their connections."""
+    """Return the parts of a run and their connections; the rotor has inputs for forces at its sites."""
     layout, constants = source.layout(PLANT), source.constants(PLANT)
     rotor = rotor_component(PLANT, layout, constants, source.parameters(PLANT), source.point["Omega"])
     others = {name: source.parts([name])[0] for name in names if name != PLANT}
@@ -208,7 +209,7 @@ def mixing(source: LinearSource, Omega: float, sites: Sequence[str]) -> float:
 
 
 def _forward(law: Law) -> ComplexLaw:
-    """Return the forward part (1) of a law whose inputs, outputs and states with them alternate between x and y."""
+    """Return the forward part (1) of a law whose inputs, outputs and states alternate between x and y."""
     law = without_idle_states(law)
     return ComplexLaw(*(_split(matrix)[0] for matrix in (law.A, law.B, law.C, law.D)))
 

@@ -1,7 +1,7 @@
 """The smallest synchronous control force that frees a trapped rotor.
 
 Currents I, added to the controller's, move the contact-free orbit to r = r_0 + S I. A state with one site in contact
-exists only if |r| is at least (`synchronous_states`, the discriminant of its quadratic)
+exists only if |r| is at least b (from the discriminant of the quadratic in `synchronous_states`),
 
     b = c |sin arg rho| if Re rho < 0,   b = c otherwise                                              (1)
 
@@ -11,10 +11,11 @@ maximum are the solution of a convex problem:
 
     minimise t,  |I_b| <= t,  |r_k + S_k I| <= s b_k                                                  (2)
 
-It excludes more than it must: a state of one site does not exist, either, where another site would be passed, and the
-orbits need not shrink alike. The currents that leave no state are not a convex set. From the solution of (2), which is
-one of them, all directions I/t in which such currents may be smaller are searched, first everywhere and then closer
-and closer about the best. The result leaves no state in contact, and is the smallest that the search finds.
+(2) excludes more than necessary: a state of one site does not exist, either, where it would penetrate another site, and
+the orbits need not shrink by the same factor. The currents that leave no state in contact do not form a convex set. The
+solution of (2) is one of them. From there, all directions I/t in which such currents may be smaller are searched, first
+everywhere and then ever more closely around the best one. The result leaves no state in contact, and is the smallest
+that the search finds.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Freeing:
     injected
         Complex current added at each bearing, in the rotating frame (A).
     demanded
-        Total demanded current there, feedback included, during contact-free rotation (A).
+        Total demanded current at each bearing, including feedback, during contact-free rotation (A).
     """
 
     injected: dict[str, complex]
@@ -72,9 +73,9 @@ def smallest_freeing(rotor: RubbingRotor, Omega: float) -> Freeing | None:
 
 
 def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freeing | None:
-    """Return the freeing currents with the smallest maximum ratio of demanded to allowed current (A).
+    """Return the freeing currents (A) with the smallest maximum ratio of demanded to allowed current.
 
-    The demanded current is the sum of the feedback's and the injected current, i = i_0 + S_i I.
+    The demanded current is the sum of the feedback current and the injected current, i = i_0 + S_i I.
     """
     at = rotor.receptances(Omega)
     if not len(allowed) or (allowed <= 0.0).any():
@@ -102,7 +103,7 @@ def _smallest(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex
 def _any_free(
     rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex, are_free: Callable[[Complex], Bools]
 ) -> Complex | None:
-    """Return a free J about that of the smallest orbits, or None; with more sites than magnets (2) may have none."""
+    """Return a free J near the J of the smallest orbits, or None: with more sites than magnets, (2) may have none."""
     at = rotor.receptances(Omega)
     r = at.P @ rotor.unbalance * Omega**2 + at.S @ offset
     centre = np.linalg.lstsq(at.S @ basis / rotor.c[:, None], -r / rotor.c, rcond=None)[0]
@@ -144,7 +145,7 @@ def _searched(start: Complex, are_free: Callable[[Complex], Bools]) -> Complex:
     start
         A free point, shape (n,).
     are_free
-        Returns which of some points are free, shape (k, n).
+        Function that says which of some points, shape (k, n), are free.
     """
     if not start.any():
         return start
@@ -177,7 +178,7 @@ def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
 def _are_free(rotor: RubbingRotor, Omega: float, added: Complex) -> Bools:
     """Return for each of some injected currents, shape (n, bearings), whether the contact-free orbit is the only state.
 
-    Sets of more sites, whose states take longer to compute, are asked last and only for what is left.
+    Sets of more sites, whose states take longer to compute, come last, and only for the remaining currents.
     """
     at, mu, c = rotor.receptances(Omega), rotor.mu(Omega), rotor.c
     r = at.P @ rotor.unbalance * Omega**2 + added @ at.S.T
@@ -198,15 +199,15 @@ def _freeing(rotor: RubbingRotor, Omega: float, added: Complex) -> Freeing:
 
 
 def trap_limits(R: Complex, mu: Array, c: Array) -> Array:
-    """Return the orbit (m) of each site below which it has no state in contact alone (1)."""
+    """Return the orbit (m) of each site below which there is no state with only this site in contact (1)."""
     rho = np.diagonal(R) * (1.0 + 1j * mu)
     return np.where(rho.real < 0.0, c * np.abs(rho.imag) / np.abs(rho), c)
 
 
 def _smallest_currents(r: Complex, S: Complex, limits: Array) -> Complex | None:
-    """Return the currents of (2), a problem with second-order cones; None if infeasible.
+    """Return the currents of (2), a second-order cone problem; None if it is infeasible.
 
-    Currents count in units of those that cancel the orbit, orbits in units of their limits.
+    Currents are scaled by the currents that cancel the orbit, and orbits by their limits.
     """
     if (np.abs(r) <= limits).all():
         return np.zeros(S.shape[1], dtype=complex)

@@ -2,14 +2,14 @@
 
     conj(p_j) (s_j - sum_k e_jk p_k)  real,  |p_j| = 1
 
-With P for conj(p) these are 2 m equations, linear in p and linear in P:
+If conj(p) is written as P, these are 2 m equations, linear in p and linear in P:
 
     P_j (s_j - e_j p) - p_j (conj(s_j) - conj(e_j) P) = 0,      p_j P_j - 1 = 0                      (1)
 
 A start system of products l_i(p) l'_i(P) of random linear forms has C(2 m, m) solutions: in m of the equations the form
-in p is zero, in the others the form in P. Along (1 - t) gamma start + t target each path ends at a solution of (1); for
-almost all gamma no paths meet (A. J. Sommese and C. W. Wampler, The Numerical Solution of Systems of Polynomials, 2005,
-ch. 8).
+in p is zero, and in the others the form in P is zero. Along (1 - t) gamma start + t target, each path ends at a
+solution of (1); for almost all gamma no paths meet (A. J. Sommese and C. W. Wampler, The Numerical Solution of Systems
+of Polynomials, 2005, ch. 8).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ AT_A_TIME = 40000  # paths followed at once
 
 
 def solve_by_paths(e: Complex, s: Complex) -> Complex:
-    """Return p of all solutions of (1) at points, shape (n, C(2 m, m), m); 0 where a path diverges.
+    """Return p of all solutions of (1) at n points, shape (n, C(2 m, m), m); 0 where a path diverges.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def _tangent(z: Complex, t: np.ndarray, e: Complex, s: Complex, forms: tuple[Com
 
 
 def _solve(J: Complex, value: Complex) -> Complex:
-    """Return J^-1 value of each path; NaN where J is singular, so that `_track` takes a shorter step."""
+    """Return J^-1 value for each path; NaN where J is singular, so that `_track` takes a shorter step."""
     regular = J + 1e-300 * np.eye(J.shape[1])
     try:
         return np.linalg.solve(regular, value[:, :, None])[:, :, 0]

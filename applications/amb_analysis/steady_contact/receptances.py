@@ -30,7 +30,7 @@ class Receptances:
     Omega
         Spin speed (rad/s).
     R, P, S
-        Displacements at m sites per force (m/N), per unbalance force at d places (m/N), per injected current at b
+        Displacements at m sites per force (m/N), per unbalance force at d places (m/N), and per injected current at b
         bearings (m/A): shapes (m, m), (m, d), (m, b).
     readings
         Readings of r pairs of sensors per force, unbalance force and current: shapes (r, m), (r, d), (r, b).

@@ -3,14 +3,14 @@
     omega = -Omega R_s/c,    N_j (1 + i t_j) = -conj(p_j) sum_k E_jk c_k p_k,    |t_j| <= mu_j        (1)
 
 with E = R(omega)^-1 of the rolling sites, p_j = exp(i psi_j), and no unbalance. Only sites with equal R_s/c roll
-together. The angle between two of them is then free, so that N_j (1 + i t_j) is on a circle, and the journal at another
-site s within a distance:
+together. The angle between two of them is then free. Therefore N_j (1 + i t_j) lies on a circle, and the journal at
+another site s stays within a distance:
 
     |N_j (1 + i t_j) - a_j| = b_j,    a_j = -c_j E_jj,    b_j = c_k |E_jk|                           (2)
     max |t_j| = max |tan(arg a_j +- arcsin(b_j/|a_j|))|,    max |q_s| = sum_k |(R_s E)_k| c_k        (3)
 
 The equations do not decide whether a rotor reaches this state: friction accelerates a backward whirl that is faster
-than the unstable ones of `whirl`.
+than the unstable whirls of `whirl`.
 """
 
 from __future__ import annotations
@@ -37,11 +37,12 @@ class Rolling:
     contact, frequency
         One or two sites, and the whirl frequency (rad/s), negative.
     N, swing
-        Normal force at each site (N): mean over the angle between the sites, and largest deviation from the mean.
+        Normal force at each site (N): its mean over the angle between the sites, and its largest deviation from the
+        mean.
     friction
         Smallest friction coefficient that prevents slip at all sites and angles.
     possible, accurate
-        Whether all these sites have this friction; whether the reduced rotor is accurate at this frequency.
+        Whether all these sites have this friction, and whether the reduced rotor is accurate at this frequency.
     """
 
     contact: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""The rotor of a run for the analysis of steady rub: loop, contact sites, friction and unbalance."""
+"""The rotor of a run, for the analysis of steady rub: loop, contact sites, friction and unbalance."""
 
 from __future__ import annotations
 
@@ -110,7 +110,8 @@ class RubbingRotor:
 def rubbing_rotor(prepared: ScenarioPlan) -> RubbingRotor:
     """Return the rotor of a prepared run, with its final unbalance.
 
-    Sites are rigid, fixed and centred here, so that of several sites in one plane only the narrowest is ever touched.
+    Sites are treated as rigid, fixed and centred. If several sites are in one plane, the rotor can therefore only touch
+    the narrowest.
 
     Raises
     ------

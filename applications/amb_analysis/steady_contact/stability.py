@@ -1,16 +1,17 @@
 """Small motion about a synchronous state: linear dynamics in the rotating frame under the contact constraints.
 
 In axes that turn with the rotor, along n and t of each site, a small motion (a, b) of a journal in contact changes its
-force -N (1 + i mu) exp(i psi) to first order. The constraint requires a = 0. With lambda for the change of N, and
-friction,
+force -N (1 + i mu) exp(i psi) to first order. The constraint requires a = 0. If lambda is the change of N, then with
+friction
 
     f_n = -lambda,     f_t = -mu lambda - (1 + mu^2) (N/c) b - mu'(v) N b'                           (1)
 
-so that the normal force on the circle acts as a spring of stiffness N/c, and lambda follows from a'' = 0. mu'(v) is the
-slope of friction over the slip velocity, to which b' adds: friction that falls with slip drives the swing.
+The normal force on the circle acts as a spring of stiffness N/c, and lambda follows from a'' = 0. mu'(v) is the slope
+of friction over the slip velocity. Because b' adds to the slip velocity, friction that falls with slip drives the
+swing.
 
-Motion is x' = (A - i Omega) x; held currents turn with -i Omega. Over a sample of rotor and control x(n+1) = M x(n),
-and s = ln(z)/T with the eigenvalues z of M. This is exact for an isotropic loop.
+Motion is x' = (A - i Omega) x; held currents turn with -i Omega. Over one sample, rotor and control obey x(n+1) = M
+x(n), and s = ln(z)/T with the eigenvalues z of M. This is exact for an isotropic loop.
 """
 
 from __future__ import annotations
@@ -39,8 +40,8 @@ class SmallMotion:
     growth
         Largest growth rate (1/s); negative if the state is stable.
     frequency
-        Whirl frequency (rad/s) of the least damped vibration in the fixed frame; negative if backward. It equals the
-        spin speed if the motion diverges without whirling.
+        Whirl frequency (rad/s) of the least damped vibration in the fixed frame; negative for backward whirl. It equals
+        the spin speed if the motion diverges without whirling.
     damping
         Its damping ratio -Re s/|s + i Omega| (1).
     rates, frequencies
@@ -107,14 +108,14 @@ class Dynamics:
         return self._sorted(values, basis @ vectors[: basis.shape[1]])
 
     def growth(self, contact: tuple[int, ...], N: Array, psi: Array) -> float:
-        """Return the largest growth rate (1/s) about a state in half the time of `about`; arguments as there."""
+        """Return the largest growth rate (1/s) about a state in half the time of `about`, with the same arguments."""
         return self._growth(self._transition(contact, N, psi))
 
     def grows_below(self, limit: float, contact: tuple[int, ...], N: Array, psi: Array) -> bool:
         """Return whether the `growth` about a state is below a limit (1/s), 0 or less.
 
-        A negative det(1 - M), or det(-A) without samples, has an odd number of real eigenvalues that grow: about a
-        saddle, as is one of two states that meet in a fold, the others need not be computed.
+        If det(1 - M), or det(-A) without sampling, is negative, an odd number of real eigenvalues grow. The others need
+        not be computed then, as about a saddle, which one of two states that meet in a fold is.
         """
         M = self._transition(contact, N, psi)
         identity = 0.0 if self._sample_time is None else np.eye(len(M))
@@ -132,13 +133,13 @@ class Dynamics:
         return A if T is None else self._sampled(A, B, basis, T)
 
     def _growth(self, M: Array) -> float:
-        """Return the largest growth rate (1/s) by the matrix of `_transition`."""
+        """Return the largest growth rate (1/s) from the matrix of `_transition`."""
         T, values = self._sample_time, np.linalg.eigvals(M)
         return float(values.real.max()) if T is None else math.log(max(float(np.abs(values).max()), 1e-12)) / T
 
     @property
     def _sample_time(self) -> float | None:
-        """Time between samples (s), None without a sampled controller."""
+        """Time between samples (s); None if there is no sampled controller."""
         return None if self.loop.controller is None else self.loop.sample_time
 
     def _constrained(self, contact: tuple[int, ...], N: Array, psi: Array) -> tuple[Array, Array, Array]:
@@ -160,7 +161,7 @@ class Dynamics:
         return basis.T @ reaction @ A @ basis, basis.T @ reaction @ self.B_currents, basis
 
     def _sampled(self, A: Array, B: Array, basis: Array, T: float) -> Array:
-        """Return M of a sample; states are those of the rotor, of the controller, and the delayed currents.
+        """Return M of a sample; the states are those of the rotor and the controller, and the delayed currents.
 
         In rotating axes a held current turns backward, as do the controller's states.
         """
@@ -179,7 +180,7 @@ class Dynamics:
         )
 
     def _steps(self, A: Array, B: Array, T: float) -> tuple[Array, Array, Array]:
-        """Return Phi and the input matrices of the currents of this and the last sample, in axes at the sample."""
+        """Return Phi and the input matrices of the currents of this and the previous sample, in axes at the sample."""
         Phi, now = self._turning(A, B, T)
         before = np.zeros_like(B)
         for f in sorted({float(f) for f in self.loop.late if f > 0.0}):
@@ -214,7 +215,7 @@ class Dynamics:
 
 
 def _real(A: Complex) -> Array:
-    """Return the real form of a complex matrix, real parts of states before imaginary ones."""
+    """Return the real form of a complex matrix, with the real parts of states before the imaginary parts."""
     return np.block([[A.real, -A.imag], [A.imag, A.real]])
 
 

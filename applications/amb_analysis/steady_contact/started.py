@@ -1,8 +1,9 @@
 """A co-simulation that starts in a synchronous state, or in a whirl without unbalance, stable or not.
 
-The contact forces F of a state turn with the rotor as unbalance does, omega = Omega; those of a whirl turn with the
-whirl. Under these forces, and without sites, the loop with the sampled controller settles to the state;
-`cosim.master.settling` solves for that motion. With states x = Re[X exp(i omega t)] of the rotor, F adds in a step h
+The contact forces F of a state turn with the rotor as unbalance does, omega = Omega; the forces of a whirl turn with
+the whirl. If these forces replace the sites, the loop with the sampled controller settles to the state;
+`cosim.master.settling` solves for that motion. With states x = Re[X exp(i omega t)] of the rotor, F adds in a step of
+length h
 
     f = Re[(exp(i omega h) - exp(A h)) X exp(i omega t)],      X = (i omega - A)^-1 B F               (1)
 
@@ -37,7 +38,7 @@ PROBE_UNBALANCE = 1e-6  # kg m of unbalance in the warm-up steps, which excites 
 def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint:
     """Return a checkpoint at cycle 0 that starts a run in a state or whirl of the rotor (1).
 
-    Pass it to `amb_cosim.run(..., start=checkpoint)`. The rotor's unbalance holds until an event changes it.
+    Pass it to `amb_cosim.run(..., start=checkpoint)`. The rotor's unbalance applies until an event changes it.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
     CannotSettle
         If an FMU does not declare its linear states, or the loop without contact is unstable.
     ValueError
-        If there are too few steps before cycle 0, or the run has no input for the rotor's unbalance.
+        If there are too few steps before cycle 0, or if the run has no input for the rotor's unbalance.
     """
     plan = rotor.machine.prepared
     is_whirl = isinstance(state, Whirl)
@@ -111,7 +112,7 @@ def _with_contact(
 
 
 def _linear_rotor(rotor: RubbingRotor) -> linear.LinearComponent:
-    """Return the rotor, with the magnets' gradient if it acts within a step; the rotor's states come first."""
+    """Return the rotor, including the magnets' gradient if it acts within a step; the rotor's states come first."""
     source = rotor.machine.run_components.at(rotor.Omega)
     within_a_step = any(target.endswith(".k_xx") for target in source.feeds([PLANT, ACTUATOR]))
     parts, feeds = parts_in_contact(source, [PLANT, ACTUATOR] if within_a_step else [PLANT])

@@ -1,26 +1,26 @@
-"""Swing: the least friction that drives a fall in the retainers over their top, into backward whirl.
+"""Swing: the smallest friction that turns a fall in the retainers, over their top, into backward whirl.
 
-Journals fall by h c from where they levitate to the lowest point, h = 1 from the centre of the retainers. At worst, all
-of their speed becomes motion along the circle, against the spin. Friction then drives them up the other side, against
-weight and damping. With theta from the lowest point and u = theta'^2
+Journals fall by h c from where they levitate to the lowest point; h = 1 if they levitate at the centre of the
+retainers. In the worst case, all of their speed becomes motion along the circle, against the spin. Friction then drives
+them up the other side, against weight and damping. With the angle theta from the lowest point and u = theta'^2
 
     (M c/2) du/dtheta = mu (N + W cos theta) - W sin theta - L,    u(0) = 2 g h/c - h^2 k/M             (1)
     N + i L = sum_j c_j (-E c)_j/c,    E = (R + H)^-1,    M = (N + k c)/(c omega^2)                     (2)
 
-where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H the
-receptances of `unpowered`, and c the mean clearance. k = -N(0)/c is the stiffness of seals, which the fall deflects by
-h c. M is that at sqrt(g/c). The journals whirl if u and
-N + W cos theta are positive up to the top, theta = pi. Two journals swing side by side, as they fall: on opposite
-sides, where gyroscopic moments make N large, neither their speed nor their weight would be that of a fall. Races are
-assumed at rest; a turning race reduces friction.
+where N and L are the normal force and the retarding force of a whirl at omega = -sqrt(u) without weight, R + H are the
+receptances of `unpowered`, and c is the mean clearance. k = -N(0)/c is the stiffness of seals, which the fall deflects
+by h c. M is evaluated at sqrt(g/c). The journals whirl if u and N + W cos theta are positive up to the top, theta = pi.
+Two journals are assumed to swing side by side, as they fall. If they were on opposite sides, gyroscopic moments would
+make N large, but neither their speed nor their weight would result from a fall. Races are assumed at rest; a turning
+race reduces friction.
 
 A rigid rotor in rigid retainers, N = m c u and L = 0, has a closed form: N + W cos theta at the top is W (2 (h (1 +
 4 mu^2) - 1 + 2 mu^2) exp(2 pi mu) - 3)/(1 + 4 mu^2), so that it whirls from the centre with
 
     12 mu^2 exp(2 pi mu) > 3,    mu > 0.2373                                                            (3)
 
-for any mass, clearance and speed. Bounces and bending scatter landings: in simulations, some whirl by chance with
-less friction, and none with less than half.
+for any mass, clearance and speed. Bounces and bending scatter landings: in simulations, some rotors whirl by chance
+with less friction, but none with less than half of it.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ ROUNDS, TRIALS = 4, 17  # of the search, and friction coefficients in each
 
 @dataclass(frozen=True, eq=False)
 class WhirlForces:
-    """Forces (2) of journals that whirl backward.
+    """The forces (2) of journals that whirl backward.
 
     c
         Mean clearance (m).
@@ -72,14 +72,14 @@ def whirl_forces(
     Parameters
     ----------
     relative
-        Returns R + H, the receptances (m/N) of journals relative to their retainers, at a frequency (rad/s), shape
-        (n_sites, n_sites).
+        Function of the frequency (rad/s) that returns R + H, the receptances (m/N) of journals relative to their
+        retainers, shape (n_sites, n_sites).
     at
         Indices of the journals that whirl, at most two.
     c, g
         Clearances of these journals (m), and acceleration of gravity (m/s^2).
     held
-        Whether seals hold the rotor. Without, it is free, and k is 0.
+        Whether seals hold the rotor. If not, it is free, and k is 0.
     """
     mean, chosen = float(c.mean()), np.ix_(at, at)
     pendulum = float(np.sqrt(g / mean))
@@ -94,16 +94,16 @@ def whirl_forces(
 
 
 def least_swinging_friction(forces: WhirlForces, W: float, g: float, h: float = 1.0) -> float:
-    """Return the least friction coefficient with which a fall becomes a backward whirl by (1), at most `MOST`.
+    """Return the smallest friction coefficient that turns a fall into backward whirl by (1), at most `MOST`.
 
     Parameters
     ----------
     forces
-        Forces of the journals that fall.
+        Forces of the falling journals.
     W, g
         Weight that they carry (N), and acceleration of gravity (m/s^2).
     h
-        Height from which they fall to the lowest point, over the clearance.
+        Height from which they fall to the lowest point, relative to the clearance.
     """
     low, high = 0.0, MOST
     for _ in range(ROUNDS):

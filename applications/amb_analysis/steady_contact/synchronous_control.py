@@ -5,10 +5,10 @@ receptance of its readings to injected currents. With y = Y_F F + Y_u u Omega^2 
 
     I = H (Y_F F + Y_u u Omega^2)                                                                     (1)
 
-so this control only changes the rotor's receptances, and its states are computed in the same way. About a state in
-contact the readings respond by dy = J dI, with the real Jacobian J under the constraints. The state is stable if all
-eigenvalues of H J have negative real parts. H is that of the linear model, with unit weights. Limits of the force are
-not modelled; compare the currents with them.
+This control therefore only changes the rotor's receptances, and the states are computed in the same way. About a state
+in contact the readings respond by dy = J dI, with the real Jacobian J under the constraints. The state is stable if all
+eigenvalues of H J have negative real parts. H comes from the linear model, with unit weights. Limits of the force are
+not modelled, so compare the currents with these limits.
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ def settled(at: Receptances) -> Receptances:
 
 
 def adaptation_rates(at: Receptances, states: States, n: int, c: Array, mu: Array) -> Complex:
-    """Return the eigenvalues of H J about a state; times alpha they are its growth rates (1/s).
+    """Return the eigenvalues of H J about a state; multiplied by alpha, they are its growth rates (1/s).
 
     With the forces (1) of `stability`, a = 0 and d q = S dI + R dF give dF over dI.
 
     Parameters
     ----------
     at
-        Receptances of the feedback alone.
+        Receptances with the feedback alone.
     states, n
         States, and the index of a state among them.
     c, mu

@@ -1,19 +1,20 @@
-"""All steady synchronous states of a rotor with sites in contact, without missing a branch.
+"""All steady synchronous states of a rotor with sites in contact; no branch is missed.
 
-In the rotating frame a forward rub at constant speed is at rest. With q = r - R F at the sites in contact, the
+In the rotating frame, a forward rub at constant speed is at rest. With q = r - R F at the sites in contact, the
 contact-free orbit r, and F_j = N_j (1 + i mu_j) exp(i psi_j) the force of the rotor on each site,
 
     c_j p_j + sum_k rho_jk N_k p_k = r_j,    rho_jk = R_jk (1 + i mu_k),    p_j = exp(i psi_j)        (1)
 
-with N_j > 0 in contact and |q| < c at all other sites. Friction acts against the spin. By E = rho^-1 and s = E r,
+with N_j > 0 in contact and |q| < c at all other sites. Friction acts against the spin. With E = rho^-1 and s = E r,
 
     N_j = conj(p_j) (s_j - sum_k E_jk c_k p_k)   must be real                                         (2)
 
 For a single site, N solves |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. For m sites, with P in place of conj(p), (2)
 and p P = 1 are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number of
 two groups of unknowns; J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982) 724-737, count the
-load flows of m + 1 machines in this way, which obey the same equations). Two sites are solved by the resultant, of
-degree six, three or more by homotopy continuation (`homotopy`). Solutions with |p| = 1 are the states.
+load flows of m + 1 electrical machines in this way, because these obey the same equations). Two sites are solved with
+the resultant, which is of degree six; three or more by homotopy continuation (`homotopy`). Solutions with |p| = 1 are
+the states.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ SINGULAR = 1e13  # condition number of rho above which forces at these sites can
 
 @dataclass(frozen=True, eq=False)
 class States:
-    """Synchronous states of a set of sites in contact, at many points.
+    """Synchronous states with a set of sites in contact, at many points.
 
     contact
         Indices of the sites in contact; empty for free states.
@@ -51,7 +52,7 @@ class States:
     q
         Displacements of all sites in the rotating frame (m), shape (n, n_sites).
     force
-        Forces of all sites on the rotor (N), shape (n, n_sites).
+        Forces of the sites on the rotor (N), shape (n, n_sites).
     """
 
     contact: tuple[int, ...]
@@ -124,7 +125,7 @@ def _solutions(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], C
 
 
 def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
-    """Return the positive roots N of the quadratic, without cancellation; rho = 0 has none."""
+    """Return the positive roots N of the quadratic, without cancellation; there is none if rho = 0."""
     square, half = np.abs(rho) ** 2, c * rho.real
     rest = c * c - np.abs(r) ** 2
     discriminant = half**2 - square * rest
@@ -145,7 +146,7 @@ def _single(rho: Complex, c: float, r: Complex) -> tuple[NDArray[np.int64], Comp
 def _pair(E: Complex, c: Array, s: Complex) -> Complex:
     """Return candidates (p_1, p_2) of two sites, shape (n, 24, 2): roots x of the resultant, with y of both equations.
 
-    (2) of the first and of the second site, times p_1 p_2, with x = p_1, y = p_2, are quadratic in y:
+    If (2) of each site is multiplied by p_1 p_2, the results are quadratic in y, with x = p_1 and y = p_2:
 
         -g y^2 + (s_1 - 2 i d_1 x - conj(s_1) x^2) y + conj(g) x^2 = 0,               g = E_12 c_2, d_1 = Im E_11 c_1
         (conj(h) - conj(s_2) x) y^2 - 2 i d_2 x y + s_2 x - h x^2 = 0,                h = E_21 c_1, d_2 = Im E_22 c_2
@@ -202,8 +203,8 @@ def _minus(p: list[Any], q: list[Any]) -> list[Any]:
 def _roots(coefficients: Complex) -> Complex:
     """Return the roots of polynomials with ascending coefficients, shape (n, degree + 1).
 
-    A Moebius map of the unit circle onto itself keeps the leading coefficient away from zero: decoupled sites have
-    roots at 0 and at infinity.
+    A Moebius map of the unit circle onto itself keeps the leading coefficient away from zero, because decoupled sites
+    have roots at 0 and at infinity.
     """
     n, degree = coefficients.shape[0], coefficients.shape[1] - 1
     alpha = 0.37 + 0.21j  # x = (w + alpha)/(1 + conj(alpha) w)

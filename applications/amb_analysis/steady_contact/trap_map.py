@@ -86,7 +86,8 @@ class StatesOfSet:
 class TrapMap:
     """States over speeds (rad/s), shape (n,), and factors of an unbalance (1), shape (k,).
 
-    The regime of a point takes the stability of a few of its states: one that is stable in contact decides it.
+    The regime of a point requires the stability of only a few of its states, because one stable state in contact
+    decides it.
 
     states
         States of each set of sites in contact, contact-free states first.
@@ -103,7 +104,7 @@ class TrapMap:
         return np.array(found, dtype=np.int64).reshape(shape)
 
     def least_trapping(self) -> Array:
-        """Return the smallest factor at each speed with the regime `BOTH` or `CONTACT`; NaN if none has it."""
+        """Return the smallest factor at each speed with the regime `BOTH` or `CONTACT`; NaN if there is none."""
         result = np.full(len(self.speeds), np.nan)
         for speed in range(len(self.speeds)):
             for amount, factor in enumerate(self.factors):
@@ -114,7 +115,7 @@ class TrapMap:
 
     @cached_property
     def _states_at(self) -> dict[tuple[int, int], list[tuple[int, int]]]:
-        """Set and state of all states at each point, by indices of speed and unbalance."""
+        """All states at each point, as numbers of set and state, by indices of speed and unbalance."""
         result: dict[tuple[int, int], list[tuple[int, int]]] = {}
         for n, of_set in enumerate(self.states):
             for k, point in enumerate(zip(of_set.speed.tolist(), of_set.amount.tolist(), strict=True)):
@@ -136,8 +137,8 @@ def least_trapping_at(
 ) -> float:
     """Return the smallest factor that traps at a speed (rad/s), see `TrapMap.least_trapping`; NaN if none traps.
 
-    The first of the ascending factors that traps, and the last below it that does not, enclose the limit. Their
-    distance is divided until it is `ACCURACY` of the limit. Nothing traps at the factor `below`.
+    The first of the ascending factors that traps, and the last one below it that does not, enclose the limit. The
+    interval is divided until its width is `ACCURACY` of the limit. Nothing traps at the factor `below`.
     """
     least = np.nan
     for _ in range(ROUNDS):
@@ -154,7 +155,7 @@ def least_trapping_at(
 def least_trapping_curve(rotor: RubbingRotor, coarse: TrapMap, most: int | None = 2) -> Array:
     """Return the smallest factor that traps at each speed of a map, refined below the map's first such factor.
 
-    NaN where nothing traps.
+    The result is NaN where nothing traps.
     """
     curve = coarse.least_trapping()
     for k in np.flatnonzero(np.isfinite(curve)):
@@ -169,15 +170,15 @@ def least_trapping_over(
 ) -> tuple[float, float] | None:
     """Return the smallest factor that traps at any speed (rad/s), and that speed; None if nothing traps.
 
-    The minimum is refined between the speeds next to the least of the curve. If nothing traps at such a speed, the
-    curve ends before it, often at its minimum; this end is enclosed within `ACCURACY` of the distance.
+    The minimum is refined between the two speeds beside the lowest point of the curve. If nothing traps at one of these
+    speeds, the curve ends before it, often at its minimum. This end is enclosed to within `ACCURACY` of the distance.
 
     Parameters
     ----------
     rotor
         The rotor.
     speeds, curve
-        Those of a map and their `least_trapping_curve`, shape (n,) each.
+        The speeds of a map and its `least_trapping_curve`, shape (n,) each.
     """
     if np.isnan(curve).all():
         return None
@@ -200,7 +201,7 @@ def least_trapping_over(
 
 
 def _last_trapping(least: Callable[[Array], Array], inside: float, outside: float) -> float:
-    """Return the last speed that traps between `inside`, which traps, and `outside`, which does not."""
+    """Return the last trapping speed between `inside`, which traps, and `outside`, which does not."""
     enough = ACCURACY * abs(outside - inside)
     while abs(outside - inside) > enough:
         middle = 0.5 * (inside + outside)
@@ -227,7 +228,7 @@ def least_touching(rotor: RubbingRotor, speeds: Array) -> tuple[float, float]:
 
 
 def clearance_shares(rotor: RubbingRotor, speeds: Array) -> Array:
-    """Return the contact-free orbits |P_s u Omega^2| over the clearances c_s, shape (speeds, n_sites)."""
+    """Return the contact-free orbits |P_s u Omega^2| relative to the clearances c_s, shape (speeds, n_sites)."""
     orbits = [np.abs(rotor.receptances(float(Omega)).P @ rotor.unbalance) * Omega**2 for Omega in speeds]
     return np.array(orbits) / rotor.c
 
@@ -240,9 +241,9 @@ def trap_map(rotor: RubbingRotor, speeds: Array, factors: Array, most: int | Non
     rotor
         The rotor, with the unbalance that the factors multiply.
     speeds, factors
-        Ascending, speeds above zero.
+        Ascending values; speeds must be above zero.
     most
-        Largest number of sites in contact at once; all by default.
+        Largest number of sites in contact at once; by default all sites.
     """
     sets = all_sets(len(rotor.sites), most)
     found: list[list[States]] = [[] for _ in sets]

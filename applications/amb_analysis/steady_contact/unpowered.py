@@ -1,9 +1,9 @@
-"""Receptances of the journals of a rotor without power, relative to their retainers on mounts.
+"""Receptances of the journals of an unpowered rotor, relative to their retainers on mounts.
 
     z_j - h_j = -sum_k (R_jk + delta_jk H_j) F_k,    H_j = 1/(k_j - m_j omega^2 + i omega d_j)         (1)
 
-for forces -F on the rotor and F on the housings. R is that of the rotor with its seals, without magnets. A mount has
-the means of its stiffness k and damping d along x and y.
+for forces -F on the rotor and F on the housings. R is the receptance of the rotor with its seals, without magnets. For
+a mount, k and d are the means of its stiffness and damping along x and y.
 """
 
 from __future__ import annotations

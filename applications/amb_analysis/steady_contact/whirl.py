@@ -4,9 +4,9 @@ Without unbalance, a journal on its circle, q = c exp(i (omega t + psi)), needs 
 
     c_j p_j + sum_k R_jk(omega) (1 + i mu_k) N_k p_k = 0,   N_j > 0,   |q| < c elsewhere              (1)
 
-For a single site N = -c/(R (1 + i mu)) must be real and positive: H. F. Black, J. Mechanical Engineering Science 10
-(1968) 1-12. For two sites, the angle between them has two solutions; the frequency is solved for each of them.
-Friction acts against the spin as long as the journal slips: Omega R_s + omega c > 0; a faster backward whirl rolls.
+For a single site, N = -c/(R (1 + i mu)) must be real and positive (H. F. Black, J. Mechanical Engineering Science 10
+(1968) 1-12). For two sites, the angle between them has two solutions, and the frequency is solved for each of them.
+Friction acts against the spin while the journal slips, Omega R_s + omega c > 0; a faster backward whirl rolls.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ class Whirl:
     contact
         Sites in contact.
     frequency
-        Whirl frequency (rad/s), negative backward.
+        Whirl frequency (rad/s), negative for backward whirl.
     N, friction, psi
-        Normal force and friction force (N) and angle (rad) of the journal at each of them.
+        Normal force (N), friction force (N) and angle of the journal (rad) at each site.
     slips
         Whether the journals slip forward, as (1) assumes; otherwise they roll first.
     growth, stable
-        Largest growth rate (1/s) of small motion about it, except for its free phase, and whether none grows.
+        Largest growth rate (1/s) of small motion about the whirl, except for its free phase, and whether none grows.
     accurate
         Whether the reduced rotor is accurate at this frequency.
     """
@@ -120,7 +120,7 @@ def _on_branch(
     mu: Callable[[float], Array],
     c: Array,
 ) -> list[tuple[float, Array, Complex]]:
-    """Return frequency, forces and motions of all sites where the last imaginary part of (1) changes its sign."""
+    """Return frequency, forces and motions of all sites where the last imaginary part of (1) changes sign."""
 
     def parts(omega: float) -> tuple[float, Complex, Complex]:
         at = list(contact)

@@ -74,7 +74,7 @@ class FittedMachine:
         settings: Mapping[str, Raw],
         flavour: Flavour,
     ) -> FittedMachine:
-        """Read the files of a scenario, a rotor and a controller, as of `rotor_fit.fit`, with names among the `bounds`.
+        """Read the files of a scenario, a rotor and a controller as for `rotor_fit.fit`; names are keys of `bounds`.
 
         Raises
         ------

@@ -149,7 +149,7 @@ def response(
     Parameters
     ----------
     scenario, rotor, controller
-        Machine, its rotor and its control, as of `sensitivity`; with `rotor` alone, that rotor.
+        Machine, its rotor and its control, as for `sensitivity`; with `rotor` alone, that rotor.
     measured
         File of a measurement (`measured.files.read_measured`), or a measurement.
     loop
@@ -287,7 +287,7 @@ def measured_content(
     up_to: Number | None,
     estimation: tuple[Estimator, Number | None, str],
 ) -> Measurement:
-    """Return a measurement with the chosen responses; arguments as of `response`, estimator, segment and window last.
+    """Return a measurement with the chosen responses; arguments as for `response`, estimator, segment and window last.
 
     Raises
     ------

@@ -29,7 +29,7 @@ class LoopParameters:
     """A machine and the names of some numbers of its components.
 
     names
-        `component.variable`; with `*` and `?`, one number is the value of all variables that match.
+        `component.variable`; with `*` and `?`, one number applies to all matching variables.
     ports
         Variables of each name.
     start

@@ -35,7 +35,7 @@ def simulate_in_processes(
 
     Processes are used because FMUs of flavour `python` hold the interpreter's lock. An error in a case ends the other
     cases and is raised. The processes end with this one. An interruption is delayed while a function of the pool runs,
-    because it could leave locks of futures taken, for which the pool would wait forever.
+    because locks of futures could otherwise stay held, and the pool would wait for them forever.
 
     Raises
     ------

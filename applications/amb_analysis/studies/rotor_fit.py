@@ -122,7 +122,7 @@ def fit(
     rotor
         Rotor file, or the name of a packaged rotor; by default that of the scenario, or the packs' default rotor.
     scenario, controller
-        Machine and its control, as of `response`; without them the rotor alone.
+        Machine and its control, as for `response`; without them the rotor alone.
     measured
         File of responses or modes, or a measurement.
     free
@@ -130,7 +130,7 @@ def fit(
         name or the number of an item of a list, `damping.modal.1`, or parameters of components of the scenario,
         `amb_actuator.left.k_i_measured_?`, whose matches have one value.
     loop
-        As of `response`: `closed` by default with a scenario, and `free` without.
+        As for `response`: `closed` by default with a scenario, and `free` without.
     inputs, outputs, channels, channel_units, up_to, estimator, segment, window
         As for `response`.
     speed

@@ -138,7 +138,7 @@ def _without_constants(model: Model, constants: Array) -> Model:
 
 
 def _this_python() -> tuple[str, str]:
-    """Return library (empty if there is none) and interpreter of this Python, which a host without one starts."""
+    """Return the library (empty if there is none) and the interpreter of this Python, for a host without Python."""
     name = "python3.dll" if sys.platform == "win32" else str(sysconfig.get_config_var("INSTSONAME"))
     folder = sys.base_prefix if sys.platform == "win32" else sysconfig.get_config_var("LIBDIR")
     library = Path(folder or "", name)

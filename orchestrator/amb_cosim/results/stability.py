@@ -173,7 +173,7 @@ def _is_noisy(dataset: Signals) -> bool:
 
 
 def _at_equal_angles(time: Array, Omega: Array, motion: Array) -> Array:
-    """Return as many samples of a motion at equal angles of the shaft, by the speed (rad/s) at equal times (s)."""
+    """Resample a motion at equal times (s) to as many equal angles of the shaft, given the speed (rad/s)."""
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (np.abs(Omega[1:]) + np.abs(Omega[:-1])) * np.diff(time))])
     if not (np.diff(angle) > 0.0).all():
         return motion

@@ -1,9 +1,10 @@
 """Reads the TOML of a scenario, merged with that of its base; paths in a file are relative to it.
 
-A file with a `base`, the name or path of another one, contains only the differences from it: tables are merged,
-everything else is replaced, and its end replaces that of the base, in cycles or as a time. `remove` removes entries of
-the base: keys of a scenario (`gravity`, `event`), entries of a table (`plot.cycles`, `fmu.rotor_contact`), and
-parameters and initial inputs of components (`rotor_contact.contact.law`); `*` and `?` are wildcards.
+A file may have a `base`, the name or path of another file. It then contains only the differences: tables are merged,
+and everything else is replaced. If it states an end, in cycles or as a time, this replaces the end of the base.
+`remove` removes entries of the base: keys of a scenario (`gravity`, `event`), entries of a table (`plot.cycles`,
+`fmu.rotor_contact`), and parameters and initial inputs of components (`rotor_contact.contact.law`); `*` and `?` are
+wildcards.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ Without power the rotor touches the bore, steel on steel, just beyond the smalle
 
     |r| <= 1.001 min(l_x, l_y)
 
-The thousandth lets an axis with power end the run, |x| >= l_x, before the iron stops the rotor.
+The additional 0.1 % ensures that an axis with power ends the run, at |x| >= l_x, before the iron stops the rotor.
 """
 
 from __future__ import annotations

@@ -105,7 +105,7 @@ def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also
 
 
 def _free_height(axes: Axes, text: str, lower: float, upper: float) -> float:
-    """Return the height, in the middle if possible, between two heights at which a text at the left crosses no curve.
+    """Return a height between two heights, if possible midway, at which a text at the left crosses no curve.
 
     Heights and the text's width are parts of the axes.
     """

@@ -115,7 +115,7 @@ class FmuComponent:
         Raises
         ------
         FmuError
-            If the FMU refuses to be reset, or a start value.
+            If the FMU refuses to be reset or refuses a start value.
         """
         self._binding.prepare()
         self._free_states(self._binding)

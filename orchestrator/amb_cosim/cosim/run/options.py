@@ -99,7 +99,7 @@ class RunOptions:
 
     @property
     def has_end(self) -> bool:
-        """Whether no other run can continue from a state of this one, nor this one from another's."""
+        """Whether the run stands alone: no other run continues from it, and it continues no other."""
         return self.start is None and not self.saves.points and self.saves.file is None
 
     def for_plan(self, plan: Plan) -> RunOptions:

@@ -27,9 +27,9 @@
     time = "0.5 s"
     set = { "Omega" = "120 rad/s" }
 
-A file with a `base`, the name or path of another system, extends it: its components follow those of the base, or
-precede the one in `before`; a component of the same name replaces the base's, a connection or signal replaces the
-source of the same input, and parameters are merged. `remove` deletes parts of the base: a component with all its
+A file with a `base`, the name or path of another system, extends it. Its components follow those of the base, or
+precede the one in `before`. A component of the same name replaces the base's, and a connection or signal replaces the
+source of the same input. Parameters are merged. `remove` deletes parts of the base: a component with all its
 connections, by name; a parameter, or the source of an input, as `component.variable`, with wildcards `*` and `?`.
 """
 
@@ -140,7 +140,7 @@ def _read(name: str, derived: tuple[str, ...] = ()) -> tuple[System, ExperimentT
 def _overlaid(below: System, table: SystemTable, folder: Path, states: bool) -> System:
     """Return a system with what a file adds and replaces; paths are relative to its folder.
 
-    `states` is whether its parameters are added to `stated`.
+    `states` says whether its parameters are added to `stated`.
     """
     system = _with_components(below, table, folder)
     connections = [

@@ -96,9 +96,9 @@ def orbits(dataset: Signals) -> Figure:
 def displacement(dataset: Signals) -> Figure:
     """Draw the radius of the motion at each station over its clearance, and below it the speed where it changes.
 
-    Motion that is small compared with its clearance, or has none, is drawn as a length. A fall, in which the radius is
-    the clearance from the landing on, is drawn as height or gap, with its first impacts enlarged. The gaps of faces are
-    below the others.
+    Motion that is small compared with its clearance, or that has no clearance, is drawn as a length. A fall, in which
+    the radius is the clearance from the landing on, is drawn as height or gap, with its first impacts enlarged. The
+    gaps of faces are below the others.
     """
     drawn, changing, zoom = stations(dataset), speed_is_drawn(dataset), fall_interval(dataset)
     along = touchdown(dataset) is not None and bool(places(dataset).faces)
