@@ -65,7 +65,7 @@ class FittedMode:
     error
         Root mean square of the deviation of the fit from the responses, over the root mean square of the responses (1).
     height
-        Mean power of the responses at the peak, over its median (1).
+        Power of a response at the peak over its median, averaged over the responses (1).
     is_resolved
         Whether the damping ratio describes the vibration, and not the width of the lines (2).
     """

@@ -113,7 +113,7 @@ class _Search:
         return np.stack(result, axis=1)
 
     def about_changes_of_sign(self, grid: Array) -> Array:
-        """Return frequencies, densified near changes of sign of a force, where narrow whirls begin."""
+        """Return frequencies, with more of them near changes of sign of a force, where narrow whirls begin."""
         about = [grid]
         for number in range(len(self.sets)):
             forces = self.forces(number, grid)

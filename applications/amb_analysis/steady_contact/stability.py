@@ -114,8 +114,9 @@ class Dynamics:
     def grows_below(self, limit: float, contact: tuple[int, ...], N: Array, psi: Array) -> bool:
         """Return whether the `growth` about a state is below a limit (1/s), 0 or less.
 
-        If det(1 - M), or det(-A) without sampling, is negative, an odd number of real eigenvalues grow. The others need
-        not be computed then, as about a saddle, which one of two states that meet in a fold is.
+        If det(1 - M), or det(-A) without sampling, is negative, an odd number of real eigenvalues grow. The other
+        eigenvalues then need not be computed. This is the case at a saddle, such as one of two states that meet in a
+        fold.
         """
         M = self._transition(contact, N, psi)
         identity = 0.0 if self._sample_time is None else np.eye(len(M))

@@ -1,8 +1,8 @@
 """Studies of a rotor, its bearings and its control; other applications and packs can add more.
 
-Each study is a function that returns a frozen dataclass. `print` shows its tables, `as_dict()` returns its data, and,
-if the study has a figure, `figure` draws it and `save` writes data and figure. Arguments are numbers in SI units or
-texts with a unit, such as "50 Hz".
+Each study is a function that returns a frozen dataclass. `print` shows its tables, and `as_dict()` returns its data. If
+the study has a figure, `figure` draws it, and `save` writes data and figure. Arguments are numbers in SI units or texts
+with a unit, such as "50 Hz".
 
     from amb_analysis import studies
     result = studies.campbell(up_to="100 Hz")
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 
 class Study(NamedTuple):
-    """Module of a study's function (full name, or relative to its package of studies) and a description in a line.
+    """Module of a study's function (full name, or relative to its package of studies) and a one-line description.
 
     Examples
     --------

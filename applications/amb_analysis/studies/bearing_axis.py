@@ -1,4 +1,4 @@
-"""Study of an axis of a magnetic bearing: constants off the centre, linear range, load capacity, speed."""
+"""Study of an axis of a magnetic bearing: constants away from the centre, linear range, load capacity, speed."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class FullSwing:
 
 @dataclass(frozen=True, eq=False)
 class ForceBandwidth:
-    """Largest sinusoidal force at the centre (N) that the voltage allows, over frequency (Hz)."""
+    """The largest sinusoidal force at the centre (N) that the voltage allows, over frequency (Hz)."""
 
     frequencies: Annotated[Array, "Hz"]
     force_amplitude: Annotated[Array, "N"]
@@ -71,7 +71,7 @@ class LoadCurves:
     up, down
         Largest control force (N) against and along each load.
     own
-        Static load and remaining control force at the axis's static current.
+        Static load and remaining control force at the static current of the axis.
     """
 
     static_load: Annotated[Array, "N"]
@@ -119,7 +119,7 @@ class BearingAxis(WarnedResult, DrawnResult):
     amplifier_bandwidth
         Bandwidth of the amplifier for small signals (Hz).
     full_swing
-        Three sinusoidal control currents, by ascending amplitude; the last is the largest possible.
+        Three sinusoidal control currents of ascending amplitude; the last is the largest possible.
     bandwidth
         Largest sinusoidal force over frequency.
     load
@@ -245,7 +245,7 @@ def linearisation(
 def _axis_of(
     scenario: str | Path | None, rotor: str | Path | None, axis: str | None, settings: Mapping[str, Raw]
 ) -> tuple[LoopAxis, dict[str, float], float, tuple[str, ...]]:
-    """Return an axis, its parameters (from a scenario, if any), the reach of the rotor there (m), and warnings.
+    """Return an axis, its parameters (from a scenario if there is one), the reach of the rotor there (m), and warnings.
 
     The reach is the clearance of its retainer, or of a face along the shaft. If there is neither, it is the air gap,
     within which the force law holds.
@@ -284,7 +284,7 @@ def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
 
 
 def _load_capacity(p: np.record) -> LoadCurves:
-    """Return the remaining control force over the static load, and at the static current of the axis."""
+    """Return the remaining control force over the static load, and its value at the static current of the axis."""
 
     def carried(static: float) -> float:
         return float(pull(p, p.bias_current + static, p.gap).force - pull(p, p.bias_current, p.gap).force)

@@ -1,4 +1,4 @@
-"""Study of the natural frequencies of a rotor over its spin speed."""
+"""Study of the natural frequencies of a rotor as a function of its spin speed."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class ModeOverSpeed:
 class CriticalSpeedRow:
     """A spin speed (rad/s) that equals the damped frequency of a mode, with the number of the mode, from 1.
 
-    `extrapolated` is true if a table of coefficients does not cover this speed.
+    `extrapolated` says whether a table of coefficients does not cover this speed.
     """
 
     speed: Annotated[float, "rad/s"]
@@ -65,13 +65,13 @@ class CampbellDiagram(WarnedResult, DrawnResult):
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     modes
-        The lowest modes at the first speed, followed over the others.
+        The lowest modes at the first speed, followed over the other speeds.
     critical_speeds
         Crossings of the modes with the synchronous line, ascending.
     coordinates, of
         Number of coordinates of the analysed model and of the full model.
     error
-        Largest relative error of the modes' eigenvalues against the full model's, at the lowest and highest speed.
+        Largest relative error of the modes' eigenvalues compared with the full model, at the lowest and highest speed.
     operating_speed
         Operating speed of the machine (rad/s); None if not stated.
     limits
@@ -112,7 +112,7 @@ class CampbellDiagram(WarnedResult, DrawnResult):
         return [self._answer(), table, *notes, f"{reduced} full model, which --full analyses"]
 
     def _answer(self) -> str:
-        """Return the number of critical speeds, the least damped, and the nearest to the operating speed."""
+        """Return the number of critical speeds, the least damped one, and the one nearest to the operating speed."""
         unit, criticals = speed_unit(), self.critical_speeds
         if not criticals:
             return f"No critical speed of {self.rotor} up to {unit.text(self.speeds[-1])}"
@@ -149,14 +149,14 @@ def campbell(
     mass
         Mass matrix, `diagonal` or `consistent`; by default that of the rotor file.
     up_to
-        Highest spin speed (rad/s), or a string with its unit; by default 1.25 times `speed` or, without it, the highest
-        speed of the rotor file, `[reduction] speed`, or else 6000 rpm.
+        Highest spin speed (rad/s), or a string with its unit; by default 1.25 times `speed`. If `speed` is not given,
+        the default is the highest speed of the rotor file, `[reduction] speed`, or else 6000 rpm.
     count
         Number of modes, the lowest first.
     speed
         Speed of the machine, marked in the figure.
     full
-        Whether to analyse the full model instead of the smallest one with eigenvalues within 1e-5.
+        Whether to analyse the full model instead of the smallest model with eigenvalues accurate to 1e-5.
 
     Raises
     ------

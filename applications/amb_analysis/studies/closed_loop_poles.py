@@ -1,4 +1,4 @@
-"""Study of the poles of the levitated rotor under its controller, over the spin speed."""
+"""Study of the poles of the levitated rotor under its controller, as a function of the spin speed."""
 
 from __future__ import annotations
 
@@ -85,18 +85,19 @@ class ClosedLoopPoles(MachineResult):
     speeds
         Spin speeds (rad/s), ascending, shape (n,).
     poles
-        The slowest vibrations at the first speed, followed over the others; then those that begin without a
-        resonance at a higher speed, and at the last one have a resonance and are slower than the fastest of these.
+        The slowest vibrations at the first speed, tracked over the other speeds. After these come vibrations that begin
+        without a resonance at a higher speed, if they have a resonance at the last speed and are slower there than the
+        fastest of the former.
     least_damped
-        The least damped of all vibrations, including those not followed, at any speed of the range, also between those
-        of the diagram; None without vibrations.
+        The least damped of all vibrations, followed or not, at any speed of the range, including speeds between those
+        of the diagram; None if there are no vibrations.
     spectral_radii
         Largest modulus of all poles z at each speed (1), shape (n,), including drifts without vibration; the loop is
         not stable where it exceeds 1 (`amb_analysis.linear.stability`).
     growth_rates
-        Growth rate of that pole at each speed, ln|z|/T, shape (n,).
+        Growth rate of the pole with the largest modulus at each speed, ln|z|/T, shape (n,).
     least_stable
-        That pole at the worst speed of the range, also between those of the diagram.
+        The pole with the largest modulus at the worst speed of the range, which may lie between speeds of the diagram.
     unstable
         Speeds (rad/s) of the diagram at which the loop is not stable, or the worst speed if it lies between them.
     operating_speed
@@ -158,7 +159,7 @@ class ClosedLoopPoles(MachineResult):
 
     @property
     def unstable_ranges(self) -> tuple[tuple[float, float], ...]:
-        """First and last of successive speeds (rad/s) at which the loop is not stable."""
+        """First and last speeds (rad/s) of the ranges in which the loop is not stable."""
         speeds = np.unique([*self.speeds, *self.unstable])
         numbers = np.flatnonzero(np.isin(speeds, self.unstable))
         pieces = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1) if len(numbers) else []
@@ -194,18 +195,19 @@ def poles(
     """Return frequencies, damping and sense of whirl of the vibrations of a levitated rotor over its spin speed.
 
     s = ln(z) / T, z the eigenvalues of the sampled loop (`amb_cosim.linearise`): the Campbell diagram of the levitated
-    machine. A vibration faster than half the sample rate is at its true frequency, that of the rotor's mode.
+    machine. A vibration faster than half the sample rate is shown at its true frequency, which is that of the rotor's
+    mode.
 
     Parameters
     ----------
     scenario, rotor, controller
         Machine, its parameters and its control (`studies.inputs.controlled`).
     up_to
-        Highest spin speed (rad/s), or a string with its unit; by default 1.5 times that of the scenario, or 628 rad/s
-        if that is 0.
+        Highest spin speed (rad/s), or a string with its unit; by default 1.5 times the speed of the scenario, or 628
+        rad/s if the scenario's speed is 0.
     count
-        Number of vibrations to follow from the lowest speed, the slowest first. Slow ones that begin at a higher speed,
-        such as the precession of a gyroscopic rotor in damped bearings, follow as well.
+        Number of vibrations to follow from the lowest speed, the slowest first. Slow vibrations that begin at a higher
+        speed, such as the precession of a gyroscopic rotor in damped bearings, are followed as well.
     set, flavour
         Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
 
@@ -274,10 +276,10 @@ def _about_crossings(
 
 
 def _tracks(result: list[Vibrations], count: int) -> list[list[int | None]]:
-    """Return the tracks of the `count` slowest vibrations at the first speed, and of those that begin later.
+    """Return the tracks of the `count` slowest vibrations at the first speed, and of some that begin later.
 
-    Of the latter, those count that begin without a resonance, and at the last speed have one and are slower than one of
-    the former.
+    A later vibration is included if it begins without a resonance, has one at the last speed, and is slower there than
+    one of the former.
     """
     tracks, ratios = followed(result, count), result[-1].ratios()
     fastest = max((track[-1] for track in tracks if track[-1] is not None), default=-1)
@@ -312,7 +314,7 @@ def _crossings(speeds: Array, followed_poles: Sequence[PoleOverSpeed]) -> Iterat
 
 
 def whirl_of(sense: float) -> Direction:
-    """Return the whirl of a sense from -1 (backward) to 1 (forward), or `axial` of NaN."""
+    """Return the whirl for a sense from -1 (backward) to 1 (forward), or `axial` for NaN."""
     if math.isnan(sense):
         return "axial"
     return "mixed" if abs(sense) <= CLEAR else "forward" if sense > 0.0 else "backward"

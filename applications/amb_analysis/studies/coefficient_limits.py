@@ -1,7 +1,8 @@
-"""Limits of the coefficients of bearings and seals, and which results lie beyond them.
+"""Limits of the coefficients of bearings and seals, and the results that lie beyond these limits.
 
 A table of coefficients over the spin speed has a lowest and a highest speed; outside, the coefficients of the nearest
-speed are used. Coefficients of an imported part that depend on the whirl frequency are those at one frequency.
+speed are used. If coefficients of an imported part depend on the whirl frequency, their values at one frequency are
+used.
 """
 
 from __future__ import annotations
@@ -54,7 +55,7 @@ def limits_of(parts: Iterable[Bearing]) -> Limits:
 
 
 def is_extrapolated(limits: Limits, Omega: float) -> bool:
-    """Return whether the coefficients at a spin speed (rad/s) are those of another speed, at the end of a table."""
+    """Return whether the coefficients at a spin speed (rad/s) are taken from the end of a table, at another speed."""
     return not all(group.cover(Omega) for group in limits)
 
 

@@ -1,8 +1,8 @@
-"""Study of the convergence of contact forces with modes, mesh, substeps, steps and starts.
+"""Study of the convergence of contact forces with modes, mesh, substeps and steps, over perturbed starts.
 
-A contact force has converged if neither twice as many modes nor a shorter communication step changes it. If runs whose
-clearances differ by a millionth differ much, the case is chaotic: a single run proves nothing, and medians over many
-starts are compared.
+A contact force has converged if neither twice as many modes nor a shorter communication step changes it. If changing
+the clearances by a millionth changes the runs much, the case is chaotic. A single run then proves nothing, so medians
+over many starts are compared.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ CHAOTIC = 0.05  # relative scatter of a peak force over starts
 
 @dataclass(frozen=True)
 class ConvergenceRow:
-    """A run in the result: the change, its label and position on an axis, its start, and its contact (`CaseResult`).
+    """A run in the result: what varies, its label and position on an axis, its start, its contact (`CaseResult`).
 
     change
-        Largest relative change of a site's peak force from that of the scenario (%); None without contact.
+        Largest relative change of a site's peak force from the scenario's run (%); None if there is no contact.
     """
 
     varied: str
@@ -71,14 +71,14 @@ class ContactConvergence(MachineResult):
     scatter
         Largest scatter of a peak force over the starts, (largest - smallest) / median (%); None if there are none.
     change
-        Largest change of a peak force with twice as many modes (%), of medians over the starts if the case is chaotic;
-        None if modes do not vary.
+        Largest change of a peak force with twice as many modes (%); if the case is chaotic, medians over the starts are
+        compared; None if modes do not vary.
     step_change
         Largest change of a peak force with the shortest communication step (%), computed like `change`.
     averaged_change, averaged_step_change
-        `change` and `step_change` of the force averaged over 1 ms.
+        `change` and `step_change` for the force averaged over 1 ms.
     chaotic
-        Whether the scatter shows chaos; None without starts.
+        Whether the scatter shows chaos; None if there are no perturbed starts.
     """
 
     name: ClassVar[str] = "convergence"
@@ -112,7 +112,7 @@ class ContactConvergence(MachineResult):
         ]
 
     def _over_starts(self, sites: Sequence[str]) -> list[TextBlock]:
-        """Return a table of the peak forces over the starts, for the scenario and with the most modes."""
+        """Return a table of the peak forces of the starts, for the scenario and for the most modes."""
         repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
         if not repeated:
             return []
@@ -160,9 +160,9 @@ def convergence(
 ) -> ContactConvergence:
     """Return contact forces and outcome of a scenario over modes, mesh, substep, step and perturbed starts.
 
-    Modes are those that Craig and Bampton's method retains in addition to the planes; a rotor condensed to its planes
-    has none. Meshes are those of `[mesh]` `accuracy` from 1e-2 to 1e-4 (1e-3 for diagonal mass), and the mesh of the
-    file with the other mass matrix.
+    Modes are the modes that Craig and Bampton's method retains in addition to the planes; a rotor condensed to its
+    planes has none. Meshes are those of `[mesh]` `accuracy` from 1e-2 to 1e-4 (1e-3 for diagonal mass), and the mesh of
+    the file with the other mass matrix.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def convergence(
     Raises
     ------
     ValueError
-        If the scenario, a value or a file is wrong, or the run of the scenario does not reach its end.
+        If the scenario, a value or a file is invalid, or if the run of the scenario does not reach its end.
     """
     require(0 <= starts <= 1000, "starts", starts, "from 0 to 1000")
     values = as_scenario(scenario, rotor)
@@ -226,7 +226,7 @@ def convergence(
 
 
 def _furthest(cases: Sequence[ConvergenceCase], varied: str) -> list[ConvergenceCase]:
-    """Return the case with the most modes or the shortest communication step; empty if that does not vary."""
+    """Return the case with the most modes or the shortest communication step; empty if these do not vary."""
     return sorted((case for case in cases if case.varied == varied), key=lambda case: case.value)[-1:]
 
 
@@ -247,7 +247,7 @@ def _forces(results: Sequence[CaseResult], force: str) -> dict[str, Array]:
 
 
 def _scatter(results: Sequence[CaseResult]) -> float:
-    """Return the scatter of the peak force, (largest - smallest) / median, the largest of all sites (%)."""
+    """Return the scatter of the peak force (%), (largest - smallest) / median, at the site where it is largest."""
     return max(
         (100.0 * float(np.ptp(f) / np.median(f)) for f in _forces(results, "peak_force").values() if f.any()),
         default=0.0,

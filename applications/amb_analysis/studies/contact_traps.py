@@ -70,7 +70,8 @@ class Traps(MachineResult):
     sites
         Contact sites.
     loop_growth, loop_frequency
-        Growth rate (1/s) and whirl frequency (rad/s) of the rotor without contact; positive: the loop is unstable.
+        Growth rate (1/s) and whirl frequency (rad/s) of the rotor without contact; if the rate is positive, the loop is
+        unstable.
     kind
         Possible behaviour at this speed and unbalance.
     states
@@ -80,24 +81,25 @@ class Traps(MachineResult):
     sustained, rolling
         Whirls at the machine's speed that need no unbalance: with slip, and by rolling.
     least_trapping
-        Smallest unbalance with a stable contact at the machine's speed (kg m); None if no unbalance of the map has it.
+        Smallest unbalance with a stable contact at the machine's speed (kg m); None if there is none on the map.
     touching, trapping
         Smallest unbalance (kg m) at any speed of the map at which the contact-free orbit touches a site, and at which a
         stable contact exists, each with its speed (rad/s); `trapping` is None if no unbalance of the map traps.
     grade_limit, grade_limit_at_speed
-        Unbalance that balancing grade G 2.5 allows (kg m) at each speed of the map, shape (n,), and at the machine's.
+        Unbalance that balancing grade G 2.5 allows (kg m) at each speed of the map, shape (n,), and at the machine's
+        speed.
     smallest_force
-        Smallest additional currents of the bearings that leave no state in contact; None if no currents do, or the loop
-        is unstable.
+        Smallest additional currents of the bearings that leave no state in contact; None if there are no such currents,
+        or if the loop is unstable.
     control
-        Whether each kind of control frees the rotor; empty if the loop is unstable, which steady currents do not
-        change.
+        Whether each kind of control frees the rotor; empty if the loop is unstable, because steady currents do not
+        stabilise it.
     speeds, unbalances
         Axes of the map (rad/s, kg m), shapes (n,) and (k,).
     kinds
         Possible behaviour at each point (0 free, 1 both, 2 contact, 3 whirl), shape (n, k).
     least_trapping_over_speed
-        Smallest unbalance that traps at each speed (kg m), NaN if no unbalance of the map traps, shape (n,).
+        Smallest unbalance that traps at each speed (kg m), shape (n,); NaN if no unbalance of the map traps.
     curves, orbits
         All states over speed at the machine's unbalance, and contact-free orbits at the sites (m).
     clearances
@@ -243,22 +245,22 @@ def traps(
 ) -> Traps:
     """Return where a rotor under control can stay in contact over speed and unbalance, and what frees it.
 
-    The result has all synchronous states (`synchronous_states`), their stability, the map, and the smallest force that
-    frees the rotor.
+    The result contains all synchronous states (`synchronous_states`), their stability, the map, and the smallest force
+    that frees the rotor.
 
     Parameters
     ----------
     scenario, rotor, controller
         Machine, control, and final speed and unbalance (`studies.inputs.controlled`).
     speed
-        Spin speed of the machine's point (rad/s), or a string with its unit.
+        Spin speed at the machine's point (rad/s), or a string with its unit.
     unbalance, place
-        Unbalance of the machine's point (kg m), or a string with its unit, and its disc. By default those
-        of the scenario; the map multiplies the unbalances of all places by one factor.
+        Unbalance at the machine's point (kg m), or a string with its unit, and its disc. By default those of the
+        scenario; the map multiplies the unbalances of all places by one factor.
     up_to, unbalance_up_to
-        Highest speed and largest unbalance of the map. By default twice the machine's speed, and the unbalance that
-        covers trapping at any of these speeds, touching, and twice the machine's unbalance; if nothing traps, also ten
-        times the limit of G 2.5 at the machine's speed.
+        Highest speed and largest unbalance of the map. By default, the map extends to twice the machine's speed, and to
+        an unbalance that covers trapping at any of these speeds, touching, and twice the machine's unbalance. If
+        nothing traps, it also covers ten times the limit of G 2.5 at the machine's speed.
     set, flavour
         Values of parameters by `component.variable`, numbers or strings with units; flavour of the FMUs.
 
@@ -333,7 +335,7 @@ def traps(
 
 
 def _largest(machine: RubbingRotor, speeds: Array, limit: float) -> float:
-    """Return the largest factor of a map: above the smallest factors that touch and trap, and at least 2.
+    """Return the largest factor of a map, which is above the smallest factors that touch and trap, and at least 2.
 
     Parameters
     ----------

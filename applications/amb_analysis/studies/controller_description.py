@@ -28,7 +28,8 @@ ROUNDING = 1e-6  # of the largest gain at rest; smaller ones are zero
 class LawPath:
     """A connection from a signal to a demand: sampled and, if available, continuous frequency responses.
 
-    `at_modes` are the sampled ones at the modes of the rotor; `at_rest` is the static gain, infinite if it integrates.
+    `at_modes` contains the sampled responses at the modes of the rotor. `at_rest` is the static gain, which is infinite
+    if the connection integrates.
     """
 
     signal: str
@@ -74,7 +75,7 @@ class ControllerDescription(DrawnResult):
         }
 
     def text(self) -> list[TextBlock]:
-        """Return a line on states and sampling, and the table of the connections."""
+        """Return a line about states and sampling, and the table of the connections."""
         data = self.as_dict()
         headings = (
             "signal",
@@ -126,9 +127,9 @@ def frequencies(controller: LinearController) -> Array:
 def connections(
     controller: LinearController, omega: Array, speed: float, continuous: Law | None, modes: Sequence[float] = ()
 ) -> list[LawPath]:
-    """Return the connections of a controller at a speed of its table, with responses of the continuous law if any.
+    """Return the connections of a controller at a speed of its table, with responses of a continuous law if it has one.
 
-    All include the controller's `delay`, exp(-j omega delay T) for the sampled law.
+    All responses include the controller's `delay`, which is exp(-j omega delay T) for the sampled law.
     """
 
     def delayed(values: Complex, at: Array) -> Complex:
@@ -161,7 +162,8 @@ def connections(
 def gains_at_rest(law: Law, sample_time: float) -> Array:
     """Return the static gains of a sampled law, infinite where it integrates, shape (n_demands, n_signals).
 
-    The limit for vanishing frequency: a gain that rises as 1/omega is infinite, one that falls as omega is zero.
+    This is the limit for vanishing frequency: a gain that rises as 1/omega is infinite, and one that falls as omega is
+    zero.
     """
     slow = AT_REST * np.pi / sample_time
     gain, slower = np.abs(response(law, np.array([slow, 0.1 * slow]), sample_time))

@@ -38,12 +38,13 @@ class ConvergenceCase:
     """A run of a scenario, with `settings` in place of its values.
 
     varied, label, value
-        What differs from the scenario, `modes`, `mesh`, `substep` or `step`, or `scenario` if nothing does; its label
+        What differs from the scenario (`modes`, `mesh`, `substep` or `step`, or `scenario` if nothing does), its label,
         and its position on an axis.
     substep
-        Factor of the longest substep: that of the scenario, and for another rotor at most that rotor's start value.
+        Factor on the longest substep. The longest substep is that of the scenario; for another rotor, it is at most
+        that rotor's start value.
     step
-        Factor of the communication step.
+        Factor on the communication step.
     start
         Number of the perturbed start: clearances are larger by `start` times `START`.
     """
@@ -66,7 +67,7 @@ class Contact:
     peak_force
         Largest normal force (N), including those within steps, without impact impulses.
     mean_force
-        Largest normal force averaged over `contact_forces.WINDOW`, impacts included (N).
+        Largest normal force averaged over `contact_forces.WINDOW`, including impacts (N).
     peak_impulse, impulse
         Largest normal impulse of the impacts in a step, and the impulse of impacts and forces over the run (N s).
     """
@@ -92,7 +93,7 @@ class CaseResult:
 
 
 def varied_cases(base: ConvergenceCase) -> Iterator[ConvergenceCase]:
-    """Yield the runs with other modes, meshes, substeps and communication steps than `base`."""
+    """Yield the runs whose modes, mesh, substep or communication step differs from that of `base`."""
     rotor = load_rotor(base.scenario.rotor)
     shapes, all_shapes = elastic_shapes(rotor)
     if rotor.reduction.method != "none":
@@ -150,7 +151,7 @@ def prepare_case(case: ConvergenceCase) -> ScenarioPlan:
 
 
 def simulate_case(case: ConvergenceCase) -> CaseResult:
-    """Simulate a case; if the run does not reach its end, the result has the reason."""
+    """Simulate a case; if the run does not reach its end, the result contains the reason."""
     result = execute(prepare_case(case))
     failure = result.outcome.failure
     if failure is not None:
@@ -161,7 +162,7 @@ def simulate_case(case: ConvergenceCase) -> CaseResult:
 
 
 def _contact(signals: Signals, site: str) -> Contact | None:
-    """Return the contact at a site from cycle 0 on; None if not recorded."""
+    """Return the contact at a site from cycle 0 on; None if it was not recorded."""
     largest, averaged = peak_force(signals, site), largest_averaged_force(signals, site)
     received, impact = received_impulse(signals, site), peak(signals, f"{site}.impulse")
     if largest is None or averaged is None or received is None or impact is None:

@@ -27,7 +27,7 @@ NAMES: Mapping[Coupling, str] = {"gauss_seidel": "Gauss-Seidel", "jacobi": "Jaco
 
 @dataclass(frozen=True)
 class CouplingRun:
-    """Order and loop of the master, fraction of the scenario's step, and whether the controller predicts."""
+    """Order and loop of the master, fraction of the scenario's step, and whether the controller uses a prediction."""
 
     coupling: Coupling
     parts: int
@@ -51,7 +51,7 @@ class OrderRow:
     deviation
         Largest relative difference of an orbit from that of the first run (1).
     outcome
-        Outcome of the step change, or of a run without a step change, or the reason for an early end.
+        Outcome of the step change, or of the run if there is no step change, or the reason for an early end.
     last_contact
         Cycle of the last contact; None if there is none.
     cost
@@ -69,7 +69,7 @@ class OrderRow:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CouplingOrders(WarnedResult, DrawnResult):
-    """Runs of a scenario in each order of the master and at several communication steps, compared with the first."""
+    """Runs of a scenario with several orders and steps of the master, compared with the first run."""
 
     name: ClassVar[str] = "coupling"
 
@@ -111,8 +111,8 @@ def coupling(
     Parameters
     ----------
     scenario
-        Name of a scenario of a pack, or a TOML file; by default the packs' default scenario. The study compares its
-        communication step and fractions of it.
+        Name of a scenario of a pack, or a TOML file; by default the packs' default scenario. The study compares the
+        scenario's communication step and fractions of it.
     rotor
         Name of a packaged rotor, or rotor file, to use instead of the scenario's.
     set
@@ -123,7 +123,7 @@ def coupling(
     Raises
     ------
     ValueError
-        If the scenario, a value or a file is wrong, or its first run has no orbit.
+        If the scenario, a value or a file is invalid, or if the first run has no orbit.
     """
     values = as_scenario(scenario, rotor).model_copy(update={"record": Record()})
     options = RunOptions(flavour=flavour)

@@ -1,4 +1,4 @@
-"""Zones of damping, by the logarithmic decrements at which they end, and damping as text."""
+"""Zones of damping, given by the logarithmic decrements at which they end, and damping as text."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def damping_ratio(decrement: float) -> float:
 def damping_cells(ratio: float, frequency: float, whirl: Whirl) -> tuple[str, str]:
     """Return damping ratio and whirl of a mode of some frequency (rad/s) as texts, with a mark if it grows.
 
-    A mode grows if its damping ratio is below zero by more than rounding, which near rest is an error of `AT_REST`
-    squared in the square of an eigenvalue.
+    A mode grows if its damping ratio is below zero by more than the rounding error. Near rest, rounding causes an error
+    of `AT_REST` squared in the square of an eigenvalue.
     """
     grows = ratio < -max(ROUNDING, (AT_REST / frequency) ** 2)
     text = f"{ratio if grows else max(ratio, 0.0):z.4f}"

@@ -1,4 +1,4 @@
-"""A rotor, or a rotor in its machine, over the numbers of its files that are fitted."""
+"""A rotor, or a rotor in its machine, as a function of the numbers of its files that are fitted."""
 
 from __future__ import annotations
 
@@ -33,16 +33,17 @@ KEPT = 16  # reduced rotors of the last values
 
 @dataclass(frozen=True)
 class FittedMachine:
-    """A rotor and its support over fitted numbers.
+    """A rotor and its support as a function of fitted numbers.
 
     loop, Omega
         Support of the rotor, and spin speed (rad/s).
     free
-        Fitted parameters: those of the rotor file first, then those of components.
+        Fitted parameters, first of the rotor file and then of components.
     rotor_parameters, loop_parameters
-        Numbers of the rotor file, and of the machine's components; None without a machine.
+        Numbers of the rotor file, and of the machine's components; the latter is None if there is no machine.
     source, stated
-        The rotor file, and the content of a scenario file of the machine: its base and what replaces its rotor or FMUs.
+        The rotor file, and the content of a scenario file for the machine: its base, and what replaces its rotor or
+        FMUs.
     settings, flavour
         Values of the scenario that are replaced, and flavour of the FMUs.
     places
@@ -79,7 +80,7 @@ class FittedMachine:
         Raises
         ------
         ValueError
-            If a file cannot be read, a name is not that of a number, or bounds are not allowed.
+            If a file cannot be read, a name does not denote a number, or bounds are not allowed.
         """
         scenario, rotor, controller = files
         machine = controlled(*files) if scenario is not None or loop in ("open", "closed") else None
@@ -103,7 +104,7 @@ class FittedMachine:
         return cls(loop, Omega, tuple(free), of_rotor, of_loop, source, stated, settings, flavour)
 
     def with_places(self, places: Sequence[Place]) -> FittedMachine:
-        """Return the machine with nodes at places, which stay where they are."""
+        """Return the machine with nodes at places, which do not move with the parameters."""
         positions = [place.position for place in places if place.position is not None]
         rotor_parameters = RotorParameters.load(self.source, self.rotor_parameters.names, positions)
         return replace(self, places=tuple(places), rotor_parameters=rotor_parameters)
@@ -118,7 +119,7 @@ class FittedMachine:
         return self.rotor_parameters.rotor_with(self._split(values)[0])
 
     def structure_with(self, values: Array | Sequence[float]) -> Structure:
-        """Return the rotor and its support with other values; reduced models of the last rotors are not made anew."""
+        """Return the rotor and its support with other values; reduced models of the most recent rotors are reused."""
         of_rotor, of_loop = self._split(values)
         structure = self._rotors(of_rotor)
         if self.loop_parameters is None:
@@ -134,7 +135,9 @@ class FittedMachine:
         return numbers[:count], numbers[count:]
 
     def warnings(self, values: Array | Sequence[float]) -> tuple[str, ...]:
-        """Return the warnings of the plan or of the rotor at the start, and of an unstable loop with some values."""
+        """Return warnings of the plan or the rotor at the start, and a warning if some values make the loop
+        unstable.
+        """
         if self.loop_parameters is None:
             return tuple(implausible_sizes(self.rotor_with(self.start)))
         result = self.loop_parameters.machine.prepared.warnings
@@ -155,7 +158,7 @@ class FittedMachine:
         return files
 
     def _scenario_data(self, values: Array | Sequence[float], has_rotor: bool) -> dict[str, Any]:
-        """Return the content of a scenario whose plan has these values, and all others as the fit had them."""
+        """Return the content of a scenario whose plan has these values, and keeps all other values from the fit."""
         assert self.loop_parameters is not None
         prepared = self.loop_parameters.machine.prepared
         system, data = prepared.assembly.system, {**self.stated, **({"rotor": ROTOR_FILE} if has_rotor else {})}
@@ -175,7 +178,7 @@ class FittedMachine:
         return {**data, "parameters": parameters}
 
     def _pinned(self, values: Array | Sequence[float]) -> dict[str, dict[str, float]]:
-        """Return the parameters that a plan would derive from these values, as the fit had them."""
+        """Return the parameters that a plan would derive from these values, with the values that the fit used."""
         assert self.loop_parameters is not None
         machine = self.loop_parameters.machine_with(self._split(values)[1], self.rotor_with(values))
         prepared = machine_of(self._prepared(values, {}))
@@ -192,5 +195,5 @@ class FittedMachine:
 
 
 def _path(source: str | Path) -> str:
-    """Return a path that does not depend on the working folder; a name of a pack unchanged."""
+    """Return a path that does not depend on the working folder; the name of a packaged file is unchanged."""
     return str(Path(source).resolve()) if Path(source).is_file() else str(source)

@@ -1,4 +1,4 @@
-"""Study of frequency responses of a rotor, free or in its machine, computed and laid over measured ones."""
+"""Study of frequency responses of a rotor, free or in its machine, computed and compared with measured ones."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class FrequencyResponses(WarnedResult, DrawnResult):
     responses
         Responses by name, `output/input`.
     modes
-        Modes of the measured responses, each with the computed mode; empty without a measurement.
+        Modes of the measured responses, each with the computed mode; empty if there is no measurement.
     """
 
     name: ClassVar[str] = "response"
@@ -93,7 +93,7 @@ class FrequencyResponses(WarnedResult, DrawnResult):
     modes: tuple[ModeDeviation, ...]
 
     def text(self) -> list[TextBlock]:
-        """Return tables of the modes and of the deviations, or of the largest values without a measurement."""
+        """Return tables of the modes and the deviations, or of the largest values if there is no measurement."""
         title = f"{self.rotor}, {self.loop}, {speed_unit().text(self.speed)}: "
         if all(item.measured is None for item in self.responses.values()):
             table = text_table(f"{title}largest values", ("response", "", "at (Hz)", "phase (deg)"), left=("response",))
@@ -140,32 +140,32 @@ def response(
     set: Mapping[str, Raw] | None = None,
     flavour: Flavour = "native",
 ) -> FrequencyResponses:
-    """Return frequency responses from forces or currents to motion or currents, laid over measured ones.
+    """Return frequency responses from forces or currents to motion or currents, compared with measured ones.
 
     y/u at the frequencies of the measurement, by the equations of `machine.frequency_response`. Both the measured and
     the computed responses are fitted near their peaks (`measured.modal_fit`), so that frequencies and damping ratios
-    are compared by one method.
+    come from the same method.
 
     Parameters
     ----------
     scenario, rotor, controller
-        Machine, its rotor and its control, as for `sensitivity`; with `rotor` alone, that rotor.
+        Machine, its rotor and its control, as for `sensitivity`; if only `rotor` is given, that rotor alone.
     measured
         File of a measurement (`measured.files.read_measured`), or a measurement.
     loop
         `free`: the rotor alone; `linear`: on bearings and seals of its file; `open`: with magnets and without
         controller; `closed`: under control. By default `closed`, and `free` for a rotor alone.
     inputs, outputs
-        Channels, such as `fan.f_x`, `left.i_x`, `eye.x`, or `0.12 m.y [m/s2]`. With a measurement those that are
-        compared, all by default; inputs of a record over time must be named.
+        Channels, such as `fan.f_x`, `left.i_x`, `eye.x`, or `0.12 m.y [m/s2]`. If there is a measurement, these select
+        the responses to compare, by default all. The inputs of a record over time must be named.
     channels
-        Names or places in the model by names in the file.
+        Names or places in the model, by names in the file.
     channel_units
-        Units by names of columns or channels in the file, in place of those that the file gives or lacks.
+        Units, by names of columns or channels in the file; they replace units in the file, or supply missing ones.
     speed
-        Spin speed (rad/s), or a text with its unit; that of the scenario by default, at rest without a machine.
+        Spin speed (rad/s), or a text with its unit; by default that of the scenario, or 0 if there is no machine.
     up_to
-        Highest frequency (Hz), or a text with its unit; by default that of the measurement, 1 kHz without.
+        Highest frequency (Hz), or a text with its unit; by default that of the measurement, or 1 kHz if there is none.
     estimator, segment, window
         Arguments of the estimate from a record over time (`measured.estimates.estimate`); a segment in s.
     set, flavour
@@ -226,7 +226,7 @@ def laid_over(
     *,
     compared: bool = True,
 ) -> FrequencyResponses:
-    """Return computed values of responses and, if the responses are `compared`, deviations from the measured values.
+    """Return computed values of responses and, if they are `compared`, their deviations from the measured values.
 
     Responses of the same name, such as repeated measurements, are numbered.
     """
@@ -273,7 +273,7 @@ def unresolved(modes: Sequence[FittedMode]) -> list[str]:
 
 
 def _numbered(names: Sequence[str]) -> list[str]:
-    """Return names of which each occurs once: `a, b, a` becomes `a, b, a (2)`."""
+    """Return names made unique: `a, b, a` becomes `a, b, a (2)`."""
     before = [names[:k].count(name) for k, name in enumerate(names)]
     return [f"{name} ({count + 1})" if count else name for name, count in zip(names, before, strict=True)]
 
@@ -292,7 +292,8 @@ def measured_content(
     Raises
     ------
     ValueError
-        If the file cannot be read, none of its responses is chosen, or one is 0 somewhere: levels are logarithms.
+        If the file cannot be read, if none of its responses is chosen, or if one is 0 somewhere, because levels are
+        logarithms.
     """
     estimator, segment, window = estimation
     in_file = {place: name for name, place in (channels or {}).items()}
@@ -324,7 +325,7 @@ def measured_content(
 
 
 def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) -> list[FrequencyResponse]:
-    """Return responses without values from inputs to outputs."""
+    """Return responses from inputs to outputs, without values."""
     missing = [name for name, ends in (("inputs (--input)", inputs), ("outputs (--response)", outputs)) if not ends]
     if missing:
         raise ValueError(f"{' and '.join(missing)} are missing; without a measurement, name at least one of each")
@@ -338,7 +339,7 @@ def _requested(inputs: Sequence[str], outputs: Sequence[str], highest: float) ->
 
 
 def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
-    """Return whether only rounding limits the largest value, at an undamped resonance."""
+    """Return whether only rounding limits the largest value, as at an undamped resonance."""
     if not 0 < top < len(sizes) - 1:
         return False
     near = slice(top - 1, top + 2)
@@ -350,7 +351,7 @@ def _is_unbounded(frequencies: Array, sizes: Array, top: int) -> bool:
 def _closer(
     structure: Structure, curves: Sequence[FrequencyResponse], ends: Sequence[tuple[Place, Place]]
 ) -> list[FrequencyResponse]:
-    """Return the responses without values, at frequencies that are closer about resonances and maxima."""
+    """Return the responses without values, at frequencies that are denser near resonances and maxima."""
     first = curves[0].frequencies
     input_places, output_places = (list(dict.fromkeys(pair[side] for pair in ends)) for side in (0, 1))
     coarse = np.unique([*first[::COARSE], first[-1]])

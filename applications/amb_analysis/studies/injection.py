@@ -1,9 +1,9 @@
 """Measurement of the sensitivities of all axes in a co-simulation with injected multi-sines.
 
-Current is added to the demand of each controller, through `command_voltage` of the actuator, and is as late as the
-demand. The spectral lines of the axes interleave, so that one run measures all axes: at a line of one axis, the others
-have no injected current. If another component excites the rotor, such as a generator of forces, its part of the
-currents is measured in a run without injection, and subtracted.
+A current is added to the demand of each controller through `command_voltage` of the actuator, with the same delay as
+the demand. The spectral lines of the axes interleave, so that one run measures all axes: at a line of one axis, the
+others have no injected current. If another component, such as a force generator, excites the rotor, its part of the
+currents is measured in a run without injection and subtracted.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ LONGEST = 60.0  # s, of the wait for that
 
 @dataclass(frozen=True)
 class MeasuredSensitivity:
-    """Sensitivity of each axis (complex) at its spectral lines (Hz), both of shape (axes, lines)."""
+    """Complex sensitivity of each axis at its spectral lines (Hz), both of shape (axes, lines)."""
 
     frequencies: Array
     sensitivity: Complex
@@ -63,11 +63,11 @@ def plan_measurement(
     delay: bool = False,
     options: RunOptions = DEFAULTS,
 ) -> ScenarioPlan:
-    """Return a prepared run of a scenario's machine, levitated without unbalance, with its sample time.
+    """Return a prepared run of a scenario's machine, levitated without unbalance, and its sample time.
 
-    Its rotor has all modes up to half the sample rate, whatever the reduction in its file, because the sensitivity of a
-    rotor with fewer modes is another.
-    The controller's signal chain retains delay and filter; noise and converters are off, because they are not linear.
+    Its rotor has all modes up to half the sample rate, whatever the reduction in its file, because fewer modes would
+    change the sensitivity. The controller's signal chain retains its delay and filter; noise and converters are off,
+    because they are not linear.
 
     Parameters
     ----------
@@ -120,9 +120,9 @@ def plan_measurement(
 
 
 def _with_steps_of_the_run(prepared: ScenarioPlan, run: Plan) -> ScenarioPlan:
-    """Return a measurement in which FMUs of others step as in the run of the scenario.
+    """Return a measurement in which foreign FMUs step as in the run of the scenario.
 
-    A controller may take a sample whenever it is stepped, so that shorter steps would make another law of it.
+    A controller may take a sample whenever it is stepped, so shorter steps would change its law.
     """
     ratio = max(1, round(run.step_size / prepared.step_size))
     every = {c.name: c.every * ratio for c in run.system.components if model_of(c.fmu) is None}
@@ -132,7 +132,7 @@ def _with_steps_of_the_run(prepared: ScenarioPlan, run: Plan) -> ScenarioPlan:
 
 
 def _linear_chain(parameters: Mapping[str, float], delay: bool) -> dict[str, Raw]:
-    """Return settings of a controller that leave the linear part of its signal chain; empty if it has no chain."""
+    """Return settings of a controller that leave only the linear part of its signal chain; empty if it has no chain."""
     if "chain.preset" not in parameters:
         if delay:
             raise ValueError(f"delay is not allowed; {CONTROLLER} has no signal chain")
@@ -160,7 +160,7 @@ def schroeder_phases(powers: Array) -> Array:
 
 
 def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, Indices]:
-    """Return a period of the injected currents, shape (axes, samples), and the harmonics of each axis.
+    """Return one period of the injected currents, shape (axes, samples), and the harmonics of each axis.
 
     All harmonics of an axis have the same power, and the peak of a current is 1.
     """
@@ -175,7 +175,7 @@ def multi_sines(n_axes: int, samples: int, sample_time: float) -> tuple[Array, I
 
 
 def settling_samples(decay: float, sample_time: float, remainder: float = REMAINDER) -> int:
-    """Return the number of samples in which a transient that decays by the factor `decay` per sample falls to a share.
+    """Return the number of samples in which a transient with the factor `decay` per sample falls to a given fraction.
 
     Raises
     ------
@@ -194,14 +194,14 @@ def settling_samples(decay: float, sample_time: float, remainder: float = REMAIN
 def waiting_samples(loop: StateSpace, sample_time: float) -> int:
     """Return the number of samples after which no transient of a loop disturbs a measurement.
 
-    A drift z slower than the lowest line begins with at most the amplitude a (1) under sines of amplitude 1, and adds
-    the share (2) to a line of the spectrum of N samples until it has died out. The slowest lags of eddy currents take
-    minutes, but are hardly seen. All other transients have to die out.
+    A drift z that is slower than the lowest line begins with at most the amplitude a (1) if the sines have the
+    amplitude 1. Until it has died out, it adds the share (2) to a line of the spectrum of N samples. The slowest lags
+    of eddy currents decay within minutes, but hardly affect the spectrum. All other transients have to die out.
 
         a = |C x| |y^H B|/|y^H x| sum 1/|exp(j omega) - z|                                  (1)
         share = 2 a (1 - z^N)/(N |exp(j omega_1) - z|)                                      (2)
 
-    with the right and left eigenvectors x and y, all lines omega, and the lowest one omega_1 (rad per sample).
+    with the right and left eigenvectors x and y, all lines omega, and the lowest line omega_1 (rad per sample).
 
     Raises
     ------
@@ -233,7 +233,7 @@ def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
     prepared
         Run from `plan_measurement`.
     waiting
-        Samples before the measurement, see `waiting_samples`.
+        Samples before the measurement (see `waiting_samples`).
 
     Raises
     ------
@@ -265,7 +265,7 @@ def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
     first = waiting * steps + max(shares) + 1  # the record has a step's demand at its end
 
     def demanded(events: tuple[tuple[int, str, float], ...]) -> tuple[Array, bool]:
-        """Return the demands of a run with injected currents, and whether another component excites the rotor, too."""
+        """Return the demands of a run with injected currents, and whether another component also excites the rotor."""
         result = execute(replace(plan, last=last * steps, events=events))
         if result.outcome.failure is not None:
             raise ValueError(result.outcome.failure)
@@ -282,12 +282,12 @@ def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
 
 
 def share_of_new(late: float, steps: int) -> dict[int, float]:
-    """Return the steps of a sample in which a late demand changes, each with the share of the new demand in its mean.
+    """Return the steps of a sample in which a late demand changes, each with the new demand's fraction of the mean.
 
     Parameters
     ----------
     late
-        Delay as a share of a sample, from 0 to 1.
+        Delay as a fraction of a sample, from 0 to 1.
     steps
         Communication steps of a sample.
     """

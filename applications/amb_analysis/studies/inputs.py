@@ -50,7 +50,7 @@ def spin_speed(raw: Number, name: str = "speed") -> float:
     Raises
     ------
     ValueError
-        If it is not a speed, negative, or beyond `HIGHEST`.
+        If it is not a speed, is negative, or is above `HIGHEST`.
     """
     value = quantity(raw, "rad/s", name)
     require(0.0 <= value <= HIGHEST, name, stated(f"{value:g} rad/s", raw), f">= 0 rad/s and <= {HIGHEST:g} rad/s")
@@ -65,9 +65,9 @@ def spin_speeds(raw: Number | Sequence[Number]) -> list[float]:
 
 
 def reach_of(rotor: Rotor, speed: float | None = None) -> Number:
-    """Return the highest speed of a diagram of a rotor: 1.25 times the operating speed (rad/s), if it is known.
+    """Return the highest speed for a diagram of a rotor: 1.25 times the operating speed (rad/s), if it is known.
 
-    Otherwise the highest speed that the rotor file states (`[reduction] speed`), or else 6000 rpm.
+    Otherwise it is the highest speed that the rotor file states (`[reduction] speed`), or else 6000 rpm.
     """
     return BEYOND * speed if speed else rotor.reduction.speed or DEFAULT_RANGE
 
@@ -91,7 +91,7 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
     Raises
     ------
     ValueError
-        If it is not such a number, or not from `LEAST` to `MOST`; `reason` is appended to the allowed range.
+        If it is not such a number or is not between `LEAST` and `MOST`; `reason` is appended to the allowed range.
     """
     value, unit_text = quantity(raw, unit, name), unit.replace(".", " ")
     shown = stated(f"{value:g} {unit_text}", raw)
@@ -103,12 +103,12 @@ def positive(raw: Number, unit: str, name: str, reason: str = "") -> float:
 def node_numbers(raw: str | int | Sequence[int], name: str, rotor: Rotor, source: RotorSource) -> tuple[int, ...]:
     """Return nodes of a rotor by their numbers in its file: a sequence, or a string separated by commas.
 
-    The rotor may have more nodes than its file, added by `z` and `[mesh]` (`rotor_file.numbered_positions`).
+    The rotor may have more nodes than its file, because `z` and `[mesh]` add nodes (`rotor_file.numbered_positions`).
 
     Raises
     ------
     ValueError
-        If one of them is not the number of a node of the file.
+        If one of the numbers is not that of a node in the file.
     """
     numbers = (raw,) if isinstance(raw, int) else raw
     if isinstance(numbers, str):

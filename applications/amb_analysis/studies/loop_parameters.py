@@ -1,7 +1,8 @@
 """Parameters of the components of a machine, such as the constants of its magnets, and the machine with other values.
 
-Only the named values change. Those that a plan derives from them, such as the constants that a controller assumes of
-its magnets, stay: the controller of the measured machine had its gains whatever its magnets are.
+Only the named values change. Values that a plan derives from these, such as the constants that a controller assumes for
+its magnets, stay as they are, because the gains of the controller in the measured machine did not depend on its actual
+magnets.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class LoopParameters:
         Raises
         ------
         ValueError
-            If a name is not that of a number, or matches numbers with different values.
+            If a name does not denote a number, or matches numbers with different values.
         """
         ports = tuple(_numbers(machine, name) for name in names)
         start = tuple(_start(machine, name, found) for name, found in zip(names, ports, strict=True))

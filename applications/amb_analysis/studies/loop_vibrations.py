@@ -26,7 +26,7 @@ APART = 1e6  # of such costs, between a vibration along the shaft and one across
 class Vibrations:
     """Poles s (rad/s) with Im s > 0, and their senses of whirl from -1 (backward) to 1 (forward), shape (n,) each.
 
-    The sense of a vibration along the shaft is NaN. `stability` is that of all poles, including those without
+    The sense of a vibration along the shaft is NaN. `stability` takes all poles into account, including those without
     vibration.
     """
 
@@ -49,7 +49,7 @@ class Vibrations:
 
     @property
     def least_ratio(self) -> float:
-        """The smallest damping ratio; 1 without vibrations."""
+        """The smallest damping ratio; 1 if there are no vibrations."""
         return float(self.ratios().min(initial=1.0))
 
 
@@ -92,7 +92,7 @@ def vibrations_over(
     speeds: Array,
     least: Callable[[Vibrations], Sequence[float]] = lambda v: (v.least_ratio,),
 ) -> tuple[Array, list[Vibrations]]:
-    """Return speeds (rad/s), closer about the largest growth and the least damping ratios, and the vibrations there.
+    """Return speeds (rad/s), denser near the largest growth and the smallest damping ratios, and the vibrations there.
 
     Parameters
     ----------
@@ -101,7 +101,8 @@ def vibrations_over(
     speeds
         Speeds (rad/s) that the result contains, ascending, shape (n,).
     least
-        Returns damping ratios whose minima over speed are refined; by default the least of all vibrations.
+        Function that returns damping ratios whose minima over speed are refined; by default the smallest of all
+        vibrations.
     """
 
     def at_speeds(more: Array) -> NDArray[np.object_]:
@@ -117,7 +118,7 @@ def vibrations_over(
 
 
 def least_damped(speeds: Array, vibrations: list[Vibrations]) -> LeastDamped | None:
-    """Return the least damped of vibrations at speeds (rad/s), shape (n,); None without any."""
+    """Return the least damped of the vibrations at speeds (rad/s), shape (n,); None if there are none."""
     candidates = [
         (float(ratio), float(Omega), float(s.imag))
         for Omega, of_speed in zip(speeds, vibrations, strict=True)
@@ -127,10 +128,11 @@ def least_damped(speeds: Array, vibrations: list[Vibrations]) -> LeastDamped | N
 
 
 def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]:
-    """Return the number of each of the first `count` vibrations at every speed; None from the speed where it is lost.
+    """Return the number of each of the first `count` vibrations at every speed; None from the speed where it ends.
 
-    Each is paired with the pole nearest to the extrapolation of its last two, by |s - s_expected| / |s|, plus `TURN`
-    per difference in the sense of whirl. The extrapolation is over the step in speed, at most as far as the last one.
+    Each vibration is paired with the pole nearest to the extrapolation from its last two poles. The distance is |s -
+    s_expected| / |s|, plus `TURN` per difference in the sense of whirl. The extrapolation extends over the step in
+    speed, but at most as far as the previous step.
     """
     tracks: list[list[int | None]] = [[k] for k in range(min(count, len(vibrations[0].poles)))]
     for n in range(1, len(vibrations)):
@@ -150,9 +152,9 @@ def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]
 
 
 def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) -> list[list[int | None]]:
-    """Return the tracks of vibrations that begin after the first speed and last to the end; None before they begin.
+    """Return the tracks of vibrations that begin after the first speed and last to the end; None before that.
 
-    A well damped rigid rotor, I_d a'' + (c - i Omega I_p) a' + k a = 0, creeps back without vibration at rest. At speed
+    A well damped rigid rotor, I_d a'' + (c - i Omega I_p) a' + k a = 0, at rest creeps back without vibration. At speed
     it whirls backward at nearly k / (Omega I_p), with the damping ratio c / |c - i Omega I_p|.
 
     Parameters
@@ -160,7 +162,7 @@ def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) ->
     vibrations
         Vibrations at each speed, shape (n,).
     tracks
-        Tracks of those at the first speed (`followed`), whose poles belong to no other.
+        Tracks of the vibrations at the first speed (`followed`), whose poles belong to no other track.
     """
     result = []
     for backward in followed(vibrations[::-1], len(vibrations[-1].poles)):
@@ -174,7 +176,7 @@ def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) ->
 
 
 def _step_ratio(vibrations: list[Vibrations], n: int) -> float:
-    """Return the step in speed to the n-th vibrations over the step before it, at most 1; 1 without speeds."""
+    """Return the step in speed to the n-th vibrations over the previous step, at most 1; 1 if there are no speeds."""
     before, last, now = (at.stability.speed for at in vibrations[n - 2 : n + 1])
     return min((now - last) / (last - before), 1.0) if last != before else 1.0
 

@@ -31,7 +31,7 @@ from rotor_analysis.tracking import RESONANT
 
 @dataclass(frozen=True)
 class ModesAtSpeed:
-    """The lowest modes at a spin speed, by ascending frequency; those without resonance come last.
+    """The lowest modes at a spin speed, in order of frequency; modes without resonance come last.
 
     frequencies
         Damped natural frequencies (rad/s).
@@ -198,7 +198,7 @@ def modes(
 
 
 def _lowest(model: Matrices, Omega: float, count: int) -> tuple[Mode, ...]:
-    """Return the lowest modes with a resonance, followed if needed by the lowest of the others."""
+    """Return the lowest modes with a resonance and, if more are needed, the lowest of the others."""
     require(count >= 1, "count", count, "1 or more")
     ordered = sorted(modes_of(model, Omega), key=lambda mode: mode.damping_ratio > RESONANT)
     return tuple(ordered[:count])

@@ -1,4 +1,4 @@
-"""Runs in parallel processes, each of which imports the script that Python runs (multiprocessing's `spawn`)."""
+"""Runs in parallel processes, each of which imports the user's script (multiprocessing's `spawn`)."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def simulate_in_processes(
     At most `processes` run at once; by default one per processor.
 
     Processes are used because FMUs of flavour `python` hold the interpreter's lock. An error in a case ends the other
-    cases and is raised. The processes end with this one. An interruption is delayed while a function of the pool runs,
-    because locks of futures could otherwise stay held, and the pool would wait for them forever.
+    cases and is raised. The processes end when this one ends. An interruption is delayed while a function of the pool
+    runs, because locks of futures could otherwise stay held, and the pool would wait for them forever.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def _end_at_close(parent: Connection) -> None:
 
 
 def end_if_imported_anew() -> None:
-    """End a new process if it calls this while it imports a script without a main guard; see `main_guard_advice`."""
+    """End a new process if this is called while it imports a script without a main guard; see `main_guard_advice`."""
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise SystemExit(1)
 

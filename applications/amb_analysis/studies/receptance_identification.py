@@ -1,4 +1,4 @@
-"""Study that identifies the receptances of the levitated rotor over the spin speed and stores them in a table."""
+"""Study that identifies the receptances of the levitated rotor at several spin speeds and stores them in a table."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Identification(WarnedResult):
     results
         Result at each speed; fewer than speeds if Ctrl-C interrupted the study.
     table
-        Table of the receptances: those identified now, and those already in the file.
+        Table of the receptances that were identified now or were already in the file.
     """
 
     speeds: Annotated[tuple[float, ...], "rad/s"]
@@ -73,7 +73,7 @@ class Identification(WarnedResult):
 
     @property
     def interruption(self) -> str:
-        """Reason of an early end of the study; otherwise empty."""
+        """Reason for an early end of the study; otherwise empty."""
         last = self.results[-1]
         return last.reason if last.interrupted else ""
 
@@ -106,7 +106,7 @@ def identify(
 ) -> Identification:
     """Return the receptances of the levitated rotor, as its controller identifies them in co-simulations.
 
-    They are those of the loop with all its controllers, including a linear one below the synchronous control.
+    They describe the loop with all its controllers, including a linear one below the synchronous control.
 
     Ctrl-C ends the study; the result then contains the finished speeds.
 
@@ -128,7 +128,7 @@ def identify(
         Flavour of the FMUs.
     computed
         Whether to compute the receptances from the linear model of the sampled loop instead of co-simulations.
-        Identified receptances are compared with this model; computed ones cannot be.
+        Identified receptances are compared with this model, but computed ones come from it.
     progress
         Whether to display bars (default in a terminal and a notebook), or a function called repeatedly with an
         `IdentificationProgress`.

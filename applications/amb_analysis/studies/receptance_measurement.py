@@ -52,15 +52,15 @@ class IdentifiedReceptance:
     order
         Order of the excited harmonic.
     periods, force
-        Revolutions of a slot, and amplitude of the test force (N).
+        Revolutions in a slot, and amplitude of the test force (N).
     receptance
         R, shape (n_sensors, n_axes), complex (m/N); None if the identification failed.
     model
-        R of the linear model of the same sampled loop, for comparison; None if `receptance` is that R.
+        R of the linear model of the same sampled loop, for comparison; None if `receptance` itself is from this model.
     inner
-        Response of a controller below the synchronous control (`sampled_receptance.inner_response`), if any.
+        Response of a controller below the synchronous control (`sampled_receptance.inner_response`), if there is one.
     reason
-        Reason of a failure; otherwise empty.
+        Reason for a failure; otherwise empty.
     interrupted
         Whether it was interrupted by Ctrl-C.
     """
@@ -106,7 +106,7 @@ def prepare_identification(
     Raises
     ------
     ValueError
-        If the speed is not positive or below `rolac.min_speed`, or another setting does not fit.
+        If the speed is not positive or is below `rolac.min_speed`, or if another setting does not fit.
     """
     default_machine = make_scenario({"Omega": 1.0, "communication_step": STEP, "end_time": STEP}, NAME)
     base = as_scenario((machine or default_machine).machine(), rotor)
@@ -140,7 +140,7 @@ def table_for(machine: Machine, path: Path | None) -> ReceptanceTable:
     Raises
     ------
     ValueError
-        If the file is not a complete table, or is that of another rotor or loop.
+        If the file is not a complete table, or belongs to another rotor or loop.
     """
     parameters, controlled, name = machine.parameters[CONTROLLER], machine.controlled, machine.rotor.name
     inner = inner_loop_parameters(machine.prepared.assembly.system, machine.parameters)
@@ -223,7 +223,7 @@ def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
 
 
 def ratios(receptance: Complex, model: Complex) -> Complex:
-    """Return R over R of a model, for elements of at least a tenth of the largest in their column of the model."""
+    """Return R over the R of a model, for elements of at least a tenth of the largest in the model's column."""
     size = np.abs(model)
     large = size > LARGE * size.max(axis=0)
     return np.asarray(receptance[large] / model[large], dtype=np.complex128)

@@ -57,7 +57,7 @@ class WarnedResult(StudyResult):
     """A result with warnings.
 
     warnings
-        Warnings of the plan of a run, which its summary has, too; of a rotor alone those of implausible sizes.
+        Warnings of the plan of a run, as in its summary; for a rotor alone, warnings about implausible sizes.
     """
 
     warnings: tuple[str, ...] = dataclasses.field(default=(), kw_only=True)
@@ -80,7 +80,7 @@ class MachineResult(WarnedResult, DrawnResult):
 
 
 def _short(value: Any) -> str:
-    """Represent a value in one line: an array by its shape, other long values by their type."""
+    """Represent a value in one line: an array by its shape, and other long values by their type."""
     if isinstance(value, np.ndarray):
         return f"<array of shape {value.shape}>"
     text = repr(value)

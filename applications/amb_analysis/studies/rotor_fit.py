@@ -112,29 +112,29 @@ def fit(
 ) -> RotorFit:
     """Return a rotor, or a machine, whose parameters fit a measurement, with 95 % intervals.
 
-    Residuals of responses are differences over their scatter, which is estimated by frequency from the data and the
-    coherence (`measured.response_fit`). Residuals of modes are
-    the logarithms of frequencies and damping ratios over the measured ones, in units of 0.1 % and 10 %. A parameter
-    that the data do not determine is an error (`measured.least_squares.fit`).
+    Residuals of responses are differences over their scatter, which is estimated for each frequency from the data and
+    the coherence (`measured.response_fit`). Residuals of modes are the logarithms of frequencies and damping ratios
+    over the measured ones, in units of 0.1 % and 10 %. If the data do not determine a parameter, an error is raised
+    (`measured.least_squares.fit`).
 
     Parameters
     ----------
     rotor
         Rotor file, or the name of a packaged rotor; by default that of the scenario, or the packs' default rotor.
     scenario, controller
-        Machine and its control, as for `response`; without them the rotor alone.
+        Machine and its control, as for `response`; if neither is given, the rotor alone.
     measured
         File of responses or modes, or a measurement.
     free
-        Bounds by parameter name, or texts `bodies.wheel.mass=3:5`. Names are keys of the rotor file, with the
-        name or the number of an item of a list, `damping.modal.1`, or parameters of components of the scenario,
-        `amb_actuator.left.k_i_measured_?`, whose matches have one value.
+        Bounds by parameter name, or texts `bodies.wheel.mass=3:5`. Names are keys of the rotor file, in which an item
+        of a list is given by its name or its number, such as `damping.modal.1`, or parameters of components of the
+        scenario, such as `amb_actuator.left.k_i_measured_?`, whose matches share one value.
     loop
-        As for `response`: `closed` by default with a scenario, and `free` without.
+        As for `response`: `closed` by default if there is a scenario, otherwise `free`.
     inputs, outputs, channels, channel_units, up_to, estimator, segment, window
         As for `response`.
     speed
-        Spin speed (rad/s), or a text with its unit; that of the scenario by default, at rest without.
+        Spin speed (rad/s), or a text with its unit; by default that of the scenario, or 0 if there is none.
     set, flavour
         Values of parameters by `component.variable`; flavour of the FMUs.
 
@@ -214,7 +214,7 @@ def _result(
 
 
 def resolved(curves: Sequence[FrequencyResponse]) -> list[FrequencyResponse]:
-    """Return estimates without the lines about peaks that they do not resolve: their values there are too low.
+    """Return estimates without the lines near peaks that they do not resolve, because their values there are too low.
 
     At d lines from such a peak, an average over the width of a line is off by about 1/(3 d^2): 0.3 % at `BIASED`.
     """
@@ -248,7 +248,7 @@ def _mode_residuals(subject: FittedMachine, loop: Loop, Omega: float, measured: 
 
 
 def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> Array:
-    """Return ln(f/f_measured)/0.1 % and ln(zeta/zeta_measured)/10 % of the computed modes nearest to the measured."""
+    """Return ln(f/f_measured)/0.1 % and ln(zeta/zeta_measured)/10 % of the nearest computed modes."""
     full = assemble(rotor)
     model = full if loop == "free" else with_bearings(full, (*rotor.bearings, *rotor.seals))
     lowest = 2.0 * np.pi * ELASTIC * float(measured.frequencies.min())
@@ -268,7 +268,7 @@ def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> A
 
 
 def _comments(result: Fit, free: Sequence[FreeParameter], measured: str) -> list[str]:
-    """Return lines of a TOML file on the fitted parameters."""
+    """Return lines about the fitted parameters for a TOML file."""
     lines = [
         f"# Fitted to {measured} by least squares, {result.residuals} residuals; 95 % intervals of the parameters:"
     ]

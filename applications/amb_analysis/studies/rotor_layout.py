@@ -32,7 +32,7 @@ ALLOWED_SPINNING = 0.01  # error of the receptance of the spinning rotor, above 
 
 @dataclass(frozen=True)
 class LayoutEntry:
-    """A part of the rotor: kind, name, node number in its file, position (m) and function; None for other nodes."""
+    """A part of the rotor: kind, name, node number in its file (None for other nodes), position (m) and function."""
 
     kind: str
     name: str
@@ -52,19 +52,19 @@ class RotorLayout(WarnedResult, DrawnResult):
     length, nodes
         Length of the shaft (m), and number of nodes of the mesh.
     numbers
-        Node numbers in the rotor file by node numbers of the mesh, which also has nodes for `z` and `[mesh]`.
+        Node numbers in the rotor file, by node numbers of the mesh, which also has nodes for `z` and `[mesh]`.
     parts
         Bodies, bearings, seals, contact sites, thrust disc, faces and sensors.
     method, planes, coordinates, fastest
         The plant's model: reduction method, mesh nodes whose displacements are coordinates, number of coordinates, and
-        frequency of its fastest mode without bearings (rad/s), 0 if it has no elastic mode.
+        frequency (rad/s) of its fastest mode without bearings, 0 if it has no elastic mode.
     receptance
         Error of the plant's receptance between bearings and contact sites; None for a rotor with massless nodes.
     frequencies, error
-        Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors of
-        those of the plant's model (%). Each belongs to both planes of motion if the bearings are alike in x and y.
+        Undamped natural frequencies of the full model (rad/s), negative where motion diverges, and relative errors (%)
+        of the plant's model. Each belongs to both planes of motion if the bearings are alike in x and y.
     whirl
-        Error of the plant's whirl as a free rotor at the highest speed; None if the rotor file states no speed.
+        Error of the plant's whirl, as a free rotor, at the highest speed; None if the rotor file states no speed.
     description
         The rotor, for the figure.
     limits
@@ -151,7 +151,7 @@ class RotorLayout(WarnedResult, DrawnResult):
         return [table, meaning, *self._advice_on_spin(error)]
 
     def _advice_on_spin(self, error: ReceptanceError) -> Iterator[str]:
-        """Yield at which speed of the rotor the plant is wrong although it is right at rest, and what helps."""
+        """Yield the speed at which a plant that is right at rest is inaccurate, the remedy, and the highest speed."""
         unit, highest = speed_unit(), None if self.whirl is None else self.whirl.speed
         accurate = error.error <= error.accuracy  # at rest
         reached = accurate if highest is None else accurate & (error.frequencies <= highest)

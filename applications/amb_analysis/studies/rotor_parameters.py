@@ -1,11 +1,11 @@
-"""Parameters of a rotor file by their keys, and the rotor with other values of them on one mesh.
+"""Parameters of a rotor file by their keys, and the rotor with other parameter values on one mesh.
 
-A position or a length moves the mesh. With the ends of sections and the positions of parts, b at the start and b' now,
-a node at z goes to
+A position or a length moves the mesh. If the ends of sections and the positions of parts are b at the start and b' now,
+a node at z moves to
 
     z' = b'_k + (z - b_k) (b'_k+1 - b'_k)/(b_k+1 - b_k),   b_k <= z <= b_k+1                        (1)
 
-so that responses are smooth functions of the parameters. Measured positions stay where they are.
+Responses are therefore smooth functions of the parameters. Measured positions do not move.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class RotorParameters:
     nodes
         Nodes of its mesh (m).
     fixed
-        Positions (m) that have a node and do not move.
+        Positions (m) of nodes that do not move.
     names, start
         Keys of the numbers, such as `bodies.wheel.mass`, and their values in the file.
     """
@@ -58,7 +58,7 @@ class RotorParameters:
         Raises
         ------
         ValueError
-            If it cannot be read, or a name is not that of a number in it.
+            If it cannot be read, or if a name does not denote a number in it.
         """
         rotor, path = load_rotor(source), rotor_path(source)
         data = read_toml(path, f"rotor file {path}")
@@ -80,7 +80,7 @@ class RotorParameters:
         Raises
         ------
         ValueError
-            If the rotor does not exist, or two positions coincide that did not at the start.
+            If the rotor is impossible, or if two positions coincide that did not coincide at the start.
         """
         rotor = self._coarse(values)
         old, new = self._begun, rotor.shaft.with_nodes_at(self.fixed).nodes
@@ -98,7 +98,7 @@ class RotorParameters:
         return self._coarse(self.start).shaft.with_nodes_at(self.fixed).nodes
 
     def _coarse(self, values: Array | Sequence[float]) -> Rotor:
-        """Return the rotor with nodes at the ends of its sections and its parts alone."""
+        """Return the rotor with nodes only at the ends of its sections and at its parts."""
         data = self.data_with(values)  # type: ignore[arg-type]
         if "mesh" in data or "sections" in data["shaft"]:
             data["mesh"] = COARSE
@@ -106,7 +106,7 @@ class RotorParameters:
 
 
 def free_bounds(free: Mapping[str, tuple[Number, Number]] | Sequence[str]) -> dict[str, tuple[Number, Number]]:
-    """Return the lowest and the highest value of parameters by name, as they are written.
+    """Return the lowest and the highest values of parameters by name, as they were written.
 
     Raises
     ------
@@ -155,7 +155,7 @@ def _holder(data: dict[str, Any], name: str) -> tuple[Any, Any]:
 
 
 def _key(holder: Any, part: str, name: str) -> Any:
-    """Return the key of a part of a name: a key of a table, an item of a list by its name or its number from 1."""
+    """Return the key for a part of a name: a key of a table, or the name or number (from 1) of an item of a list."""
     if isinstance(holder, dict) and part in holder:
         return part
     if isinstance(holder, list):

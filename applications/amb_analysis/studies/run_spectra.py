@@ -43,7 +43,7 @@ NEAR = 2.0  # lines within which a vibration is not distinguished from another: 
 
 @dataclass(frozen=True, eq=False)
 class BearingSpectra:
-    """Spectra of the orbit x + j y at a bearing; positive frequencies are forward whirl, negative ones backward.
+    """Spectra of the orbit x + j y at a bearing; positive frequencies are forward whirl, negative ones are backward.
 
     amplitude
         Amplitude of each line (m), shape (windows, lines).
@@ -52,8 +52,8 @@ class BearingSpectra:
     synchronous
         Amplitude of the motion synchronous with the rotor's angle, per window (m), shape (windows,).
     resonances, resonance_amplitudes
-        Spin speeds (Hz) at which the synchronous amplitude has a peak, and the amplitudes (m); none if the speed
-        changes by less than the distance of two lines.
+        Spin speeds (Hz) at which the synchronous amplitude has a peak, and the amplitudes (m); empty if the speed
+        changes by less than the spacing of the lines.
     largest, largest_at
         Largest synchronous amplitude (m), and the spin speed there (Hz).
     other_frequency, other_amplitude, other_speed
@@ -74,7 +74,7 @@ class BearingSpectra:
 
     @property
     def other(self) -> tuple[str, str, str]:
-        """Amplitude (mm), frequency and spin speed of the other vibration as texts; dashes without any."""
+        """Amplitude (mm), frequency and spin speed of the other vibration as texts; dashes if there is none."""
         if not self.other_amplitude:
             return ("-", "-", "-")
         return number(1e3 * self.other_amplitude), f"{self.other_frequency:.2f}", _speed(self.other_speed)
@@ -129,7 +129,7 @@ class Waterfall(WarnedResult, DrawnResult):
 
 
 def _speed(turns: float) -> str:
-    """Return a spin speed (turns per s) in the unit of speeds."""
+    """Return a spin speed (turns per s) in the unit used for speeds."""
     return speed_unit().number(2.0 * np.pi * turns, 5)
 
 
@@ -145,7 +145,7 @@ def waterfall(
     """Return the spectra of the orbits of a run, window by window.
 
     Z(f, t) = sum_n w_n (x + j y)(t_n) exp(-j 2 pi f t_n) / sum_n w_n, with a Hann window w; windows overlap by half.
-    The synchronous part has the rotor's angle in place of 2 pi f t, so a changing speed does not blur it.
+    The synchronous part uses the rotor's angle in place of 2 pi f t, so a changing speed does not blur it.
 
     Parameters
     ----------
@@ -155,15 +155,15 @@ def waterfall(
     up_to
         Highest frequency (rad/s), or a string with its unit; by default 2.5 times the highest spin frequency.
     window
-        Length of a window (s), or a string with its unit; by default 1 s, or an eighth of a shorter run.
+        Length of a window (s), or a string with its unit; by default 1 s, or an eighth of the run if that is shorter.
     rotor, set, flavour
         As in `amb_cosim.run`; not allowed for a result.
 
     Raises
     ------
     ValueError
-        If the source is invalid, the run recorded no orbit or unequal steps, or is too short, or a window does not fit
-        into it.
+        If the source is invalid, if the run recorded no orbit or unequal steps or is too short, or if a window does not
+        fit into it.
     KeyboardInterrupt
         If Ctrl-C interrupts the run.
 
@@ -254,7 +254,7 @@ class _Windows:
 
     z(t_n) = Z_s exp(j theta_n) + Z_0 + Z exp(j 2 pi f t_n),    |n h - t| <= size h/2              (1)
 
-    The three amplitudes are least squares with the weights of the window, so that none leaks into another.
+    The three amplitudes are least-squares estimates with the weights of the window, so that none leaks into another.
     """
 
     orbit: Complex
@@ -286,9 +286,9 @@ class _Windows:
 def _strongest(windows: _Windows, others: Array, lines: Array, speeds: Array) -> tuple[float, float, int]:
     """Return amplitude (m), frequency (Hz) and window of the largest vibration away from 0 Hz and the speeds (Hz).
 
-    Maxima over the lines are refined between the lines; half way between two lines a vibration has 85 % of its
-    amplitude at both. A vibration within `NEAR` lines of 0 Hz or the speed is not distinguished from it, and neither is
-    the rest of its lobe.
+    Maxima over the lines are refined between the lines; a vibration halfway between two lines has 85 % of its amplitude
+    at both. A vibration within `NEAR` lines of 0 Hz or of the speed cannot be distinguished from these, nor can the
+    rest of its lobe.
     """
     spacing = lines[1] - lines[0] if len(lines) > 1 else 1.0
 

@@ -5,7 +5,7 @@
                                              +--- PID, inner loop <---+               R = F G D / K_i
 
 G is the response of the closed loop from currents, added at the input of the synchronous control, to displacements at
-its sensors; D is its delay, F its sensors and filter; all at z = exp(j omega h).
+its sensors. D is its delay, and F represents its sensors and filter. All are evaluated at z = exp(j omega h).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ ROUNDING = 1e-9  # relative error of readings as a combination of the sensors
 def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
     """Return R of a harmonic, shape (n_sensors, n_axes), complex (m/N), of the loop with hold, controllers and sensors.
 
-    Forces are K_i I with the K_i that the controller assumes, which may differ from that of the bearings.
+    Forces are K_i I with the K_i that the controller assumes, which may differ from the K_i of the bearings.
 
     Raises
     ------
@@ -47,10 +47,10 @@ def sampled_receptance(machine: Machine, order: int = 1) -> Complex:
 
 
 def inner_response(machine: Machine, order: int = 1) -> Complex | None:
-    """Return C of a controller whose demands the currents are added to, u = -C q (`rolac_controller.inner_loop`).
+    """Return C of a controller, u = -C q, to whose demands the currents are added (`rolac_controller.inner_loop`).
 
-    None if the currents reach the magnetic bearings directly, or that controller reads displacements that the sensors
-    of the synchronous control do not measure.
+    The result is None if the currents reach the magnetic bearings directly, or if that controller reads displacements
+    that the sensors of the synchronous control do not measure.
     """
     source, added = machine.run_components, _places_of_currents(machine)
     system = source.plan.system
@@ -74,7 +74,7 @@ def inner_response(machine: Machine, order: int = 1) -> Complex | None:
 
 
 def _combination(source: LinearSource, readings: Sequence[str], sensors: Sequence[str]) -> Array | None:
-    """Return T with readings = T sensors, both outputs of the plant; None if the readings are not such combinations."""
+    """Return T such that readings = T sensors, both outputs of the plant; None if no such T exists."""
     (plant,) = source.parts([PLANT])
     rows, values = (plant.selected(plant.inputs, names).law.C for names in (readings, sensors))
     T = rows @ np.linalg.pinv(values)

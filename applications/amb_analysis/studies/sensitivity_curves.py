@@ -18,7 +18,7 @@ ANGLES = np.linspace(-1.45, 1.45, 73)  # of the points about a sharp resonance (
 def curve_frequencies(
     poles: Array | Complex, sample_time: float, lowest: float = LOWEST, highest: float = HIGHEST
 ) -> Array:
-    """Return the frequencies (Hz) of the computed curve: evenly on a logarithmic axis, and closely about the poles.
+    """Return the frequencies (Hz) of the computed curve, even on a logarithmic axis and denser near the poles.
 
     About a pole s = -sigma + i omega the response moves on a circle; frequencies omega + sigma tan(psi) divide it
     evenly.
@@ -57,7 +57,7 @@ def sensitivity_curves(
 
 
 def bands(sample_time: float) -> list[tuple[float, float]]:
-    """Return the frequencies (Hz) of the standard, and those from there to half the sample rate, if sampling allows."""
+    """Return the frequencies (Hz) of the standard, and those above it up to half the sample rate, if there are any."""
     nyquist = 0.5 / sample_time
     return [(LOWEST, min(HIGHEST, nyquist)), *([(HIGHEST, nyquist)] if nyquist > HIGHEST * (1.0 + 1e-9) else [])]
 

@@ -1,4 +1,4 @@
-"""Study of the receptance of the levitated rotor over the spin speed."""
+"""Study of the receptance of the levitated rotor as a function of the spin speed."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def receptance(
 
     R = S [-Omega^2 M + j Omega (C + Omega G) + K]^-1 B     (5.6)
 
-    Speeds are closer about the maxima of all elements of R (`rotor_analysis.refinement`).
+    Speeds are denser near the maxima of all elements of R (`rotor_analysis.refinement`).
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def levitated_receptance(rotor: Rotor, speeds: Array, k_b: Number, c_b: Number) 
     Raises
     ------
     ValueError
-        If the rotor lacks planes of sensors or bearings, or stiffness (N/m) or damping (N s/m) is not positive.
+        If the rotor lacks planes of sensors or bearings, or if stiffness (N/m) or damping (N s/m) is not positive.
     """
     control_loop(rotor)
     stiffness = positive(k_b, "N/m", "k-b")

@@ -59,10 +59,10 @@ class AxisSensitivity:
     measured_frequencies, measured
         Frequencies (Hz) and |S| there (1) in the co-simulation, shape (lines,).
     measured_peak
-        Largest |S| in the co-simulation, also between these frequencies (`peak_between_lines`).
+        Largest |S| in the co-simulation, including the values between these frequencies (`peak_between_lines`).
     largest_difference_below_500_hz, largest_difference
-        Largest |S_measured/S_computed - 1| (1) up to 500 Hz, and at all measured frequencies, with the rotor of the
-        co-simulation in both, which has all modes up to half the sample rate.
+        Largest |S_measured/S_computed - 1| (1) up to 500 Hz, and at all measured frequencies. Both values of S use the
+        rotor of the co-simulation, which has all modes up to half the sample rate.
     beyond
         The peak above 2 kHz; None if half the sample rate is not above 2 kHz.
     """
@@ -85,7 +85,7 @@ class AxisSensitivity:
 
     @property
     def L(self) -> Complex:
-        """Loop gain 1/S - 1 with the loops of the other axes closed (1), shape (n,), negative feedback at -1."""
+        """Loop gain 1/S - 1 with the loops of the other axes closed (1), shape (n,); its critical point is -1."""
         return np.asarray(1.0 / self.S - 1.0)
 
 
@@ -116,7 +116,7 @@ class DiskMargin:
     least, frequency
         Smallest alpha (1) from 0 Hz to half the sample rate, and its frequency (Hz).
     gain, phase
-        Factor by which each gain may be multiplied or divided (1), phase by which each loop may turn (deg).
+        Factor by which each gain may be multiplied or divided (1), and phase by which each loop may be turned (deg).
     """
 
     alpha: Array
@@ -203,12 +203,12 @@ class StabilityMargin(MachineResult):
 
 
 def zone(peak: float) -> str:
-    """Return the zone of a peak of |S|: A below 3, B below 4, C below 5, D from 5 on (ISO 14839-3)."""
+    """Return the zone of a peak of |S|: A below 3, B below 4, C below 5, otherwise D (ISO 14839-3)."""
     return next((name for name, limit in ZONES.items() if peak < limit), "D")
 
 
 def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex, measured: Complex) -> None:
-    """Raise a ValueError if measured and computed S differ by more than `CONTRADICTION`: one of them is wrong."""
+    """Raise a ValueError if measured and computed S differ by more than `CONTRADICTION`: one is wrong."""
     difference = np.abs(measured / computed - 1.0)
     k, line = divmod(int(difference.argmax()), difference.shape[1])
     if difference[k, line] > CONTRADICTION:
@@ -220,16 +220,17 @@ def _check_agreement(axes: Sequence[str], frequencies: Array, computed: Complex,
 
 
 def peak_between_lines(peak: float, frequency: float, lines: Array, measured: Complex, ratios: Complex) -> float:
-    """Return the largest measured |S|, at the lines, or at the computed peak, which may lie between two of them.
+    """Return the largest measured |S|, at the lines or at the computed peak, which may lie between two lines.
 
-    There it is the computed peak times the ratio of measured and computed S, which varies slowly from line to line.
+    Between lines, it is the computed peak times the ratio of measured to computed S, which varies slowly from line to
+    line.
 
     Parameters
     ----------
     peak, frequency
         Largest computed |S|, and its frequency (Hz).
     lines, measured, ratios
-        Frequencies (Hz), measured S, and measured over computed S there, shape (n,).
+        Frequencies (Hz), measured S, and the ratio of measured to computed S, shape (n,).
     """
     ratio = np.interp(frequency, lines, ratios.real) + 1j * np.interp(frequency, lines, ratios.imag)
     return max(peak * float(np.abs(ratio)), float(np.abs(measured).max()))
@@ -251,7 +252,7 @@ def sensitivity(
 
     S = 1/(1 + L) of an axis, with the loops of the other axes closed (ISO 14839-3). The study also computes the largest
     singular values of S, T, PS and CS, and the disk margins of all loops at once (`linear.loop.disk_margin`). Curves
-    begin at 1 Hz and end at half the sample rate; those that are measured, and the zones, end at 2 kHz.
+    begin at 1 Hz and end at half the sample rate; measured curves and the zones end at 2 kHz.
 
     Parameters
     ----------
@@ -343,7 +344,7 @@ def sensitivity(
 def _all_loops(loop: Loop, frequencies: Array) -> tuple[GangOfFour, dict[str, DiskMargin]]:
     """Return the four sensitivities at frequencies (Hz), and disk margins.
 
-    The minima of the margins are refined between these frequencies, and from 0 Hz to the first of them.
+    The minima of the margins are refined between these frequencies, and between 0 Hz and the first frequency.
     """
     n = len(loop.demands)
 

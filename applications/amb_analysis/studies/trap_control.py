@@ -72,7 +72,7 @@ def control_of(
 
 
 def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
-    """Return whether synchronous control frees the rotor: with its steady force, and as it adapts during contact."""
+    """Return whether synchronous control frees the rotor, both with its steady force and while it adapts in contact."""
     at, mu = machine.receptances(Omega), machine.mu(Omega)
     converged, force = settled(at), machine.unbalance * Omega**2
     orbit = states_of((), converged.R, mu, machine.c, (converged.P @ force)[None])
@@ -94,7 +94,7 @@ def _synchronous(machine: RubbingRotor, Omega: float) -> Freed:
 
 
 def _adaptation_growth(machine: RubbingRotor, at: Receptances, held: Receptances) -> Iterator[tuple[str, float]]:
-    """Yield sites and largest growth rate of the adaptation, over alpha (1), of the states in contact under `held`.
+    """Yield sites and largest growth rate of the adaptation, over alpha (1), for the states in contact under `held`.
 
     `at` are the receptances of the feedback alone.
     """

@@ -33,7 +33,7 @@ class BearingCurrent:
     """Synchronous current of a bearing.
 
     amplitude, phase
-        Amplitude in each axis (A), and phase lead over the unbalance in x (deg).
+        Amplitude in each axis (A), and phase lead relative to the unbalance in x (deg).
     allowed
         Largest amplitude that the coils and the controller can follow (A).
     """
@@ -70,11 +70,11 @@ class SynchronousState:
     currents
         Current of each bearing.
     growth, whirl_frequency, damping_ratio
-        Least damped small motion about the state: rate (1/s), frequency (rad/s, negative backward), damping (1).
+        Least damped small motion about the state: rate (1/s), frequency (rad/s, negative if backward), damping (1).
     vibrations
         Vibrations of the rotor in this state, the least damped first.
     stable, settles
-        Whether small motion decays, and whether it falls to 1/e within a thousand turns.
+        Whether small motion decays, and whether it decays to 1/e within a thousand turns.
     """
 
     contact: tuple[str, ...]

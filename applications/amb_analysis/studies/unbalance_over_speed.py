@@ -1,4 +1,4 @@
-"""Study of the steady response to unbalance over the spin speed, of a rotor or of a levitated machine."""
+"""Study of the steady response of a rotor or a levitated machine to unbalance, over the spin speed."""
 
 from __future__ import annotations
 
@@ -75,37 +75,37 @@ def unbalance_response(
     [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)
 
     F are the forces of the magnetic bearings of a scenario, with controller, hold, delay and amplifiers
-    (`machine.response`); a rotor alone has none. The speeds are closer about critical speeds and about all maxima
-    (`rotor_analysis.refinement`), which are accurate to 0.1 % for any `up_to`.
+    (`machine.response`); if there is only a rotor, F is 0. The speeds are denser near critical speeds and near all
+    maxima (`rotor_analysis.refinement`), so that these are accurate to 0.1 % for any `up_to`.
 
     Parameters
     ----------
     rotor
         A rotor or a rotor file; by default that of the scenario, or the packs' default rotor.
     scenario, controller
-        Machine whose magnetic bearings levitate the rotor, and another controller for it.
+        Machine whose magnetic bearings levitate the rotor, and a controller that replaces its own.
     mass
         Mass matrix of a rotor alone, `diagonal` or `consistent`; by default that of the rotor file.
     up_to
-        Highest spin speed (rad/s), or a string with its unit. By default the highest speed of a rotor's file,
-        `[reduction] speed`, or else 6000 rpm, also of a scenario at rest; for a machine twice the scenario's speed, or
-        less if the loop becomes unstable below.
+        Highest spin speed (rad/s), or a string with its unit. For a machine, the default is twice the scenario's speed,
+        or less if the loop becomes unstable below that. For a rotor alone, or a scenario at rest, it is the highest
+        speed of the rotor file, `[reduction] speed`, or else 6000 rpm.
     unbalance
-        Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or that of
-        grade G 2.5 if it has none; 10 g m for a rotor alone.
+        Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or the
+        unbalance of grade G 2.5 if it has none; 10 g m for a rotor alone.
     place, node
         Part, or node number in the rotor file, with the unbalance; the first disc by default.
     clearance
-        Radial clearance (m), or a string with its unit, to compare all amplitudes with; by default that of the site at
-        each place.
+        Radial clearance (m), or a string with its unit, with which all amplitudes are compared; by default the
+        clearance of the site at each place.
     set, flavour
         Values of the scenario's parameters by `component.variable`; flavour of the FMUs.
 
     Raises
     ------
     ValueError
-        If a file cannot be read, an argument is out of range, the scenario has no magnetic bearings, or its loop is
-        not stable at one of the speeds.
+        If a file cannot be read, an argument is out of range, the scenario has no magnetic bearings, or the loop is not
+        stable at one of the speeds.
 
     Examples
     --------
@@ -201,7 +201,7 @@ def _of_machine(
 
 
 def _stable(machine: Machine, speeds: Array) -> Array:
-    """Return the speeds below the first one above the operating speed at which the loop is not stable."""
+    """Return the speeds below the first unstable one above the operating speed."""
     for k, Omega in enumerate(map(float, speeds)):
         if Omega > machine.Omega and not machine.loop.poles(Omega).stability.is_stable:
             return speeds[: max(k, 1)]
@@ -211,7 +211,7 @@ def _stable(machine: Machine, speeds: Array) -> Array:
 def _loads(
     machine: Machine, source: RotorSource, amount: float | None, place: str | None, node: int | None
 ) -> tuple[dict[Point, complex], dict[str, complex]]:
-    """Return the unbalance (kg m) by point and by place: that of the scenario, or an amount at a place."""
+    """Return the unbalance (kg m) by point and by place, either from the scenario or as an amount at a place."""
     planned = machine.unbalanced_points
     if amount is None and place is None and node is None and planned:
         return planned, {name: u for name, u in machine.unbalance.items() if u}
@@ -230,7 +230,7 @@ def _loads(
 
 
 def _point(rotor: Rotor, source: RotorSource, place: str | None, node: int | None) -> Point:
-    """Return where unbalance acts at a part of a rotor, or the node with a number in its file."""
+    """Return the point at which unbalance acts on a part of a rotor, or the node with a number in its file."""
     if place is not None and node is not None:
         raise ValueError(f"place = {place} is not allowed with node = {node}; set only one of them")
     parts = rotor.nodes_by_name
@@ -279,7 +279,7 @@ def _curves(
 def _peaks(
     speeds: Array, places: Mapping[str, PlaceResponse], limits: Limits, operating: float | None
 ) -> tuple[CriticalResponse, ...]:
-    """Return the peaks; among peaks of several places within half the half-power width, only the highest."""
+    """Return the peaks; of several within half the half-power width, only the highest is kept."""
     peaks = highest_peaks(speeds, {name: place.amplitude for name, place in places.items()})
     return tuple(
         CriticalResponse(
@@ -295,7 +295,7 @@ def _peaks(
 
 
 def _first_disc(rotor: Rotor) -> Point:
-    """Return the point of the first disc plane or, without one, of the first body."""
+    """Return the point of the first disc plane or, if there is none, of the first body."""
     names = [body.name for body in (*rotor.discs, *rotor.bodies)]
     if not names:
         raise ValueError("node is missing: a rotor without disc planes and bodies has no default place of unbalance")
@@ -312,5 +312,5 @@ def _places(rotor: Rotor) -> dict[str, int]:
 
 
 def _clearance(rotor: Rotor, node: int) -> float | None:
-    """Return the least clearance (m) of the sites at a node; None without a site."""
+    """Return the smallest clearance (m) of the sites at a node; None if there is no site."""
     return min((site.clearance for site in rotor.sites if site.node == node), default=None)

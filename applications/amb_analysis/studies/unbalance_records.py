@@ -30,13 +30,13 @@ class PlaceResponse:
     amplitude
         Major semi-axis of the orbit (m), shape (n,).
     minor
-        Minor semi-axis (m), shape (n,): negative where the orbit is backward, so that pi times both is its area with
-        the sense of whirl as sign.
+        Minor semi-axis (m), shape (n,), negative where the orbit is backward. The product of pi and both semi-axes is
+        therefore the area of the orbit, with the sense of whirl as its sign.
     phase
         Angle by which the forward part of the motion leads the unbalance (rad), continuous, shape (n,).
     clearance
-        Radial clearance there (m) less the offset of its centre, the smallest of the places at this node; None if
-        nothing can be touched.
+        Radial clearance there (m) minus the offset of its centre, the smallest of all places at this node; None if the
+        rotor cannot touch anything.
     """
 
     node: int
@@ -91,9 +91,9 @@ class CriticalResponse:
     extrapolated: bool = False
 
     def required_margin(self, operating: float) -> float | None:
-        """Return the least margin (%) of API 617 to an operating speed (rad/s); None of a damped peak, without one.
+        """Return the margin (%) that API 617 requires to an operating speed (rad/s); None if the peak is damped.
 
-        min(16, 17 (1 - 1/(AF - 1.5)))  of a peak below the speed,   min(26, 10 + 17 (1 - 1/(AF - 1.5)))  above it
+        min(16, 17 (1 - 1/(AF - 1.5))) for a peak below the speed,  min(26, 10 + 17 (1 - 1/(AF - 1.5))) above it
         """
         if self.amplification < DAMPED:
             return None
@@ -115,7 +115,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
     scenario, operating_speed
         Name of the scenario of the machine, and its spin speed (rad/s); None for a rotor alone.
     unbalance, z
-        Largest unbalance of a node (kg m), the sum of its places, and its position (m).
+        Largest unbalance of a node (kg m), summed over its places, and the position of the node (m).
     unbalances
         Unbalance of each place, by name.
     speeds
@@ -127,9 +127,9 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
     limits
         Limits of the coefficients of bearings and seals.
     floating
-        Number of the four rigid-body motions that no bearing or seal resists with stiffness.
+        Number of the four rigid-body motions that no bearing or seal opposes with stiffness.
     stable_up_to
-        Speed (rad/s) at which the response ends because the loop of the machine is not stable above; otherwise None.
+        Speed (rad/s) at which the response ends because the loop of the machine is unstable above it; otherwise None.
     """
 
     name: ClassVar[str] = "unbalance_response"
@@ -195,7 +195,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
         ]
 
     def _answer(self, length: ShownUnit) -> str:
-        """Return the largest amplitude with its place and speed, the place nearest to its clearance, and the count."""
+        """Return the number of critical speeds, the largest amplitude, and the place nearest to its clearance."""
         unit, n = speed_unit(), len(self.critical_speeds)
         count = f"{n} critical speed{'s' * (n != 1)}" if n else "no critical speed"
         within = f"{count} up to {unit.text(self.speeds[-1])}"
@@ -238,7 +238,7 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
 
 
 def _zero(speeds: Array, values: Array, first: int, second: int) -> float:
-    """Return the speed (rad/s) at which values are 0 between two samples, or that of the only sample that exists."""
+    """Return the speed (rad/s) at which values cross 0 between two samples, or the speed of the only sample."""
     if first < 0 or second >= len(speeds):
         return float(speeds[max(first, 0) if second >= len(speeds) else second])
     return float(speeds[first] + (speeds[second] - speeds[first]) * values[first] / (values[first] - values[second]))

@@ -40,7 +40,7 @@ def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json
 
 
 def _modes(rotor: str | None, speed: str) -> tuple[float, ...]:
-    """Return the damped natural frequencies of a rotor at a speed (rad/s); none without a rotor."""
+    """Return the damped natural frequencies of a rotor at a speed (rad/s); none if there is no rotor."""
     if rotor is None:
         return ()
     from amb_cosim.cosim.system.values import quantity

@@ -36,7 +36,7 @@ def figure(result: DrawnResult) -> Figure:
 def save(result: DrawnResult, folder: Path | str) -> Path:
     """Write the data of a study's result as `NAME.json` and its figure as `NAME.png`, and return the folder.
 
-    The folder is created if it is missing. A file appears complete or not at all.
+    The folder is created if it is missing. A file is written completely or not at all.
 
     Raises
     ------

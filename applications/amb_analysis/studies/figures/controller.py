@@ -12,7 +12,7 @@ from amb_cosim.presentation.style import DASHED, GREY, StyledFigure, write_title
 
 
 def draw(result: ControllerDescription) -> Figure:
-    """Return Bode plots: sampled solid, continuous dashed, modes (rad/s) as lines.
+    """Return Bode plots: sampled laws are solid, continuous laws are dashed, and modes (rad/s) are vertical lines.
 
     Connections with equal responses share a line.
     """

@@ -54,7 +54,7 @@ def _name(row: ConvergenceRow) -> str:
 
 
 def _unit(quantity: str, result: ContactConvergence) -> ShownUnit:
-    """Return the unit of a quantity: that of forces up to the largest, or N s."""
+    """Return the unit of a quantity: a unit of force that suits the largest force, or N s."""
     if quantity == "peak_impulse":
         return ShownUnit("N s", 1.0)
     return force_unit(max((getattr(site, quantity) for row in result.rows for site in row.sites.values()), default=0.0))

@@ -65,7 +65,7 @@ def draw(result: RotorLayout) -> Figure:
 
 
 def _ends(rotor: Rotor) -> tuple[float, float]:
-    """Return the ends (m) of the shaft, or of bodies that hang beyond it."""
+    """Return the ends (m) of the shaft, or of bodies that extend beyond it."""
     z = rotor.shaft.nodes
     spans = [(z[0], z[-1])]
     for body in rotor.bodies:
@@ -95,9 +95,10 @@ def _draw_shaft(axes: Axes, rotor: Rotor) -> None:
 
 
 def _mark_parts(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
-    """Draw the mark of each part but discs, which are bodies, on both sides of the shaft, at one place side by side.
+    """Draw marks on both sides of the shaft for all parts except discs, which are bodies, without overlap.
 
-    Sensors are above only. A face is at its mean radius, and points where its seat pushes the rotor.
+    Sensors are drawn only above the shaft. A face is drawn at its mean radius, and points in the direction in which its
+    seat pushes the rotor.
     """
     outward, taken = 0.11 * axes.get_ylim()[1], list[float]()
     for kind in [lane for lane in lanes if lane != "disc"]:
@@ -117,13 +118,13 @@ def _mark_parts(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
 
 
 def _marker(result: RotorLayout, part: LayoutEntry) -> str:
-    """Return the mark of a part; that of a face points where its seat pushes the rotor."""
+    """Return the mark of a part; the mark of a face points in the direction in which its seat pushes the rotor."""
     face = _face(result, part)
     return "<" if face is not None and face.stops == "+z" else LANES[part.kind][1]
 
 
 def _face(result: RotorLayout, part: LayoutEntry) -> Face | None:
-    """Return the face that a part is, if it is one."""
+    """Return the face that a part represents; None if it is not a face."""
     return next((face for face in result.description.faces if part.kind == "face" and face.name == part.name), None)
 
 
@@ -176,7 +177,7 @@ def _largest_radius(rotor: Rotor) -> float:
 
 
 def _equivalent_disc(body: BodyOrDisc) -> tuple[float, float]:
-    """Return radius and width (m) of the homogeneous disc with the mass and inertias of a body; 0 without mass."""
+    """Return radius and width (m) of the homogeneous disc with the mass and inertias of a body; 0 if it has no mass."""
     if body.mass == 0.0:
         return 0.0, 0.0
     radius = math.sqrt(2.0 * body.polar_inertia / body.mass)

@@ -1,4 +1,4 @@
-"""Two plots over the spin speed, with a line for each whirl direction of each vibration: frequencies above damping."""
+"""Two plots over the spin speed, frequencies above damping, with a line for each whirl direction of each vibration."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ LETTERS = 0.042  # share of the axes' height that a line of text takes
 def draw_over_speed(
     figure: FigureBase, speeds: Array, vibrations: Sequence[Vibration], operating: float | None
 ) -> tuple[Axes, Axes]:
-    """Draw vibrations with their numbers, the lines 1x and 2x, and the operating speed (rad/s), if any.
+    """Draw vibrations with their numbers, the lines 1x and 2x, and the operating speed (rad/s), if it is known.
 
     Return the axes of frequency and of damping.
     """
@@ -75,9 +75,9 @@ def draw_over_speed(
 
 
 def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also: Sequence[float] = ()) -> None:
-    """Set a logarithmic scale of damping, through zero if anything is unstable, and shade its zones.
+    """Set a logarithmic scale for damping, which passes through zero if anything is unstable, and shade its zones.
 
-    The scale also shows the values `also`, which have no curve.
+    The scale also covers the values `also`, which have no curve.
     """
     finite = np.concatenate([*map(np.ravel, damping), np.asarray(also, np.float64)])
     finite = finite[np.isfinite(finite)]
@@ -107,7 +107,7 @@ def draw_zones(axes: Axes, damping: Sequence[Array], *, is_decrement: bool, also
 def _free_height(axes: Axes, text: str, lower: float, upper: float) -> float:
     """Return a height between two heights, if possible midway, at which a text at the left crosses no curve.
 
-    Heights and the text's width are parts of the axes.
+    Heights and the text's width are in fractions of the axes.
     """
     to_axes = axes.transData + axes.transAxes.inverted()
     curves = [to_axes.transform(_data(line).T).T for line in axes.lines]
@@ -139,7 +139,7 @@ def _direction(whirl: str) -> str:
 
 
 def label_points(axes: Axes, places: Sequence[tuple[float, float, str, str]]) -> None:
-    """Write coloured labels beside points and all curves, to the left or the right; of many points only of every nth.
+    """Write coloured labels beside points, to the left or right, away from curves; every nth if there are many.
 
     A label is as near to its point as other labels and the curves of the axes allow.
     """
@@ -186,7 +186,7 @@ def _crosses(curve: Array, box: Box) -> bool:
 
 
 def _draw_multiples(axes: Axes) -> None:
-    """Draw the lines of one and two periods per turn, with labels below them; those of critical speeds are above."""
+    """Draw lines for one and two periods per turn, with labels below them; labels of critical speeds are above them."""
     left, right = axes.get_xlim()
     top = axes.get_ylim()[1]
     for order, line in ((1, ":"), (2, DASHED)):
@@ -204,7 +204,7 @@ def _draw_multiples(axes: Axes) -> None:
 
 
 def _free_place(axes: Axes, last: float, order: int) -> float:
-    """Return the place, at `last` if possible, of the label of a multiple, away from other curves and their labels."""
+    """Return the place of the label of a multiple, at `last` if possible, away from other curves and their labels."""
     low, high = axes.get_ylim()
     left, right = axes.get_xlim()
     curves = [curve for curve in map(_data, axes.lines) if curve.shape[1] > 2]
@@ -217,7 +217,7 @@ def _free_place(axes: Axes, last: float, order: int) -> float:
 
 
 def _number(axes: Axes, curves: Sequence[Array]) -> None:
-    """Write the numbers of curves at the right end of the axes, without overlap; of many only multiples of a number."""
+    """Write the numbers of curves at the right end of the axes without overlap; if there are many, only every nth."""
     low, high = axes.get_ylim()
     scale = axes.transData
     ends = {}
@@ -232,14 +232,14 @@ def _number(axes: Axes, curves: Sequence[Array]) -> None:
 
 
 def _every(labels: int) -> int:
-    """Return n, so that every nth of some labels fits above each other into the axes."""
+    """Return n such that every nth of some labels fits into the axes, one above the other."""
     return max(math.ceil(LETTERS * labels), 1)
 
 
 def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) -> list[Patch]:
     """Hatch the speeds (rad/s) that a table of coefficients does not cover, and return their entry of the legend.
 
-    `speeds` ascend; the panels have the spin speed as their x axis.
+    `speeds` must ascend; the spin speed is the x axis of the panels.
     """
     unit, (lowest, highest) = speed_unit(), covered_speeds(limits)
     first, last = float(speeds[0]), float(speeds[-1])

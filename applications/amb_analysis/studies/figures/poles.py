@@ -60,7 +60,7 @@ def draw(result: ClosedLoopPoles) -> Figure:
 
 
 def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
-    """Mark critical speeds; hollow if the amplification is below 2.5, which by API 617 is not critical."""
+    """Mark critical speeds; a hollow mark has an amplification below 2.5, which API 617 does not consider critical."""
     unit, points = speed_unit(), []
     for critical in result.critical_speeds:
         at, colour = critical.speed / unit.size, "0.2"
@@ -71,7 +71,7 @@ def _mark_criticals(axes: Axes, result: ClosedLoopPoles) -> None:
 
 
 def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line2D]:
-    """Draw a bar, or a square, at the speeds at which the loop is not stable, and return its entry of the legend."""
+    """Draw a bar or a square at the speeds at which the loop is not stable, and return its entry in the legend."""
     unit = speed_unit()
     style: dict[str, Any] = {"color": UNSTABLE, "lw": 4.0, "marker": "s", "ms": 4.0}
     for axes in panels:
@@ -81,13 +81,13 @@ def _mark_unstable(panels: Sequence[Axes], result: ClosedLoopPoles) -> list[Line
 
 
 def _least_decrement(result: ClosedLoopPoles) -> list[float]:
-    """Return the logarithmic decrement of the least damped vibration, drawn or not, if there is any."""
+    """Return the logarithmic decrement of the least damped vibration, whether or not it is drawn, if there is one."""
     ratio = 0.0 if result.least_damped is None else result.least_damped.damping_ratio
     return [2.0 * math.pi * ratio / math.sqrt(1.0 - ratio**2)] if 0.0 < ratio < 1.0 else []
 
 
 def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: float) -> Line2D:
-    """Mark the least damped vibration in frequency, decrement and s-plane, at the edge if it is beyond one."""
+    """Mark the least damped vibration in all three plots; the mark is at the edge of a plot if it lies outside."""
     unit, plane = speed_unit(), speed_unit("rad/s")
     style: dict[str, Any] = {"color": "black", "mfc": "none", "ls": "", "ms": 7.0, "clip_on": False, "zorder": 5}
     at, real = least.speed / unit.size, -decrement / (2.0 * math.pi) * least.frequency
@@ -110,9 +110,9 @@ def _mark_least_damped(panels: Sequence[Axes], least: LeastDamped, decrement: fl
 def _draw_plane(axes: Axes, result: ClosedLoopPoles) -> None:
     """Draw each pole over the speeds, with a dot at the operating speed, and the damping ratios that bound the zones.
 
-    A cross is the pole that grows most, on the real axis for a drift without vibration.
+    A cross marks the pole that grows most; it is on the real axis if that is a drift without vibration.
 
-    s = omega_d (j - delta / 2 pi), with the decrement delta; damping ratios are rays from the origin.
+    s = omega_d (j - delta / 2 pi), where delta is the decrement; damping ratios are rays from the origin.
     """
     unit = speed_unit("rad/s")
     highest, leftmost = 0.0, 0.0

@@ -20,7 +20,7 @@ LINEAR_BELOW = 8.0  # highest over lowest frequency, up to which the axis is lin
 
 
 def draw(result: FrequencyResponses, label: str = "computed") -> Figure:
-    """Draw amplitude, phase and coherence of the first responses, measured below those with a label."""
+    """Draw amplitude, phase and coherence of the first responses; measured values are behind the labelled curves."""
     drawn = list(result.responses.items())[:MOST]
     columns = min(COLUMNS, len(drawn))
     rows = -(-len(drawn) // columns)
@@ -80,5 +80,5 @@ def _set_frequencies(panels: Array, f: Array) -> None:
 
 
 def _phase(values: Complex) -> Array:
-    """Return phases (deg); NaN of zeros, such as those between forces across a shaft and motion along it."""
+    """Return phases (deg); NaN for zeros, such as responses between forces across a shaft and motion along it."""
     return np.where(values == 0.0, np.nan, np.degrees(np.angle(values)))

@@ -46,7 +46,7 @@ LABELS = ("free", "free or in contact", "in contact", "unsteady rub")
 
 
 def draw(result: Traps) -> Figure:
-    """Draw orbits and forces over speed on the left, the map with the machine's point on the right."""
+    """Draw orbits and forces over speed on the left, and the map with the machine's point on the right."""
     figure = StyledFigure(figsize=(10.0, 5.4), layout="constrained")
     touches = any(len(states.speed) for states in result.curves.states[1:]) or any(s.contact for s in result.states)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.15))
@@ -72,7 +72,7 @@ def unstable_ranges(result: Traps) -> list[tuple[float, float]]:
 
 
 def _draw_orbits(panel: Axes, result: Traps) -> None:
-    """Draw the contact-free orbit at each site over its clearance; dotted where it is beyond or the loop not stable."""
+    """Draw each site's contact-free orbit over its clearance, dotted where it exceeds 1 or the loop is not stable."""
     free, speeds = result.curves.states[0], speed_unit().of(result.curves.speeds)
     unstable = unstable_ranges(result)
     for k, (site, colour) in enumerate(zip(result.sites, cycle(COLOURS), strict=False)):
@@ -91,7 +91,7 @@ def _draw_orbits(panel: Axes, result: Traps) -> None:
 
 
 def _draw_forces(panel: Axes, result: Traps) -> None:
-    """Draw the sum of normal forces of every state in contact: stable thick, unstable thin and dashed."""
+    """Draw the sum of normal forces of each state in contact: thick if stable, thin and dashed if unstable."""
     speeds, at = speed_unit().of(result.curves.speeds), result.speed / speed_unit().size
     totals = [states.N.sum(axis=1) for states in result.curves.states[1:]]
     unit = force_unit(max((float(total.max()) for total in totals if len(total)), default=0.0))
@@ -143,7 +143,7 @@ def _pieces(branch: list[int], stable: np.ndarray) -> list[tuple[list[int], bool
 
 
 def _name_areas(panel: Axes, result: Traps, speeds: Array, amounts: Array) -> set[int]:
-    """Write the word of each kind in the middle of its largest circle, if it has room there; return these kinds."""
+    """Write the word for each kind in the middle of its largest circle if there is room, and return these kinds."""
     from scipy.ndimage import distance_transform_edt  # slow to import
 
     named, aspect = set(), result.kinds.shape[0] / result.kinds.shape[1]

@@ -26,7 +26,7 @@ FLOOR = 1e-3  # lower end of a logarithmic axis, over the largest amplitude
 
 
 def draw(result: UnbalanceResponse) -> Figure:
-    """Draw amplitude, with clearances, critical speeds, margins and backward whirl, and phase; and a polar plot."""
+    """Draw amplitude (with clearances, critical speeds, margins and backward whirl), phase, and a polar plot."""
     whole = StyledFigure(figsize=(BODE + POLAR, 5.4), layout="constrained")
     figure, right = np.ravel(np.asarray(whole.subfigures(1, 2, width_ratios=(BODE, POLAR))))
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -63,7 +63,7 @@ def draw(result: UnbalanceResponse) -> Figure:
 
 
 def _mark_clearances(axes: Axes, clearances: dict[float, list[str]], unit: ShownUnit) -> None:
-    """Draw the clearances, and name them in one box below the lowest, on which no line is."""
+    """Draw the clearances, and name them in one box below the lowest, where no line passes."""
     for clearance in clearances:
         axes.axhline(clearance / unit.size, color="black", lw=0.9, ls=DASHED)
     ascending = sorted(clearances.items())
@@ -73,7 +73,7 @@ def _mark_clearances(axes: Axes, clearances: dict[float, list[str]], unit: Shown
 
 
 def _shade_backward(panels: Sequence[Axes], result: UnbalanceResponse) -> list[Patch]:
-    """Shade the speeds at which unbalance whirls the rotor backward anywhere; return the entry of the legend."""
+    """Shade the speeds at which unbalance whirls the rotor backward anywhere, and return the entry in the legend."""
     size = speed_unit().size
     ranges = {ends for place in result.places.values() for ends in place.backward(result.speeds)}
     for axes in panels:

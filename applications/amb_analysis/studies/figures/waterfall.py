@@ -20,7 +20,7 @@ FLOOR = 1e-4  # smallest amplitude with a colour, over the largest
 
 
 def draw(result: Waterfall) -> Figure:
-    """Draw for each bearing the stacked spectra, a colour map, and the peak hold."""
+    """Draw the stacked spectra, a colour map, and the peak hold for each bearing."""
     figure = StyledFigure(figsize=(11.0, 3.6 * len(result.bearings) + 0.4), layout="constrained")
     rows = figure.subplots(len(result.bearings), 3, squeeze=False, sharex=True)
     spins = speed_unit().of(SIZES["speed"]["Hz"] * result.speeds)
@@ -62,7 +62,7 @@ def draw(result: Waterfall) -> Figure:
 
 
 def _point_at_rotation(axes: Axes, result: Waterfall, place: np.ndarray, colour: str) -> None:
-    """Draw marks that point at the frequency of rotation, forward and backward, from beside a ridge there."""
+    """Draw marks beside the ridges at the frequency of rotation, forward and backward, that point at it."""
     every = max(len(place) // MARKS, 1)
     width = result.frequencies[-1] - result.frequencies[0]
     for sign, marker in ((1.0, "<"), (-1.0, ">")):
