@@ -7,9 +7,9 @@ state in the eigenvector does. For the plant between samples, (q, v)' = A (q, v)
 
     s_e = (v^H M a)/(v^H M v),   a the lower half of A (q, v)                                      (2)
 
-estimates the eigenvalue of the motion with most of the kinetic energy, without the forces held over a sample. s is the
-value of (1) nearest to s_e. The weighting by velocity matters, because a controller that mistakes a fast motion for a
-slow one shakes the rotor slowly and widely, but with little energy.
+estimates the eigenvalue of the motion that has most of the kinetic energy, ignoring the forces that are held over a
+sample. s is the value of (1) nearest to s_e. The weighting by velocity matters, because a controller that mistakes a
+fast motion for a slow one shakes the rotor slowly and widely, but with little energy.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def logarithms(z: Complex, sample_time: float) -> Complex:
 
 
 def continuous_poles(z: Complex, sample_time: float, states: Complex, A: Array, mass: Array) -> Complex:
-    """Return s of (1), on the branch of the plant's motion (2), for poles z; 0 for z = 0.
+    """Return s of (1) for poles z, on the branch that the plant's motion (2) selects; 0 for z = 0.
 
     Parameters
     ----------

@@ -77,13 +77,13 @@ class AxialControl(NamedTuple):
     delay: float
 
     def response(self, frequencies: Array) -> Complex:
-        """Return the demand over z (A/m) at frequencies (Hz), shape (n,)."""
+        """Return the ratio of demand to z (A/m) at frequencies (Hz), shape (n,)."""
         omega = 2.0 * np.pi * frequencies
         late = np.exp(-1j * omega * self.sample_time * self.delay)
         return np.asarray(late * harmonic_response(self.law, omega, self.sample_time)[:, 0, 0])
 
     def differs_from(self, other: AxialControl) -> bool:
-        """Return whether the sample times differ, or the responses differ by more than `ALIKE`."""
+        """Return whether the sample times differ, or whether the responses differ by more than `ALIKE`."""
         hertz = np.geomspace(1e-4, 0.5, FREQUENCIES) / self.sample_time
         ours, theirs = self.response(hertz), other.response(hertz)
         is_close = np.abs(ours - theirs) <= ALIKE * np.abs(ours)

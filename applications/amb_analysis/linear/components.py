@@ -35,7 +35,7 @@ class LinearComponent:
     late
         Delay of the outputs of a sampled part as a fraction of a sample, from 0 to 1.
     notes
-        Effects that the model neglects, or its accuracy, in sentences.
+        Sentences on effects that the model neglects, or on its accuracy.
     at_end
         Whether a sampled part shows its outputs at the end of a step.
     """
@@ -90,7 +90,7 @@ def frequency_response(law: StateSpace, s: complex | Complex) -> Complex:
 def harmonic_response(law: StateSpace, omega: float | Array, sample_time: float | None) -> Complex:
     """Return the `frequency_response` at omega (rad/s): s = j omega, or z = exp(j omega T) with a sample time T (s).
 
-    With frequencies of shape (n,) the shape is (n, outputs, inputs).
+    For frequencies of shape (n,), the result has the shape (n, outputs, inputs).
     """
     s = 1j * np.asarray(omega, np.complex128)
     return frequency_response(law, s if sample_time is None else np.exp(s * sample_time))
@@ -107,7 +107,7 @@ def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> Lin
     Parameters
     ----------
     parts
-        All continuous, or all sampled at the same time.
+        Parts that are all continuous, or all sampled with the same sample time.
     feeds
         The output that feeds each input, by the name of the input.
 
@@ -151,7 +151,7 @@ def _is_solvable(matrix: Array) -> bool:
 
 
 def sampled(part: LinearComponent, sample_time: float, late: Mapping[str, float] | None = None) -> LinearComponent:
-    """Return the discrete-time form of a continuous part with inputs held over each sample (`held`).
+    """Return the discrete-time form of a continuous part whose inputs are held over each sample (`held`).
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def held(A: NDArray[Any], B: NDArray[Any], time: float, late: Array) -> tuple[ND
     Parameters
     ----------
     A, B
-        Of x' = A x + B u, real or complex.
+        Matrices of x' = A x + B u, real or complex.
     time
         T (s).
     late

@@ -36,7 +36,7 @@ def pid_component(name: str, layout: Mapping[str, Any], parameters: Mapping[str,
     name
         Name of the component.
     layout, parameters
-        Those of the model `rolac_controller`; its synchronous control is not included.
+        Layout and parameters of the model `rolac_controller`; its synchronous control is not included.
     """
     loop = _control_loop(layout)
     values = parameters_of_loop(loop, parameters)
@@ -77,7 +77,7 @@ def law_component(
     name
         Name of the component.
     layout, constants, parameters
-        Those of the model.
+        Layout, constants and parameters of the model.
     Omega
         Spin speed (rad/s), at which the matrices are interpolated.
     """
@@ -101,7 +101,7 @@ def law_component(
 
 
 def law_at(constants: Array, Omega: float) -> Law:
-    """Return the matrices of a `linear_controller` at a speed (rad/s), from its constants, in its coordinates."""
+    """Return the matrices of a `linear_controller` at a speed (rad/s) from its constants, in its own coordinates."""
     sizes, matrices = sizes_of(constants), matrices_of(constants)
     n, m, p = sizes
     bracket = find_bracket(matrices.speeds, Omega)
@@ -123,7 +123,7 @@ def _filter(cutoff: float, sample_time: float) -> Law:
 
 
 def _filtered(p: np.record, count: int, filtered: Sequence[int]) -> Law:
-    """Return the law that filters some signals and passes the others, from a controller's parameters."""
+    """Return the law that filters some signals, as a controller's parameters state, and passes the others."""
     if not is_on(p.chain.preset, p.chain.filter):
         return static(np.eye(count))
     lowpass = _filter(float(p.chain.cutoff), float(p.sample_time))

@@ -1,4 +1,4 @@
-"""The linear model of an FMU with unknown equations, from its derivatives or its responses to pulses.
+"""Linear model of an FMU with unknown equations, obtained from its derivatives or its responses to pulses.
 
 An instance runs from the same start several times: once undisturbed, and once for each input, which is raised by delta
 during one communication step. The differences of its outputs, divided by delta, are the samples of its impulse
@@ -110,7 +110,7 @@ def foreign_component(
 
 
 def _best(derived: Law | None, markov: Array, sample_time: float) -> tuple[Law, str]:
-    """Return the law from derivatives if it predicts the pulses, otherwise the law from the pulses, and a note."""
+    """Return the law from derivatives if it predicts the pulses, otherwise the law from the pulses; also a note."""
     rejected = ""
     if derived is not None:
         error = _relative(responses(derived, len(markov)) - markov, markov)
@@ -190,7 +190,7 @@ class _PulseRuns:
         self.component.leave()
 
     def response(self, pulse: Array, at: int = 1) -> Array:
-        """Return the outputs after each step except the first, shape (STEPS, n_outputs), with a pulse in step `at`.
+        """Return the outputs after each step except the first, shape (STEPS, n_outputs), for a pulse in step `at`.
 
         The pulse is not in the first step, because an FMU may start at rest under its initial inputs.
         """

@@ -175,7 +175,7 @@ class LinearSource:
         return self._constants[key]
 
     def table_speeds(self) -> list[float]:
-        """Return the speeds (rad/s) at which linear controllers have laws, which are interpolated between these."""
+        """Return the speeds (rad/s) at which linear controllers have laws; laws are interpolated between speeds."""
         return sorted({speed for name in self.names if self.kind(name) == LINEAR for speed in self._speeds(name)})
 
     def _speeds(self, name: str) -> list[float]:

@@ -110,7 +110,7 @@ class Loop:
 
     @property
     def lateral_axes(self) -> tuple[tuple[str, str], ...]:
-        """The axes across the shaft, which are the first."""
+        """The axes across the shaft, which come first."""
         return tuple((b, a) for b, a in self.axes if a in "xy")
 
     @property
@@ -195,7 +195,7 @@ class Loop:
         return logarithms(z, sample_time)
 
     def least_stable(self, speeds: Sequence[float] | Array) -> LoopStability:
-        """Return the stability at the least stable speed between the first and the last of ascending speeds (rad/s).
+        """Return the stability at the least stable speed from the first to the last of ascending speeds (rad/s).
 
         Between these speeds each maximum of the growth rate is refined.
         """
@@ -246,7 +246,7 @@ class Loop:
 
     @cached_property
     def closed(self) -> LinearModel:
-        """The closed loop: demands and readings over injections at both."""
+        """The closed loop, from signals injected at demands and readings to demands and readings."""
         ends = (*self.demands, *self.readings)
         return model_of(self.linear_components, ends, ends, self.components)
 
@@ -323,8 +323,8 @@ def response(system: control.StateSpace, frequencies: Array, modes: Modes | None
         H(z) = C (z - A)^-1 B + D = (C V) (z - lambda)^-1 (V^-1 B) + D                                (1)
 
     with eigenvalues lambda and eigenvectors V of A. If these are nearly parallel, python-control solves for each
-    frequency. `modes` are those of the system, if they are known. Frequencies above half the sample rate are limited to
-    it.
+    frequency. `modes` are those of the system, if they are known. Frequencies above half the sample rate are replaced
+    by half the sample rate.
     """
     omega = 2.0 * math.pi * np.minimum(frequencies, NYQUIST * 0.5 / system.dt)
     known = (modes or modes_of(system)) if len(omega) > CHECKED else None
@@ -381,6 +381,6 @@ def disk_margin(S: Complex) -> Array:
 
 
 def disk_gain_and_phase(alpha: float) -> tuple[float, float]:
-    """Return the gain margin (1) and the phase margin (deg) that a disk margin guarantees, alone and in all loops."""
+    """Return gain margin (1) and phase margin (deg) that a disk margin guarantees, for one loop or all at once."""
     gain = (2.0 + alpha) / (2.0 - alpha) if alpha < 2.0 else math.inf
     return gain, math.degrees(2.0 * math.atan(alpha / 2.0))

@@ -24,7 +24,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
     operating_point
         Operating point by name: the speed `Omega` (rad/s), and other set values.
     notes
-        Effects that the model neglects, or the source of a foreign part, in sentences.
+        Sentences on effects that the model neglects, or on the source of a foreign part.
     warnings
         Warnings of the plan of the run, which also appear in the summary of a run.
     """

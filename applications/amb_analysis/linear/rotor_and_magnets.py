@@ -30,7 +30,7 @@ def rotor_component(
 ) -> LinearComponent:
     """Return displacements (m) over forces (N) and accelerations of the base (m/s^2) of a rotor without contact.
 
-    Along the shaft of a rotor with a thrust disc, m z'' = f_z + f_process - m a_z.
+    If the rotor has a thrust disc, its motion along the shaft obeys m z'' = f_z + f_process - m a_z.
 
     q'' = M^-1 (f + B_base a) - (M^-1 (K + K_b) - Omega M^-1 R J) q - (M^-1 (C + R + C_b) + Omega M^-1 G) q'
 
@@ -104,7 +104,7 @@ def actuator_component(
 ) -> LinearComponent:
     """Return forces (N) over displacements (m) and demands (A, V): f = K_s x + K_i i_c, i_c' = omega_b (i + g v - i_c).
 
-    With ideal amplifiers i_c = i + g v. Eddy currents, if there are any, delay the force along the shaft.
+    If the amplifiers are ideal, i_c = i + g v. Eddy currents, if there are any, delay the force along the shaft.
 
     Parameters
     ----------

@@ -9,9 +9,9 @@ Poles on the unit circle neither grow nor decay. A loop that levitates a rotor m
 the rotor away:
 
 - z = 1 of an integrator outside the loop: nothing feeds its input, its output feeds no demand, or several
-  integrators act on the same motion. Its state is constant.
-- z = 1, twice, of an unsupported rigid motion, such as that of a rotor on springs of no stiffness. Its velocity is
-  constant.
+  integrators act on the same motion. Its state remains constant.
+- z = 1, twice, of an unsupported rigid motion, such as that of a rotor on springs of no stiffness. Its velocity remains
+constant.
 - |z| = 1 of a mode without damping whose nodes are at the magnets or the sensors.
 
 The angle of the shaft is not a state of the linear model, so its free rotation adds no pole. Rounding moves poles off
@@ -111,7 +111,7 @@ def stability_of(A: Array, sample_time: float) -> LoopStability:
 def deciding_pole(A: Array, z: Complex, sample_time: float) -> tuple[LoopStability, int]:
     """Return the stability of x(n+1) = A x(n) with poles z, and the number of the pole that decides.
 
-    If all poles are on the unit circle, the result is pole number 0 with radius 0, as if it decayed at once.
+    If all poles are on the unit circle, the result is pole number 0 with the radius 0.
     """
     circle = _on_circle(A, z)
     radii = np.where(circle, 0.0, np.abs(z))

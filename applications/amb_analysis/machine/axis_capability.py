@@ -34,7 +34,7 @@ class LinearRange:
 
 
 class LoadCapacity(NamedTuple):
-    """Static current (A) that carries each load, and the remaining control force with and against it (N)."""
+    """Static current (A) that carries each load, and remaining control force (N) along the load and against it."""
 
     static_current: Array
     up: Array
@@ -42,7 +42,7 @@ class LoadCapacity(NamedTuple):
 
 
 def linear_error(p: np.record, x: Array | float, i_c: Array | float) -> Array:
-    """Return the error of F = K_s x + K_i I_c (2.7) against (2.6) with saturation, over |K_s x| + |K_i I_c|.
+    """Return the error of F = K_s x + K_i I_c (2.7) from (2.6) with saturation, over |K_s x| + |K_i I_c|.
 
     Because it is relative to the sum of magnitudes, the error stays finite where the terms cancel. At the operating
     point it is 0. Parameters and errors are those of `linearisation`.

@@ -86,7 +86,7 @@ def place_of(name: str, unit: str, rotor: Rotor, *, is_input: bool) -> Place:
     Raises
     ------
     ValueError
-        If the name is not a place of the rotor, or the unit is not allowed for such a channel.
+        If the name does not denote a place of the rotor, or if the unit is not allowed for such a channel.
     """
     allowed = ("N", "A") if is_input else (*ORDERS, "A")
     if unit not in allowed:

@@ -1,4 +1,4 @@
-"""Limits of the demanded currents: those of the controller, and the range of its DAC."""
+"""Limits of the demanded currents, from the limits of the controller and the range of its DAC."""
 
 from __future__ import annotations
 

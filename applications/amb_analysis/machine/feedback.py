@@ -90,8 +90,8 @@ def component_responses(
     Returns
     -------
     rows, responses
-        Rows of the displacements among x and y of all nodes, or the machine's `axial_row`, and the responses, shape
-        (n, outputs, rows + injected).
+        Rows of the displacements among x and y of all nodes, or the machine's `axial_row`; and the responses, shape (n,
+        outputs, rows + injected).
     """
     names = [name for name in linear_source.names if name != PLANT and (components is None or name in components)]
     feeds, parts = linear_source.feeds([*names, PLANT]), linear_source.parts(names)
@@ -209,7 +209,7 @@ def springs(machine: Machine, stiffness: Mapping[str, float], floor: float) -> d
 
 
 def directional_stiffness(machine: Machine, omegas: Array) -> dict[str, dict[str, Complex]]:
-    """Return the `parallel_stiffness` of synchronous motion by direction: " along x" and " along y", or "" if equal."""
+    """Return the synchronous `parallel_stiffness` by direction: " along x" and " along y", or "" if both are equal."""
     x, y = (parallel_stiffness(machine, omegas, axis=axis) for axis in AXES)
     size = max(float(np.abs(x[bearing]).max()) for bearing in machine.magnets)
     if all(np.allclose(x[bearing], y[bearing], rtol=0.0, atol=ALIKE * size) for bearing in x):

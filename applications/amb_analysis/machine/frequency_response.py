@@ -1,12 +1,12 @@
 """Response of a rotor, free or in its machine, between channels: forces and currents in, motion and currents out.
 
-With the displacements x of all nodes, and the forces of the magnetic bearings over these and over injected currents i,
+With the displacements x of all nodes, and magnetic bearing forces that depend on these and on injected currents i,
 
     x = H (p + F x + F_i i),    c = T x + T_i i,    y = (j omega)^k S x                            (1)
 
 H is the rotor with its passive bearings and seals (`rotor_analysis.harmonic`), p are external forces, c are the
 demanded currents as they appear after their delay, and y are displacements (k = 0), velocities (k = 1) or accelerations
-(k = 2). A positive force and the motion that it starts have the same direction: the receptance of a free mass m is
+(k = 2). A positive force and the motion that it starts have the same direction, so the receptance of a free mass m is
 -1/(m omega^2).
 """
 
@@ -148,8 +148,8 @@ def resonant_frequencies(
 ) -> list[tuple[float, float]]:
     """Return the resonances (Hz) between the first and the last frequency, and their half widths (Hz).
 
-    Arguments as for `frequency_response`, with ascending frequencies. Between two of them, a mode may have only one
-    resonance.
+    Arguments as for `frequency_response`, with ascending frequencies. Each interval between them may contain only one
+    resonance of a mode.
     """
     magnets = _magnets(structure, inputs, outputs)
     model = structure.model(_loaded(structure, inputs, magnets), 2.0 * np.pi * float(frequencies[-1]))

@@ -100,12 +100,12 @@ class Machine:
 
     @cached_property
     def sampled_rotor(self) -> Reduction:
-        """Its free rotor with all modes that its control can notice, whatever the reduction in its file."""
+        """Its free rotor with all modes that its control can sense, whatever the reduction in its file."""
         return sampled_rotor(self.rotor, self._sampling, HIGHEST)
 
     @property
     def _sampling(self) -> Sampling:
-        """How its control acts; without control, forces may act at all places and are held over a step."""
+        """How its control acts; if there is no control, forces may act at all places and are held over a step."""
         try:
             loop = self.run_loop
         except ValueError:
@@ -156,7 +156,7 @@ class Machine:
 
     @cached_property
     def free_rotor(self) -> SupportedRotor:
-        """The free rotor in `MODES` modes and residual shapes of its parts, to save time at many speeds."""
+        """The free rotor, reduced to `MODES` modes and residual shapes of its parts; it is faster at many speeds."""
         return SupportedRotor(self.rotor, self.free, reduce_to_modes(self.free, MODES, self.rotor.part_nodes))
 
     @cached_property

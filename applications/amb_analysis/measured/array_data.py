@@ -77,7 +77,7 @@ def _responses(content: dict[str, Any], units: StatedUnits) -> Measurement:
 
 
 def _channels(content: dict[str, Any], kind: str, stated: StatedUnits) -> list[tuple[float, Channel]]:
-    """Return factors to SI units, and channels."""
+    """Return the factors to SI units, and the channels."""
     names, units = (_texts(content, key) for key in (f"{kind}s", f"{kind}_units"))
     if len(units) != len(names):
         raise ValueError(f"{kind}_units has {len(units)} units; it must have {len(names)}, as many as {kind}s")

@@ -45,7 +45,7 @@ class ModeDeviation:
     percent
         Relative deviation of the computed from the measured frequency (%).
     measured_damping, computed_damping
-        Damping ratios (1); None if not available or not resolved.
+        Damping ratios (1); None if they are not available or not resolved.
     mac
         (2); None if there is only one response.
     """

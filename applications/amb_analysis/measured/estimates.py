@@ -96,7 +96,7 @@ def responses(S: Complex, inputs: int, estimator: Estimator = "H1") -> tuple[Com
     Raises
     ------
     ValueError
-        If an input is zero or a combination of the others at some frequency.
+        If, at some frequency, an input is zero or is a combination of the others.
     """
     S_uu, S_yu = S[:, :inputs, :inputs], S[:, inputs:, :inputs]
     S_yy = np.einsum("nkk->nk", S[:, inputs:, inputs:]).real

@@ -2,11 +2,11 @@
 
     min_p sum r_k(p)^2,   s^2 = sum r_k^2/(n - m),   cov = s^2 (J^T J)^-1                           (1)
 
-The interval of a parameter is p +- t sqrt(cov_pp), t the quantile of Student's distribution with n - m degrees of
-freedom. This is linear theory. It holds if the model is right, and the residuals are independent and of equal variance.
-G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 5.1. lmfit is not used because it gives standard
-errors without Student's distribution, so intervals from few residuals are too narrow, and because it does not raise an
-error if the data do not determine a parameter.
+The interval of a parameter is p +- t sqrt(cov_pp), where t is the quantile of Student's distribution with n - m degrees
+of freedom. This is linear theory. It holds if the model is right, and the residuals are independent and of equal
+variance. G. A. F. Seber, C. J. Wild, Nonlinear Regression, Wiley, 2003, sec. 5.1. lmfit is not used because it gives
+standard errors without Student's distribution, so intervals from few residuals are too narrow, and because it does not
+raise an error if the data do not determine a parameter.
 """
 
 from __future__ import annotations
@@ -166,7 +166,7 @@ def leverages(residuals: Residuals, free: Sequence[FreeParameter], best: Array) 
 
 
 def _scaled(residuals: Residuals, free: Sequence[FreeParameter]) -> tuple[Residuals, Residuals, Array, Array]:
-    """Return functions of parameters scaled to 0 to 1, residuals and their Jacobian, and lowest values and ranges."""
+    """Return residuals and Jacobian as functions of parameters scaled from 0 to 1, and lowest values and ranges."""
     low, span = (np.array(v) for v in ([p.lowest for p in free], [p.highest - p.lowest for p in free]))
 
     def scaled(u: Array) -> Array:
@@ -191,7 +191,7 @@ def _refuse_without_influence(free: Sequence[FreeParameter], J: Array) -> None:
 
 
 def _refuse_uncertain(free: Sequence[FreeParameter], half: Array, correlation: Array) -> None:
-    """Refuse parameters whose interval is as wide as their bounds."""
+    """Reject parameters whose interval is as wide as their bounds."""
     for k, (p, width) in enumerate(zip(free, half, strict=True)):
         if width > 0.5:
             others = np.abs(correlation[k]).copy()

@@ -167,7 +167,7 @@ def peak_frequencies(responses: Sequence[FrequencyResponse]) -> Array:
 
 
 def is_conjugate(responses: Sequence[FrequencyResponse]) -> bool:
-    """Return whether the poles at the peaks of some responses grow, because these are written with exp(-j omega t).
+    """Return whether the poles at the peaks of some responses grow, which indicates the convention exp(-j omega t).
 
     Growing poles then fit more peaks than decaying ones. Only peaks that are high and fitted well count, because the
     poles of noise may grow or decay.
@@ -202,7 +202,7 @@ def _coherences(responses: Sequence[FrequencyResponse], peaks: Indices) -> Array
 
 
 def _near(power: Array, frequencies: Array, peaks: Indices, k: int, reach: float) -> slice:
-    """Return the lines within some half-power widths of a peak, and between its neighbours."""
+    """Return the lines that are within some half-power widths of a peak and between its neighbours."""
     peak = int(peaks[k])
     first = 0 if k == 0 else (peaks[k - 1] + peak + 1) // 2
     last = len(frequencies) if k == len(peaks) - 1 else (peaks[k + 1] + peak + 1) // 2

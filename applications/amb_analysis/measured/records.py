@@ -50,7 +50,7 @@ class FrequencyResponse:
     values
         Y/U in the units of the channels, shape (n,); y = Re[Y exp(j omega t)], so a delay has a negative phase.
     coherence
-        From 0 to 1, shape (n,); None where it was not measured. Rounding beyond 1 is cut off.
+        From 0 to 1, shape (n,); None where it was not measured. Values above 1 due to rounding are reduced to 1.
     resolution
         Inverse length of a segment (Hz), if it is an estimate from records; None if unknown.
 
@@ -58,7 +58,7 @@ class FrequencyResponse:
     ------
     ValueError
         If the shapes differ, a number is not finite or is too large or too small, a coherence is not from 0 to 1, or
-        the frequencies are not positive and ascending.
+        the frequencies are not positive and in ascending order.
     """
 
     output: Channel
@@ -141,7 +141,7 @@ class TimeRecord:
     signals
         Samples of each channel, shape (n,).
     repeats
-        Number of records of equal length that follow each other in the samples, such as blows of a hammer.
+        Number of consecutive records of equal length in the samples, such as blows of a hammer.
     """
 
     sample_time: float
@@ -149,7 +149,7 @@ class TimeRecord:
     repeats: int = 1
 
     def channel(self, name: str) -> Channel:
-        """Return the channel with a name; at a driving point, whose force and motion share a name, return the force.
+        """Return the channel with a name, or the force if a force and a motion share the name at a driving point.
 
         Raises
         ------

@@ -16,7 +16,7 @@ covariance of the parameters grows by the factor
 
     1 + 2 sum rho_l,   l = 1, 2, ... while rho_l > 3/sqrt(n)                                         (3)
 
-If the model lacks something, such as a soft suspension, a few lines may deviate by much. They shift parameters, but
+If the model lacks something, such as a soft suspension, a few lines may deviate strongly. They shift parameters, but
 hardly change (3). With both parts of r as a complex number z, the sum over L neighbouring lines of noise
 
     |sum z_k|^2/(2 L)                                                                                (4)

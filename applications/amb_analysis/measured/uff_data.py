@@ -11,8 +11,8 @@ with the exponents a and b of the type of data, such as 1 and 0 for a displaceme
 SI units. A label that contradicts the type of data or set 164 is refused, because either may be wrong by a factor of
 1000 or more.
 
-Damping ratios of sets 55 are viscous, zeta, or half of a hysteretic loss factor, zeta = eta/2, which gives the same
-height of the resonance. Definitions of the sets: Structural Dynamics Research Laboratory, University of Cincinnati.
+Damping ratios of sets 55 are viscous, zeta, or half of a hysteretic loss factor, zeta = eta/2, with which the resonance
+has the same height. Definitions of the sets: Structural Dynamics Research Laboratory, University of Cincinnati.
 """
 
 from __future__ import annotations
@@ -131,7 +131,7 @@ def _check_length(item: Set, number: int) -> None:
 
 
 def _check_function(item: Set, number: int) -> None:
-    """Raise ValueError if a function does not contain as many numbers, or numbers of the format, as it announces."""
+    """Raise ValueError if the number or the format of a function's numbers differs from what it announces."""
     if item["binary"] and (item["byte_ordering"] not in BYTE_ORDERS or item["fp_format"] != IEEE):
         raise ValueError(
             f"set {number} has byte order {item['byte_ordering']} and format {item['fp_format']} of its numbers; "
@@ -171,7 +171,7 @@ def _responses(functions: Sequence[Set], units: StatedUnits) -> tuple[FrequencyR
 
 
 def _by_ends(functions: Any) -> dict[tuple[Any, ...], list[Set]]:
-    """Return functions by both ends, each in their order, because a measurement may have been repeated."""
+    """Return lists of functions by both ends, because a measurement may have been repeated."""
     result: dict[tuple[Any, ...], list[Set]] = defaultdict(list)
     for item in functions:
         names = (str(item[f"{end}_ent_name"]).strip() for end in ("rsp", "ref"))

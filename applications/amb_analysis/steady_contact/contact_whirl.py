@@ -37,11 +37,11 @@ class ContactWhirl:
     """A whirl of one set of sites, over a range of contact forces.
 
     contact, signs
-        Sites, and p of each.
+        The sites, and p of each.
     frequencies
         Lowest and highest whirl frequency (rad/s).
     N
-        Normal forces (N) at these two frequencies, by site; None where they are unbounded.
+        Normal forces (N) at these two frequencies, by site; None if they are unbounded.
     """
 
     contact: tuple[str, ...]
@@ -126,7 +126,8 @@ class _Search:
     def end(self, number: int, outward: Array) -> tuple[float, list[float | None]]:
         """Return the end of a whirl, between two frequencies or at the last one, and its forces there (N).
 
-        Where the margin jumps and the forces grow, a mode of the pinned rotor has no damping: the forces are unbounded.
+        Where the margin jumps and the forces grow, a mode of the pinned rotor has no damping, so the forces are
+        unbounded.
         """
         if len(outward) == 1:
             return float(outward[0]), [float(N) for N in self.forces(number, outward)[0]]

@@ -35,7 +35,7 @@ ROUNDING = 1e-6  # of the fastest pole, below which a real part is that of a mot
 
 @dataclass(frozen=True)
 class FaceWhirl:
-    """Whirl of a rotor on a face: its growth (1/s), and the time (s) until the race follows, infinite if never."""
+    """Whirl of a rotor on a face: its growth (1/s), and the time (s) until the race follows (infinite if never)."""
 
     growth: float
     follows_after: float

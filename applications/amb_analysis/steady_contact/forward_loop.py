@@ -73,7 +73,7 @@ class ForwardLoop:
     sites, unbalances, currents
         Names of the sites, of the places of unbalance, and of the bearings.
     notes
-        Effects that the linear model neglects, in sentences.
+        Sentences on effects that the linear model neglects.
     """
 
     Omega: float
@@ -132,7 +132,7 @@ def forward_loop(source: LinearSource, Omega: float, sites: Sequence[str]) -> Fo
 
 
 def forward_rotor(source: LinearSource, Omega: float, sites: Sequence[str]) -> ComplexLaw:
-    """Return the displacements of a rotor at its sites over forces at these, without magnets, at a speed (rad/s)."""
+    """Return the response of displacements to forces at a rotor's sites, without magnets, at a speed (rad/s)."""
     at = source.at(Omega)
     layout, constants = at.layout(PLANT), at.constants(PLANT)
     rotor = with_contact_forces(

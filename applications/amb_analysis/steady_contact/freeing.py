@@ -62,7 +62,7 @@ class Freeing:
 
 
 def smallest_freeing(rotor: RubbingRotor, Omega: float) -> Freeing | None:
-    """Return the smallest injected currents that free a rotor at a speed (rad/s); None if none do.
+    """Return the smallest injected currents that free a rotor at a speed (rad/s); None if there are none.
 
     They are zero if the rotor has no state in contact and a stable contact-free orbit.
     """
@@ -86,7 +86,7 @@ def smallest_demand(rotor: RubbingRotor, Omega: float, allowed: Array) -> Freein
 
 
 def _smallest(rotor: RubbingRotor, Omega: float, basis: Complex, offset: Complex) -> Freeing | None:
-    """Return the freeing currents I = basis J + offset with the smallest maximum component of J, by search from (2)."""
+    """Return the freeing currents I = basis J + offset with the smallest maximum component of J, searched from (2)."""
 
     def are_free(J: Complex) -> Bools:
         return _are_free(rotor, Omega, J @ basis.T + offset)

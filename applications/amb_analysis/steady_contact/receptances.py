@@ -4,8 +4,8 @@ Forces F exp(i Omega t) at the sites, unbalance u, and currents I injected at th
 
     q = R F + P u Omega^2 + S I,      i = R_i F + P_i u Omega^2 + S_i I                               (1)
 
-q at the sites (m), i the demanded currents (A). G(i Omega) is the plant's response to a force. Samples read
-y = G_y F + H_y i exactly, with z = exp(i Omega T), and the held current moves the sites by its first harmonic,
+q at the sites (m), i the demanded currents (A). G(i Omega) is the plant's response to a force. The samples are exactly
+y = G_y F + H_y i, with z = exp(i Omega T), and the held current moves the sites by its first harmonic,
 
     H_q = G_q(i Omega) exp(-i Omega f T) (1 - exp(-i Omega T))/(i Omega T)                            (2)
 

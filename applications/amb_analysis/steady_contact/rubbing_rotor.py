@@ -39,7 +39,7 @@ class RubbingRotor:
     unbalance
         Complex unbalance (kg m) at each place, shape (n_places,).
     notes
-        Approximations, in sentences.
+        Sentences on the approximations.
     """
 
     machine: Machine
@@ -98,7 +98,7 @@ class RubbingRotor:
         return np.array([kinetic_coefficient(site, _slip(site, Omega, whirl)) for site in self.records])
 
     def mu_slope(self, Omega: float, whirl: float | None = None) -> Array:
-        """Return the slope d mu/d v (s/m) of that coefficient, by its central difference over `SLIP_STEP`."""
+        """Return the slope d mu/d v (s/m) of that coefficient, from its central difference over `SLIP_STEP`."""
         slopes = np.zeros(len(self.records))
         for k, site in enumerate(self.records):
             slip = _slip(site, Omega, whirl)

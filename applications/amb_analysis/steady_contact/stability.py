@@ -80,7 +80,7 @@ class Dynamics:
         loop
             The loop of forward motion.
         c, mu, mu_slope
-            Clearance (m), friction coefficient (1) and its slope over the slip velocity (s/m) of each site.
+            Clearance (m), friction coefficient (1), and slope of friction over the slip velocity (s/m), for each site.
         frame
             Whirl frequency of the states (rad/s).
         """
@@ -115,7 +115,7 @@ class Dynamics:
         """Return whether the `growth` about a state is below a limit (1/s), 0 or less.
 
         If det(1 - M), or det(-A) without sampling, is negative, an odd number of real eigenvalues grow. The other
-        eigenvalues then need not be computed. This is the case at a saddle, such as one of two states that meet in a
+        eigenvalues need not be computed then. Saddles are such states, for example one of two states that meet in a
         fold.
         """
         M = self._transition(contact, N, psi)

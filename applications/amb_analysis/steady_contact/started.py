@@ -85,7 +85,7 @@ def checkpoint_in(rotor: RubbingRotor, state: SolvedState | Whirl) -> Checkpoint
 
 
 def _unbalance(rotor: RubbingRotor) -> dict[str, float]:
-    """Return amount (kg m) and angle (rad) of each place, by the names of the inputs."""
+    """Return the amount (kg m) and the angle (rad) of unbalance at each place, by the names of the inputs."""
     result: dict[str, float] = {}
     for place, u in zip(rotor.places, rotor.unbalance, strict=True):
         result |= {f"{PLANT}.{place}.u": float(abs(u)), f"{PLANT}.{place}.phi": float(np.angle(u))}

@@ -67,7 +67,7 @@ class WhirlForces:
 def whirl_forces(
     relative: Callable[[float], Complex], at: Sequence[int], c: Array, g: float, *, held: bool = False
 ) -> WhirlForces:
-    """Return the forces (2) of journals that whirl together, at frequencies about that of a pendulum, sqrt(g/c).
+    """Return the forces (2) of journals that whirl together, at frequencies around sqrt(g/c), that of a pendulum.
 
     Parameters
     ----------

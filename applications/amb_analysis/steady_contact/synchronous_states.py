@@ -13,8 +13,8 @@ For a single site, N solves |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. For m
 and p P = 1 are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number of
 two groups of unknowns; J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982) 724-737, count the
 load flows of m + 1 electrical machines in this way, because these obey the same equations). Two sites are solved with
-the resultant, which is of degree six; three or more by homotopy continuation (`homotopy`). Solutions with |p| = 1 are
-the states.
+the resultant, which is of degree six. Three or more sites are solved by homotopy continuation (`homotopy`). Solutions
+with |p| = 1 are the states.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def states_of(contact: tuple[int, ...], R: Complex, mu: Array, c: Array, r: Comp
 
 
 def _solutions(rho: Complex, c: Array, r: Complex) -> tuple[NDArray[np.int64], Complex, Array]:
-    """Return point, p and N of all real solutions of (1); rho of shape (n, m, m), r of shape (n, m)."""
+    """Return point, p and N of all real solutions of (1); rho has the shape (n, m, m), and r has the shape (n, m)."""
     m = r.shape[1]
     if m == 1:
         return _single(rho[:, 0, 0], float(c[0]), r[:, 0])
@@ -226,7 +226,7 @@ def _roots(coefficients: Complex) -> Complex:
 
 
 def _polished(psi: Array, e: Complex, s: Complex) -> tuple[Complex, Bools]:
-    """Return p after Newton's method on the imaginary parts of (2), and where it converged near its start."""
+    """Return p after Newton's method on the imaginary parts of (2), and whether each converged near its start."""
     start = np.exp(1j * psi)
     size = np.abs(e).sum(axis=2) + np.abs(s)
     m = psi.shape[1]

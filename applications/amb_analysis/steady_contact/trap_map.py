@@ -135,10 +135,10 @@ class TrapMap:
 def least_trapping_at(
     rotor: RubbingRotor, Omega: float, factors: Array, most: int | None = 2, below: float = 0.0
 ) -> float:
-    """Return the smallest factor that traps at a speed (rad/s), see `TrapMap.least_trapping`; NaN if none traps.
+    """Return the smallest factor that traps at a speed (rad/s) (`TrapMap.least_trapping`); NaN if none traps.
 
     The first of the ascending factors that traps, and the last one below it that does not, enclose the limit. The
-    interval is divided until its width is `ACCURACY` of the limit. Nothing traps at the factor `below`.
+    interval is divided until its width is `ACCURACY` of the limit. At the factor `below`, nothing traps.
     """
     least = np.nan
     for _ in range(ROUNDS):
@@ -277,9 +277,9 @@ class SolvedState:
     contact
         Names of the sites in contact.
     N, psi
-        Normal force (N) and angle of the journal from the reference of unbalance (rad) at each of them.
+        Normal force (N) and angle of the journal from the reference of unbalance (rad) at each site in contact.
     friction
-        Friction force at each of them (N).
+        Friction force at each site in contact (N).
     radius
         Distance of the journal from the centre at each site (m).
     currents

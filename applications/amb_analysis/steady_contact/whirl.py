@@ -65,7 +65,7 @@ class Whirl:
 
     @property
     def grows_backward(self) -> bool:
-        """Whether friction accelerates a backward whirl that is faster than this one."""
+        """Whether friction accelerates backward whirl that is faster than this one."""
         return self.frequency < 0.0 and self.slips and not self.stable
 
 

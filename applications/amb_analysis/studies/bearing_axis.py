@@ -107,7 +107,7 @@ class BearingAxis(WarnedResult, DrawnResult):
     axis
         Name of the axis, bearing and direction.
     bias_current, static_current
-        Currents of the coils (A).
+        Bias and static currents of the coils (A).
     k_s, k_i
         Negative stiffness (N/m) (2.8) and current stiffness (N/A) (2.9) at the centre.
     tolerance
@@ -276,7 +276,7 @@ def _axis_of(
 
 
 def _force_amplitude(p: np.record, i_c: Array | float) -> Array:
-    """Return the force amplitude (N) at the centre under a sinusoidal control current (A), with saturation."""
+    """Return the force amplitude (N) at the centre for a sinusoidal control current (A), with saturation."""
     return 0.5 * (
         magnetic_bearing.linearisation(p, 0.0, i_c).force
         - magnetic_bearing.linearisation(p, 0.0, -np.asarray(i_c)).force

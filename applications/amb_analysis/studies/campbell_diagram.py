@@ -73,7 +73,7 @@ class CampbellDiagram(WarnedResult, DrawnResult):
     error
         Largest relative error of the modes' eigenvalues compared with the full model, at the lowest and highest speed.
     operating_speed
-        Operating speed of the machine (rad/s); None if not stated.
+        Operating speed of the machine (rad/s); None if it is not stated.
     limits
         Limits of the coefficients of bearings and seals.
     """

@@ -58,7 +58,7 @@ class PoleOverSpeed:
         Logarithmic decrements, -2 pi Re s / |Im s| (1), shape (n,): the logarithm of the ratio of successive
         amplitudes.
     whirl
-        Sense of whirl at the bearings, or `axial` along the shaft; None where there is no vibration.
+        Sense of whirl at the bearings, or `axial` along the shaft; None if there is no vibration.
     """
 
     frequencies: Annotated[Array, "rad/s"]
@@ -278,8 +278,8 @@ def _about_crossings(
 def _tracks(result: list[Vibrations], count: int) -> list[list[int | None]]:
     """Return the tracks of the `count` slowest vibrations at the first speed, and of some that begin later.
 
-    A later vibration is included if it begins without a resonance, has one at the last speed, and is slower there than
-    one of the former.
+    A later vibration is included if it begins without a resonance, has a resonance at the last speed, and is slower
+    there than one of the `count` vibrations.
     """
     tracks, ratios = followed(result, count), result[-1].ratios()
     fastest = max((track[-1] for track in tracks if track[-1] is not None), default=-1)

@@ -1,8 +1,8 @@
 """Limits of the coefficients of bearings and seals, and the results that lie beyond these limits.
 
-A table of coefficients over the spin speed has a lowest and a highest speed; outside, the coefficients of the nearest
-speed are used. If coefficients of an imported part depend on the whirl frequency, their values at one frequency are
-used.
+A table of coefficients over the spin speed has a lowest and a highest speed; outside this range, the coefficients at
+the nearest speed are used. If coefficients of an imported part depend on the whirl frequency, their values at one
+frequency are used.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ def limits_of(parts: Iterable[Bearing]) -> Limits:
 
 
 def is_extrapolated(limits: Limits, Omega: float) -> bool:
-    """Return whether the coefficients at a spin speed (rad/s) are taken from the end of a table, at another speed."""
+    """Return whether the coefficients at a spin speed (rad/s) are those of another speed, at the end of a table."""
     return not all(group.cover(Omega) for group in limits)
 
 
 def covered_speeds(limits: Limits) -> tuple[float, float]:
-    """Return the lowest and the highest speed (rad/s) that all tables cover; the second may be the lower one."""
+    """Return the lowest and the highest speed (rad/s) that all tables cover; the second may be lower than the first."""
     lowest = max((group.lowest for group in limits if group.lowest is not None), default=-math.inf)
     highest = min((group.highest for group in limits if group.highest is not None), default=math.inf)
     return lowest, highest

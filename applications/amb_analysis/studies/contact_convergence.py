@@ -71,8 +71,8 @@ class ContactConvergence(MachineResult):
     scatter
         Largest scatter of a peak force over the starts, (largest - smallest) / median (%); None if there are none.
     change
-        Largest change of a peak force with twice as many modes (%); if the case is chaotic, medians over the starts are
-        compared; None if modes do not vary.
+        Largest change of a peak force with twice as many modes (%); None if modes do not vary. If the case is chaotic,
+        medians over the starts are compared.
     step_change
         Largest change of a peak force with the shortest communication step (%), computed like `change`.
     averaged_change, averaged_step_change
@@ -92,7 +92,7 @@ class ContactConvergence(MachineResult):
     chaotic: bool | None
 
     def text(self) -> list[TextBlock]:
-        """Return a table of peak forces, impulses and outcomes, and lines that explain it."""
+        """Return a table of peak forces, impulses and outcomes, and explanatory lines."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
         headings = [f"{name_label(site)} {what}" for site in sites for what in ("peak", "1 ms", "impact", "impulse")]
         title = f"Convergence of {self.scenario} with {self.rotor}"
@@ -160,9 +160,9 @@ def convergence(
 ) -> ContactConvergence:
     """Return contact forces and outcome of a scenario over modes, mesh, substep, step and perturbed starts.
 
-    Modes are the modes that Craig and Bampton's method retains in addition to the planes; a rotor condensed to its
-    planes has none. Meshes are those of `[mesh]` `accuracy` from 1e-2 to 1e-4 (1e-3 for diagonal mass), and the mesh of
-    the file with the other mass matrix.
+    The varied modes are those that Craig and Bampton's method retains in addition to the planes; a rotor condensed to
+    its planes has none. The meshes have `accuracy` values in `[mesh]` from 1e-2 to 1e-4 (1e-3 for diagonal mass). The
+    mesh of the file is also used with the other mass matrix.
 
     Parameters
     ----------

@@ -79,7 +79,7 @@ class Traps(MachineResult):
     own
         Whirls with frequencies near the spin speed that last long without unbalance.
     sustained, rolling
-        Whirls at the machine's speed that need no unbalance: with slip, and by rolling.
+        Whirls at the machine's speed that need no unbalance, with slip and without slip (rolling).
     least_trapping
         Smallest unbalance with a stable contact at the machine's speed (kg m); None if there is none on the map.
     touching, trapping
@@ -199,7 +199,7 @@ class Traps(MachineResult):
         ]
 
     def _reach(self) -> str:
-        """Return the smallest unbalances that touch and trap at any speed of the map, or the largest without a trap."""
+        """Return the smallest unbalances that touch and trap at any speed of the map, or the largest if none traps."""
         unit = speed_unit()
         highest, largest, (touching, at) = self.speeds[-1], self.unbalances[-1], self.touching
         least = f"contact needs at least {_grams(touching)} (at {unit.text(at)})"
@@ -255,8 +255,8 @@ def traps(
     speed
         Spin speed at the machine's point (rad/s), or a string with its unit.
     unbalance, place
-        Unbalance at the machine's point (kg m), or a string with its unit, and its disc. By default those of the
-        scenario; the map multiplies the unbalances of all places by one factor.
+        Unbalance at the machine's point (kg m), or a string with its unit, and its disc. By default the unbalance of
+        the scenario; the map multiplies the unbalances of all places by one factor.
     up_to, unbalance_up_to
         Highest speed and largest unbalance of the map. By default, the map extends to twice the machine's speed, and to
         an unbalance that covers trapping at any of these speeds, touching, and twice the machine's unbalance. If

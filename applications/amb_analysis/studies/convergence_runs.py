@@ -35,7 +35,7 @@ MESH_MODES = 12  # for which a rotor is meshed whose file does not state a numbe
 
 @dataclass(frozen=True)
 class ConvergenceCase:
-    """A run of a scenario, with `settings` in place of its values.
+    """A run of a scenario, in which `settings` replace its values.
 
     varied, label, value
         What differs from the scenario (`modes`, `mesh`, `substep` or `step`, or `scenario` if nothing does), its label,
@@ -65,7 +65,7 @@ class Contact:
     """Contact at a site over a run.
 
     peak_force
-        Largest normal force (N), including those within steps, without impact impulses.
+        Largest normal force (N), including forces within steps but not impact impulses.
     mean_force
         Largest normal force averaged over `contact_forces.WINDOW`, including impacts (N).
     peak_impulse, impulse

@@ -135,9 +135,7 @@ class FittedMachine:
         return numbers[:count], numbers[count:]
 
     def warnings(self, values: Array | Sequence[float]) -> tuple[str, ...]:
-        """Return warnings of the plan or the rotor at the start, and a warning if some values make the loop
-        unstable.
-        """
+        """Return warnings of the plan or the rotor at the start, and a note if some values make the loop unstable."""
         if self.loop_parameters is None:
             return tuple(implausible_sizes(self.rotor_with(self.start)))
         result = self.loop_parameters.machine.prepared.warnings
@@ -158,7 +156,7 @@ class FittedMachine:
         return files
 
     def _scenario_data(self, values: Array | Sequence[float], has_rotor: bool) -> dict[str, Any]:
-        """Return the content of a scenario whose plan has these values, and keeps all other values from the fit."""
+        """Return the content of a scenario whose plan has these values, and otherwise those that the fit used."""
         assert self.loop_parameters is not None
         prepared = self.loop_parameters.machine.prepared
         system, data = prepared.assembly.system, {**self.stated, **({"rotor": ROTOR_FILE} if has_rotor else {})}
@@ -178,7 +176,7 @@ class FittedMachine:
         return {**data, "parameters": parameters}
 
     def _pinned(self, values: Array | Sequence[float]) -> dict[str, dict[str, float]]:
-        """Return the parameters that a plan would derive from these values, with the values that the fit used."""
+        """Return parameters that a plan would derive from these values, but with the values that the fit used."""
         assert self.loop_parameters is not None
         machine = self.loop_parameters.machine_with(self._split(values)[1], self.rotor_with(values))
         prepared = machine_of(self._prepared(values, {}))

@@ -154,7 +154,7 @@ def response(
         File of a measurement (`measured.files.read_measured`), or a measurement.
     loop
         `free`: the rotor alone; `linear`: on bearings and seals of its file; `open`: with magnets and without
-        controller; `closed`: under control. By default `closed`, and `free` for a rotor alone.
+        controller; `closed`: under control. The default is `closed`, or `free` for a rotor alone.
     inputs, outputs
         Channels, such as `fan.f_x`, `left.i_x`, `eye.x`, or `0.12 m.y [m/s2]`. If there is a measurement, these select
         the responses to compare, by default all. The inputs of a record over time must be named.
@@ -167,7 +167,7 @@ def response(
     up_to
         Highest frequency (Hz), or a text with its unit; by default that of the measurement, or 1 kHz if there is none.
     estimator, segment, window
-        Arguments of the estimate from a record over time (`measured.estimates.estimate`); a segment in s.
+        Arguments of the estimate from a record over time (`measured.estimates.estimate`); `segment` is in s.
     set, flavour
         Values of parameters by `component.variable`; flavour of the FMUs.
 
@@ -260,7 +260,7 @@ def laid_over(
 
 
 def unresolved(modes: Sequence[FittedMode]) -> list[str]:
-    """Return a sentence on modes whose damping is not resolved, if there are any."""
+    """Return a sentence about modes whose damping is not resolved, if there are any."""
     if not modes:
         return []
     at = ", ".join(f"{mode.frequency:.2f} Hz" for mode in modes[:MOST_PEAKS])
@@ -287,7 +287,7 @@ def measured_content(
     up_to: Number | None,
     estimation: tuple[Estimator, Number | None, str],
 ) -> Measurement:
-    """Return a measurement with the chosen responses; arguments as for `response`, estimator, segment and window last.
+    """Return a measurement with the chosen responses; the arguments are those of `response`.
 
     Raises
     ------
@@ -368,7 +368,7 @@ def _bare(text: str) -> str:
 
 
 def _channel(text: str, unit: str) -> Channel:
-    """Return the channel of a text, a name and its unit in brackets; a current is in A by default."""
+    """Return the channel for a text with a name and its unit in brackets; a current is in A by default."""
     match = WITH_UNIT.fullmatch(text)
     if match is None:
         raise ValueError(f"channel {text!r} is not allowed; it must be a name such as 'fan.x' or 'fan.x [m/s2]'")

@@ -63,7 +63,7 @@ def plan_measurement(
     delay: bool = False,
     options: RunOptions = DEFAULTS,
 ) -> ScenarioPlan:
-    """Return a prepared run of a scenario's machine, levitated without unbalance, and its sample time.
+    """Return a prepared run of a scenario's machine, levitated without unbalance, and the sample time.
 
     Its rotor has all modes up to half the sample rate, whatever the reduction in its file, because fewer modes would
     change the sensitivity. The controller's signal chain retains its delay and filter; noise and converters are off,
@@ -74,7 +74,8 @@ def plan_measurement(
     scenario, settings
         The machine; values by `component.variable` that replace the scenario's.
     amplifier
-        Whether the amplifiers are dynamic, regardless of the scenario; they are coupled in steps shorter than a sample.
+        Whether the amplifiers are dynamic, regardless of the scenario; dynamic amplifiers are coupled in steps shorter
+        than a sample.
     delay
         Whether currents are delayed by one sample, regardless of the scenario.
     options
@@ -196,7 +197,7 @@ def waiting_samples(loop: StateSpace, sample_time: float) -> int:
 
     A drift z that is slower than the lowest line begins with at most the amplitude a (1) if the sines have the
     amplitude 1. Until it has died out, it adds the share (2) to a line of the spectrum of N samples. The slowest lags
-    of eddy currents decay within minutes, but hardly affect the spectrum. All other transients have to die out.
+    of eddy currents take minutes to decay, but hardly affect the spectrum. All other transients must die out.
 
         a = |C x| |y^H B|/|y^H x| sum 1/|exp(j omega) - z|                                  (1)
         share = 2 a (1 - z^N)/(N |exp(j omega_1) - z|)                                      (2)
@@ -282,7 +283,7 @@ def measure(plan: ScenarioPlan, waiting: int) -> MeasuredSensitivity:
 
 
 def share_of_new(late: float, steps: int) -> dict[int, float]:
-    """Return the steps of a sample in which a late demand changes, each with the new demand's fraction of the mean.
+    """Return the steps of a sample in which a late demand changes, each with the new demand's part in its mean.
 
     Parameters
     ----------

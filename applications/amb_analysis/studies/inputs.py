@@ -73,7 +73,7 @@ def reach_of(rotor: Rotor, speed: float | None = None) -> Number:
 
 
 def speed_range(up_to: Number, points: int, lowest: float = 0.0) -> Array:
-    """Return evenly spaced spin speeds (rad/s) from the lowest to `up_to`, shape (points,).
+    """Return evenly spaced spin speeds (rad/s) from the lowest speed to `up_to`, shape (points,).
 
     Raises
     ------

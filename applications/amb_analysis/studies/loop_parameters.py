@@ -87,7 +87,7 @@ def is_of_component(scenario: Scenario, name: str) -> bool:
 
 
 def differences(parameters: Values, others: Values) -> dict[str, dict[str, float]]:
-    """Return the parameters whose values differ from others, beyond rounding."""
+    """Return the parameters whose values differ from other values by more than rounding."""
     return {
         component: found
         for component, values in parameters.items()

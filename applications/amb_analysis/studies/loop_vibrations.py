@@ -176,7 +176,7 @@ def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) ->
 
 
 def _step_ratio(vibrations: list[Vibrations], n: int) -> float:
-    """Return the step in speed to the n-th vibrations over the previous step, at most 1; 1 if there are no speeds."""
+    """Return the step in speed to the n-th vibrations, relative to the previous step; at most 1."""
     before, last, now = (at.stability.speed for at in vibrations[n - 2 : n + 1])
     return min((now - last) / (last - before), 1.0) if last != before else 1.0
 

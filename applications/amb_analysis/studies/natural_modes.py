@@ -93,11 +93,11 @@ class ModeShape:
     """A mode shape.
 
     x, y
-        Complex displacement of each node, shape (nodes,) each; the largest is 1 (no unit).
+        Complex displacement of each node, shape (nodes,) each; the largest is 1, without a unit.
     kind
         `cylindrical` or `conical` for rigid-body motion, `flexural` for bending.
     rigid_share
-        Share of the kinetic energy in rigid-body motion (1).
+        Fraction of the kinetic energy in rigid-body motion (1).
     crossings
         Number of points between the ends where the shaft line crosses the axis.
     """

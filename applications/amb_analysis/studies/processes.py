@@ -70,7 +70,7 @@ def simulate_in_processes(
 
 
 def _end_with_parent(parent: Connection) -> None:
-    """End this process when the parent closes its end of the pipe, or ends."""
+    """End this process when the parent closes its end of the pipe or ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C stops the process that started this one
     continue_without_parent()
     threading.Thread(target=_end_at_close, args=(parent,), daemon=True).start()
@@ -89,7 +89,7 @@ def end_if_imported_anew() -> None:
 
 
 def check_script() -> None:
-    """Check that new processes can import the script that Python runs, if it runs one."""
+    """Check that new processes can import the script that Python runs, if there is one."""
     main = sys.modules["__main__"]
     script = getattr(main, "__file__", None)
     if script is None or getattr(main, "__spec__", None) is not None:

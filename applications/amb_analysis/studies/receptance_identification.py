@@ -57,7 +57,7 @@ class Identification(WarnedResult):
     speeds
         Requested spin speeds (rad/s).
     results
-        Result at each speed; fewer than speeds if Ctrl-C interrupted the study.
+        Result at each speed; there are fewer results than speeds if Ctrl-C interrupted the study.
     table
         Table of the receptances that were identified now or were already in the file.
     """
@@ -128,7 +128,8 @@ def identify(
         Flavour of the FMUs.
     computed
         Whether to compute the receptances from the linear model of the sampled loop instead of co-simulations.
-        Identified receptances are compared with this model, but computed ones come from it.
+        Identified receptances are compared with this model. Computed receptances come from it, so they cannot be
+        compared.
     progress
         Whether to display bars (default in a terminal and a notebook), or a function called repeatedly with an
         `IdentificationProgress`.
@@ -170,7 +171,7 @@ def identify(
 
 @contextmanager
 def _progress_bars(progress: bool | Report | None) -> Iterator[Report]:
-    """Yield the function `progress`, or a function that updates two bars: all speeds and the current speed."""
+    """Yield the function `progress`, or a function that updates two bars, for all speeds and for the current speed."""
     if callable(progress):
         yield progress
         return

@@ -62,7 +62,7 @@ class IdentifiedReceptance:
     reason
         Reason for a failure; otherwise empty.
     interrupted
-        Whether it was interrupted by Ctrl-C.
+        Whether Ctrl-C interrupted it.
     """
 
     speed: Annotated[float, "rad/s"]
@@ -223,7 +223,7 @@ def receptance_of(outputs: xr.Dataset, loop: ControlLoop) -> Complex:
 
 
 def ratios(receptance: Complex, model: Complex) -> Complex:
-    """Return R over the R of a model, for elements of at least a tenth of the largest in the model's column."""
+    """Return the ratio of R to a model's R, for elements of at least a tenth of the largest in the model's column."""
     size = np.abs(model)
     large = size > LARGE * size.max(axis=0)
     return np.asarray(receptance[large] / model[large], dtype=np.complex128)

@@ -72,7 +72,7 @@ class MachineResult(WarnedResult, DrawnResult):
     """A result for the machine of a scenario.
 
     scenario, rotor
-        Names of the scenario that defines the parameters, and of its rotor.
+        Name of the scenario that defines the parameters, and name of its rotor.
     """
 
     scenario: str

@@ -216,7 +216,8 @@ def _result(
 def resolved(curves: Sequence[FrequencyResponse]) -> list[FrequencyResponse]:
     """Return estimates without the lines near peaks that they do not resolve, because their values there are too low.
 
-    At d lines from such a peak, an average over the width of a line is off by about 1/(3 d^2): 0.3 % at `BIASED`.
+    At d lines from such a peak, an average over the width of a line has an error of about 1/(3 d^2), which is 0.3 % at
+    `BIASED`.
     """
     result: list[FrequencyResponse] = []
     for _, group in groupby(curves, lambda curve: curve.frequencies.tobytes()):
@@ -268,7 +269,7 @@ def mode_residuals(rotor: Rotor, loop: Loop, Omega: float, measured: Modes) -> A
 
 
 def _comments(result: Fit, free: Sequence[FreeParameter], measured: str) -> list[str]:
-    """Return lines about the fitted parameters for a TOML file."""
+    """Return comment lines about the fitted parameters for a TOML file."""
     lines = [
         f"# Fitted to {measured} by least squares, {result.residuals} residuals; 95 % intervals of the parameters:"
     ]

@@ -43,7 +43,7 @@ NEAR = 2.0  # lines within which a vibration is not distinguished from another: 
 
 @dataclass(frozen=True, eq=False)
 class BearingSpectra:
-    """Spectra of the orbit x + j y at a bearing; positive frequencies are forward whirl, negative ones are backward.
+    """Spectra of the orbit x + j y at a bearing; positive frequencies mean forward whirl, negative ones backward whirl.
 
     amplitude
         Amplitude of each line (m), shape (windows, lines).
@@ -188,7 +188,7 @@ def waterfall(
 
 
 def spectra_of(recorded: Signals, highest: float | None = None, window: Number | None = None) -> Waterfall:
-    """Return the spectra of a recorded run up to a frequency (Hz), `ORDERS` of the spin by default; see `waterfall`."""
+    """Return the spectra of a recorded run up to a frequency (Hz), by default `ORDERS` of the spin (`waterfall`)."""
     if highest is None:
         highest = ORDERS * float(np.abs(speed(recorded)).max(initial=0.0)) / (2.0 * np.pi) or UP_TO
     time, after = np.asarray(recorded["time"].values), cycles(recorded) >= 0.0

@@ -82,7 +82,7 @@ def _combination(source: LinearSource, readings: Sequence[str], sensors: Sequenc
 
 
 def _places_of_currents(machine: Machine) -> dict[str, str]:
-    """Return the inputs that the currents of the controller feed, by the actuator's name of the demand, `left.i_x`."""
+    """Return the inputs that the controller feeds with currents, by the name of the demand, such as `left.i_x`."""
     fed = {link.source: link.target for link in machine.prepared.assembly.system.connections}
     names = (f"{axis.bearing}.i_{axis.direction}" for axis in machine.controlled.axes)
     return {name: fed.get(f"{CONTROLLER}.{name}", f"{ACTUATOR}.{name}") for name in names}

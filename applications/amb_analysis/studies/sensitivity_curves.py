@@ -44,7 +44,7 @@ def sensitivity_curves(
     lowest, highest
         Frequencies (Hz); at most half the sample rate.
     modes
-        Those of the system, if they are known.
+        Modes of the system, if they are known.
     """
     modes = modes or modes_of(system)
     poles = system.poles() if modes is None else modes.poles

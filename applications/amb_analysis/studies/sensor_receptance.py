@@ -53,7 +53,7 @@ class SensorReceptance(WarnedResult, DrawnResult):
     receptance: Annotated[Complex, "m/N"]
 
     def text(self) -> list[TextBlock]:
-        """Return a table of the largest displacement at each sensor in x per force in x."""
+        """Return a table of the largest displacement per force in x at each sensor in x."""
         title = f"{self.rotor}: largest receptance of the sensors in x"
         unit = speed_unit()
         table = labelled_table(title, "sensor", "force", "(µm/N)", f"speed ({unit.label})", "phase (deg)")

@@ -261,7 +261,7 @@ def sensitivity(
     speed
         Spin speed (rad/s), or a string with its unit; that of the scenario by default.
     amplifier
-        Whether the amplifiers have bandwidth and voltage limit, regardless of the scenario.
+        Whether the amplifiers have a bandwidth and a voltage limit, regardless of the scenario.
     delay
         Whether currents are delayed by one sample, regardless of the scenario.
     sample_time

@@ -23,7 +23,7 @@ class Freed:
     currents
         Demanded current of each bearing.
     words
-        The verdict in words.
+        The result in words.
     """
 
     frees: bool

@@ -50,7 +50,10 @@ class BearingCurrent:
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """A small vibration about a state: whirl frequency (rad/s, negative backward), growth (1/s), damping ratio (1)."""
+    """A small vibration about a state: whirl frequency (rad/s), growth (1/s) and damping ratio (1).
+
+    The frequency of backward whirl is negative.
+    """
 
     frequency: Annotated[float, "rad/s"]
     growth: Annotated[float, "1/s"]
@@ -91,7 +94,7 @@ class SynchronousState:
     settles: bool
 
     def beyond(self, Omega: float) -> str:
-        """Return in words whether the rotor stays there."""
+        """Return in words whether the rotor stays in the state."""
         if self.stable:
             stays = "stays in contact" if self.contact else "stays free"
             return stays if self.settles else f"{stays}, vibrating"

@@ -94,7 +94,7 @@ def unbalance_response(
         Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or the
         unbalance of grade G 2.5 if it has none; 10 g m for a rotor alone.
     place, node
-        Part, or node number in the rotor file, with the unbalance; the first disc by default.
+        Part with the unbalance, or its node number in the rotor file; by default the first disc.
     clearance
         Radial clearance (m), or a string with its unit, with which all amplitudes are compared; by default the
         clearance of the site at each place.

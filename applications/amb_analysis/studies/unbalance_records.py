@@ -75,7 +75,7 @@ class CriticalResponse:
     speed, amplitude
         Spin speed (rad/s) and amplitude (m) of the peak.
     amplification
-        Amplification by the half-power width (`rotor_analysis.peaks`); below 2.5 no separation margin is required
+        Amplification from the half-power width (`rotor_analysis.peaks`); below 2.5 no separation margin is required
         (API 617).
     margin
         Distance from the operating speed (%), at least 0; None for a rotor alone.
@@ -102,7 +102,7 @@ class CriticalResponse:
 
     @property
     def is_bounded(self) -> bool:
-        """Whether damping, not rounding, limits the peak."""
+        """Whether damping rather than rounding limits the peak."""
         return self.amplification < UNDAMPED
 
 

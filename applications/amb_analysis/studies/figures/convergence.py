@@ -61,7 +61,7 @@ def _unit(quantity: str, result: ContactConvergence) -> ShownUnit:
 
 
 def _draw_rows(axes: Axes, quantity: str, unit: ShownUnit, rows: list[ConvergenceRow], sites: list[str]) -> None:
-    """Draw a quantity of each site over the runs."""
+    """Draw a quantity at each site for all runs."""
     for site, (colour, marker) in zip(sites, SITE_STYLES, strict=False):
         reference = rows[0].sites.get(site)
         if reference is not None:

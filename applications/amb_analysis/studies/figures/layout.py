@@ -95,7 +95,7 @@ def _draw_shaft(axes: Axes, rotor: Rotor) -> None:
 
 
 def _mark_parts(axes: Axes, result: RotorLayout, lanes: list[str]) -> None:
-    """Draw marks on both sides of the shaft for all parts except discs, which are bodies, without overlap.
+    """Draw marks without overlap on both sides of the shaft, for all parts except discs, which are bodies.
 
     Sensors are drawn only above the shaft. A face is drawn at its mean radius, and points in the direction in which its
     seat pushes the rotor.

@@ -67,7 +67,7 @@ def draw(result: ModeShapes) -> Figure:
 
 
 def _draw_mode(axes: Any, rotor: Rotor, mode: Mode) -> None:
-    """Draw a mode shape into three-dimensional axes."""
+    """Draw a mode shape in three-dimensional axes."""
     z = np.array(rotor.shaft.nodes)
     colour, _ = WHIRL_STYLES[mode.whirl]
     fine_z = np.linspace(z[0], z[-1], 200)

@@ -62,7 +62,7 @@ def _draw_response(panels: Array, name: str, item: ComputedResponse, label: str)
 
 
 def _limits(amplitudes: Array) -> tuple[float | None, float | None]:
-    """Return limits of an axis of amplitudes where needed: within `SPAN` of the median, with both ends inside."""
+    """Return the limits of an amplitude axis if needed, within `SPAN` of the median and with both ends inside."""
     middle, ends = float(np.median(amplitudes)), (float(amplitudes[0]), float(amplitudes[-1]))
     if middle == 0.0:
         return None, None
