@@ -2,7 +2,7 @@
 
     x' = A x + B w     or     x(n+1) = A x(n) + B w(n),     y = C x + D w
 
-Signals are called `component.variable`. An input w is the sum of the output that feeds it and of an injected signal u:
+Signals are called `component.variable`. An input w is the sum of the output that feeds it and an injected signal u:
 
     w = E y + u     =>     w = (1 - E D)^-1 (E C x + u)                                             (1)
 """
@@ -102,7 +102,7 @@ def names_of(component: str, variables: Sequence[str]) -> tuple[str, ...]:
 
 
 def connected(parts: Sequence[LinearComponent], feeds: Mapping[str, str]) -> LinearComponent:
-    """Return parts connected by (1); outputs are those of the parts, then the sums w at inputs that are not outputs.
+    """Return parts connected by (1), with the parts' outputs, then the sums w at inputs that are not outputs.
 
     Parameters
     ----------

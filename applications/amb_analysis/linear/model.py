@@ -79,7 +79,7 @@ class LinearModel(control.StateSpace):  # type: ignore[misc]  # python-control h
 
 
 def linear_model(part: LinearComponent, units: Mapping[str, str], point: Mapping[str, float]) -> LinearModel:
-    """Return a part as a `LinearModel`; units are by name, 1 by default."""
+    """Return a part as a `LinearModel`; `units` are given by name, and the default is 1."""
     law = part.law
     names: dict[str, Any] = {
         "inputs": [name.replace(".", "_") for name in part.inputs],

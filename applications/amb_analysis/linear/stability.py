@@ -2,11 +2,11 @@
 
     x(n+1) = A x(n),   z the eigenvalues of A,   s = ln(z)/T = sigma + j omega
 
-The loop is stable if no |z| exceeds 1. Every pole counts, whatever its frequency: a real pole z > 1 is a rotor that
-drifts into its retainer without vibration, and a pole above half the sample rate is aliased but still grows.
+The loop is stable if no |z| exceeds 1. Every pole counts, whatever its frequency: a real pole z > 1 represents a rotor
+that drifts into its retainer without vibration, and a pole above half the sample rate is aliased but still grows.
 
-Poles on the unit circle neither grow nor decay. A loop that levitates a rotor may have these, and none of them moves
-the rotor away:
+Poles on the unit circle neither grow nor decay. A loop that levitates a rotor may have the following poles on the
+circle, none of which moves the rotor away:
 
 - z = 1 of an integrator outside the loop: nothing feeds its input, its output feeds no demand, or several
   integrators act on the same motion. Its state remains constant.
@@ -88,7 +88,7 @@ class LoopStability:
 
     @property
     def motion(self) -> str:
-        """The kind of motion, where it is largest, and its rate, in words."""
+        """The kind of motion, the place where it is largest, and its rate, in words."""
         vibration = f"a vibration of {frequency_unit().text(self.frequency, 5)}"
         kind = "a drift without vibration" if self.is_drift else vibration
         place = f", largest at {self.place}," if self.place else ""

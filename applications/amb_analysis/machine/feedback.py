@@ -167,8 +167,8 @@ def _link(source: LinearComponent, target: LinearComponent, omegas: Array) -> Co
 def parallel_stiffness(machine: Machine, omegas: Array, axis: str = "x") -> dict[str, Complex]:
     """Return the dynamic stiffness (N/m) of each bearing along an axis for parallel synchronous motion.
 
-    k(j omega) = -F_x(j omega)/x + k_b + j omega c_b: the real part is stiffness, the imaginary part omega times the
-    damping. F is the force of a magnet, k_b and c_b are the passive coefficients of the plant.
+    k(j omega) = -F_x(j omega)/x + k_b + j omega c_b: the real part is stiffness, and the imaginary part is omega times
+    the damping. F is the force of a magnet, k_b and c_b are the passive coefficients of the plant.
 
     Parameters
     ----------

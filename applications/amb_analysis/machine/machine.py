@@ -57,7 +57,7 @@ class Place(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """The amplitude (m) at which an orbit touches it, if the major axis of the orbit is along the offset."""
+        """The amplitude (m) at which an orbit touches the place, if the major axis of the orbit is along the offset."""
         return self.clearance - self.offset
 
 
@@ -250,7 +250,7 @@ class Machine:
 
     @cached_property
     def unbalanced_points(self) -> dict[Point, complex]:
-        """Unbalance (kg m) at each node or centre of mass that has any, summed over the places there."""
+        """Unbalance (kg m) at each unbalanced node or centre of mass, summed over the places there."""
         result: dict[Point, complex] = {}
         for place, u in self.unbalance.items():
             if u:

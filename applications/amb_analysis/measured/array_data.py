@@ -111,7 +111,7 @@ def _record(content: dict[str, Any], stated: StatedUnits) -> TimeRecord:
 
 
 def _factor(content: dict[str, Any], target: str, name: str, keys: Sequence[str]) -> float:
-    """Return the factor to another unit from the unit that one of some arrays states; 1 if no array states one."""
+    """Return the factor from the unit that one of several arrays states to another unit; 1 if none states a unit."""
     stated = {unit for key in keys if key in content for unit in _texts(content, key)}
     if len(stated) > 1:
         raise ValueError(f"{name} has the units {', '.join(sorted(stated))}; it must have one")

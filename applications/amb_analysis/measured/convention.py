@@ -8,8 +8,8 @@ has the angle 0 if both agree, and 180 degrees if the force or the sensor points
 and the levels do not show this, and no parameter of a rotor can compensate for it. An angle of 90 degrees indicates
 that a velocity is read as a displacement or an acceleration.
 
-Data with exp(-j omega t) have conjugate values. Their poles grow (`modal_fit.is_conjugate`), and with the real and
-imaginary parts of unit phasors u = H/|H|, the sums over frequency
+Data in the convention exp(-j omega t) have conjugate values. Their poles grow (`modal_fit.is_conjugate`), and with the
+real and imaginary parts of unit phasors u = H/|H|, the sums over frequency
 
     q_re = sum Re u_m Re u_c/sum |Re u_m Re u_c|,   q_im = sum Im u_m Im u_c/sum |Im u_m Im u_c|    (2)
 

@@ -193,7 +193,7 @@ def _peaks(responses: Sequence[FrequencyResponse]) -> tuple[Array, Complex, Arra
 
 
 def _coherences(responses: Sequence[FrequencyResponse], peaks: Indices) -> Array:
-    """Return the mean coherence about each peak; 1 if it was not measured."""
+    """Return the mean coherence around each peak; 1 if it was not measured."""
     known = [item.coherence for item in responses if item.coherence is not None]
     if not known:
         return np.ones(len(peaks))

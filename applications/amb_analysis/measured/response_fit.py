@@ -142,7 +142,7 @@ def _scatters(
 
 
 def _equivalent(terms: Sequence[Array], shares: Sequence[Array]) -> float:
-    """Return the number of residuals that determine the scatter of the lines that determine the parameters.
+    """Return the number of residuals that set the scatter of the lines on which the parameters depend.
 
     A term of (2) is known from the lines at which it is large. Their number is about 2 (sum s)^2/sum s^2, where s is
     its fraction of v. The relative errors of terms add up, weighted by their parts in the fit (F. E. Satterthwaite,

@@ -11,8 +11,8 @@ with the exponents a and b of the type of data, such as 1 and 0 for a displaceme
 SI units. A label that contradicts the type of data or set 164 is refused, because either may be wrong by a factor of
 1000 or more.
 
-Damping ratios of sets 55 are viscous, zeta, or half of a hysteretic loss factor, zeta = eta/2, with which the resonance
-has the same height. Definitions of the sets: Structural Dynamics Research Laboratory, University of Cincinnati.
+Damping ratios of sets 55 are viscous, zeta, or half of a hysteretic loss factor, zeta = eta/2, which gives a resonance
+of the same height. Definitions of the sets: Structural Dynamics Research Laboratory, University of Cincinnati.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ def branches(states: StatesOfSet, n_speeds: int) -> list[list[int]]:
 
 
 def _distance(a: int, b: int, states: StatesOfSet) -> float:
-    """Return the largest relative change of a force, or change of an angle (rad)."""
+    """Return the largest change, either the relative change of a force or the change of an angle (rad)."""
     if not states.contact:
         return 0.0
     force = np.abs(np.log(states.N[a] / states.N[b])).max()

@@ -78,7 +78,7 @@ class StandingRotor:
     race_drag: float
 
     def whirl(self, mu: float, stiffer: float = 1.0) -> FaceWhirl:
-        """Return the whirl with a friction coefficient, on a face with `stiffer` times its stiffness."""
+        """Return the whirl for a friction coefficient, on a face with `stiffer` times its stiffness."""
         return FaceWhirl(self._growth(mu, stiffer), self._follows_after(mu))
 
     def least_driving(self, stiffer: float = 1.0) -> float:

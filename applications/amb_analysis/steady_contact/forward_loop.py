@@ -1,6 +1,6 @@
-"""The loop of a levitated rotor for forward motion with contact forces, in complex form of half the size.
+"""The loop of a levitated rotor for forward motion with contact forces, in a complex form of half the size.
 
-With z = x + i y of each pair of coordinates, an isotropic loop obeys one complex equation. For the real matrix [[xx,
+With z = x + i y for each pair of coordinates, an isotropic loop obeys one complex equation. For the real matrix [[xx,
 xy], [yx, yy]] of a pair
 
     forward  = ((xx + yy) + i (yx - xy))/2,      mixing  = ((xx - yy) + i (yx + xy))/2                (1)
@@ -175,7 +175,7 @@ def flat(pairs: Sequence[Pair]) -> list[str]:
 
 
 def _demands(source: LinearSource) -> list[Pair]:
-    """Return the names of the demanded bearing currents or, without an actuator, of the forces on the rotor."""
+    """Return the names of the demanded bearing currents or, if there is no actuator, of the forces on the rotor."""
     if ACTUATOR in source.plan.interfaces:
         return [_pair(ACTUATOR, f"{b}.i_{{}}") for b in source.layout(ACTUATOR)["bearings"]]
     return [_pair(PLANT, f"{b}.f_{{}}") for b in source.layout(PLANT)["bearings"]]
@@ -256,7 +256,7 @@ def minimal(law: ComplexLaw) -> ComplexLaw:
 
 
 def _balanced(law: ComplexLaw) -> ComplexLaw:
-    """Return a law with states scaled so that the input and output gains of each are equal."""
+    """Return a law with scaled states, so that each state has equal input and output gains."""
     n, (rows, columns) = len(law.A), law.D.shape
     gains = np.block([[np.abs(law.A), np.abs(law.B)], [np.abs(law.C), np.zeros((rows, columns))]])
     square = np.zeros((max(gains.shape),) * 2)

@@ -178,7 +178,7 @@ def _is_free(rotor: RubbingRotor, Omega: float, added: Complex) -> bool:
 def _are_free(rotor: RubbingRotor, Omega: float, added: Complex) -> Bools:
     """Return for each of some injected currents, shape (n, bearings), whether the contact-free orbit is the only state.
 
-    Sets of more sites, whose states take longer to compute, come last, and only for the remaining currents.
+    Sets of more sites come last, and only for the remaining currents, because their states take longer to compute.
     """
     at, mu, c = rotor.receptances(Omega), rotor.mu(Omega), rotor.c
     r = at.P @ rotor.unbalance * Omega**2 + added @ at.S.T

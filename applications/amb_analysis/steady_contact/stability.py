@@ -112,7 +112,7 @@ class Dynamics:
         return self._growth(self._transition(contact, N, psi))
 
     def grows_below(self, limit: float, contact: tuple[int, ...], N: Array, psi: Array) -> bool:
-        """Return whether the `growth` about a state is below a limit (1/s), 0 or less.
+        """Return whether the `growth` about a state is below a limit (1/s) that is not positive.
 
         If det(1 - M), or det(-A) without sampling, is negative, an odd number of real eigenvalues grow. The other
         eigenvalues need not be computed then. Saddles are such states, for example one of two states that meet in a
@@ -128,7 +128,7 @@ class Dynamics:
         return self.growth((), np.zeros(0), np.zeros(0))
 
     def _transition(self, contact: tuple[int, ...], N: Array, psi: Array) -> Array:
-        """Return M of a sample about a state, or A without a sampled controller."""
+        """Return M of a sample about a state, or A if there is no sampled controller."""
         A, B, basis = self._constrained(contact, N, psi)
         T = self._sample_time
         return A if T is None else self._sampled(A, B, basis, T)
@@ -202,7 +202,7 @@ class Dynamics:
         return transition[:n, :n], transition[:n, n:]
 
     def _sorted(self, s: Complex, vectors: Complex) -> SmallMotion:
-        """Return vibrations sorted by growth: v1 + i v2 whirls with Omega + Im s, its conjugate with Omega - Im s."""
+        """Return vibrations sorted by growth: v1 + i v2 whirls with Omega + Im s, the conjugate with Omega - Im s."""
         half, Omega = self.n // 2, self.frame
         nonnegative = s.imag >= 0.0
         s, vectors = s[nonnegative], vectors[:, nonnegative]
@@ -221,12 +221,12 @@ def _real(A: Complex) -> Array:
 
 
 def _rows(C: Complex) -> tuple[Array, Array]:
-    """Return the rows of the real and of the imaginary part of C x."""
+    """Return the rows for the real part and the imaginary part of C x."""
     return np.hstack([C.real, -C.imag]), np.hstack([C.imag, C.real])
 
 
 def _columns(B: Complex) -> tuple[Array, Array]:
-    """Return the columns of a real and of an imaginary force."""
+    """Return the columns for a real force and an imaginary force."""
     return np.vstack([B.real, B.imag]), np.vstack([-B.imag, B.real])
 
 

@@ -1,4 +1,4 @@
-"""A co-simulation that starts in a synchronous state, or in a whirl without unbalance, stable or not.
+"""A co-simulation that starts in a stable or unstable synchronous state, or in a whirl without unbalance.
 
 The contact forces F of a state turn with the rotor as unbalance does, omega = Omega; the forces of a whirl turn with
 the whirl. If these forces replace the sites, the loop with the sampled controller settles to the state;

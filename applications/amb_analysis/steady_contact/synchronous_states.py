@@ -10,7 +10,7 @@ with N_j > 0 in contact and |q| < c at all other sites. Friction acts against th
     N_j = conj(p_j) (s_j - sum_k E_jk c_k p_k)   must be real                                         (2)
 
 For a single site, N solves |rho|^2 N^2 + 2 c Re(rho) N + c^2 - |r|^2 = 0. For m sites, with P in place of conj(p), (2)
-and p P = 1 are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number of
+and p P = 1 are 2 m equations linear in p and linear in P, which have C(2 m, m) complex solutions (Bezout's number for
 two groups of unknowns; J. Baillieul and C. I. Byrnes, IEEE Trans. Circuits and Systems 29 (1982) 724-737, count the
 load flows of m + 1 electrical machines in this way, because these obey the same equations). Two sites are solved with
 the resultant, which is of degree six. Three or more sites are solved by homotopy continuation (`homotopy`). Solutions
@@ -185,7 +185,7 @@ def _quadratic(a: Complex, b: Complex, c: Complex) -> Complex:
 
 
 def _times(p: list[Any], q: list[Any]) -> list[Any]:
-    """Return the product of two polynomials, coefficients ascending, each an array over the points."""
+    """Return the product of two polynomials with ascending coefficients, each an array over the points."""
     result = [0.0 * (p[0] + q[0])] * (len(p) + len(q) - 1)
     for i, left in enumerate(p):
         for j, right in enumerate(q):

@@ -153,7 +153,7 @@ def least_trapping_at(
 
 
 def least_trapping_curve(rotor: RubbingRotor, coarse: TrapMap, most: int | None = 2) -> Array:
-    """Return the smallest factor that traps at each speed of a map, refined below the map's first such factor.
+    """Return the smallest factor that traps at each speed of a map, refined between factors of the map.
 
     The result is NaN where nothing traps.
     """

@@ -44,7 +44,7 @@ class ModeOverSpeed:
 
 @dataclass(frozen=True)
 class CriticalSpeedRow:
-    """A spin speed (rad/s) that equals the damped frequency of a mode, with the number of the mode, from 1.
+    """A spin speed (rad/s) that equals the damped frequency of a mode, with the number of the mode, counted from 1.
 
     `extrapolated` says whether a table of coefficients does not cover this speed.
     """

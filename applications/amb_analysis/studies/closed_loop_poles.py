@@ -194,9 +194,9 @@ def poles(
 ) -> ClosedLoopPoles:
     """Return frequencies, damping and sense of whirl of the vibrations of a levitated rotor over its spin speed.
 
-    s = ln(z) / T, z the eigenvalues of the sampled loop (`amb_cosim.linearise`): the Campbell diagram of the levitated
-    machine. A vibration faster than half the sample rate is shown at its true frequency, which is that of the rotor's
-    mode.
+    The result is the Campbell diagram of the levitated machine: s = ln(z) / T, where z are the eigenvalues of the
+    sampled loop (`amb_cosim.linearise`). A vibration faster than half the sample rate is shown at its true frequency,
+    which is that of the rotor's mode.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Study of the convergence of contact forces with modes, mesh, substeps and steps, over perturbed starts.
 
 A contact force has converged if neither twice as many modes nor a shorter communication step changes it. If changing
-the clearances by a millionth changes the runs much, the case is chaotic. A single run then proves nothing, so medians
-over many starts are compared.
+the clearances by a millionth changes the runs substantially, the case is chaotic. A single run then proves nothing, so
+medians over many starts are compared.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ class ContactConvergence(MachineResult):
         ]
 
     def _over_starts(self, sites: Sequence[str]) -> list[TextBlock]:
-        """Return a table of the peak forces of the starts, for the scenario and for the most modes."""
+        """Return a table of the peak forces over the starts, for the scenario and for the run with the most modes."""
         repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
         if not repeated:
             return []

@@ -1,4 +1,4 @@
-"""Runs of the study of convergence: a scenario with other descriptions of its rotor, substeps and starts."""
+"""Runs of the study of convergence: a scenario with other models of its rotor, other substeps and other starts."""
 
 from __future__ import annotations
 

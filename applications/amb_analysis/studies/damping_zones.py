@@ -27,7 +27,7 @@ def damping_ratio(decrement: float) -> float:
 
 
 def damping_cells(ratio: float, frequency: float, whirl: Whirl) -> tuple[str, str]:
-    """Return damping ratio and whirl of a mode with a frequency (rad/s) as texts, with a mark if the mode grows.
+    """Return the damping ratio and the whirl of a mode (frequency in rad/s) as texts, with a mark if it grows.
 
     A mode grows if its damping ratio is below zero by more than the rounding error. Near rest, rounding causes an error
     of `AT_REST` squared in the square of an eigenvalue.

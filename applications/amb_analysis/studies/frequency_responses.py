@@ -142,9 +142,9 @@ def response(
 ) -> FrequencyResponses:
     """Return frequency responses from forces or currents to motion or currents, compared with measured ones.
 
-    y/u at the frequencies of the measurement, by the equations of `machine.frequency_response`. Both the measured and
-    the computed responses are fitted near their peaks (`measured.modal_fit`), so that frequencies and damping ratios
-    come from the same method.
+    The result is y/u at the frequencies of the measurement, from the equations of `machine.frequency_response`. Both
+    the measured and the computed responses are fitted near their peaks (`measured.modal_fit`), so that frequencies and
+    damping ratios come from the same method.
 
     Parameters
     ----------

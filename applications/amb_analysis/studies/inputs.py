@@ -108,7 +108,7 @@ def node_numbers(raw: str | int | Sequence[int], name: str, rotor: Rotor, source
     Raises
     ------
     ValueError
-        If one of the numbers is not that of a node in the file.
+        If one of the numbers does not denote a node in the file.
     """
     numbers = (raw,) if isinstance(raw, int) else raw
     if isinstance(numbers, str):

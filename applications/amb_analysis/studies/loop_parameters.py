@@ -27,7 +27,7 @@ Values = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True)
 class LoopParameters:
-    """A machine and the names of some numbers of its components.
+    """A machine, and the names of numbers of its components that may change.
 
     names
         `component.variable`; with `*` and `?`, one number applies to all matching variables.

@@ -126,9 +126,9 @@ def fit(
     measured
         File of responses or modes, or a measurement.
     free
-        Bounds by parameter name, or texts `bodies.wheel.mass=3:5`. Names are keys of the rotor file, in which an item
-        of a list is given by its name or its number, such as `damping.modal.1`, or parameters of components of the
-        scenario, such as `amb_actuator.left.k_i_measured_?`, whose matches share one value.
+        Bounds by parameter name, or texts `bodies.wheel.mass=3:5`. Names are keys of the rotor file, or parameters of
+        components of the scenario. In a key, an item of a list is given by its name or its number, as in
+        `damping.modal.1`. All matches of a pattern such as `amb_actuator.left.k_i_measured_?` share one value.
     loop
         As for `response`: `closed` by default if there is a scenario, otherwise `free`.
     inputs, outputs, channels, channel_units, up_to, estimator, segment, window

@@ -33,7 +33,7 @@ COARSE = {"modes": 1, "accuracy": 0.99}  # no element is divided: the nodes of t
 
 @dataclass(frozen=True)
 class RotorParameters:
-    """A rotor file and the names of some of its numbers.
+    """A rotor file, and the names of those of its numbers that may change.
 
     data
         Content of the file.
@@ -75,7 +75,7 @@ class RotorParameters:
         return data
 
     def rotor_with(self, values: Array | Sequence[float]) -> Rotor:
-        """Return the rotor with other values of the parameters, on the mesh that moves with it by (1).
+        """Return the rotor with other values of the parameters, on a mesh whose nodes move according to (1).
 
         Raises
         ------

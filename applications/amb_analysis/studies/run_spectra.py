@@ -111,7 +111,7 @@ class Waterfall(WarnedResult, DrawnResult):
     bearings: dict[str, BearingSpectra]
 
     def text(self) -> list[TextBlock]:
-        """Return a table of the largest synchronous and non-synchronous vibration of each bearing."""
+        """Return a table of the largest synchronous and non-synchronous vibrations at each bearing."""
         at, peaks, other_at = (f"{what} ({speed_unit().label})" for what in ("at", "peaks at", "at speed"))
         headings = ("synchronous (mm)", at, peaks, "other (mm)", "frequency (Hz)", other_at)
         table = labelled_table(f"{self.scenario}: spectra, windows of {self.window:.3g} s", "bearing", *headings)

@@ -74,7 +74,7 @@ def unbalance_response(
 
     [-Omega^2 M + i Omega (C + Omega G) + K - F(i Omega)] Q = Omega^2 (u, -i u)
 
-    F are the forces of the magnetic bearings of a scenario, with controller, hold, delay and amplifiers
+    F describes the forces of a scenario's magnetic bearings, with controller, hold, delay and amplifiers
     (`machine.response`); if there is only a rotor, F is 0. The speeds are denser near critical speeds and near all
     maxima (`rotor_analysis.refinement`), so that these are accurate to 0.1 % for any `up_to`.
 

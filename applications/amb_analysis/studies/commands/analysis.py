@@ -1,4 +1,4 @@
-"""Commands that analyse: modes of a rotor, and studies that draw figures."""
+"""Commands for analyses: the modes of a rotor, and studies that draw figures."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class ResponseOfRotor(RotorStudy):
 def add_study(
     name: str, *options: Option, shows_progress: bool = False, cls: type[click.Command] = click.Command
 ) -> None:
-    """Add a study of `amb_analysis.studies.STUDIES` to the command line; modules `commands` of packs do so, too.
+    """Add a study of `amb_analysis.studies.STUDIES` to the command line; the `commands` modules of packs use it, too.
 
     Parameters
     ----------

@@ -237,7 +237,7 @@ def _every(labels: int) -> int:
 
 
 def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) -> list[Patch]:
-    """Hatch the speeds (rad/s) that a table of coefficients does not cover, and return their entry of the legend.
+    """Hatch the speeds (rad/s) that a table of coefficients does not cover, and return their entry in the legend.
 
     `speeds` must ascend; the spin speed is the x axis of the panels.
     """
@@ -252,7 +252,7 @@ def hatch_extrapolated(panels: Sequence[Axes], speeds: Array, limits: Limits) ->
 
 
 def shade_unstable(panels: Sequence[Axes], ranges: Sequence[tuple[float, float]]) -> list[Patch]:
-    """Shade the speeds (rad/s) at which the loop is not stable, and return their entry of the legend."""
+    """Shade the speeds (rad/s) at which the loop is not stable, and return their entry in the legend."""
     for panel in panels:
         for ends in ranges:
             panel.axvspan(*speed_unit().of(ends), zorder=1.5, **UNSTABLE_LOOP)  # above a map, below curves
