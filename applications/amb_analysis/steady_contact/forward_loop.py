@@ -143,7 +143,7 @@ def forward_rotor(source: LinearSource, Omega: float, sites: Sequence[str]) -> C
 
 
 def with_contact_forces(part: LinearComponent, layout: Mapping[str, Any], constants: Array) -> LinearComponent:
-    """Return the part of a rotor, with additional inputs for forces (N) at its sites."""
+    """Return the linear part for a rotor, with additional inputs for forces (N) at its sites."""
     s = structure_of(constants)
     n = len(s.K)
     rows = [int(row) + k for row in s.sites for k in (0, 1)]

@@ -1,7 +1,7 @@
 """Parameters of the components of a machine, such as the constants of its magnets, and the machine with other values.
 
 Only the named values change. Values that a plan derives from these, such as the constants that a controller assumes for
-its magnets, stay as they are, because the gains of the controller in the measured machine did not depend on its actual
+its magnets, stay as they are. In the measured machine, too, the gains of the controller did not depend on the actual
 magnets.
 """
 

@@ -154,8 +154,9 @@ def followed(vibrations: list[Vibrations], count: int) -> list[list[int | None]]
 def begun_later(vibrations: list[Vibrations], tracks: list[list[int | None]]) -> list[list[int | None]]:
     """Return tracks of vibrations that begin after the first speed and last to the end; None before they begin.
 
-    A well damped rigid rotor, I_d a'' + (c - i Omega I_p) a' + k a = 0, at rest creeps back without vibration. At speed
-    it whirls backward at nearly k / (Omega I_p), with the damping ratio c / |c - i Omega I_p|.
+    A well-damped rigid rotor obeys I_d a'' + (c - i Omega I_p) a' + k a = 0. If it does not spin, it creeps back
+    without vibration. At speed it whirls backward at nearly k / (Omega I_p), with the damping ratio c / |c - i Omega
+    I_p|.
 
     Parameters
     ----------
