@@ -123,7 +123,7 @@ class Robustness(WarnedResult, DrawnResult):
         }[self.verdict]
         return [
             table,
-            "peak force (N) of each site, largest orbit (mm) at each bearing and retainer",
+            "peak force of each site, largest orbit at each bearing and retainer",
             *not_varied,
             verdict,
             *self.warning_lines(),

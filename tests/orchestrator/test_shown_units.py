@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 import amb_cosim
 from amb_assessment.reporting.panels import Panel, curve, panel_of
 from amb_cosim.presentation.style import spread
-from amb_cosim.presentation.text_tables import text_table
+from amb_cosim.presentation.text_tables import rendered, text_table
 from amb_cosim.presentation.units import (
     force_unit,
     frequency_unit,
@@ -107,3 +107,19 @@ def test_columns_of_a_table_have_the_chosen_units_but_places_keep_theirs():
         "0.06",
         "9 at 600",
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("9,600-12,000 rpm", "160-200 Hz"),
+        ("from 60 to 120 1/min, 0.1 mm", "from 1 to 2 Hz, 100 \N{MICRO SIGN}m"),
+        ("at 60 rpm: 12 \N{MICRO SIGN}m", "at 1 Hz: 12 \N{MICRO SIGN}m"),
+        ("a force of 1500 N.", "a force of 1.5 kN."),
+        ("z = 12 mm, 3 N/m, 2 mm/s, 4 N.m, 5 mm2, G 2.5", "z = 12 mm, 3 N/m, 2 mm/s, 4 N.m, 5 mm2, G 2.5"),
+    ],
+)
+def test_sentences_have_the_chosen_units_but_compounds_and_places_keep_theirs(text, expected):
+    with amb_cosim.units("Hz", "um", "kN"):
+        assert rendered([text]).rstrip() == expected
+    assert rendered([text]).rstrip() == text

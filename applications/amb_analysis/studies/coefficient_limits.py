@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
-from amb_cosim.presentation.units import speed_unit
+from amb_cosim.presentation.units import frequency_unit, speed_unit
 from array_types import Array
 from rotor_analysis.parts import Bearing
 
@@ -82,4 +82,4 @@ def limit_notes(limits: Limits, speeds: Iterable[float] | Array) -> list[str]:
 
 def frozen_at(frequency: float) -> str:
     """Return the whirl frequency (rad/s) of frozen coefficients in words."""
-    return f"coefficients are those at a whirl frequency of {frequency:.4g} rad/s ({frequency / math.tau:.4g} Hz)"
+    return f"coefficients are those at a whirl frequency of {frequency_unit().text(frequency)}"

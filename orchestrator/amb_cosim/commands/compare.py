@@ -67,7 +67,8 @@ def compare(
         )
         refuse_empty_record(result.sides[-1].result.outcome)
         result.save(folder, plots=not no_plots)
-    print_parts([*result.text(show_all), f"results in {folder}"])
+    print_parts(result.text(show_all))
+    click.echo(f"results in {folder}")
     failures = [f"{side.label}: {side.result.outcome.failure}" for side in result.sides if side.result.outcome.failure]
     if failures:
         stopped = result.sides[-1].result.outcome.status == "interrupted"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from io import StringIO
 from typing import Literal
 
@@ -11,7 +11,7 @@ from rich.table import Table
 
 from amb_cosim.presentation.digits import significant, with_micro_signs
 from amb_cosim.presentation.plain_console import plain_console
-from amb_cosim.presentation.units import column_in_chosen_units
+from amb_cosim.presentation.units import column_in_chosen_units, convert_units_in_text
 
 TextBlock = Table | str
 
@@ -23,7 +23,7 @@ class TitledTable(Table):
     """A table in the chosen units whose title is as wide as the console; rich breaks it at the width of the table."""
 
     def __init__(self, title: str, headings: Sequence[str], left: Collection[str], gap: int) -> None:
-        super().__init__(title=with_micro_signs(title), box=None, padding=(0, gap, 0, 0))
+        super().__init__(title=with_micro_signs(convert_units_in_text(title)), box=None, padding=(0, gap, 0, 0))
         self._converters = []
         for heading in headings:
             label, convert = column_in_chosen_units(heading)
@@ -100,7 +100,7 @@ def rendered(parts: Iterable[TextBlock]) -> str:
 def html_of(parts: Iterable[TextBlock], height: str = "28em") -> str:
     """Return tables and lines as HTML for a notebook, at most `height` high; the rest scrolls."""
     console = plain_console(record=True, file=StringIO(), width=WIDTH, force_jupyter=False, highlight=False)
-    for part in parts:
+    for part in _in_chosen_units(parts):
         console.print(part)
     return f'<div style="max-height: {height}; overflow: auto">{exported(console)}</div>'
 
@@ -113,7 +113,7 @@ def exported(console: Console) -> str:
 def show_warnings(sentences: Iterable[str], console: Console | None = None, *, whole: bool = True) -> None:
     """Print warnings, to standard output by default; each is cut to a line of a terminal unless it is `whole`."""
     console = console or plain_console()
-    lines = [f"warning: {sentence}" for sentence in sentences]
+    lines = [f"warning: {convert_units_in_text(sentence)}" for sentence in sentences]
     cuts = console.is_terminal and not whole
     for line in lines:
         options = {"no_wrap": True, "overflow": "ellipsis"} if cuts else {"soft_wrap": not console.is_terminal}
@@ -130,9 +130,15 @@ def show_notices(sentences: Iterable[str]) -> None:
 
 
 def print_parts(parts: Iterable[TextBlock], console: Console | None = None) -> None:
-    """Print tables and lines, to standard output by default; a file, which has no width, gets them whole."""
+    """Print tables and lines in the chosen units, to standard output by default; a file gets lines of any width."""
     console = console or plain_console()
     if not console.is_terminal:
         console = plain_console(file=console.file, width=WIDEST)
-    for part in parts:
+    for part in _in_chosen_units(parts):
         console.print(part, soft_wrap=isinstance(part, str) and not console.is_terminal)
+
+
+def _in_chosen_units(parts: Iterable[TextBlock]) -> Iterator[TextBlock]:
+    """Yield tables, which convert their cells, and lines with their numbers in the chosen units."""
+    for part in parts:
+        yield convert_units_in_text(part) if isinstance(part, str) else part

@@ -28,13 +28,15 @@ SYMBOLS = {"rad/s": r"$\Omega$ (rad/s)", "Hz": r"$\Omega/2\pi$ (Hz)", "rpm": r"$
 LENGTH_IN_UM, FORCE_IN_KN = 1e-4, 1e3  # m, below which lengths are in um; N, from which on forces are in kN
 
 _chosen: dict[str, str] = {}
-_OTHER_NAMES = {"1/min": "rpm"}  # of the same unit
+_OTHER_NAMES = {"1/min": "rpm", "\N{MICRO SIGN}m": "um"}  # of the same unit
 _LABEL = re.compile(r"^(.*\()?([^()]*)(\))?$")
 _NAMES = "|".join(map(re.escape, [*_OTHER_NAMES, *QUANTITIES]))
 _NUMBER = r"(-?\d[\d.]*(?:e[-+]?\d+)?)"
 _SPEEDS = re.compile(rf"(?<![\w.]){_NUMBER}(?: to {_NUMBER})? rad/s(?![\w/^])")
 _CELL = re.compile(r"(?<![\w.])-?\d[\d.]*(?:e[-+]?\d+)?(?![\w.])")  # a number in a cell of a table
-_VALUE = re.compile(rf"(?<![\w.])(-?\d[\d.]*(?:e[-+]?\d+)?) ({_NAMES})(?![\w/])")
+_GROUPED = r"(-?(?:\d{1,3}(?:,\d{3})+|\d[\d.]*)(?:e[-+]?\d+)?)"  # as 12,000
+_VALUE = re.compile(rf"(?<![\w.]){_GROUPED}(?:( to |-){_GROUPED})? ({_NAMES})(?![\w/^]|\.\w)")
+_PLACE = re.compile(r"\bz = $")  # before a position along the shaft
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,8 @@ def relabelled(label: str, *quantities: str) -> tuple[str, float]:
 def column_in_chosen_units(heading: str) -> tuple[str, Callable[[str], str]]:
     """Return the heading of a table's column with the chosen unit, and the function that converts its cells.
 
-    Places along the shaft keep their unit, and so does a column with two quantities.
+    Cells of a column without a unit may be texts with units. Places along the shaft keep their unit, and so does a
+    column with two quantities.
 
     Examples
     --------
@@ -174,25 +177,31 @@ def column_in_chosen_units(heading: str) -> tuple[str, Callable[[str], str]]:
     stays = heading.startswith("z ") or heading.endswith("(m)") or heading.count("(") > 1
     label, factor = (heading, 1.0) if stays else relabelled(heading, *SIZES)
     if factor == 1.0:
-        return label, lambda cell: cell
+        return convert_units_in_text(label), convert_units_in_text
     return label, lambda cell: _CELL.sub(lambda found: significant(float(found[0]) * factor, 4), cell)
 
 
 def convert_units_in_text(text: str) -> str:
-    """Return a text in which each number with a unit that may be chosen is in the chosen one.
+    """Return a text in which each number with a unit, and each range, is in the chosen unit of its quantity.
+
+    Places along the shaft keep their unit.
 
     Examples
     --------
-    >>> with units("rpm"):
-    ...     convert_units_in_text("the rotor is at 104.72 rad/s")
-    'the rotor is at 1000 rpm'
+    >>> with units("Hz"):
+    ...     convert_units_in_text("9,600 to 12,000 rpm, and at rest above 104.72 rad/s")
+    '160 to 200 Hz, and at rest above 16.67 Hz'
     """
 
     def value(match: re.Match[str]) -> str:
-        unit = chosen_for(match[2])
-        return unit.text(float(match[1]) * _size(match[2])) if unit else match[0]
+        first, between, last, name = match.groups("")
+        unit = chosen_for(name)
+        if unit is None or unit.size == _size(name) or _PLACE.search(text, 0, match.start()):
+            return match[0]
+        numbers = (unit.number(float(number.replace(",", "")) * _size(name)) for number in (first, last) if number)
+        return f"{between.join(numbers)} {unit.label}"
 
-    return _VALUE.sub(value, text)
+    return _VALUE.sub(value, text) if _chosen else text
 
 
 def with_speeds_in(text: str, unit: ShownUnit) -> str:

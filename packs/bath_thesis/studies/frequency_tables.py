@@ -13,6 +13,7 @@ from amb_analysis.studies.inputs import Number, node_numbers, speed_range
 from amb_analysis.studies.result import DrawnResult, WarnedResult
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.presentation.units import speed_unit
 from array_types import Array
 from bath_thesis.condensation_error import CondensationError, condensation_error
 from bath_thesis.meshes import mesh_family
@@ -54,19 +55,19 @@ class FrequencyTables:
     deviation_from_thesis: Annotated[dict[str, ByMassAndSpeed] | None, "%", Layout.OMITTED_IF_NONE]
 
     def text(self) -> list[TextBlock]:
-        """Return a table for each field."""
-        title = "Table 3.1: damped natural frequencies (rad/s)"
-        parts: list[TextBlock] = [_table(title, ("mesh", "mass", "speed"), _rows(self.by_mesh), ".2f")]
+        """Return a table for each field; frequencies are in rad/s, as in the thesis, unless a unit was chosen."""
+        unit = speed_unit("rad/s")
+        title = f"Table 3.1: damped natural frequencies ({unit.label})"
+        parts: list[TextBlock] = [_table(title, ("mesh", "mass"), _rows(self.by_mesh), ".2f", unit.size)]
         if self.condensed:
             rows = [(model, speed, row) for speed, models in self.condensed.items() for model, row in models.items()]
-            title = "Table 3.4: full and condensed, diagonal mass (rad/s)"
-            parts.append(_table(title, ("model", "speed"), rows, ".2f"))
+            title = f"Table 3.4: full and condensed, diagonal mass ({unit.label})"
+            parts.append(_table(title, ("model",), rows, ".2f", unit.size))
         if self.condensation_error is not None:
-            errors = ((f"{speed:g}", row) for speed, row in self.condensation_error.items())
-            parts.append(_table("Error of the condensed model (%)", ("speed",), errors, "z.4f"))
+            parts.append(_table("Error of the condensed model (%)", (), self.condensation_error.items(), "z.4f"))
         if self.deviation_from_thesis is not None:
-            labels = ("model", "mass", "speed")
-            parts.append(_table("Deviation from the thesis (%)", labels, _rows(self.deviation_from_thesis), "z.2f"))
+            rows = [*_rows(self.deviation_from_thesis)]
+            parts.append(_table("Deviation from the thesis (%)", ("model", "mass"), rows, "z.2f"))
         return parts
 
 
@@ -168,11 +169,15 @@ def _rows(models: Mapping[str, ByMassAndSpeed]) -> Iterator[tuple[Any, ...]]:
                 yield model.replace("_node", " nodes"), mass, speed, row
 
 
-def _table(title: str, labels: tuple[str, ...], rows: Iterable[tuple[Any, ...]], form: str) -> Table:
-    """Return a table with a line for each row: its labels, then its numbers, the lowest frequency first."""
-    filled = list(rows)
+def _table(title: str, labels: tuple[str, ...], rows: Iterable[tuple[Any, ...]], form: str, size: float = 1.0) -> Table:
+    """Return a table with a line for each row: its labels and spin speed, and its numbers over the size of their unit.
+
+    The lowest frequency is first.
+    """
+    filled, speed = list(rows), speed_unit()
     numbers = [str(k + 1) for k in range(max((len(row[-1]) for row in filled), default=0))]
-    table = text_table(title, (*labels, *numbers), left={*labels} - {"speed"}, gap=1)
-    for *texts, values in filled:
-        table.add_row(*texts, *("-" if np.isnan(value) else f"{value:{form}}" for value in values))
+    table = text_table(title, (*labels, f"speed ({speed.label})", *numbers), left=labels, gap=1)
+    for *texts, Omega, values in filled:
+        cells = ("-" if np.isnan(value) else f"{value / size:{form}}" for value in values)
+        table.add_row(*texts, speed.number(float(Omega)), *cells)
     return table

@@ -15,6 +15,7 @@ from amb_cosim.model_constants.controller_data import SPEEDS, condition_number, 
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.presentation.json_data import JsonKey, Layout
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.units import SIZES, speed_unit
 from array_types import Array, Complex
 from bath_thesis.studies.printed_h import FREQUENCY, PrintedH, compare_with_print
 from rolac_controller.control_loop import ControlLoop
@@ -81,11 +82,12 @@ class InverseReceptance(WarnedResult, DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return the largest errors between adjacent speeds of the thesis's table, and H at 10 Hz."""
+        unit, hertz = speed_unit(), SIZES["speed"]["Hz"]
         table = labelled_table(
             f"{self.rotor}: H interpolated between the speeds of the table",
-            "between (Hz)",
+            f"speed ({unit.label})",
             "largest error of H (%)",
-            "at (Hz)",
+            f"at ({unit.label})",
             "left by a full step (%)",
             "condition number of R",
         )
@@ -95,9 +97,10 @@ class InverseReceptance(WarnedResult, DrawnResult):
             if low < high and len(within) > 1:
                 worst = within[np.argmax(errors.relative_error[within])]
                 table.add_row(
-                    f"{low:g} to {high:g}" + (", beyond the table" if low == last else ""),
+                    f"{unit.number(hertz * low)} to {unit.number(hertz * high)}"
+                    + (", beyond the table" if low == last else ""),
                     f"{100.0 * errors.relative_error[worst]:.2f}",
-                    f"{self.speeds[worst]:.2f}",
+                    unit.number(hertz * self.speeds[worst]),
                     f"{100.0 * errors.left_by_a_step[within].max():.2f}",
                     f"{self.condition_number[within].max():.1f}",
                 )

@@ -16,6 +16,7 @@ from amb_cosim.model_constants.controller_data import SPEEDS
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, text_table
+from amb_cosim.presentation.units import SIZES, speed_unit
 from amb_files.checks import require
 from array_types import Array
 from rolac_controller.excitation import FORCE, amplitude_at, periods
@@ -24,7 +25,7 @@ from rotor_analysis.rotor_file import load_rotor
 K_B, C_B = 1e6, 5000.0  # N/m and N s/m of the closed bearings
 LOWEST = 5.0  # Hz, below which there is no synchronous signal
 POINTS_PER_HZ = 20
-HEADINGS = ("f (Hz)", "S", "A (N)", "N_per", "t_halt (s)", "moves mb1 (mm)", "mb2 (mm)")
+HEADINGS = ("S", "A (N)", "N_per", "t_halt (s)", "moves mb1 (mm)", "mb2 (mm)")
 INTENDED = 1e-4  # m, amplitude for which the gain of 220 N is chosen
 SLOTS = 6  # of an identification of four axes
 JUMP = 30.0  # Hz, where S of (6.6) is not continuous
@@ -78,13 +79,14 @@ class IdentificationForce(DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return a table for the speeds of the thesis, and a line about the jump."""
-        table = text_table("Test force of an identification", HEADINGS)
+        unit, hertz = speed_unit(), SIZES["speed"]["Hz"]
+        table = text_table("Test force of an identification", (f"speed ({unit.label})", *HEADINGS))
         at = self.at_the_speeds_of_the_thesis
         responses = zip(1e3 * at.response_mb1, 1e3 * at.response_mb2, strict=True)
         rows = zip(at.frequencies, at.s, at.amplitude, at.periods_per_slot, at.t_halt, responses, strict=True)
         for f, s, amplitude, slots, halt, by_bearing in rows:
             cells = (f"{response:.3f}" for response in by_bearing)
-            table.add_row(f"{f:g}", f"{s:.2f}", f"{amplitude:.1f}", f"{slots:.0f}", f"{halt:.2f}", *cells)
+            table.add_row(unit.number(hertz * f), f"{s:.2f}", f"{amplitude:.1f}", f"{slots:.0f}", f"{halt:.2f}", *cells)
         over_range = 1e3 * np.concatenate([self.columns.response_mb1, self.columns.response_mb2])
         parts: list[TextBlock] = [
             table,
@@ -93,7 +95,8 @@ class IdentificationForce(DrawnResult):
         ]
         if len(self.at_the_jump.frequencies):
             before, after = self.at_the_jump.amplitude
-            parts.append(f"S is not continuous at {JUMP:g} Hz: the force jumps from {before:.0f} to {after:.0f} N")
+            at_jump = unit.text(hertz * JUMP)
+            parts.append(f"S is not continuous at {at_jump}: the force jumps from {before:.0f} to {after:.0f} N")
         return parts
 
 

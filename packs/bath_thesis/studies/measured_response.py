@@ -16,6 +16,7 @@ from amb_cosim.cosim.choices import Flavour
 from amb_cosim.cosim.system.values import quantity
 from amb_cosim.model_constants.rotor_models import control_loop
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.units import SIZES, speed_unit
 from array_types import Array, Complex
 from rolac_controller.excitation import FORCE, amplitude_at
 from rotor_analysis.rotor_file import RotorSource, load_rotor
@@ -82,12 +83,15 @@ class SynchronousResponse(WarnedResult, DrawnResult):
         kinds = {"model": "continuous", "sampled": "sampled", "measured": "measured"}
         headings = [f"{kind} {self.forces[k]}" for kind in kinds for k in x_forces]
         title = f"{self.rotor}: norm of the synchronous response S (um/N)"
-        table = labelled_table(title, "f (Hz)", "(5.19)", *headings, "measured over (5.19)")
+        unit, hertz = speed_unit(), SIZES["speed"]["Hz"]
+        table = labelled_table(title, f"speed ({unit.label})", "(5.19)", *headings, "measured over (5.19)")
         at = self.at_speeds
         for n, f in enumerate(at.speeds):
             values = [1e6 * getattr(at, kind)[n, k] for kind in kinds.values() for k in x_forces]
             ratios = ", ".join(f"{at.measured[n, k] / at.thesis[n]:.2f}" for k in x_forces)
-            table.add_row(f"{f:g}", f"{1e6 * at.thesis[n]:.2f}", *(f"{value:.3f}" for value in values), ratios)
+            table.add_row(
+                unit.number(hertz * f), f"{1e6 * at.thesis[n]:.2f}", *(f"{value:.3f}" for value in values), ratios
+            )
         difference = np.abs(at.measured / at.sampled - 1.0).max()
         return [
             table,

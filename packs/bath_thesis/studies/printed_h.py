@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table
+from amb_cosim.presentation.units import SIZES, speed_unit
 from array_types import Array, Complex
 from bath_thesis.printed import table_of
 
@@ -46,7 +47,8 @@ class PrintedH:
 
     def text(self) -> list[TextBlock]:
         """Return a table of the elements, and a line with the norms."""
-        title = f"|H| at {FREQUENCY:g} Hz (N/um): computed, printed in section 6.2"
+        at = speed_unit().text(SIZES["speed"]["Hz"] * FREQUENCY)
+        title = f"|H| at {at} (N/um): computed, printed in section 6.2"
         table = labelled_table(title, "signal", *self.forces, "norm")
         norms = np.stack([self.norm_by_sensor_computed, self.norm_by_sensor_printed], axis=-1)
         elements = np.stack([self.computed, self.printed], axis=-1)

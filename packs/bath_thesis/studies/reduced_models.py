@@ -11,6 +11,7 @@ from amb_analysis.studies.inputs import Number, positive, speed_range
 from amb_analysis.studies.result import DrawnResult
 from amb_cosim.presentation.json_data import Layout
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
+from amb_cosim.presentation.units import speed_unit
 from array_types import Array
 from bath_thesis.meshes import mesh_family
 from bath_thesis.printed import table_of
@@ -108,19 +109,22 @@ class ModelReduction(DrawnResult):
 
     def text(self) -> list[TextBlock]:
         """Return the errors of the models, the comparison with the thesis, and why 6 nodes disagree."""
-        title = "Mean error of eight frequencies at 90, 120 and 145 rad/s (%)"
+        unit = speed_unit()
+        *slower, fastest = map(unit.number, SPEEDS)
+        title = f"Mean error of eight frequencies at {', '.join(slower)} and {fastest} {unit.label} (%)"
         errors = labelled_table(title, "model", "mass matrix", "computed", "thesis", "rigid inertia (kg m2)")
         for model, masses in self.mean_errors.items():
             for mass, row in masses.items():
                 inertia = number(row.diametral_inertia)
                 errors.add_row(model.replace("_", " "), mass, f"{row.computed:.4f}", number(row.thesis), inertia)
         title = "Deviation from Tables 3.1 and 3.4 (%)"
-        deviations = labelled_table(title, "model", "mass matrix", "speed", *(str(k + 1) for k in range(COUNT)))
+        heads = ("mass matrix", f"speed ({unit.label})", *(str(k + 1) for k in range(COUNT)))
+        deviations = labelled_table(title, "model", *heads)
         for model, by_mass in self.frequencies.items():
             for mass, by_speed in by_mass.items():
                 for speed, frequencies in by_speed.items():
                     cells = (f"{value:z.2f}" for value in frequencies.deviation)
-                    deviations.add_row(model.replace("_", " "), mass, speed, *cells)
+                    deviations.add_row(model.replace("_", " "), mass, unit.number(float(speed)), *cells)
         response = ", ".join(f"{error:.2g} % {name}" for name, error in self.largest_response_error.items())
         amplitudes = f"amplitudes deviate from those of the full model by up to {response.replace('_', ' ')}"
         return [errors, deviations, amplitudes, self._reason()]

@@ -165,7 +165,8 @@ def add_study(
                 result = compute(**values)
             studies.save(result, folder)
         told = [f"warning: {sentence}" for sentence in warned]
-        print_parts([*(part for part in result.text() if part not in told), f"results in {folder}"])
+        print_parts(part for part in result.text() if part not in told)
+        click.echo(f"results in {folder}")
 
     decorated: Callable[..., None] = run
     always: tuple[Option, ...] = (output(f"Folder for the results; default results/study_{name}."), UNITS)

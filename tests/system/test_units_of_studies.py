@@ -1,0 +1,79 @@
+"""Units that a user chooses act on every table and sentence of every study; the studies come from the registry."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from amb_analysis.measured.records import Measurement, Modes
+from amb_cosim import studies
+from amb_cosim.presentation.text_tables import rendered
+from amb_cosim.presentation.units import QUANTITIES, SIZES, units
+from amb_cosim.scenario.scenario import load_scenario
+
+MACHINE = "compressor_levitated"
+RUN = load_scenario(MACHINE).changed(settle_cycles=0, end_cycle=0.5)
+EXPANDER = Path(__file__).parents[1] / "strange_machine" / "expander.toml"
+MODES = Measurement(modes=Modes(np.array([595.0, 1315.0]), np.full(2, np.nan)))
+ARGUMENTS = {  # of every study; a study that is not here fails
+    "layout": {"rotor": "compressor"},
+    "campbell": {"rotor": "compressor", "speed": "9000 rpm"},
+    "modes": {"rotor": "compressor", "speeds": "9000 rpm", "count": 2},
+    "unbalance_response": {"rotor": "compressor", "up_to": "6000 rpm"},
+    "coupling": {"scenario": RUN},
+    "convergence": {"scenario": "drop", "starts": 2},
+    "sensitivity": {"scenario": MACHINE},
+    "poles": {"scenario": MACHINE, "up_to": "9000 rpm", "count": 2},
+    "traps": {"scenario": MACHINE, "unbalance": "30 g.m"},
+    "linearisation": {"scenario": MACHINE},
+    "receptance": {"rotor": "compressor"},
+    "response": {"scenario": MACHINE, "inputs": ["impeller3.f_x"], "outputs": ["seal.x"], "up_to": "100 Hz"},
+    "fit": {"rotor": EXPANDER, "measured": MODES, "free": {"materials.steel.youngs_modulus": (1.8e11, 2.4e11)}},
+    "waterfall": {"source": RUN, "window": "2 ms"},
+    "identify": {"speeds": "9000 rpm", "scenario": MACHINE, "computed": True},
+    "robustness": {"scenario": RUN},
+    "tables": {},
+    "reduction": {"up_to": "20 rad/s"},
+    "coupling_error": {},
+    "contact_laws": {},
+    "synchronous_response": {"at": "10 Hz", "up_to": "10 Hz"},
+    "test_force": {},
+    "h_matrix": {},
+    "recovery": {"steps": "20 g.m", "instants": 1, "alpha": "7 1/s"},
+}
+SLOW = {"convergence", "coupling", "coupling_error", "recovery", "synchronous_response", "traps"}
+NUMBER = re.compile(r"(?<![\w.])-?(?:\d{1,3}(?:,\d{3})+|\d+)\.?\d*(?:e[-+]?\d+)?")
+NAMES = "|".join(map(re.escape, (*QUANTITIES, "1/min", "\N{MICRO SIGN}m")))
+UNIT = re.compile(rf"(?:\d |\()({NAMES})(?=[\s,;:.)]|$)")
+PLACES = re.compile(r"(?:z|at) \(m?m\)|z = \S+ m\b")  # places along the shaft keep their unit
+BEFORE, AFTER = ("rpm", "mm", "N"), ("Hz", "um", "kN")
+FACTORS = [SIZES[QUANTITIES[a]][a] / SIZES[QUANTITIES[b]][b] for a, b in zip(BEFORE, AFTER, strict=True)]
+
+
+def shown(result, *chosen):
+    with units(*chosen):
+        return PLACES.sub("", rendered(result.text()))
+
+
+def check_units(before, after):
+    """Fail unless two texts differ in their units alone, and each number scales with its unit or stays."""
+    for text, chosen in ((before, BEFORE), (after, AFTER)):
+        assert {name.replace("\N{MICRO SIGN}", "u") for name in UNIT.findall(text)} <= {*chosen}
+    numbers = [[float(number.replace(",", "")) for number in NUMBER.findall(text)] for text in (before, after)]
+    for a, b in zip(*numbers, strict=True):
+        assert any(math.isclose(a * factor, b, rel_tol=0.01, abs_tol=0.006) for factor in (1.0, *FACTORS)), (a, b)
+    for name, factor in zip(BEFORE, FACTORS, strict=True):
+        if name in UNIT.findall(before):
+            assert any(a != b and math.isclose(a * factor, b, rel_tol=0.01) for a, b in zip(*numbers, strict=True))
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in studies.STUDIES]
+)
+def test_chosen_units_act_on_all_numbers_of_a_study(name):
+    result = getattr(studies, name)(**ARGUMENTS[name])
+    check_units(shown(result, *BEFORE), shown(result, *AFTER))
+    if name != "tables":  # whose frequencies are those of the thesis
+        assert "rad/s" not in UNIT.findall(shown(result))
