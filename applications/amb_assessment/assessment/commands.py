@@ -58,7 +58,8 @@ def assess(
     from amb_cosim.commands.cli_errors import Failed
     from amb_cosim.presentation.plain_console import plain_console
     from amb_cosim.presentation.progress import bars
-    from amb_cosim.presentation.text_tables import show_warnings
+    from amb_cosim.presentation.text_tables import print_parts, show_warnings
+    from amb_cosim.presentation.units import convert_units_in_text
 
     with refusing(), bars(plain_console(stderr=True), interval=0.0) as progress:
         require_extra("report", "an assessment", "plotly")
@@ -79,9 +80,7 @@ def assess(
         )
         page = write_assessment(result, folder)
         printed = print_page(page) if pdf else None
-    click.echo(result.conclusion)
-    for _, sentence in result.failures:
-        click.echo(f"  {sentence}")
+    print_parts([result.conclusion, *(f"  {sentence}" for _, sentence in result.failures)])
     click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
     show_warnings(result.warnings)
     unanswered = result.unanswered | {f"criterion {key}": why for key, why in result.unevaluated.items()}
@@ -93,7 +92,7 @@ def assess(
     if result.instability:
         failures.insert(0, f"the machine is not stable: {result.instability}")
     if failures:
-        raise Failed("\n".join(failures))
+        raise Failed(convert_units_in_text("\n".join(failures)))
 
 
 def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -> None:

@@ -79,7 +79,9 @@ class Panel:
         )
         x, y = (with_micro_signs(label) for label in (x, y))
         holds = tuple(y_factor * value for value in self.holds)
-        return replace(self, title=convert_units_in_text(self.title), x=x, y=y, curves=tuple(curves), holds=holds)
+        zones = tuple((y_factor * limit, name) for limit, name in self.zones)
+        title = convert_units_in_text(self.title)
+        return replace(self, title=title, x=x, y=y, curves=tuple(curves), zones=zones, holds=holds)
 
 
 RunPanels = Callable[[Signals], Iterable[Panel]]

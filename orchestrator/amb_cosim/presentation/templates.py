@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 
-def templates_of(package: str, folder: str) -> Environment:
-    """Return the templates in a folder of a package; they escape text."""
+def templates_of(package: str, folder: str, finalize: Callable[[object], object] | None = None) -> Environment:
+    """Return the templates in a folder of a package; they escape text, after `finalize` has changed each value."""
     return Environment(
+        finalize=finalize,
         loader=PackageLoader(package, folder),
         autoescape=True,
         undefined=StrictUndefined,

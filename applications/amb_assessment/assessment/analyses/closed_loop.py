@@ -46,7 +46,8 @@ def result_of(subject: AssessedMachine) -> AnalysisResult:
         (f"{hertz(s.imag):.1f}", f"{rpm(s.imag):.0f}", f"{decrement:.3f}", whirl_of(sense))
         for s, decrement, sense in zip(result[at].poles, result[at].decrements(), result[at].senses, strict=True)
     )
-    table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} rpm", ("Hz", "rpm", "decrement", "whirl"), rows)
+    heads = ("frequency (Hz)", "synchronous at (rpm)", "decrement", "whirl")
+    table = ResultTable(f"Vibrations at {rpm(speed.highest):.0f} rpm", heads, rows)
     notes = table_notes(subject, speed.tripping)
     notes += [f"Vibrations up to {hertz(limit):.0f} Hz, of the sampled loop, z = exp(s T)."]
     if hertz(limit) > 0.5 / loop.sample_time:

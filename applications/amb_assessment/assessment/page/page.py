@@ -19,6 +19,7 @@ from amb_assessment.reporting.page_parts import asset, in_script, number_text, p
 from amb_assessment.reporting.panels import Panel
 from amb_assessment.reporting.pictures import picture_of
 from amb_cosim.presentation.templates import templates_of
+from amb_cosim.presentation.units import convert_units_in_text
 from amb_files.atomic import plain_file, write_file
 
 PAGE, DATA = "assessment.html", "assessment.json"
@@ -35,7 +36,7 @@ def write_assessment(assessment: Assessment, folder: Path) -> Path:
 
 def page(assessment: Assessment) -> str:
     """Return the text of the page."""
-    environment = templates_of("amb_assessment.assessment.page", "template")
+    environment = templates_of("amb_assessment.assessment.page", "template", _in_chosen_units)
     environment.globals.update(badge=lambda verdict: verdict.name.lower(), number=number_text, known=RELIABILITIES)
     environment.globals.update(sentences=_sentences)
     environment.filters.update(code=_with_code, in_chosen_units=ResultTable.in_chosen_units)
@@ -57,14 +58,19 @@ def page(assessment: Assessment) -> str:
     )
 
 
+def _in_chosen_units(value: object) -> object:
+    """Return a text of the page with its numbers in the chosen units, and anything else unchanged."""
+    return value if isinstance(value, Markup) or not isinstance(value, str) else convert_units_in_text(value)
+
+
 def _sentences(*texts: str) -> str:
     """Join the texts that are not empty into sentences that begin with a capital letter."""
     return ". ".join(text[0].upper() + text[1:] for text in texts if text)
 
 
 def _with_code(text: str) -> Markup:
-    """Return a text as HTML, in which backticks mark code."""
-    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
+    """Return a text as HTML in the chosen units, in which backticks mark code."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(convert_units_in_text(text)))))
 
 
 def _picture(panels: Sequence[Panel]) -> str:

@@ -1,5 +1,9 @@
-"""Units that a user chooses act on every table and sentence of every study; the studies come from the registry."""
+"""Units that a user chooses act on every table and sentence of every study and assessment.
 
+The studies come from the registry.
+"""
+
+import html
 import math
 import re
 from pathlib import Path
@@ -8,6 +12,8 @@ import numpy as np
 import pytest
 
 from amb_analysis.measured.records import Measurement, Modes
+from amb_assessment.assessment.engine.assess import assess
+from amb_assessment.assessment.page.page import page
 from amb_cosim import studies
 from amb_cosim.presentation.text_tables import rendered
 from amb_cosim.presentation.units import QUANTITIES, SIZES, units
@@ -46,8 +52,8 @@ ARGUMENTS = {  # of every study; a study that is not here fails
 SLOW = {"convergence", "coupling", "coupling_error", "recovery", "synchronous_response", "traps"}
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d{1,3}(?:,\d{3})+|\d+)\.?\d*(?:e[-+]?\d+)?")
 NAMES = "|".join(map(re.escape, (*QUANTITIES, "1/min", "\N{MICRO SIGN}m")))
-UNIT = re.compile(rf"(?:\d |\()({NAMES})(?=[\s,;:.)]|$)")
-PLACES = re.compile(r"(?:z|at) \(m?m\)|z = \S+ m\b")  # places along the shaft keep their unit
+UNIT = re.compile(rf"(?:\d |\()({NAMES})(?=[,;:.)]|\s(?!s/m|m/)|$)")
+PLACES = re.compile(r"(?:z|at) \(m?m\)|z = \S+ m?m\b")  # places along the shaft keep their unit
 BEFORE, AFTER = ("rpm", "mm", "N"), ("Hz", "um", "kN")
 FACTORS = [SIZES[QUANTITIES[a]][a] / SIZES[QUANTITIES[b]][b] for a, b in zip(BEFORE, AFTER, strict=True)]
 
@@ -55,6 +61,13 @@ FACTORS = [SIZES[QUANTITIES[a]][a] / SIZES[QUANTITIES[b]][b] for a, b in zip(BEF
 def shown(result, *chosen):
     with units(*chosen):
         return PLACES.sub("", rendered(result.text()))
+
+
+def text_of_page(assessment, *chosen):
+    with units(*chosen):
+        body = page(assessment).partition("<main>")[2].partition("</main>")[0]
+    text = " ".join(html.unescape(re.sub(r"<[^>]*>", " ", body)).split())
+    return PLACES.sub("", re.sub(r", \d+\.\d s ", " ", text))  # without times of computation
 
 
 def check_units(before, after):
@@ -77,3 +90,19 @@ def test_chosen_units_act_on_all_numbers_of_a_study(name):
     check_units(shown(result, *BEFORE), shown(result, *AFTER))
     if name != "tables":  # whose frequencies are those of the thesis
         assert "rad/s" not in UNIT.findall(shown(result))
+
+
+def test_chosen_units_act_on_all_numbers_of_an_assessment(runner):
+    assessment = assess("turbo_expander", only=("critical_map", "envelope"))
+    check_units(*(text_of_page(assessment, *chosen) for chosen in (BEFORE, AFTER)))
+    assert "rpm" in UNIT.findall(text_of_page(assessment))
+    printed = runner("assess", "turbo_expander", "--no-pdf", "--units", "Hz", "--only", "unbalance").stdout
+    assert "Hz" in UNIT.findall(printed)
+    assert "rpm" not in UNIT.findall(printed)
+
+
+def test_chosen_units_act_on_the_description_of_a_machine_file(runner):
+    texts = [
+        runner("assess", "turbo_expander", "--check", "--units", ",".join(some)).stdout for some in (BEFORE, AFTER)
+    ]
+    check_units(*(PLACES.sub("", text) for text in texts))
