@@ -32,6 +32,7 @@ GROUP = "amb_cosim.packs"
 APPLICATIONS = "amb_cosim.applications"
 SUFFIX = ".toml"
 LONGEST = 200  # characters of a name or reason in a message
+ENDLESS = "it is not a regular file"  # a pipe or a device
 
 
 def endless_distributions() -> dict[str, str]:
@@ -40,7 +41,7 @@ def endless_distributions() -> dict[str, str]:
     Reading these may never end, and libraries read those of all distributions when they are imported.
     """
     endless = (each for each in distributions() if _is_endless(each, "entry_points.txt"))
-    return {_name_of(each): "it is not a regular file" for each in endless}
+    return dict.fromkeys(map(_name_of, endless), ENDLESS)
 
 
 def _is_endless(distribution: Distribution, file: str) -> bool:
@@ -50,16 +51,19 @@ def _is_endless(distribution: Distribution, file: str) -> bool:
 
 def unreadable_distributions() -> dict[str, str]:
     """Return each installed distribution whose `entry_points.txt` cannot be read, with the reason."""
-    result = endless_distributions()
-    for distribution in distributions():
-        if _is_endless(distribution, "entry_points.txt"):
-            continue
-        try:
-            _ = distribution.entry_points
-        except Exception as error:  # whatever the parser of the standard library raises
-            reason = getattr(error, "strerror", None) or "it has a line without a value"
-            result[_name_of(distribution)] = "it is not UTF-8" if isinstance(error, UnicodeDecodeError) else reason
-    return result
+    return {_name_of(each): reason for each in distributions() if (reason := _why_unreadable(each))}
+
+
+def _why_unreadable(distribution: Distribution) -> str:
+    """Return the reason why the `entry_points.txt` of a distribution cannot be read; empty if it can."""
+    if _is_endless(distribution, "entry_points.txt"):
+        return ENDLESS
+    try:
+        _ = distribution.entry_points
+    except Exception as error:  # whatever the parser of the standard library raises
+        reason = getattr(error, "strerror", None) or "it has a line without a value"
+        return "it is not UTF-8" if isinstance(error, UnicodeDecodeError) else reason
+    return ""
 
 
 def _name_of(distribution: Distribution | None) -> str:

@@ -16,6 +16,7 @@ from amb_assessment.assessment.format.criteria import (
     RELIABILITIES,
     Criterion,
     check_criteria,
+    criteria_by_file,
     load_criteria,
     own_criteria,
     packaged_criteria,
@@ -197,8 +198,8 @@ def test_own_criteria_are_those_of_files_outside_packages(tmp_path):
         'standard = "ours"\n[[criterion]]\nkey = "own"\nwhat = "w"\nquantity = "overload"\nlimit = "1"\n'
         'source = "me"\nknown = "own"\n'
     )
-    assert [item.key for item in own_criteria(["iso_14839", file])] == ["own"]
-    assert own_criteria([]) == own_criteria(["iso_14839"]) == ()
+    assert [item.key for item in own_criteria(criteria_by_file(["iso_14839", file]))] == ["own"]
+    assert own_criteria(criteria_by_file()) == own_criteria(criteria_by_file(["iso_14839"])) == ()
 
 
 def test_a_criterion_without_a_source_judges_nothing():

@@ -29,7 +29,7 @@ from amb_assessment.assessment.analyses import (
 )
 from amb_assessment.assessment.engine.conclusion import conclusion_of, failures
 from amb_assessment.assessment.engine.findings import Finding, Judgement, judge
-from amb_assessment.assessment.format.criteria import Criterion, check_criteria, load_criteria, own_criteria
+from amb_assessment.assessment.format.criteria import Criterion, check_criteria, criteria_by_file, own_criteria
 from amb_assessment.assessment.format.machine_file import MachineFile, load_machine
 from amb_assessment.assessment.format.quantities import AnalysisResult, ResultTable, check_declared
 from amb_assessment.assessment.physics.assessed_machine import AssessedMachine, assessed_machine_of
@@ -236,7 +236,8 @@ def assess(
     ['mode 1, 558 Hz, drive_end read at probe_de', 'mode 2, 1439 Hz, far_end read at probe_fe']
     """
     file = machine if isinstance(machine, MachineFile) else load_machine(machine)
-    requested = load_criteria(sources := criteria or file.criteria)
+    by_file = criteria_by_file(criteria or file.criteria)
+    requested = tuple(item for of_file in by_file.values() for item in of_file)
     unknown = [name for name in only if name not in ANALYSES]
     if unknown:
         raise ValueError(f"no part {unknown[0]!r}; {suggest(unknown[0], ANALYSES)}")
@@ -250,8 +251,7 @@ def assess(
         if progress is not None:
             progress(part.title, done, len(chosen))
         parts.append(_answered(name, part, subject, requested, why_unstable))
-    own = own_criteria(sources)
-    return Assessment(file, subject.facts, requested, tuple(parts), subject.prepared.warnings, own)
+    return Assessment(file, subject.facts, requested, tuple(parts), subject.prepared.warnings, own_criteria(by_file))
 
 
 def chosen_parts(file: MachineFile, only: Sequence[str] = ()) -> list[str]:

@@ -185,7 +185,18 @@ def unread(criteria: Sequence[Criterion]) -> int:
 
 
 def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
-    """Return criteria of files, each a name or a path; by default those of the package and of packs.
+    """Return all criteria of files; see `criteria_by_file`."""
+    return tuple(item for criteria in criteria_by_file(sources).values() for item in criteria)
+
+
+def own_criteria(by_file: Mapping[str | Path, Sequence[Criterion]]) -> tuple[Criterion, ...]:
+    """Return those of the criteria of files that are in no package or pack."""
+    packaged = packaged_criteria()
+    return tuple(item for source, criteria in by_file.items() if str(source) not in packaged for item in criteria)
+
+
+def criteria_by_file(sources: Sequence[str | Path] = ()) -> dict[str | Path, list[Criterion]]:
+    """Return the criteria of each file, by its name or path; by default those of the package and of packs.
 
     Raises
     ------
@@ -196,17 +207,10 @@ def load_criteria(sources: Sequence[str | Path] = ()) -> tuple[Criterion, ...]:
     packaged = packaged_criteria()
     if not sources and (clashes := packaged.clashes()):
         raise ValueError(clashes[0])
-    return tuple(item for source in (sources or packaged) for item in _criteria_in(source))
+    return {source: _criteria_in(source, packaged) for source in (sources or packaged)}
 
 
-def own_criteria(sources: Sequence[str | Path]) -> tuple[Criterion, ...]:
-    """Return those of the criteria of files that are in no package or pack; see `load_criteria`."""
-    packaged = packaged_criteria()
-    return tuple(item for source in sources if str(source) not in packaged for item in _criteria_in(source))
-
-
-def _criteria_in(source: str | Path) -> list[Criterion]:
-    packaged = packaged_criteria()
+def _criteria_in(source: str | Path, packaged: PackFiles) -> list[Criterion]:
     path = packaged.get(str(source), Path(source))
     if not path.exists():
         raise ValueError(f"no file of criteria {str(source)!r}; {suggest(str(source), packaged)}")
