@@ -177,7 +177,7 @@ study.list_in_section("Checks of a result", "robustness")
 main.add_examples(
     {
         "sweep": (
-            "sweep drop --vary Omega='200:300 rad/s:11'",
+            "sweep drop --vary Omega='2000:3000 rpm:11'",
             "sweep drop --vary 'rotor_contact.*.mu=0.1:0.5:5'",
         )
     }

@@ -18,12 +18,12 @@ MEASURED_AT = "5 Hz,10 Hz,15 Hz,16 Hz,20 Hz,25 Hz,30 Hz,35 Hz,45 Hz"
 add_study(
     "tables",
     ROTOR,
-    click.option("--up-to", type=SPEED, default="628 rad/s", show_default=True, help="Highest spin speed."),
+    click.option("--up-to", type=SPEED, default="6000 rpm", show_default=True, help="Highest spin speed."),
     click.option("--planes", help="Nodes to keep (1,4,11,13); default: the master planes."),
 )
 add_study(
     "reduction",
-    click.option("--up-to", type=SPEED, default="500 rad/s", show_default=True, help="Highest spin speed."),
+    click.option("--up-to", type=SPEED, default="4775 rpm", show_default=True, help="Highest spin speed."),
     click.option("--unbalance", type=UNBALANCE, default="0.5 g.m", show_default=True, help="Unbalance on D1."),
 )
 add_study("coupling_error", FLAVOUR)

@@ -40,6 +40,12 @@ def test_help_is_the_same_without_docstrings():
     assert optimised == plain
 
 
+def test_examples_and_defaults_of_help_have_no_speed_in_rad_per_s():
+    texts = {path: command.get_help(context) for path, command, context in helps(main)}
+    in_quotes_or_default = re.compile(r"'[^'\n]*rad/s|\[default: [^\]]*rad/s")
+    assert [path for path, text in texts.items() if in_quotes_or_default.search(text)] == []
+
+
 def helps(command: click.Command, path: str = "amb-cosim") -> Iterator[tuple[str, click.Command, click.Context]]:
     context = click.Context(command, info_name=path)
     yield path, command, context

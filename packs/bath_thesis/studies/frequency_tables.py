@@ -95,7 +95,7 @@ class MeshAndCondensation(WarnedResult, DrawnResult):
 
 
 def tables(
-    rotor: RotorSource = None, *, up_to: Number = "628 rad/s", planes: str | Sequence[int] | None = None
+    rotor: RotorSource = None, *, up_to: Number = "6000 rpm", planes: str | Sequence[int] | None = None
 ) -> MeshAndCondensation:
     """Return the frequencies of a rotor by mesh, mass matrix and condensation, and the errors of condensation.
 

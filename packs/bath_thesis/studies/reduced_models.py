@@ -143,7 +143,7 @@ class ModelReduction(DrawnResult):
         )
 
 
-def reduction(*, up_to: Number = "500 rad/s", unbalance: Number = "0.5 g.m") -> ModelReduction:
+def reduction(*, up_to: Number = "4775 rpm", unbalance: Number = "0.5 g.m") -> ModelReduction:
     """Return frequencies and unbalance response of the rig with 13 nodes, condensed and with 6 nodes, and their errors.
 
     Parameters

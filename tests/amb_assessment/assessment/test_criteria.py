@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from amb_assessment.assessment import commands
 from amb_assessment.assessment.engine import assess
 from amb_assessment.assessment.engine.assess import Assessment, PartResult, chosen_parts
 from amb_assessment.assessment.engine.conclusion import by_criterion, conclusion_of, failures
@@ -384,7 +385,7 @@ def test_the_page_lists_all_quantities_with_units_and_variables():
     assert listed == {name: (declared.unit, set(declared.variables)) for name, declared in QUANTITIES.items()}
 
 
-def test_readme_and_page_state_how_many_criteria_nobody_could_check():
+def test_readme_page_and_help_state_how_many_criteria_nobody_could_check():
     """As `assess --check` prints it; a criterion of our own has no standard."""
     criteria, root = load_criteria(), Path(__file__).parents[3]
     counts = str(len(criteria)), str(unread(criteria))
@@ -392,6 +393,7 @@ def test_readme_and_page_state_how_many_criteria_nobody_could_check():
     texts = {
         "README": (root / "README.md").read_text(encoding="utf-8"),
         "assess.md": (root / "docs" / "how-to" / "assess.md").read_text(encoding="utf-8"),
+        "assess --help": commands.assess.help,
     }
     for text in texts.values():
         words = " ".join(text.split()).replace("*", "")
