@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
@@ -80,19 +81,28 @@ def assess(
         )
         page = write_assessment(result, folder)
         printed = print_page(page) if pdf else None
-    print_parts([result.conclusion, *(f"  {sentence}" for _, sentence in result.failures)])
+    undecided = {key: why for key, why in result.undecided.items() if key not in result.unevaluated}
+    sentences = [*(sentence for _, sentence in result.failures), *_by_reason(_named(undecided))]
+    print_parts([result.conclusion, *(f"  {sentence}" for sentence in sentences)])
     click.echo(f"page in {page}" + (f", printed in {printed}" if printed else ""))
     show_warnings(result.warnings)
-    unanswered = result.unanswered | {f"criterion {key}": why for key, why in result.unevaluated.items()}
-    reasons = dict.fromkeys(unanswered.values())
-    failures = [
-        f"{', '.join(name for name, why in unanswered.items() if why == reason)}: unanswered, because {reason}"
-        for reason in reasons
-    ]
+    failures = _by_reason(result.unanswered | _named(result.unevaluated))
     if result.instability:
         failures.insert(0, f"the machine is not stable: {result.instability}")
     if failures:
         raise Failed(convert_units_in_text("\n".join(failures)))
+
+
+def _named(criteria: Mapping[str, str]) -> dict[str, str]:
+    return {f"criterion {key}": why for key, why in criteria.items()}
+
+
+def _by_reason(unanswered: Mapping[str, str]) -> list[str]:
+    """Return a line for each reason why parts or criteria are unanswered, with their names."""
+    return [
+        f"{', '.join(name for name, why in unanswered.items() if why == reason)}: unanswered, because {reason}"
+        for reason in dict.fromkeys(unanswered.values())
+    ]
 
 
 def _print_description(file: str, criteria: tuple[str, ...], flavour: Flavour) -> None:

@@ -181,6 +181,15 @@ def test_criteria_without_a_value_are_listed_by_key():
     assert list(result.unevaluated) == ["own"]
 
 
+def test_criteria_that_no_case_decides_are_listed_with_a_reason():
+    items = [Quantity("overload", "open", 1.0, may_worsen_because="nothing falls"), Quantity("overload", "here", 1.0)]
+    criteria = [Criterion(**ABOUT | {"key": key}, limit=limit) for key, limit in (("open", "2"), ("failed", "0.5"))]
+    part = PartResult("part", "Part", AnalysisResult(), tuple(judge(items, criteria, MACHINE)))
+    result = Assessment(None, MACHINE, tuple(criteria), (part,))
+    assert result.undecided == {"open": "nothing falls"}
+    assert result.unevaluated == {}
+
+
 def test_an_own_criterion_whose_quantity_nothing_has_is_unanswered():
     """Its limit would be lost without a word. Those of a standard do not apply to parts that a machine lacks."""
     machine, own = load_machine("turbo_expander"), Criterion(**ABOUT, limit="1")

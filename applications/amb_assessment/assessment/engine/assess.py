@@ -27,7 +27,7 @@ from amb_assessment.assessment.analyses import (
     unbalance,
     vibration,
 )
-from amb_assessment.assessment.engine.conclusion import conclusion_of, failures
+from amb_assessment.assessment.engine.conclusion import by_criterion, conclusion_of, failures
 from amb_assessment.assessment.engine.findings import Finding, Judgement, judge
 from amb_assessment.assessment.format.criteria import Criterion, check_criteria, criteria_by_file, own_criteria
 from amb_assessment.assessment.format.machine_file import MachineFile, load_machine
@@ -148,6 +148,17 @@ class Assessment:
     def unanswered(self) -> dict[str, str]:
         """Parts that failed, with reasons."""
         return {part.key: part.reason for part in self.parts if part.reason}
+
+    @property
+    def undecided(self) -> dict[str, str]:
+        """Criteria that did not fail and that a case or a missing quantity leaves unanswered, with reasons."""
+        unanswered = [item for item in self.findings if item.verdict is Judgement.UNANSWERED]
+        verdicts = by_criterion(self.findings)
+        return self.unmeasured | {
+            item.criterion.key: item.reason
+            for item in reversed(unanswered)  # the first reason of each
+            if item.criterion is not None and verdicts[item.criterion.key] is Judgement.UNANSWERED
+        }
 
     @property
     def unevaluated(self) -> dict[str, str]:
