@@ -3,12 +3,15 @@
 import json
 import math
 import shlex
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import amb_cosim
 from amb_cosim.comparison import compare as comparison
+from amb_cosim.comparison.table import rows_of
 from amb_cosim.cosim.run.recording import Outcome
 from amb_cosim.presentation.text_tables import rendered
 from amb_cosim.results.places import RotorPlaces
@@ -71,6 +74,22 @@ def test_a_frequency_of_the_table_has_the_unit_of_the_summary(make):
     (band,) = (line for line in text.splitlines() if line.startswith("peak band"))
     assert band.split() == ["peak", "band", "Hz", "100", "100", "0"]
     assert "rad/s" not in text
+
+
+@pytest.mark.parametrize(("whirl", "expected"), [("none", []), ("backward", [-5.0])])
+def test_a_rotor_that_does_not_whirl_has_no_whirl_speed_in_the_table(make, whirl, expected):
+    fallen = SimpleNamespace(retainers={"rb1": SimpleNamespace(whirl=whirl)})
+    summary = replace(make().summary, whirl_speed={"rb1": -5.0}, touchdown=fallen)
+    assert [item.values[0] for item in rows_of([summary]) if item.quantity == "whirl_speed rb1"] == expected
+
+
+def test_rows_of_a_comparison_have_the_chosen_units(make):
+    result = amb_cosim.compare(make(), make(force=1.5))
+    with amb_cosim.units("kN", "um"):
+        lines = rendered(result.text(whole=True)).splitlines()
+    (peak,) = (line for line in lines if line.startswith("peak contact force rb1"))
+    assert peak.split()[4:7] == ["kN", "1.234", "1.852"]
+    assert [line for line in lines if " mm " in line] == []
 
 
 def test_equal_runs_are_equal_to_the_last_bit(make):

@@ -10,7 +10,7 @@ from rich.table import Table
 
 from amb_cosim.presentation.json_data import units_of
 from amb_cosim.presentation.text_tables import TextBlock, number, text_table
-from amb_cosim.presentation.units import frequency_unit, speed_unit
+from amb_cosim.presentation.units import SIZES, convert_units_in_text, frequency_unit, relabelled, speed_unit
 from amb_cosim.results.summary import Summary
 
 BAND = "peak_band"  # the frequency up to which the modes are accurate
@@ -62,7 +62,7 @@ def verdicts_and_facts(labels: Sequence[str], summaries: Sequence[Summary]) -> l
     for heading in ("", *labels):
         table.add_column(heading)
     for name in dict.fromkeys(name for of_run in facts for name in of_run):
-        table.add_row(name, *(of_run.get(name, "-") for of_run in facts))
+        table.add_row(name, *(convert_units_in_text(of_run.get(name, "-")) for of_run in facts))
     return [*verdicts, table]
 
 
@@ -88,13 +88,15 @@ def table_of(rows: Sequence[ComparedValue], labels: Sequence[str]) -> Table:
 
 
 def _in_display_units(row: ComparedValue) -> ComparedValue:
-    """Return a quantity in rad/s in the unit of speeds, a band of frequencies in that of frequencies, or unchanged."""
-    if row.unit != "rad/s":
-        return row
-    unit = frequency_unit() if row.quantity == BAND else speed_unit()
-    values = tuple(value / unit.size if isinstance(value, float) else value for value in row.values)
-    differences = tuple(None if difference is None else difference / unit.size for difference in row.differences)
-    return replace(row, unit=unit.label, values=values, differences=differences)
+    """Return a quantity in the unit that was chosen; of speeds and of a band of frequencies in the usual one else."""
+    if row.unit == "rad/s":
+        unit = frequency_unit() if row.quantity == BAND else speed_unit()
+        label, factor = unit.label, 1.0 / unit.size
+    else:
+        label, factor = relabelled(row.unit, *SIZES)
+    values = tuple(value * factor if isinstance(value, float) else value for value in row.values)
+    differences = tuple(None if difference is None else difference * factor for difference in row.differences)
+    return replace(row, unit=label, values=values, differences=differences)
 
 
 def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
@@ -103,8 +105,16 @@ def _flat(summary: Summary) -> Iterator[tuple[str, tuple[Value, str]]]:
     for quantity in (field.name for field in fields(summary) if field.name not in LEFT_OUT):
         states = dict(enumerate(summary.contact_states)) if quantity == "contact_share" else {}
         label = "relative_energy_balance" if quantity == "energy_balance" else quantity
-        for name, value in _leaves(label, getattr(summary, quantity), states):
+        values = _whirl_speeds(summary) if quantity == "whirl_speed" else getattr(summary, quantity)
+        for name, value in _leaves(label, values, states):
             yield name, (value, units.get(quantity, "").replace(".", " "))
+
+
+def _whirl_speeds(summary: Summary) -> dict[str, float | None]:
+    """Return the mean whirl speed at each site (rad/s); None also where a rotor that swings or lies does not whirl."""
+    fallen = {} if summary.touchdown is None else summary.touchdown.retainers
+    still = {site for site, item in fallen.items() if item.whirl == "none"}
+    return {site: None if site in still else speed for site, speed in summary.whirl_speed.items()}
 
 
 def _leaves(name: str, value: Any, states: Mapping[int, str]) -> Iterator[tuple[str, Value]]:
