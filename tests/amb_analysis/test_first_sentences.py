@@ -14,6 +14,7 @@ from amb_analysis.studies.stability_margin import StabilityMargin
 from amb_analysis.studies.trap_states import KINDS, Regime, SynchronousState
 from amb_cosim.presentation.text_tables import rendered
 from amb_cosim.presentation.units import units
+from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names
 
 
@@ -43,6 +44,23 @@ def test_unbalance_response_states_the_largest_amplitude_and_share_of_a_clearanc
     assert_names(
         first_line(result), f"{len(result.critical_speeds)} critical", name, nearest, f"{shares[nearest]:.3g} %"
     )
+
+
+def test_default_unbalance_of_a_rotor_is_that_of_its_balancing_grade():
+    """G 2.5 is 2.5 mm/s of the centre of mass, here at the trip speed of the rotor's file."""
+    rotor = load_rotor("turbo_pump")
+    result = studies.unbalance_response(rotor, up_to="1000 rpm")
+    assert result.unbalance == pytest.approx(2.5e-3 * rotor.mass / rotor.reduction.speed)
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_unbalance_response_says_that_a_rotor_beyond_its_clearance_touches(factor):
+    """Amplitudes are proportional to the unbalance."""
+    small = studies.unbalance_response("turbo_pump", unbalance=1e-6, up_to="6000 rpm")
+    share = max(float(p.amplitude.max()) / p.clearance for p in small.places.values() if p.clearance is not None)
+    line = first_line(studies.unbalance_response("turbo_pump", unbalance=factor * 1e-6 / share, up_to="6000 rpm"))
+    assert_names(line, f"{100.0 * factor:.3g} % of the clearance")
+    assert ("touches" in line) == (factor > 1.0)
 
 
 def test_sensitivity_begins_with_the_worst_axis_and_its_zone():

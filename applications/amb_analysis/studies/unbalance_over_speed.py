@@ -26,6 +26,7 @@ from amb_analysis.studies.inputs import (
     positive,
     reach_of,
     speed_range,
+    spin_speed,
 )
 from amb_analysis.studies.unbalance_records import CriticalResponse, PlacedUnbalance, PlaceResponse, UnbalanceResponse
 from amb_cosim.cosim.choices import Flavour
@@ -91,8 +92,9 @@ def unbalance_response(
         or less if the loop becomes unstable below that. For a rotor alone, or a scenario at rest, it is the highest
         speed of the rotor file, `[reduction] speed`, or else 6000 rpm.
     unbalance
-        Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario, or the
-        unbalance of grade G 2.5 if it has none; 10 g m for a rotor alone.
+        Unbalance (kg m), or a string with its unit. By default all unbalances at the end of the scenario. If it has
+        none, and for a rotor alone, the residual unbalance of grade G 2.5 at the scenario's speed, or at the highest
+        speed of the rotor's file, or else at 6000 rpm.
     place, node
         Part with the unbalance, or its node number in the rotor file; by default the first disc.
     clearance
@@ -132,7 +134,8 @@ def unbalance_response(
     places = _places(description)
     speeds_of_tables = table_speeds((*description.bearings, *description.seals))
     speeds = with_samples(speed_range(up_to or reach_of(description), POINTS)[1:], speeds_of_tables)
-    load = {loaded: complex(1e-2 if amount is None else amount)}
+    at_highest = description.mass * GRADE / spin_speed(reach_of(description))
+    load = {loaded: complex(at_highest if amount is None else amount)}
     coarse = np.unique([*speeds[::COARSE], speeds[-1]])
     rotor_model, nodes = supported_rotor(description, mass), tuple(places.values())
     critical = resonances(partial(dynamic_stiffness, rotor_model.model), with_samples(coarse, speeds_of_tables))

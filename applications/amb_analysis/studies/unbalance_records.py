@@ -9,6 +9,7 @@ import numpy as np
 
 from amb_analysis.studies.coefficient_limits import EXTRAPOLATED, Limits, is_extrapolated, limit_notes
 from amb_analysis.studies.result import DrawnResult, WarnedResult
+from amb_cosim.presentation.digits import significant
 from amb_cosim.presentation.text_tables import TextBlock, labelled_table, number
 from amb_cosim.presentation.units import ShownUnit, length_unit, speed_unit
 from array_types import Array
@@ -211,7 +212,10 @@ class UnbalanceResponse(WarnedResult, DrawnResult):
         if not shares:
             return f"{within}; {largest}"
         nearest = max(shares, key=lambda of: shares[of])
-        return f"{within}; {largest}; {100.0 * shares[nearest]:.3g} % of the clearance at {nearest}"
+        touches = ", where the rotor touches and this linear response does not hold" if shares[nearest] > 1.0 else ""
+        return (
+            f"{within}; {largest}; {significant(100.0 * shares[nearest], 3)} % of the clearance at {nearest}{touches}"
+        )
 
     def _floating_note(self) -> list[str]:
         if not self.floating:

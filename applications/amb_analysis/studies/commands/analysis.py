@@ -201,7 +201,7 @@ add_study(
     *MACHINE,
     MASS,
     click.option("--up-to", type=SPEED, help="Highest speed; default: twice the scenario's, or the rotor's."),
-    click.option("--unbalance", type=UNBALANCE, help="Unbalance; default: the scenario's, or 10 g.m."),
+    click.option("--unbalance", type=UNBALANCE, help="Unbalance; default: the scenario's, or grade G 2.5."),
     click.option("--place", metavar="PART", help="Place of the unbalance; default: the first disc."),
     click.option("--node", type=int, help="Node of the unbalance, instead of --place."),
     click.option(
