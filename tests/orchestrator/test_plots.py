@@ -14,7 +14,7 @@ from amb_cosim.presentation.style import StyledFigure
 from amb_cosim.results import plots
 from amb_cosim.results.plots import motion
 from amb_cosim.results.plots.fall import touchdown
-from amb_cosim.results.plots.joined import between, joined
+from amb_cosim.results.plots.joined import between, draw_joined, joined
 from amb_cosim.results.plots.magnets import _draw_limits
 from tests.support.messages import assert_names, raises_naming
 
@@ -30,6 +30,22 @@ def drawn(dataset, folder):
     paths = plots.draw_all(dataset, folder)
     assert all(p.read_bytes().startswith(b"\x89PNG") for p in paths)
     return [p.stem for p in paths]
+
+
+def test_a_flight_that_vibrates_faster_than_its_samples_is_dots():
+    """Turns of 100 degrees in the middle look like bounces. 30 degrees are an orbit; near the retainer it bounces."""
+    figure = StyledFigure()
+
+    def drawn(degrees, centre):
+        turns = np.radians(degrees) * np.arange(6)
+        path = np.array([centre + 0.1 * np.cos(turns), 0.1 * np.sin(turns)])
+        panel = figure.add_subplot()
+        line, _ = joined(path, np.zeros(6, bool), 1.0)
+        draw_joined(panel, *line, color="black")
+        return np.isfinite(panel.lines[0].get_xdata()).all(), sum(len(item.get_xdata()) for item in panel.lines[1:])
+
+    assert drawn(100.0, 0.0) == (False, 6)
+    assert drawn(30.0, 0.0) == drawn(100.0, 1.05) == (True, 0)
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import SiteForce, draw_forces, mark_forces, site_force
-from amb_cosim.results.plots.joined import orbit_line
+from amb_cosim.results.plots.joined import draw_joined, orbit_line
 from amb_cosim.results.signal_arrays import cycles, finite_signals, speed_changes
 from amb_cosim.results.touchdown import height, touchdown
 from array_types import Array
@@ -87,8 +87,8 @@ def orbits(runs: Runs, bearings: list[str]) -> Figure:
                 site = places(run).bearings.get(bearing) or ""
                 line, sample = orbit_line(run, site, turned_upright(first, motion), c or 0.0)
                 orbit, end = unit.of(line), (cycles(run) >= cycles(run).max(initial=0.0) - LAST_TURNS)[sample]
-                panel.plot(*orbit, color=colour, lw=0.6, alpha=OPACITY)
-                panel.plot(*orbit[:, end], color=colour, lw=1.8, zorder=3)
+                draw_joined(panel, *orbit, color=colour, lw=0.6, alpha=OPACITY)
+                draw_joined(panel, *orbit[:, end], color=colour, lw=1.8, zorder=3)
             if c is not None:
                 draw_retainer(panel, c / unit.size)
         right, up = orbit_labels(first, unit.label)

@@ -45,7 +45,7 @@ from amb_cosim.results.plots.axes import (
 )
 from amb_cosim.results.plots.enlarged import first_impacts
 from amb_cosim.results.plots.forces import PALE, site_force
-from amb_cosim.results.plots.joined import between, orbit_line
+from amb_cosim.results.plots.joined import between, dots_sample, draw_joined, orbit_line
 from amb_cosim.results.signal_arrays import cycles, parameters, speed
 from amb_cosim.results.touchdown import height
 from amb_cosim.results.touchdown import touchdown as describe
@@ -88,8 +88,9 @@ def touchdown(dataset: Signals) -> Figure:
     figure.get_layout_engine().set(h_pad=0.08)  # type: ignore[call-arg, union-attr]
     above, below = np.ravel(np.asarray(figure.subfigures(2, 1, height_ratios=heights)))
     limit = 1.08 * max((_reach(dataset, station) for station in drawn), default=1.0)
+    has_dots = False
     for panel, station in zip(above.subplots(1, max(len(drawn), 1), squeeze=False)[0], drawn, strict=False):
-        _draw_orbit(panel, dataset, station, limit)
+        has_dots |= _draw_orbit(panel, dataset, station, limit)
         lines = (station.title, *_facts(dataset, station.site))
         panel.set_title("\n".join(fitted(line, 0.95 * orbit) for line in lines))
     panels = below.subplots(len(over_time), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
@@ -101,7 +102,8 @@ def touchdown(dataset: Signals) -> Figure:
         _add_inset(panels[impacts], dataset, *over_time[impacts], zoom)
     label_time_axis(panels[-1], dataset)
     name_events(panels[0], dataset)
-    figure.legend(handles=_legend(dataset, drawn), loc="outside lower center", ncols=max(int(width / 2.4), 2))
+    handles = [*_legend(dataset, drawn), *([dots_sample()] if has_dots else [])]
+    figure.legend(handles=handles, loc="outside lower center", ncols=max(int(width / 2.4), 2))
     add_title(figure, dataset)
     return figure
 
@@ -180,8 +182,11 @@ def _seen(dataset: Signals, station: Station) -> Array:
     return turned_upright(dataset, station.path(dataset) + centre(dataset, station.place))
 
 
-def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> None:
-    """Draw the path of the journal, that of a moving housing, and the clearance about its position at rest."""
+def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -> bool:
+    """Draw the path of the journal, that of a moving housing, and the clearance about its position at rest.
+
+    Return whether the path has dots.
+    """
     unit = length_unit(limit)
     gap = clearance(dataset, station.site)
     line, sample = orbit_line(dataset, station.site, station.seen(dataset), gap)
@@ -190,14 +195,15 @@ def _draw_orbit(panel: Axes, dataset: Signals, station: Station, limit: float) -
     draw_retainer(panel, gap / unit.size, (float(x_0), float(y_0)))
     colour, first = colour_of(dataset, station.site), first_impacts(dataset)
     early = (dataset["time"].values <= (np.inf if first is None else first[1]))[sample]
-    panel.plot(x, y, color=colour, lw=0.5, alpha=PALE)
-    panel.plot(x[early], y[early], color=colour, lw=0.9)
+    has_dots = draw_joined(panel, x, y, color=colour, lw=0.5, alpha=PALE)
+    draw_joined(panel, x[early], y[early], color=colour, lw=0.9)
     if _has_housing(dataset, station):
         panel.plot(*unit.of(turned_upright(dataset, centre(dataset, station.site))), color=GREY, lw=0.6)
     right, up = orbit_labels(dataset, unit.label)
     set_orbit_axes(panel, station.title, limit / unit.size, right)
     mark_axes(panel, dataset)
     panel.set_ylabel(up)
+    return has_dots
 
 
 def draw_fall(panel: Axes, dataset: Signals, drawn: list[Station]) -> None:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from amb_cosim.cosim.record.signals import Signals
@@ -15,6 +18,8 @@ from array_types import Array, Bools
 ARC = math.radians(5.0)  # between the points of an arc
 APART = math.radians(45.0)  # between samples without contact, from which on nothing joins them
 OUTSIDE = 0.5  # of the clearance; within it a path may pass the centre, so that angles mean nothing
+TURN = math.radians(60.0)  # at a sample in flight
+SHORT, BOUNCES = 0.03, 0.9  # of the clearance: chords that cannot mislead, and from where on a turn is a bounce
 
 
 def orbit_line(dataset: Signals, site: str, path: Array, clearance: float) -> tuple[Array, NDArray[np.int64]]:
@@ -34,6 +39,21 @@ def between(values: Array, sample: NDArray[np.int64]) -> Array:
     return np.array([np.interp(np.arange(len(sample)), first, row) for row in values])
 
 
+def dots_sample() -> Line2D:
+    """Return the entry of a legend for the dots of `draw_joined`."""
+    return Line2D([], [], color="0.3", marker=".", ms=2.5, ls="", label="samples too far apart to join")
+
+
+def draw_joined(panel: Axes, x: Array, y: Array, **style: Any) -> bool:
+    """Draw a `joined` line, and the samples that nothing joins as dots; return whether it has any."""
+    panel.plot(x, y, **style)
+    apart = np.isnan(np.concatenate([[np.nan], x, [np.nan]]))
+    alone = apart[:-2] & apart[2:] & ~apart[1:-1]
+    if alone.any():
+        panel.plot(x[alone], y[alone], ".", ms=2.5, mew=0.0, color=style["color"], alpha=style.get("alpha"))
+    return bool(alone.any())
+
+
 def joined(
     path: Array, touching: Bools, clearance: float, turned: Array | None = None
 ) -> tuple[Array, NDArray[np.int64]]:
@@ -41,7 +61,9 @@ def joined(
 
     A rotor that touches at two successive samples stays on its retainer between them, so that an arc joins them, of the
     angle that is nearest to `turned`. A chord would show it in the middle of the clearance, where it never was. Other
-    samples beyond `OUTSIDE` that are `APART` are separated by NaN, since their path is unknown.
+    samples beyond `OUTSIDE` that are `APART` are separated by NaN, since their path is unknown, and so are samples of a
+    flight at which the path turns by more than `TURN`: it vibrates faster than it is sampled, and chords would look
+    like bounces.
 
     Parameters
     ----------
@@ -68,7 +90,7 @@ def joined(
         known = np.where(in_contact & np.isfinite(turned), turned, step)
         step = step + 2.0 * np.pi * np.round((known - step) / (2.0 * np.pi))
     outside = (r[:-1] > OUTSIDE * clearance) & (r[1:] > OUTSIDE * clearance)
-    is_gap = ~in_contact & outside & (np.abs(step) > APART)
+    is_gap = ~in_contact & (outside & (np.abs(step) > APART) | _vibrates(path, touching, clearance))
     finite = np.nan_to_num(np.minimum(np.abs(step), 2.0 * np.pi))  # a whole turn covers its circle
     parts = np.where(in_contact, np.maximum(np.ceil(finite / ARC), 1.0), np.where(is_gap, 2.0, 1.0)).astype(np.int64)
     sample = np.append(np.repeat(np.arange(len(parts)), parts), len(parts))
@@ -81,3 +103,14 @@ def joined(
     result = np.where(between, [radius * np.cos(angle), radius * np.sin(angle)], path[:, sample])
     result[:, between & np.append(is_gap, False)[sample]] = np.nan
     return result, sample
+
+
+def _vibrates(path: Array, touching: Bools, clearance: float) -> Bools:
+    """Return between which samples chords that are not `SHORT` turn by more than `TURN` at a sample in flight."""
+    place = path[0] + 1j * path[1]
+    chord = np.diff(place)
+    is_long = np.abs(chord) > SHORT * clearance
+    turn = np.abs(np.angle(chord[1:] * np.conj(chord[:-1])))
+    flies = ~touching[1:-1] & (np.abs(place[1:-1]) < BOUNCES * clearance)
+    sharp = is_long[1:] & is_long[:-1] & flies & (turn > TURN)
+    return np.append(sharp, False) | np.append(False, sharp)

@@ -43,7 +43,7 @@ from amb_cosim.results.plots.axes import (
     title_padding,
 )
 from amb_cosim.results.plots.fall import draw_fall, draw_gaps_along
-from amb_cosim.results.plots.joined import orbit_line
+from amb_cosim.results.plots.joined import dots_sample, draw_joined, orbit_line
 from amb_cosim.results.signal_arrays import cycles, event_name, speed, switched_on
 from amb_cosim.results.touchdown import touchdown
 from array_types import Bools
@@ -69,6 +69,7 @@ def orbits(dataset: Signals) -> Figure:
     rows = -(-len(drawn) // columns)
     figure = StyledFigure(figsize=(max(3.5 * columns, 4.5), 3.4 * rows + 0.5), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    has_dots = False
     for panel, station, c in zip(panels.flat, drawn, gaps, strict=False):
         line, sample = orbit_line(dataset, station.site, station.seen(dataset), c)
         x, y = unit.of(line)
@@ -78,7 +79,7 @@ def orbits(dataset: Signals) -> Figure:
             draw_retainer(panel, c / unit.size)
         for _, colour, within in run_parts(dataset):
             shown = within[sample]
-            panel.plot(np.where(shown, x, np.nan), np.where(shown, y, np.nan), color=colour, lw=0.7)
+            has_dots |= draw_joined(panel, np.where(shown, x, np.nan), np.where(shown, y, np.nan), color=colour, lw=0.7)
         set_orbit_axes(panel, fitted(station.title, 3.3), limit / unit.size, orbit_labels(dataset, unit.label)[0])
         mark_axes(panel, dataset)
     for first in panels[:, 0]:
@@ -88,6 +89,7 @@ def orbits(dataset: Signals) -> Figure:
     handles: list[Artist] = [Line2D([], [], color=colour, label=label) for label, colour, _ in run_parts(dataset)]
     if not small and any(gaps):
         handles.insert(0, retainer_sample())
+    handles += [dots_sample()] if has_dots else []
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     add_title(figure, dataset)
     return figure
