@@ -1,6 +1,7 @@
 """Studies begin with a sentence that has the answer, in the units of their tables."""
 
 import math
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -8,14 +9,26 @@ import numpy as np
 import pytest
 
 from amb_analysis import studies
+from amb_analysis.studies.contact_traps import Traps
 from amb_analysis.studies.receptance_identification import Identification, IdentifiedReceptance
 from amb_analysis.studies.run_spectra import BearingSpectra, Waterfall
 from amb_analysis.studies.stability_margin import StabilityMargin
 from amb_analysis.studies.trap_states import KINDS, Regime, SynchronousState
 from amb_cosim.presentation.text_tables import rendered
-from amb_cosim.presentation.units import units
+from amb_cosim.presentation.units import speed_unit, units
 from rotor_analysis.rotor_file import load_rotor
 from tests.support.messages import assert_names
+
+ANSWERED = {
+    "campbell": {"rotor": "compressor"},
+    "unbalance_response": {"rotor": "turbo_pump", "up_to": "6000 rpm"},
+    "poles": {"scenario": "compressor_levitated", "up_to": "9000 rpm", "count": 40},
+    "sensitivity": {"scenario": "compressor_levitated"},
+}
+
+
+def numbers(text):
+    return [float(number) for number in re.findall(r"(?<![\w.])\d+(?:\.\d+)?(?:e[-+]\d+)?", text)]
 
 
 def rpm(speed):
@@ -75,6 +88,30 @@ def test_sensitivity_begins_with_the_worst_axis_and_its_zone():
         rotor="r", speed=100.0 * math.pi, axes=axes, disk_margins={}, _all_frequencies="", warning_lines=list
     )
     assert_names(str(StabilityMargin.text(margin)[0]), "Zone B", "3.500", "40.0 Hz", "b.y", "3000 rpm")
+
+
+@pytest.mark.parametrize("name", ANSWERED)
+def test_first_sentence_has_the_numbers_of_its_tables(name):
+    result = getattr(studies, name)(**ANSWERED[name])
+    for chosen in ("rpm", "rad/s"):
+        with units(chosen):
+            first, *rest = (numbers(rendered([part])) for part in result.text())
+            tabled = [number for some in rest for number in some]
+            highest = [] if name == "sensitivity" else [speed_unit().of(float(result.speeds[-1]))]
+            count = [len(getattr(result, "critical_speeds", ()))]
+        known = [*tabled, *(100.0 * number for number in tabled), *highest, *count]
+        assert [n for n in first if not any(math.isclose(n, k, rel_tol=6e-3, abs_tol=1e-9) for k in known)] == []
+        assert len(first) >= 3
+
+
+@pytest.mark.parametrize(("chosen", "facts"), [("rpm", ("6000 rpm", "1200 rpm")), ("Hz", ("100 Hz", "20 Hz"))])
+def test_traps_states_the_least_unbalance_and_its_speed(chosen, facts):
+    found = SimpleNamespace(
+        **{"speeds": [200.0 * math.pi], "unbalances": [1.0], "touching": (0.015, 40.0 * math.pi), "trapping": None},
+        **{"speed": 200.0 * math.pi, "grade_limit_at_speed": 0.01},
+    )
+    with units(chosen):
+        assert_names(Traps._reach(found), "15 g m", *facts)
 
 
 def test_modes_and_their_shapes_have_one_unit_of_speeds():
