@@ -8,7 +8,7 @@ import click
 
 from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.controller import FILE, controller
-from amb_cosim.commands.options import JSON, ROTOR, SPEED, output
+from amb_cosim.commands.options import JSON, ROTOR, SPEED, UNITS, output
 from amb_cosim.commands.printing import check_picture, print_result, warn_of_sizes
 
 MODES = 8  # of the rotor, the lowest
@@ -20,6 +20,7 @@ MODES = 8  # of the rotor, the lowest
 @ROTOR
 @click.option("--speed", type=SPEED, default="0 rpm", help="Speed of the law and of the rotor's modes.")
 @JSON
+@UNITS
 def show(file: Path, output: Path | None, rotor: str | None, speed: str, as_json: bool) -> None:
     """Print a sampled controller and draw its Bode plots.
 

@@ -9,7 +9,7 @@ import click
 
 from amb_analysis import studies
 from amb_cosim.commands.cli_errors import Failed, interrupted, refusing
-from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS, SPEED, output
+from amb_cosim.commands.options import FLAVOUR, ROTOR, SETTINGS, SPEED, UNITS, output
 from amb_files.atomic import check_writable
 
 
@@ -26,6 +26,7 @@ from amb_files.atomic import check_writable
 @SETTINGS
 @FLAVOUR
 @click.option("--computed", is_flag=True, help="Compute from the linear model, without simulation.")
+@UNITS
 def identify(output: Path, **options: Any) -> None:
     """Identify receptances of the levitated rotor.
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from amb_cosim.commands.cli_errors import refusing
-from amb_cosim.commands.options import JSON, output
+from amb_cosim.commands.options import JSON, UNITS, output
 from amb_cosim.commands.printing import check_picture, print_result
 from amb_cosim.commands.rotor import rotor
 
@@ -16,6 +16,7 @@ from amb_cosim.commands.rotor import rotor
 @click.argument("name")
 @output("Picture to write: .png, .pdf or .svg.")
 @JSON
+@UNITS
 def show(name: str, output: Path | None, as_json: bool) -> None:
     """Show and draw parts, mass and modes of a rotor.
 
