@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 from annotated_types import Ge, Gt
 from pydantic import AfterValidator, StrictFloat, StrictInt, StrictStr
@@ -11,6 +13,7 @@ from pydantic import AfterValidator, StrictFloat, StrictInt, StrictStr
 from amb_files.validation_errors import Unit
 
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+SPEED_UNITS = {"rpm": 2.0 * math.pi / 60.0, "1/min": 2.0 * math.pi / 60.0, "Hz": 2.0 * math.pi, "rad/s": 1.0}
 
 
 def as_tuple(value: object) -> object:
@@ -47,3 +50,29 @@ Mass = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("kg")]
 Inertia = Annotated[StrictFloat, Ge(0.0), Moderate, Unit("kg m2")]
 Name = Annotated[StrictStr, AfterValidator(_identifier)]
 Variable = Annotated[StrictStr, AfterValidator(_variable)]
+
+
+def speed_in_si(value: object) -> object:
+    """Return a speed in rad/s from a text with its unit; anything else is unchanged.
+
+    Examples
+    --------
+    >>> round(speed_in_si("9900 rpm"), 1)
+    1036.7
+    """
+    if not isinstance(value, str):
+        return value
+    number, _, unit = value.strip().partition(" ")
+    try:
+        return float(number) * SPEED_UNITS[unit.strip()]
+    except (ValueError, KeyError):
+        raise ValueError(f"it must be a number with its unit, {', '.join(SPEED_UNITS)}, such as '9900 rpm'") from None
+
+
+def require_unit(data: Mapping[str, Any]) -> None:
+    """Raise a ValueError if the speed of a rotor file's `[reduction]` is a number without a unit, other than 0."""
+    reduction = data.get("reduction")
+    speed = reduction.get("speed") if isinstance(reduction, Mapping) else None
+    if isinstance(speed, int | float) and not isinstance(speed, bool) and speed:
+        allowed = f"write for example '{speed} rpm' or '{speed} rad/s'"
+        raise ValueError(f"reduction.speed = {speed} has no unit; {allowed}")

@@ -11,6 +11,7 @@ from pydantic import TypeAdapter
 
 from amb_files.checks import errors_in
 from amb_files.toml import parse_toml, read_text, read_toml, validate
+from rotor_analysis.checks import require_unit
 from rotor_analysis.packaged_rotors import rotor_path
 from rotor_analysis.rotor import Mesh, Rotor
 from rotor_analysis.shaft import ShaftOrSections
@@ -43,6 +44,7 @@ def load_rotor(source: RotorSource = None, tables: Tables | None = None) -> Roto
         if not tables:
             return source
         data = TypeAdapter(Rotor).dump_python(source, mode="json", exclude_none=True)
+        data["reduction"]["speed"] = f"{source.reduction.speed!r} rad/s"
         return rotor_from(_merged(data, tables), f"rotor {source.name}")
     path = rotor_path(source)
     name = f"rotor file {path}"
@@ -75,6 +77,8 @@ def _rotor_of(text: str, name: str) -> Rotor:
 
 def rotor_from(data: dict[str, Any], name: str) -> Rotor:
     """Return the rotor described by the data of a file, with its mesh refined if requested."""
+    with errors_in(name):
+        require_unit(data)
     rotor = validate(data, Rotor, name)
     mesh = rotor.mesh or (Mesh() if "sections" in data["shaft"] else None)
     if mesh is None:

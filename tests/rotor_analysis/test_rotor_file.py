@@ -1,5 +1,7 @@
 """Rotor files: errors name file, key, value and allowed range."""
 
+import math
+
 import pytest
 
 from rotor_analysis.parts import Bearing, Body, Disc, Sensor, Site
@@ -99,6 +101,10 @@ def with_ring(node, mass, radius):
         ("[damping]\nrotating = -1", ("damping.rotating", "-1")),
         ("[damping]\nmodal = [0.01, 'much']", ("damping.modal", "'much'")),
         ("[mesh]\naccuracy = -1", ("mesh.accuracy", "-1")),
+        ("[reduction]\nspeed = 9900.0", ("reduction.speed", "9900.0", "9900.0 rpm", "9900.0 rad/s")),
+        ("[reduction]\nspeed = '9900'", ("reduction.speed", "'9900'", "rpm, 1/min, Hz, rad/s")),
+        ("[reduction]\nspeed = '-1 rpm'", ("reduction.speed", "-1 rpm", ">= 0")),
+        ("[reduction]\nspeed = 'nan rpm'", ("reduction.speed", "nan rpm")),
         ("[reduction]\nmethod = 'msdc'\nmodes = 4", ("reduction.modes", "free_modes", "'msdc'")),
     ],
 )
@@ -227,3 +233,14 @@ radius = 0.01
 def test_mistake_in_a_face_is_named_with_its_key(tmp_path, old, new, facts):
     (line,) = refused(tmp_path, f'name = "pump"\n{SHAFT}{FACE}'.replace(old, new))
     assert_names(line, *facts)
+
+
+@pytest.mark.parametrize("text", ["9900 rpm", "165 Hz", "9900 1/min", f"{330.0 * math.pi!r} rad/s"])
+def test_speed_of_a_reduction_has_a_unit_in_files_and_none_in_python(tmp_path, text):
+    file = tmp_path / "pump.toml"
+    file.write_text(f'name = "pump"\n{SHAFT}[reduction]\nspeed = "{text}"\n')
+    rotor = load_rotor(file)
+    assert rotor.reduction.speed == pytest.approx(330.0 * math.pi, rel=1e-15)
+    again = load_rotor(rotor, {"reduction": {"accuracy": 1e-4}})
+    assert again.reduction.speed == rotor.reduction.speed
+    assert ReductionOptions(speed=1.0).speed == 1.0

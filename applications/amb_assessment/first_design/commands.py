@@ -15,6 +15,7 @@ from amb_cosim.commands.cli_errors import refusing
 from amb_cosim.commands.options import FLAVOUR, SPEED, WithUnit
 from amb_cosim.commands.printing import warn_of_sizes
 from amb_cosim.cosim.choices import Flavour
+from amb_cosim.cosim.system.values import RPM
 
 if TYPE_CHECKING:
     from amb_assessment.first_design.design import Design
@@ -148,7 +149,7 @@ def new(
     if reduction.method == "free_modes" and not reduction.speed:
         click.echo(
             "the [reduction] of the rotor file states no speed, so that the simulated rotor may whirl too fast; add "
-            f"speed = {TRIP * sizes.speed:.5g} (rad/s) to it in rotor.toml, and look at its error by rotor show"
+            f"speed = '{TRIP * sizes.speed * RPM:.5g} rpm' to it in rotor.toml, and look at its error by rotor show"
         )
     if sizes.retainers:
         click.echo(
