@@ -52,7 +52,7 @@ ARGUMENTS = {  # of every study; a study that is not here fails
 SLOW = {"convergence", "coupling", "coupling_error", "recovery", "synchronous_response", "traps"}
 NUMBER = re.compile(r"(?<![\w.])-?(?:\d{1,3}(?:,\d{3})+|\d+)\.?\d*(?:e[-+]?\d+)?")
 NAMES = "|".join(map(re.escape, (*QUANTITIES, "1/min", "\N{MICRO SIGN}m")))
-UNIT = re.compile(rf"(?:\d |\()({NAMES})(?=[,;:.)]|\s(?!s/m|m/)|$)")
+UNIT = re.compile(rf"(?:\d |\()({NAMES})(?=[,;:.)]|\s(?!s/m|m/|s\))|$)")
 PLACES = re.compile(r"(?:z|at) \(m?m\)|z = \S+ m?m\b")  # places along the shaft keep their unit
 BEFORE, AFTER = ("rpm", "mm", "N"), ("Hz", "um", "kN")
 FACTORS = [SIZES[QUANTITIES[a]][a] / SIZES[QUANTITIES[b]][b] for a, b in zip(BEFORE, AFTER, strict=True)]

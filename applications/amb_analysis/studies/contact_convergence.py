@@ -94,7 +94,8 @@ class ContactConvergence(MachineResult):
     def text(self) -> list[TextBlock]:
         """Return a table of peak forces, impulses and outcomes, and explanatory lines."""
         sites = list(dict.fromkeys(site for row in self.rows for site in row.sites))
-        headings = [f"{name_label(site)} {what}" for site in sites for what in ("peak", "1 ms", "impact", "impulse")]
+        columns = ("peak (N)", "1 ms (N)", "impact (N s)", "impulse (N s)")
+        headings = [f"{name_label(site)} {what}" for site in sites for what in columns]
         title = f"Convergence of {self.scenario} with {self.rotor}"
         table = text_table(title, ("run", *headings, "change", "outcome"), left=("run", "outcome"))
         for row in self.rows:
@@ -102,10 +103,10 @@ class ContactConvergence(MachineResult):
                 cells = [text for site in sites for text in _cells(row.sites.get(site))]
                 change = "-" if row.change is None else f"{row.change:.1f} %"
                 table.add_row(row.label, *cells, change, row.failure or row.recovery or "-")
-        window = f"{1e3 * WINDOW:g} ms: largest averaged over it, impacts included (N)"
+        window = f"{1e3 * WINDOW:g} ms: largest averaged over it, impacts included"
         return [
             table,
-            f"peak: largest force (N); {window}; impact: largest impulse of impacts in a step; impulse: of all (N s)",
+            f"peak: largest force; {window}; impact: largest impulse of impacts in a step; impulse: of all",
             *self._over_starts(sites),
             *self._verdict(),
             *self.warning_lines(),
@@ -116,8 +117,10 @@ class ContactConvergence(MachineResult):
         repeated = list(dict.fromkeys(row.label for row in self.rows if row.start))
         if not repeated:
             return []
-        headings = [f"{name_label(site)} {what}" for site in sites for what in ("least", "median", "greatest")]
-        table = labelled_table("Peak force over the starts (N)", "run", *headings)
+        headings = [
+            f"{name_label(site)} {what}" for site in sites for what in ("least (N)", "median (N)", "greatest (N)")
+        ]
+        table = labelled_table("Peak force over the starts", "run", *headings)
         for label in repeated:
             runs = [row for row in self.rows if row.label == label]
             peaks = [[row.sites[site].peak_force for row in runs if site in row.sites] for site in sites]
